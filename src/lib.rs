@@ -1,0 +1,15 @@
+//! Experimental identification of underwater vehicles.
+//!
+//! One vehicle, one balance of momentum, in body axes:
+//!
+//! ```text
+//! dπ/dt + ν ×* π = w          π = M ν   (momentum of vehicle and water),   w = drag, restoring, thrust, …
+//! ```
+//!
+//! From logs of bollard-pull, constant-velocity, oscillatory and zig-zag runs the crate estimates what stands in
+//! it, simulates it, compares the simulation with the measurement, and names what is missing. The method is that of
+//! Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
+
+pub mod frame;
+pub mod run;
+pub mod units;

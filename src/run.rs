@@ -1,0 +1,125 @@
+//! A run: what the sensors of one experiment said, each at its own instants.
+//!
+//! A [`Signal`] is the samples (tₖ, xₖ) of one logged quantity in SI units, with its own time stamps, so that
+//! sensors of different rates stand side by side and nothing is resampled behind the user's back.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+/// What kind of experiment a run is. The staged procedure uses each kind for what it can show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunKind {
+    /// Vehicle held still, thrust measured by load cells.
+    Bollard,
+    /// Vehicle towed at constant speed, drag measured by load cells.
+    Towing,
+    /// Constant command until the speed is steady.
+    ConstantVelocity,
+    /// Sinusoidal command about an offset.
+    Oscillatory,
+    /// Turning moment that flips when the heading reaches a bound.
+    Zigzag,
+    /// Anything else.
+    #[default]
+    Free,
+}
+
+/// What a run is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Takes part in the fit.
+    #[default]
+    Train,
+    /// Takes no part in the fit; the model is judged on it.
+    Validate,
+}
+
+/// The samples of one sensor channel, SI units. Time stamps are finite and strictly increasing; values are finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    time: Arc<[f64]>,
+    values: Arc<[f64]>,
+}
+
+impl Signal {
+    /// A signal from time stamps (s) and values of equal length; several signals may share one `time`.
+    ///
+    /// # Panics
+    /// If the lengths differ: that is a defect of the caller, never of data.
+    pub fn new(time: Arc<[f64]>, values: impl Into<Arc<[f64]>>) -> Signal {
+        let values = values.into();
+        assert_eq!(time.len(), values.len(), "a signal has one value a time stamp");
+        Signal { time, values }
+    }
+
+    /// Time stamps, s.
+    pub fn time(&self) -> &[f64] {
+        &self.time
+    }
+
+    /// The time stamps as a shared slice: signals of one sensor have the same one.
+    pub fn shared_time(&self) -> &Arc<[f64]> {
+        &self.time
+    }
+
+    /// Values, SI.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+}
+
+/// One run: named signals, what it is and what it is for.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    /// Name shown to people: the file's name in a campaign.
+    pub name: String,
+    /// Kind of experiment.
+    pub kind: RunKind,
+    /// Fit or validation.
+    pub role: Role,
+    /// Time stamps at which a gap of the log ends, s: nothing is integrated across one.
+    pub gaps: Vec<f64>,
+    /// Signals by canonical name (`u`, `tau_u`, `psi`, …) or, for auxiliary channels, by their own.
+    pub signals: BTreeMap<String, Signal>,
+}
+
+impl Run {
+    /// The signal of this name, `None` when the log has none.
+    pub fn signal(&self, name: &str) -> Option<&Signal> {
+        self.signals.get(name)
+    }
+
+    /// First and last time stamp over all signals, s; `None` for a run without samples.
+    pub fn span(&self) -> Option<(f64, f64)> {
+        let ends = self.signals.values().filter_map(|s| Some((*s.time().first()?, *s.time().last()?)));
+        ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn span_covers_sensors_of_different_rates() {
+        let mut run = Run::default();
+        assert_eq!(run.span(), None);
+        run.signals.insert("u".into(), Signal::new(vec![0.3, 0.6].into(), vec![1.0, 2.0]));
+        run.signals.insert("r".into(), Signal::new(vec![0.1, 0.2, 0.5].into(), vec![0.0; 3]));
+        assert_eq!(run.span(), Some((0.1, 0.6)));
+    }
+}
