@@ -10,6 +10,9 @@
 //! it, simulates it, compares the simulation with the measurement, and names what is missing. The method is that of
 //! Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
 
+pub mod filter;
 pub mod frame;
+pub mod navigation;
 pub mod run;
 pub mod units;
+pub mod vehicle;
