@@ -14,5 +14,6 @@ pub mod filter;
 pub mod frame;
 pub mod navigation;
 pub mod run;
+pub mod thrust;
 pub mod units;
 pub mod vehicle;

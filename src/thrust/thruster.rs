@@ -1,0 +1,189 @@
+//! One thruster as a campaign describes it: where it sits, where it points, what it gives for a command.
+//!
+//! ```text
+//! w = F (s, p × s)          V = (pwm − neutral)/span
+//! ```
+//!
+//! p is the position (m) and s the unit axis in body axes, F the force along s (N), w the wrench at the body origin
+//! (N, N·m); pwm is the width of the pulse that the thruster's controller is sent (µs), V the normalised command.
+
+use nalgebra::{Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::curve::{Coefficients, CurveError, Supply, ThrustCurve};
+
+/// A `[[thruster]]` table of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Thruster {
+    /// Name, as the maker of the vehicle calls it.
+    pub name: String,
+    /// Position p in body axes, m.
+    pub position: [f64; 3],
+    /// Direction of positive force in body axes; any length but zero, only the direction counts.
+    pub axis: [f64; 3],
+    /// Coefficients of the curve for V > 0.
+    pub forward: Coefficients,
+    /// Coefficients of the curve for V < 0.
+    pub reverse: Coefficients,
+    /// Dead band of the command, as V.
+    #[serde(default)]
+    pub deadband: f64,
+    /// Greatest |V|; no limit when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// Pulse width at no thrust, µs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub neutral: Option<f64>,
+    /// Change of pulse width that makes a command of 1, µs; negative where the thruster runs the other way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub span: Option<f64>,
+    /// Dependence on the supply voltage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply: Option<Supply>,
+}
+
+/// A thruster that cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ThrusterError {
+    /// No direction, or no place.
+    #[error("thruster {name:?}: {key} = {value:?} must be three finite numbers{}", if *.key == "axis" { ", not all zero" } else { "" })]
+    BadVector {
+        /// Which thruster.
+        name: String,
+        /// `position` or `axis`.
+        key: &'static str,
+        /// What it holds.
+        value: [f64; 3],
+    },
+    /// A curve that no thruster can have.
+    #[error("thruster {name:?}: {source}")]
+    Curve {
+        /// Which thruster.
+        name: String,
+        /// What is wrong with its curve.
+        source: CurveError,
+    },
+    /// A pulse width cannot become a command.
+    #[error(
+        "thruster {name:?}: a command in us needs a finite `neutral` and a `span` other than 0; they are {neutral:?} and {span:?}"
+    )]
+    NoPulse {
+        /// Which thruster.
+        name: String,
+        /// Pulse width at no thrust, µs.
+        neutral: Option<f64>,
+        /// Change of pulse width that makes a command of 1, µs.
+        span: Option<f64>,
+    },
+    /// Two thrusters have one name.
+    #[error("two thrusters are called {name:?}: each needs a name of its own")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+}
+
+impl Thruster {
+    /// Force as a function of command.
+    pub fn curve(&self) -> ThrustCurve {
+        ThrustCurve {
+            forward: self.forward,
+            reverse: self.reverse,
+            deadband: self.deadband,
+            max: self.max.unwrap_or(f64::INFINITY),
+            supply: self.supply,
+        }
+    }
+
+    /// Unit vector s of positive force, body axes.
+    pub fn direction(&self) -> Vector3<f64> {
+        Vector3::from(self.axis).normalize()
+    }
+
+    /// Wrench at the body origin of a force of 1 N along the axis: (s, p × s) in N/N and N·m/N.
+    pub fn unit_wrench(&self) -> Vector6<f64> {
+        let s = self.direction();
+        let moment = Vector3::from(self.position).cross(&s);
+        Vector6::new(s.x, s.y, s.z, moment.x, moment.y, moment.z)
+    }
+
+    /// Normalised command (pwm − neutral)/span of a pulse width, µs.
+    ///
+    /// # Errors
+    /// When `neutral` or `span` is absent or cannot be used.
+    pub fn command_of_pulse(&self, pulse: f64) -> Result<f64, ThrusterError> {
+        match (self.neutral, self.span) {
+            (Some(neutral), Some(span)) if neutral.is_finite() && span.is_finite() && span.abs() > 0.0 => {
+                Ok((pulse - neutral) / span)
+            }
+            (neutral, span) => Err(ThrusterError::NoPulse { name: self.name.clone(), neutral, span }),
+        }
+    }
+
+    /// Refuses a thruster that cannot be used.
+    ///
+    /// # Errors
+    /// A position or axis that is not finite, an axis of no length, an impossible curve, half a description of the
+    /// pulse.
+    pub fn validate(&self) -> Result<(), ThrusterError> {
+        let name = || self.name.clone();
+        if !self.position.iter().all(|x| x.is_finite()) {
+            return Err(ThrusterError::BadVector { name: name(), key: "position", value: self.position });
+        }
+        if !self.axis.iter().all(|x| x.is_finite()) || Vector3::from(self.axis).norm() <= 0.0 {
+            return Err(ThrusterError::BadVector { name: name(), key: "axis", value: self.axis });
+        }
+        if self.neutral.is_some() || self.span.is_some() {
+            self.command_of_pulse(0.0)?;
+        }
+        self.curve().validate().map_err(|source| ThrusterError::Curve { name: name(), source })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T200: &str = "name = 'T1'\nposition = [0.2, 0.1, 0.0]\naxis = [0, 0, 2]\n\
+        forward = {a = 37.4, b = 16.5}\nreverse = {a = 28.4, b = 13.7}\nneutral = 1500\nspan = 400\nmax = 1\n";
+
+    fn t200() -> Thruster {
+        toml::from_str(T200).unwrap()
+    }
+
+    #[test]
+    fn a_pulse_becomes_a_command_and_a_force() {
+        let thruster = t200();
+        thruster.validate().unwrap();
+        let command = thruster.command_of_pulse(1100.0).unwrap();
+        assert!((command + 1.0).abs() < 1e-15);
+        assert!((thruster.curve().force(command) + 42.1).abs() < 1e-12);
+        let mute = Thruster { span: None, ..t200() };
+        assert!(matches!(mute.command_of_pulse(1500.0), Err(ThrusterError::NoPulse { span: None, .. })));
+        assert!(mute.validate().is_err() && Thruster { neutral: None, ..mute }.validate().is_ok());
+    }
+
+    #[test]
+    fn exact_wrench_of_a_force_off_the_origin() {
+        // down at (0.2, 0.1, 0): roll y·Fz, pitch −x·Fz; the axis' length does not count
+        assert!((t200().unit_wrench() - Vector6::new(0.0, 0.0, 1.0, 0.1, -0.2, 0.0)).amax() < 1e-15);
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_named() {
+        let flat = Thruster { axis: [0.0; 3], ..t200() };
+        let message = flat.validate().unwrap_err().to_string();
+        assert_eq!(message, "thruster \"T1\": axis = [0.0, 0.0, 0.0] must be three finite numbers, not all zero");
+        let falling = Thruster { forward: Coefficients { a: 1.0, b: -1.0 }, ..t200() };
+        assert!(matches!(falling.validate(), Err(ThrusterError::Curve { .. })));
+        assert!(Thruster { position: [f64::NAN, 0.0, 0.0], ..t200() }.validate().is_err());
+        assert!(toml::from_str::<Thruster>(&format!("{T200}pitch = 3")).is_err());
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        assert_eq!(toml::from_str::<Thruster>(&toml::to_string(&t200()).unwrap()).unwrap(), t200());
+    }
+}
