@@ -15,5 +15,6 @@ pub mod frame;
 pub mod navigation;
 pub mod run;
 pub mod thrust;
+pub mod symbolic;
 pub mod units;
 pub mod vehicle;

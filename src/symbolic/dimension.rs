@@ -1,0 +1,105 @@
+//! Dimension of a formula from the dimensions of its leaves: what proves that an effect's unit is right.
+//!
+//! A constant other than 0 that is added must be a pure number added to a pure number; 0 fits everywhere.
+
+use thiserror::Error;
+
+use super::graph::{Binary, Expr, Node, Unary};
+use crate::units::Dimension;
+
+/// Why a formula is dimensionally wrong.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum DimensionError {
+    /// Two terms that are added or compared differ.
+    #[error("{left} and {right} cannot be added or compared")]
+    Mismatch {
+        /// Dimension of the first term.
+        left: Dimension,
+        /// Dimension of the second term.
+        right: Dimension,
+    },
+    /// The argument of a transcendental function is no pure number.
+    #[error("argument in {found} where a pure number is needed")]
+    Argument {
+        /// Dimension of the argument.
+        found: Dimension,
+    },
+    /// A power whose exponent is not a whole number, of something that is no pure number.
+    #[error("a power that is no whole number, of {base}")]
+    Power {
+        /// Dimension of the base.
+        base: Dimension,
+    },
+}
+
+impl Expr<'_> {
+    /// Dimension of the formula.
+    ///
+    /// # Errors
+    /// [`DimensionError`] when terms do not fit together.
+    pub fn dimension(self) -> Result<Dimension, DimensionError> {
+        Ok(infer(self)?.unwrap_or(Dimension::ONE))
+    }
+}
+
+/// `None`: the number 0, which has every dimension.
+fn infer(of: Expr<'_>) -> Result<Option<Dimension>, DimensionError> {
+    let pure = |found: Option<Dimension>| match found {
+        None | Some(Dimension::ONE) => Ok(Some(Dimension::ONE)),
+        Some(found) => Err(DimensionError::Argument { found }),
+    };
+    match of.graph.node_of(of.id) {
+        Node::Constant(_) if of.is_zero() => Ok(None),
+        Node::Constant(_) => Ok(Some(Dimension::ONE)),
+        Node::Leaf(leaf) => Ok(Some(of.graph.leaf_dimension(leaf))),
+        Node::Unary(op, a) => {
+            let a = infer(of.at(a))?;
+            match op {
+                Unary::Neg | Unary::Abs => Ok(a),
+                Unary::Sign | Unary::Step => Ok(Some(Dimension::ONE)),
+                Unary::Sqrt => match a {
+                    Some(d) if d.kg % 2 == 0 && d.m % 2 == 0 && d.s % 2 == 0 => {
+                        Ok(Some(Dimension::new(d.kg / 2, d.m / 2, d.s / 2)))
+                    }
+                    Some(base) => Err(DimensionError::Power { base }),
+                    None => Ok(None),
+                },
+                _ => pure(a),
+            }
+        }
+        Node::Binary(op, a, b) => {
+            let (a, b) = (of.at(a), of.at(b));
+            let (da, db) = (infer(a)?, infer(b)?);
+            match (op, da, db) {
+                (Binary::Mul, None, _) | (Binary::Mul, _, None) => Ok(None),
+                (Binary::Mul, Some(x), Some(y)) => Ok(Some(x.times(y))),
+                (Binary::Div, x, y) => Ok(x.map(|x| x.over(y.unwrap_or(Dimension::ONE)))),
+                (Binary::Pow, None | Some(Dimension::ONE), e) => pure(e),
+                (Binary::Pow, Some(base), _) => match b.as_constant() {
+                    Some(c) if c.fract() == 0.0 && c.abs() < 16.0 => Ok(Some(base.power(c as i8))),
+                    _ => Err(DimensionError::Power { base }),
+                },
+                (_, None, other) | (_, other, None) => Ok(other),
+                (_, Some(left), Some(right)) if left == right => Ok(Some(left)),
+                (_, Some(left), Some(right)) => Err(DimensionError::Mismatch { left, right }),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Graph, Leaf};
+    use super::*;
+
+    #[test]
+    fn law_drag_is_a_force_and_a_slip_is_seen() {
+        let g = Graph::new();
+        let u = g.leaf(Leaf::State(0), Dimension::VELOCITY);
+        let d = g.leaf(Leaf::Parameter(0), Dimension::new(1, -1, 0));
+        assert_eq!((d * u * u.abs()).dimension(), Ok(Dimension::FORCE));
+        assert!(matches!((d * u + u).dimension(), Err(DimensionError::Mismatch { .. })));
+        assert!(matches!(u.sin().dimension(), Err(DimensionError::Argument { .. })));
+        assert_eq!((u / 0.01 * 0.0 + u).dimension(), Ok(Dimension::VELOCITY));
+    }
+}

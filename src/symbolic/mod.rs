@@ -1,0 +1,15 @@
+//! Formulas as data: write the physics once, read it many ways.
+//!
+//! An effect writes its formula with ordinary operators on [`Expr`]. The result is a node of a [`Graph`]: it can be
+//! differentiated ([`Expr::derivative`]), checked for its unit ([`Expr::dimension`]) and compiled with others into a
+//! flat [`Plan`] that evaluates many instants side by side. The regressor, the simulator, its sensitivities and the
+//! discovery are four readings of the same formula.
+
+mod derivative;
+mod dimension;
+mod graph;
+mod plan;
+
+pub use dimension::DimensionError;
+pub use graph::{Expr, Graph, Leaf};
+pub use plan::{Plan, Registers};
