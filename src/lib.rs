@@ -11,6 +11,7 @@
 //! Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
 
 pub mod filter;
+pub mod effects;
 pub mod frame;
 pub mod navigation;
 pub mod run;

@@ -22,7 +22,7 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, known: &mut HashMap<u32, Expr<'g>>) -> Exp
     let graph = of.graph;
     let (zero, one) = (graph.zero(), graph.constant(1.0));
     let result = match graph.node_of(of.id) {
-        Node::Constant(_) => zero,
+        Node::Constant(_) | Node::Quantity(..) => zero,
         Node::Leaf(leaf) if leaf == by => one,
         Node::Leaf(Leaf::Delayed { input, delay }) if by == Leaf::Parameter(delay) => {
             let rate = graph.leaf_dimension(Leaf::Delayed { input, delay }).over(Dimension::TIME);

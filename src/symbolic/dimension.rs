@@ -51,6 +51,7 @@ fn infer(of: Expr<'_>) -> Result<Option<Dimension>, DimensionError> {
     match of.graph.node_of(of.id) {
         Node::Constant(_) if of.is_zero() => Ok(None),
         Node::Constant(_) => Ok(Some(Dimension::ONE)),
+        Node::Quantity(_, dimension) => Ok(Some(dimension)),
         Node::Leaf(leaf) => Ok(Some(of.graph.leaf_dimension(leaf))),
         Node::Unary(op, a) => {
             let a = infer(of.at(a))?;

@@ -17,6 +17,8 @@ pub enum Leaf {
     Parameter(u16),
     /// A logged or commanded channel, by index.
     Input(u16),
+    /// Time derivative of a channel, as its interpolation has it.
+    Rate(u16),
     /// The channel `input` at an instant earlier by the parameter `delay`.
     Delayed {
         /// Index of the channel.
@@ -101,6 +103,8 @@ impl Binary {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     Constant(u64),
+    /// A constant with a unit.
+    Quantity(u64, Dimension),
     Leaf(Leaf),
     Unary(Unary, u32),
     Binary(Binary, u32, u32),
@@ -137,6 +141,14 @@ impl Graph {
         // −0 and 0 are one number here: x + (−0) is x as well
         let value = if value == 0.0 { 0.0 } else { value };
         self.node(Node::Constant(value.to_bits()))
+    }
+
+    /// A known quantity: a number with its dimension.
+    pub fn quantity(&self, value: f64, dimension: Dimension) -> Expr<'_> {
+        match dimension {
+            Dimension::ONE => self.constant(value),
+            _ => self.node(Node::Quantity(value.to_bits(), dimension)),
+        }
     }
 
     /// The number 0.
@@ -184,6 +196,14 @@ impl<'g> Expr<'g> {
     pub fn as_constant(self) -> Option<f64> {
         match self.graph.node_of(self.id) {
             Node::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// The value of a constant, whatever its unit.
+    pub(super) fn number(self) -> Option<f64> {
+        match self.graph.node_of(self.id) {
+            Node::Constant(bits) | Node::Quantity(bits, _) => Some(f64::from_bits(bits)),
             _ => None,
         }
     }
@@ -264,7 +284,7 @@ impl<'g> Expr<'g> {
     /// xʸ
     pub fn pow(self, exponent: Expr<'g>) -> Expr<'g> {
         match exponent.as_constant() {
-            Some(c) if c == 0.0 => self.graph.constant(1.0),
+            Some(0.0) => self.graph.constant(1.0),
             _ if exponent.is_one() => self,
             Some(c) if c.to_bits() == 2f64.to_bits() => self * self,
             Some(c) if c.to_bits() == 3f64.to_bits() => self * self * self,
@@ -283,7 +303,7 @@ impl<'g> Expr<'g> {
     /// Value when leaves have the values that `read` gives; for tests and for single numbers, a [`super::Plan`] for loops.
     pub fn evaluate(self, read: &dyn Fn(Leaf) -> f64) -> f64 {
         match self.graph.node_of(self.id) {
-            Node::Constant(bits) => f64::from_bits(bits),
+            Node::Constant(bits) | Node::Quantity(bits, _) => f64::from_bits(bits),
             Node::Leaf(leaf) => read(leaf),
             Node::Unary(op, a) => op.apply(self.at(a).evaluate(read)),
             Node::Binary(op, a, b) => op.apply(self.at(a).evaluate(read), self.at(b).evaluate(read)),
@@ -302,7 +322,7 @@ impl<'g> Expr<'g> {
                 continue;
             }
             match self.graph.node_of(id) {
-                Node::Constant(_) => {}
+                Node::Constant(_) | Node::Quantity(..) => {}
                 Node::Leaf(leaf) => found.push(leaf),
                 Node::Unary(_, a) => stack.push(a),
                 Node::Binary(_, a, b) => stack.extend([a, b]),
@@ -316,7 +336,7 @@ impl<'g> Expr<'g> {
 impl std::fmt::Debug for Expr<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.graph.node_of(self.id) {
-            Node::Constant(bits) => write!(f, "{}", f64::from_bits(bits)),
+            Node::Constant(bits) | Node::Quantity(bits, _) => write!(f, "{}", f64::from_bits(bits)),
             Node::Leaf(leaf) => write!(f, "{leaf:?}"),
             Node::Unary(op, a) => write!(f, "{op:?}({:?})", self.at(a)),
             Node::Binary(op, a, b) => write!(f, "{op:?}({:?}, {:?})", self.at(a), self.at(b)),

@@ -43,7 +43,7 @@ impl Plan {
         let mut builder = Builder::default();
         let order = depth_first(outputs);
         for node in &order {
-            if let Some(c) = node.as_constant() {
+            if let Some(c) = node.number() {
                 builder.constants.push((node.id, c));
             } else if let Node::Leaf(leaf) = node.graph.node_of(node.id) {
                 builder.leaves.push((node.id, leaf));
@@ -161,7 +161,7 @@ fn depth_first<'g>(outputs: &[Expr<'g>]) -> Vec<Expr<'g>> {
         }
         stack.push((node, true));
         match node.graph.node_of(node.id) {
-            Node::Constant(_) | Node::Leaf(_) => {}
+            Node::Constant(_) | Node::Quantity(..) | Node::Leaf(_) => {}
             Node::Unary(_, a) => stack.push((node.at(a), false)),
             Node::Binary(_, a, b) => stack.extend([(node.at(b), false), (node.at(a), false)]),
         }
@@ -194,16 +194,16 @@ impl Builder {
 
     fn emit(&mut self, node: Expr<'_>) {
         let (code, a, b) = match node.graph.node_of(node.id) {
-            Node::Constant(_) | Node::Leaf(_) => return,
+            Node::Constant(_) | Node::Quantity(..) | Node::Leaf(_) => return,
             Node::Unary(op, a) => (Code::Unary(op), a, a),
             Node::Binary(op, a, b) => (Code::Binary(op), a, b),
         };
         let early = self.early[&a] && self.early[&b];
         let operation = Operation { code, a: self.register[&a], b: self.register[&b], out: self.next };
         if early {
-            self.prologue.push(operation)
+            self.prologue.push(operation);
         } else {
-            self.body.push(operation)
+            self.body.push(operation);
         }
         self.register.insert(node.id, self.next);
         self.early.insert(node.id, early);

@@ -1,0 +1,209 @@
+//! What an effect is: the one trait of the catalogue.
+
+use std::fmt::Debug;
+
+use super::{Instant, Logged, ParameterSpec, Six};
+use crate::frame::Dof;
+use crate::symbolic::Expr;
+
+/// Where on the chain an effect acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Family {
+    /// A force in the balance of momentum.
+    Body,
+    /// A change of the force on its way from the command to the water.
+    Actuator,
+    /// A change of what the water does.
+    Environment,
+    /// A change of what is logged.
+    Sensor,
+}
+
+impl Family {
+    /// Lower-case name, as printed.
+    pub const fn name(self) -> &'static str {
+        ["body", "actuator", "environment", "sensor"][self as usize]
+    }
+}
+
+/// The degrees of freedom in which an effect may stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// `id@dof`, once for each of these.
+    Each(&'static [Dof]),
+    /// `id@dof:other` for every ordered pair of different degrees of freedom.
+    Pairs,
+    /// `id`, once for the whole vehicle; it needs all of these degrees of freedom.
+    Vehicle(&'static [Dof]),
+    /// `id`, once for the whole vehicle; it acts in whichever of the modelled degrees of freedom it applies to.
+    Everywhere,
+}
+
+/// Which instance of an effect: its degree of freedom and, for a coupling, the other one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub struct Place {
+    /// Degree of freedom in whose balance the effect stands; `None` for the whole vehicle.
+    pub dof: Option<Dof>,
+    /// The other degree of freedom of a coupling.
+    pub other: Option<Dof>,
+}
+
+impl Place {
+    /// The whole vehicle.
+    pub const VEHICLE: Place = Place { dof: None, other: None };
+
+    /// One degree of freedom.
+    pub const fn at(dof: Dof) -> Place {
+        Place { dof: Some(dof), other: None }
+    }
+
+    /// A coupling of two.
+    pub const fn pair(dof: Dof, other: Dof) -> Place {
+        Place { dof: Some(dof), other: Some(other) }
+    }
+
+    /// The degree of freedom of an effect whose scope is [`Scope::Each`] or [`Scope::Pairs`].
+    ///
+    /// # Panics
+    /// For the place of the whole vehicle: a term is only ever made with a place of its effect's scope.
+    pub fn here(&self) -> Dof {
+        self.dof.expect("an effect of one degree of freedom is placed in one")
+    }
+
+    /// The other degree of freedom of an effect whose scope is [`Scope::Pairs`].
+    ///
+    /// # Panics
+    /// As [`Place::here`].
+    pub fn there(&self) -> Dof {
+        self.other.expect("a coupling is placed in two degrees of freedom")
+    }
+}
+
+/// What an effect is called, where it acts, and what a reader wants to know of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct About<'a> {
+    /// Stable id, as in a campaign file.
+    pub id: &'a str,
+    /// Where on the chain it acts.
+    pub family: Family,
+    /// Degrees of freedom in which it may stand.
+    pub scope: Scope,
+    /// The formula, in plain Unicode; i is the own degree of freedom, j the other one.
+    pub formula: &'a str,
+    /// One sentence: what it is.
+    pub meaning: &'a str,
+    /// Where it comes from.
+    pub source: &'a str,
+    /// Which data can show it.
+    pub shown_by: &'a str,
+}
+
+/// One thing that may happen on the chain command → actuator → body → sensor → log.
+///
+/// Every hook has an empty default; an effect writes those it needs, as formulas on the symbols of the [`Instant`].
+/// `theta` holds the symbols of its parameters in the order of [`Effect::parameters`], `memory` those of its states.
+///
+/// A complete effect:
+///
+/// ```
+/// use hydrosysid::effects::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
+/// use hydrosysid::frame::Dof;
+/// use hydrosysid::symbolic::Expr;
+/// use hydrosysid::units::Dimension;
+///
+/// /// A sail: force in proportion to the square of the wind speed.
+/// #[derive(Debug)]
+/// struct Sail;
+///
+/// impl Effect for Sail {
+///     fn about(&self) -> About<'_> {
+///         About {
+///             id: "sail",
+///             family: Family::Environment,
+///             scope: Scope::Each(&[Dof::Surge]),
+///             formula: "d W²",
+///             meaning: "Wind on a sail.",
+///             source: "-",
+///             shown_by: "a logged wind",
+///         }
+///     }
+///     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
+///         vec![ParameterSpec::linear("d_W", Dimension::new(1, -1, 0))]
+///     }
+///     fn channels(&self, _: Place) -> Vec<String> {
+///         vec!["wind_speed".into()]
+///     }
+///     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
+///         let wind = at.channel("wind_speed");
+///         wrench[0] += theta[0] * wind * wind;
+///     }
+/// }
+/// ```
+pub trait Effect: Debug + Send + Sync {
+    /// Id, family, scope, formula, meaning, source, and what data can show it.
+    fn about(&self) -> About<'_>;
+
+    /// Its parameters at this place.
+    fn parameters(&self, place: Place) -> Vec<ParameterSpec>;
+
+    /// Channels of the log that it reads besides states and commands.
+    fn channels(&self, _place: Place) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Adds to the momentum π, in kg·m/s and kg·m²/s: affine in ν.
+    fn momentum<'g>(&self, _at: &Instant<'g>, _place: Place, _theta: &[Expr<'g>], _momentum: &mut Six<'g>) {}
+
+    /// Adds to the wrench w, in N and N·m: linear in its linear parameters.
+    fn wrench<'g>(
+        &self,
+        _at: &Instant<'g>,
+        _place: Place,
+        _theta: &[Expr<'g>],
+        _memory: &[Expr<'g>],
+        _wrench: &mut Six<'g>,
+    ) {
+    }
+
+    /// Index of the parameter by which the whole command comes late, for an effect that delays it.
+    fn delays_command(&self) -> Option<usize> {
+        None
+    }
+
+    /// Changes the force τ on its way, in N and N·m.
+    fn actuate<'g>(
+        &self,
+        _at: &Instant<'g>,
+        _place: Place,
+        _theta: &[Expr<'g>],
+        _memory: &[Expr<'g>],
+        _tau: &mut Six<'g>,
+    ) {
+    }
+
+    /// Velocity of the water in earth axes, m/s: north, east, down.
+    fn water<'g>(&self, _at: &Instant<'g>, _place: Place, _theta: &[Expr<'g>]) -> Option<[Expr<'g>; 3]> {
+        None
+    }
+
+    /// Changes what is logged.
+    fn sense<'g>(&self, _at: &Instant<'g>, _place: Place, _theta: &[Expr<'g>], _logged: &mut Logged<'g>) {}
+
+    /// States that it carries, each by its value in quasi-steady motion; empty for an effect without memory.
+    /// An actuator's `tau` is the force that reaches it.
+    fn memory<'g>(&self, _at: &Instant<'g>, _place: Place, _tau: &Six<'g>) -> Vec<Expr<'g>> {
+        Vec::new()
+    }
+
+    /// Time derivative of its states, in the order of [`Effect::memory`].
+    fn memory_rate<'g>(
+        &self,
+        _at: &Instant<'g>,
+        _place: Place,
+        _theta: &[Expr<'g>],
+        _memory: &[Expr<'g>],
+        _tau: &Six<'g>,
+    ) -> Vec<Expr<'g>> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,103 @@
+//! The symbols that a formula may read: one instant of the chain.
+
+use std::collections::BTreeMap;
+
+use crate::frame::Dof;
+use crate::symbolic::{Expr, Graph};
+use crate::units::Dimension;
+
+/// Six formulas, one a degree of freedom, in the order of ν.
+pub type Six<'g> = [Expr<'g>; 6];
+
+/// Names of channels that are derived from a run rather than logged.
+pub mod channel {
+    use crate::frame::Dof;
+
+    /// Supply voltage over its mean in the campaign, 1.
+    pub const SUPPLY_RATIO: &str = "supply_voltage_ratio";
+    /// Position north at the start of the run, m.
+    pub const ANCHOR_NORTH: &str = "anchor_north";
+    /// Position east at the start of the run, m.
+    pub const ANCHOR_EAST: &str = "anchor_east";
+    /// Name of the channel with the Keulegan-Carpenter number of a run in `dof`, 1; constant over a run.
+    pub fn keulegan_carpenter(dof: Dof) -> String {
+        format!("KC_{}", dof.velocity())
+    }
+}
+
+/// Symbols of one instant. Velocities and forces are in body axes, SI.
+#[derive(Debug, Clone)]
+pub struct Instant<'g> {
+    /// Graph that holds the formulas.
+    pub graph: &'g Graph,
+    /// Time of the run, s.
+    pub time: Expr<'g>,
+    /// ν: velocity over ground, m/s and rad/s.
+    pub nu: Six<'g>,
+    /// ν_r: velocity through the water, m/s and rad/s; ν where no current is modelled.
+    pub nu_r: Six<'g>,
+    /// Position north, east, down, m.
+    pub position: [Expr<'g>; 3],
+    /// φ, θ, ψ, rad.
+    pub attitude: [Expr<'g>; 3],
+    /// τ: nominal force, as commanded, N and N·m.
+    pub command: Six<'g>,
+    /// π: total momentum, for the Coriolis terms; kg·m/s and kg·m²/s.
+    pub momentum: Six<'g>,
+    /// Degrees of freedom that the model simulates.
+    pub dofs: Vec<Dof>,
+    /// Weight of the vehicle, N.
+    pub weight: f64,
+    /// Further channels by name.
+    pub channels: BTreeMap<String, Expr<'g>>,
+}
+
+impl<'g> Instant<'g> {
+    /// A channel that the effect has declared; 0 when it did not declare it.
+    pub fn channel(&self, name: &str) -> Expr<'g> {
+        self.channels.get(name).copied().unwrap_or(self.graph.zero())
+    }
+
+    /// A known number with a unit.
+    pub fn unit(&self, dimension: Dimension, value: f64) -> Expr<'g> {
+        self.graph.quantity(value, dimension)
+    }
+
+    /// Whether the model simulates this degree of freedom.
+    pub fn models(&self, dof: Dof) -> bool {
+        self.dofs.contains(&dof)
+    }
+
+    /// A vector of earth axes in body axes, Rᵀ(φ, θ, ψ) x.
+    pub fn to_body(&self, x: [Expr<'g>; 3]) -> [Expr<'g>; 3] {
+        let r = self.rotation();
+        std::array::from_fn(|i| r[0][i] * x[0] + r[1][i] * x[1] + r[2][i] * x[2])
+    }
+
+    /// R(φ, θ, ψ), from body to earth axes, z-y-x Euler angles.
+    pub fn rotation(&self) -> [[Expr<'g>; 3]; 3] {
+        let [phi, theta, psi] = self.attitude;
+        let (sf, cf, st, ct, sp, cp) = (phi.sin(), phi.cos(), theta.sin(), theta.cos(), psi.sin(), psi.cos());
+        [
+            [cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf],
+            [sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf],
+            [-st, ct * sf, ct * cf],
+        ]
+    }
+
+    /// Direction of gravity in body axes, (−sin θ, cos θ sin φ, cos θ cos φ).
+    pub fn down(&self) -> [Expr<'g>; 3] {
+        self.rotation()[2]
+    }
+}
+
+/// What the sensors say at an instant.
+#[derive(Debug, Clone)]
+pub struct Logged<'g> {
+    /// Velocities and rates, m/s and rad/s.
+    pub nu: Six<'g>,
+    /// Position, m.
+    pub position: [Expr<'g>; 3],
+    /// φ, θ, ψ, rad.
+    pub attitude: [Expr<'g>; 3],
+}

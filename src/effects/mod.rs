@@ -1,0 +1,119 @@
+//! The catalogue of effects: everything that may happen on the chain command → actuator → body → sensor → log.
+//!
+//! In one degree of freedom i, with the momentum π and the wrench w that the effects of the model add up to,
+//!
+//! ```text
+//! dπᵢ/dt = wᵢ + τᵢ          πᵢ = Σ θ pᵢ(ν),   wᵢ = Σ θ wᵢ(ν, η, …),   τ = what the actuators make of the command
+//! ```
+//!
+//! An effect is one file: its formula, its parameters with their units, its source. It is written once, as formulas
+//! on the symbols of an [`Instant`]; the regressor integrates it, the simulator applies it, the discovery tries it.
+//! A new effect is a new file here and one word in [`catalogue`].
+
+mod added_mass_amplitude;
+mod added_mass_coupling;
+mod bias;
+mod coriolis;
+mod coulomb_friction;
+mod cross_drag;
+mod cubic_drag;
+mod current;
+mod drag_asymmetry;
+mod effect;
+mod fluid_memory;
+mod inertia;
+mod instant;
+mod linear_cross_damping;
+mod linear_drag;
+mod mixed_drag;
+mod parameter;
+mod quadratic_drag;
+mod restoring_force;
+mod restoring_moment;
+mod sensor_compass_deviation;
+mod sensor_compass_magnetic;
+mod sensor_delay;
+mod sensor_dvl_lever_arm;
+mod sensor_dvl_misalignment;
+mod sensor_dvl_scale;
+mod sensor_gyro_bias;
+mod sensor_gyro_scale;
+mod sensor_heading_offset;
+mod sensor_tilt_offset;
+mod supply_voltage;
+mod tether_drag;
+mod tether_spring;
+mod thrust_advance_loss;
+mod thrust_crosstalk;
+mod thrust_deadband;
+mod thrust_delay;
+mod thrust_interaction_loss;
+mod thrust_lag;
+mod thrust_reverse_loss;
+mod thrust_saturation;
+mod thruster_fault;
+mod trim_offset;
+mod wave;
+
+use std::sync::Arc;
+
+pub use coriolis::Coriolis;
+pub use effect::{About, Effect, Family, Place, Scope};
+pub use instant::{Instant, Logged, Six, channel};
+pub use parameter::{ParameterKind, ParameterSpec};
+
+use crate::frame::Dof;
+
+/// The list of all effects, in the order of the chain: body, actuator, environment, sensor. `coriolis` says whether
+/// the Coriolis terms take their coefficients from the inertias or have their own.
+pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
+    let mut list: Vec<Arc<dyn Effect>> = vec![
+        Arc::new(inertia::Inertia),
+        Arc::new(added_mass_coupling::AddedMassCoupling),
+        Arc::new(added_mass_amplitude::AddedMassAmplitude),
+        Arc::new(fluid_memory::FluidMemory),
+    ];
+    list.extend(Dof::ALL.map(|row| Arc::new(coriolis::CoriolisRow { row, coriolis }) as Arc<dyn Effect>));
+    list.extend([
+        Arc::new(linear_drag::LinearDrag) as Arc<dyn Effect>,
+        Arc::new(quadratic_drag::QuadraticDrag),
+        Arc::new(cubic_drag::CubicDrag),
+        Arc::new(drag_asymmetry::DragAsymmetry),
+        Arc::new(coulomb_friction::CoulombFriction),
+        Arc::new(linear_cross_damping::LinearCrossDamping),
+        Arc::new(cross_drag::CrossDrag),
+        Arc::new(mixed_drag::MixedDrag),
+        Arc::new(restoring_force::RestoringForce(Dof::Surge)),
+        Arc::new(restoring_force::RestoringForce(Dof::Sway)),
+        Arc::new(restoring_force::RestoringForce(Dof::Heave)),
+        Arc::new(restoring_moment::RestoringMoment(Dof::Roll)),
+        Arc::new(restoring_moment::RestoringMoment(Dof::Pitch)),
+        Arc::new(bias::Bias),
+        Arc::new(trim_offset::TrimOffset),
+        Arc::new(thrust_delay::ThrustDelay),
+        Arc::new(thrust_lag::ThrustLag),
+        Arc::new(thrust_deadband::ThrustDeadband),
+        Arc::new(thrust_saturation::ThrustSaturation),
+        Arc::new(supply_voltage::SupplyVoltage),
+        Arc::new(thrust_interaction_loss::ThrustInteractionLoss),
+        Arc::new(thrust_reverse_loss::ThrustReverseLoss),
+        Arc::new(thruster_fault::ThrusterFault),
+        Arc::new(thrust_advance_loss::ThrustAdvanceLoss),
+        Arc::new(thrust_crosstalk::ThrustCrosstalk),
+        Arc::new(current::Current),
+        Arc::new(tether_spring::TetherSpring),
+        Arc::new(tether_drag::TetherDrag),
+        Arc::new(wave::Wave),
+        Arc::new(sensor_gyro_bias::SensorGyroBias),
+        Arc::new(sensor_gyro_scale::SensorGyroScale),
+        Arc::new(sensor_heading_offset::SensorHeadingOffset),
+        Arc::new(sensor_tilt_offset::SensorTiltOffset),
+        Arc::new(sensor_compass_magnetic::SensorCompassMagnetic),
+        Arc::new(sensor_compass_deviation::SensorCompassDeviation),
+        Arc::new(sensor_dvl_lever_arm::SensorDvlLeverArm),
+        Arc::new(sensor_dvl_misalignment::SensorDvlMisalignment),
+        Arc::new(sensor_dvl_scale::SensorDvlScale),
+        Arc::new(sensor_delay::SensorDelay),
+    ]);
+    list
+}

@@ -1,0 +1,47 @@
+//! A tether that pulls back to where the run began.
+//!
+//! ```text
+//! (X, Y, Z) −= k Rᵀ(φ, θ, ψ) (x − x_a, y − y_a, 0)
+//! ```
+//!
+//! k: N/m; (x_a, y_a): anchor, the position at the start of the run unless given, m.
+
+use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six, channel};
+use crate::frame::Dof;
+use crate::symbolic::Expr;
+use crate::units::Dimension;
+
+/// A tether that pulls back to its anchor.
+#[derive(Debug)]
+pub struct TetherSpring;
+
+impl Effect for TetherSpring {
+    fn about(&self) -> About<'_> {
+        About {
+            id: "tether_spring",
+            family: Family::Environment,
+            scope: Scope::Vehicle(&[Dof::Surge]),
+            formula: "(X, Y, Z) −= k Rᵀ(x − x_a, y − y_a, 0)",
+            meaning: "A tether that pulls back to its anchor.",
+            source: "Buckham et al., Ocean Engineering 30 (2003), slack tethers",
+            shown_by: "motion far from the anchor, and a log of the position",
+        }
+    }
+
+    fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
+        vec![ParameterSpec::linear("k_tether", Dimension::FORCE.over(Dimension::LENGTH))]
+    }
+
+    fn channels(&self, _: Place) -> Vec<String> {
+        vec![channel::ANCHOR_NORTH.into(), channel::ANCHOR_EAST.into()]
+    }
+
+    fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
+        let [north, east, _] = at.position;
+        let from_anchor =
+            [north - at.channel(channel::ANCHOR_NORTH), east - at.channel(channel::ANCHOR_EAST), at.graph.zero()];
+        for (i, x) in at.to_body(from_anchor).into_iter().enumerate() {
+            wrench[i] -= theta[0] * x;
+        }
+    }
+}
