@@ -30,7 +30,7 @@ impl Effect for LinearCrossDamping {
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let (i, j) = (place.here(), place.there());
         let other = j.velocity();
-        vec![drag(i, &other.to_string(), velocity(j))]
+        vec![drag(i, other, velocity(j))]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {

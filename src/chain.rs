@@ -1,0 +1,401 @@
+//! The chain command → actuator → body → sensor → log of a model, as formulas.
+//!
+//! ```text
+//! τ  = actuators(command)
+//! ν_r = ν − Rᵀ(φ, θ, ψ) V_water
+//! M ν̇ = w(ν_r, η) + τ − Σ (∂π/∂ν_k) ν̇_k          M = ∂π/∂ν;  k: velocities that are logged, not simulated
+//! η̇  = J(η) ν
+//! log = sensors(ν, η)
+//! ```
+//!
+//! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile what they need.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::effects::{Instant, Logged, Six};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::symbolic::{Expr, Graph, Leaf};
+use crate::units::Dimension;
+
+/// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum StateId {
+    /// Velocity or rate in a degree of freedom.
+    Velocity(Dof),
+    /// Position or angle of the same index.
+    Position(Dof),
+    /// State `index` of the term `term`.
+    Memory {
+        /// Index of the term.
+        term: u16,
+        /// Which of its states.
+        index: u16,
+    },
+}
+
+impl StateId {
+    /// Name of the log's column that holds it; `None` for memory.
+    pub fn channel(self) -> Option<&'static str> {
+        match self {
+            StateId::Velocity(dof) => Some(dof.velocity()),
+            StateId::Position(dof) => Some(dof.position()),
+            StateId::Memory { .. } => None,
+        }
+    }
+}
+
+/// What the equations may read, besides the model.
+#[derive(Debug, Clone, Default)]
+pub struct Available {
+    /// Channels that every run has.
+    pub channels: BTreeSet<String>,
+    /// Whether the position (x, y, z) is simulated, as when it is measured independently; else it is read from the log.
+    pub position: bool,
+}
+
+/// The assembled formulas of a model.
+#[derive(Debug)]
+pub struct Equations<'g> {
+    /// Simulated states, each with its leaf, its time derivative and, for memory, its quasi-steady value.
+    pub states: Vec<State<'g>>,
+    /// What sensors log, by the name of the column, for the simulated states.
+    pub logged: Vec<(&'static str, Expr<'g>)>,
+    /// π, kg·m/s and kg·m²/s.
+    pub momentum: Six<'g>,
+    /// w + τ: everything that changes the momentum, N and N·m.
+    pub force: Six<'g>,
+    /// Contribution of each term to the wrench, by the index of the term; actuators are in the last entry.
+    pub components: Vec<(Option<usize>, Six<'g>)>,
+    /// Input channels, by the index of their leaf.
+    pub inputs: Vec<String>,
+}
+
+/// One simulated state.
+#[derive(Debug, Clone, Copy)]
+pub struct State<'g> {
+    /// What it is.
+    pub id: StateId,
+    /// Its leaf.
+    pub leaf: Leaf,
+    /// Its time derivative.
+    pub rate: Expr<'g>,
+    /// Its value in quasi-steady motion; memory only.
+    pub start: Option<Expr<'g>>,
+}
+
+/// Registers channels as they are asked for.
+struct Inputs<'g, 'a> {
+    graph: &'g Graph,
+    available: &'a Available,
+    names: Vec<String>,
+}
+
+impl<'g> Inputs<'g, '_> {
+    fn index(&mut self, name: &str) -> u16 {
+        let known = self.names.iter().position(|n| n == name);
+        known.unwrap_or_else(|| {
+            self.names.push(name.to_string());
+            self.names.len() - 1
+        }) as u16
+    }
+
+    /// The channel's leaf, 0 when the log has no such channel.
+    fn read(&mut self, name: &str, dimension: Dimension) -> Expr<'g> {
+        if !self.available.channels.contains(name) {
+            return self.graph.zero();
+        }
+        let index = self.index(name);
+        self.graph.leaf(Leaf::Input(index), dimension)
+    }
+}
+
+fn velocity_dimension(dof: Dof) -> Dimension {
+    if dof.is_rotation() { Dimension::RATE } else { Dimension::VELOCITY }
+}
+
+fn force_dimension(dof: Dof) -> Dimension {
+    if dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE }
+}
+
+/// Assembles the equations of `model` in `graph`.
+pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> Equations<'g> {
+    let mut inputs = Inputs { graph, available, names: Vec::new() };
+    let simulated = |dof: Dof| model.dofs.contains(&dof);
+    let state = |index: usize, dimension| graph.leaf(Leaf::State(index as u16), dimension);
+
+    let nu: Six<'g> = Dof::ALL.map(|dof| match simulated(dof) {
+        true => state(dof.index(), velocity_dimension(dof)),
+        false => inputs.read(dof.velocity(), velocity_dimension(dof)),
+    });
+    let pose: Six<'g> = Dof::ALL.map(|dof| {
+        let dimension = if dof.is_rotation() { Dimension::ONE } else { Dimension::LENGTH };
+        match if dof.is_rotation() { simulated(dof) } else { available.position && simulated(dof) } {
+            true => state(6 + dof.index(), dimension),
+            false => inputs.read(dof.position(), dimension),
+        }
+    });
+    let parameters: Vec<Expr<'g>> = (0..model.parameters.len())
+        .map(|p| graph.leaf(Leaf::Parameter(p as u16), model.parameters[p].spec.dimension))
+        .collect();
+    let theta =
+        |term: usize| -> Vec<Expr<'g>> { model.terms[term].parameters.iter().map(|p| parameters[*p]).collect() };
+
+    let mut channels = BTreeMap::new();
+    for term in &model.terms {
+        for name in term.effect.channels(term.place) {
+            let leaf = inputs.read(&name, Dimension::ONE);
+            channels.insert(name, leaf);
+        }
+    }
+    let lengths = [crate::effects::channel::ANCHOR_NORTH, crate::effects::channel::ANCHOR_EAST];
+    for name in lengths {
+        if channels.contains_key(name) {
+            channels.insert(name.to_string(), inputs.read(name, Dimension::LENGTH));
+        }
+    }
+
+    let command = commands(graph, model, &mut inputs, None);
+    let mut at = Instant {
+        graph,
+        time: graph.leaf(Leaf::Input(inputs.index("t")), Dimension::TIME),
+        nu,
+        nu_r: nu,
+        position: [pose[0], pose[1], pose[2]],
+        attitude: [pose[3], pose[4], pose[5]],
+        command,
+        momentum: [graph.zero(); 6],
+        dofs: model.dofs.clone(),
+        weight: model.weight,
+        channels,
+    };
+
+    through_the_water(&mut at, model, &theta);
+    let mut momentum = [graph.zero(); 6];
+    for (k, term) in model.terms.iter().enumerate() {
+        term.effect.momentum(&at, term.place, &theta(k), &mut momentum);
+    }
+    // with respect to the water where there is a current: the Coriolis terms act on ν_r
+    at.momentum = [graph.zero(); 6];
+    let over_ground = std::mem::replace(&mut at.nu, at.nu_r);
+    for (k, term) in model.terms.iter().enumerate() {
+        let mut relative = at.momentum;
+        term.effect.momentum(&at, term.place, &theta(k), &mut relative);
+        at.momentum = relative;
+    }
+    at.nu = over_ground;
+
+    let mut memory = Vec::new();
+    let tau = actuate(&at, model, &theta, &parameters, &mut inputs, &mut memory);
+    let mut components = Vec::new();
+    let mut force = tau;
+    for (k, term) in model.terms.iter().enumerate() {
+        let mut wrench = [graph.zero(); 6];
+        let states = remember(&at, model, k, &theta(k), &at.command.clone(), &mut memory, false);
+        term.effect.wrench(&at, term.place, &theta(k), &states, &mut wrench);
+        for i in 0..6 {
+            force[i] += wrench[i];
+        }
+        components.push((Some(k), wrench));
+    }
+    components.push((None, tau));
+
+    let accelerations = solve(graph, model, &momentum, &force, &inputs);
+    let mut states: Vec<State<'g>> = model
+        .dofs
+        .iter()
+        .zip(accelerations)
+        .map(|(dof, rate)| State {
+            id: StateId::Velocity(*dof),
+            leaf: Leaf::State(dof.index() as u16),
+            rate,
+            start: None,
+        })
+        .collect();
+    let rates = kinematics(&at, model);
+    for dof in Dof::ALL {
+        let leaf = Leaf::State(6 + dof.index() as u16);
+        if pose[dof.index()].leaves() == [leaf] {
+            states.push(State { id: StateId::Position(dof), leaf, rate: rates[dof.index()], start: None });
+        }
+    }
+    states.extend(memory);
+
+    let logged = sense(&at, model, &theta, &pose);
+    Equations { states, logged, momentum, force, components, inputs: inputs.names }
+}
+
+/// The nominal forces, late by the parameter `delay` where there is one.
+fn commands<'g>(graph: &'g Graph, model: &Model, inputs: &mut Inputs<'g, '_>, delay: Option<usize>) -> Six<'g> {
+    Dof::ALL.map(|dof| {
+        if !model.dofs.contains(&dof) || !inputs.available.channels.contains(dof.force()) {
+            return graph.zero();
+        }
+        let input = inputs.index(dof.force());
+        let leaf = match delay {
+            None => Leaf::Input(input),
+            Some(delay) => Leaf::Delayed { input, delay: delay as u16 },
+        };
+        graph.leaf(leaf, force_dimension(dof))
+    })
+}
+
+/// ν_r = ν − Rᵀ V for the sum of all waters' velocities.
+fn through_the_water<'g>(at: &mut Instant<'g>, model: &Model, theta: &dyn Fn(usize) -> Vec<Expr<'g>>) {
+    for (k, term) in model.terms.iter().enumerate() {
+        if let Some(water) = term.effect.water(at, term.place, &theta(k)) {
+            for (i, v) in at.to_body(water).into_iter().enumerate() {
+                if at.models(Dof::ALL[i]) {
+                    at.nu_r[i] -= v;
+                }
+            }
+        }
+    }
+}
+
+/// The force that reaches the water.
+fn actuate<'g>(
+    at: &Instant<'g>,
+    model: &Model,
+    theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
+    parameters: &[Expr<'g>],
+    inputs: &mut Inputs<'g, '_>,
+    memory: &mut Vec<State<'g>>,
+) -> Six<'g> {
+    let mut tau = at.command;
+    // what delays the command acts on the command itself, so it comes first
+    let (late, others): (Vec<_>, Vec<_>) =
+        model.terms.iter().enumerate().partition(|(_, term)| term.effect.delays_command().is_some());
+    for (k, term) in late.into_iter().chain(others) {
+        let before = tau;
+        if let Some(index) = term.effect.delays_command() {
+            tau = commands(at.graph, model, inputs, Some(term.parameters[index]));
+        }
+        let states = remember(at, model, k, &theta(k), &before, memory, true);
+        term.effect.actuate(at, term.place, &theta(k), &states, &mut tau);
+        if let Some(blend) = term.blend {
+            for i in 0..6 {
+                tau[i] = before[i] + parameters[blend] * (tau[i] - before[i]);
+            }
+        }
+    }
+    tau
+}
+
+/// The memory of a term: makes its states the first time it is asked for, returns their leaves.
+/// Actuators are asked with the force that reaches them, everything else afterwards.
+fn remember<'g>(
+    at: &Instant<'g>,
+    model: &Model,
+    k: usize,
+    theta: &[Expr<'g>],
+    tau: &Six<'g>,
+    memory: &mut Vec<State<'g>>,
+    actuators: bool,
+) -> Vec<Expr<'g>> {
+    let term = &model.terms[k];
+    if actuators != (term.effect.about().family == crate::effects::Family::Actuator) {
+        return Vec::new();
+    }
+    let starts = term.effect.memory(at, term.place, tau);
+    if starts.is_empty() {
+        return Vec::new();
+    }
+    let base = 12 + memory.len();
+    let leaves: Vec<Leaf> = (0..starts.len()).map(|i| Leaf::State((base + i) as u16)).collect();
+    let symbols: Vec<Expr<'g>> = leaves
+        .iter()
+        .zip(&starts)
+        .map(|(leaf, start)| at.graph.leaf(*leaf, start.dimension().unwrap_or(Dimension::ONE)))
+        .collect();
+    let rates = term.effect.memory_rate(at, term.place, theta, &symbols, tau);
+    for (i, (start, rate)) in starts.into_iter().zip(rates).enumerate() {
+        let id = StateId::Memory { term: k as u16, index: i as u16 };
+        memory.push(State { id, leaf: leaves[i], rate, start: Some(start) });
+    }
+    symbols
+}
+
+/// ν̇ from M ν̇ = f, by elimination without pivoting: M is symmetric and positive definite in any physical model.
+fn solve<'g>(
+    graph: &'g Graph,
+    model: &Model,
+    momentum: &Six<'g>,
+    force: &Six<'g>,
+    inputs: &Inputs<'g, '_>,
+) -> Vec<Expr<'g>> {
+    let n = model.dofs.len();
+    let index: Vec<usize> = model.dofs.iter().map(|d| d.index()).collect();
+    let mut m: Vec<Vec<Expr<'g>>> =
+        index.iter().map(|i| index.iter().map(|j| momentum[*i].derivative(Leaf::State(*j as u16))).collect()).collect();
+    let mut f: Vec<Expr<'g>> = index.iter().map(|i| force[*i]).collect();
+    // a velocity that is logged but not simulated accelerates as its interpolation does
+    for dof in Dof::ALL.into_iter().filter(|d| !model.dofs.contains(d)) {
+        if let Some(k) = inputs.names.iter().position(|name| name == dof.velocity()) {
+            for (row, i) in index.iter().enumerate() {
+                let coupling = momentum[*i].derivative(Leaf::Input(k as u16));
+                if !coupling.is_zero() {
+                    let rate = velocity_dimension(dof).over(Dimension::TIME);
+                    f[row] -= coupling * graph.leaf(Leaf::Rate(k as u16), rate);
+                }
+            }
+        }
+    }
+    for k in 0..n {
+        for i in k + 1..n {
+            if m[i][k].is_zero() {
+                continue;
+            }
+            let factor = m[i][k] / m[k][k];
+            for j in k..n {
+                m[i][j] = m[i][j] - factor * m[k][j];
+            }
+            f[i] = f[i] - factor * f[k];
+        }
+    }
+    for i in (0..n).rev() {
+        for j in i + 1..n {
+            f[i] = f[i] - m[i][j] * f[j];
+        }
+        f[i] = f[i] * (graph.constant(1.0) / m[i][i]);
+    }
+    f
+}
+
+/// η̇ = J(η) ν with z-y-x Euler angles. A model that simulates neither roll nor pitch moves in the horizontal plane:
+/// its kinematics are planar, whatever small tilt the log shows.
+fn kinematics<'g>(at: &Instant<'g>, model: &Model) -> Six<'g> {
+    let zero = at.graph.zero();
+    let planar = !model.dofs.contains(&Dof::Roll) && !model.dofs.contains(&Dof::Pitch);
+    let attitude = if planar { [zero, zero, at.attitude[2]] } else { at.attitude };
+    let level = Instant { attitude, ..at.clone() };
+    let r = level.rotation();
+    let [u, v, w, p, q, yaw] = at.nu;
+    let (v, w) = if planar { (v, if at.models(Dof::Heave) { w } else { zero }) } else { (v, w) };
+    let position: [Expr<'g>; 3] = std::array::from_fn(|i| r[i][0] * u + r[i][1] * v + r[i][2] * w);
+    if planar {
+        return [position[0], position[1], position[2], zero, zero, yaw];
+    }
+    let [phi, theta, _] = attitude;
+    let turn = q * phi.sin() + yaw * phi.cos();
+    [position[0], position[1], position[2], p + turn * theta.tan(), q * phi.cos() - yaw * phi.sin(), turn / theta.cos()]
+}
+
+fn sense<'g>(
+    at: &Instant<'g>,
+    model: &Model,
+    theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
+    pose: &Six<'g>,
+) -> Vec<(&'static str, Expr<'g>)> {
+    let mut log = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
+    for (k, term) in model.terms.iter().enumerate() {
+        term.effect.sense(at, term.place, &theta(k), &mut log);
+    }
+    let velocities = model.dofs.iter().map(|dof| (dof.velocity(), log.nu[dof.index()]));
+    let positions =
+        Dof::ALL.into_iter().filter(|dof| pose[dof.index()].leaves() == [Leaf::State(6 + dof.index() as u16)]);
+    let logged_pose = |dof: Dof| {
+        if dof.is_rotation() { log.attitude[dof.index() - 3] } else { log.position[dof.index()] }
+    };
+    velocities.chain(positions.map(|dof| (dof.position(), logged_pose(dof)))).collect()
+}

@@ -1,0 +1,216 @@
+//! A model compiled for numbers: rates of the states, what sensors log, and the Jacobians of both.
+//!
+//! ```text
+//! ẋ = f(x, θ, inputs)      y = h(x, θ, inputs)
+//! A = ∂f/∂x, B = ∂f/∂θ, C = ∂h/∂x, D = ∂h/∂θ      by symbolic differentiation; only entries that are not 0 are kept
+//! ```
+
+use std::collections::BTreeSet;
+
+use crate::chain::{Available, StateId, assemble};
+use crate::model::Model;
+use crate::symbolic::{Expr, Graph, Leaf, Plan};
+
+/// An entry of a sparse matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry {
+    /// Row.
+    pub row: usize,
+    /// Column.
+    pub column: usize,
+}
+
+/// A plan whose first outputs are the functions, followed by the entries of their Jacobians.
+#[derive(Debug, Clone)]
+pub struct Functions {
+    /// The compiled formulas: values, entries by state, entries by parameter.
+    pub plan: Plan,
+    /// Number of functions.
+    pub count: usize,
+    /// Entries of the Jacobian by the states.
+    pub by_state: Vec<Entry>,
+    /// Entries of the Jacobian by the directions.
+    pub by_parameter: Vec<Entry>,
+    /// For each leaf of the plan: where its value comes from.
+    pub sources: Vec<Source>,
+}
+
+/// Where the value of a leaf comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// State of this index in [`Dynamics::states`].
+    State(usize),
+    /// Parameter of this index in the model.
+    Parameter(usize),
+    /// Slot of this index in [`Dynamics::inputs`].
+    Input(usize),
+}
+
+/// A compiled model.
+#[derive(Debug, Clone)]
+pub struct Dynamics {
+    /// What each state is.
+    pub states: Vec<StateId>,
+    /// Names of the logged channels that the model predicts, in the order of `observation`.
+    pub outputs: Vec<&'static str>,
+    /// Model parameters by which the Jacobians are taken.
+    pub directions: Vec<usize>,
+    /// Rates of the states.
+    pub rates: Functions,
+    /// What sensors log.
+    pub observation: Functions,
+    /// Quasi-steady values of the memory states, which come last in `states`.
+    pub start: Functions,
+    /// Leaves that are read from the run, each with the name of its channel.
+    pub inputs: Vec<(Leaf, String)>,
+}
+
+impl Dynamics {
+    /// Compiles a model whose runs have the channels `available` and log the channels `observed`; Jacobians are taken
+    /// by the states and by the model parameters `directions` (none: simulation only).
+    pub fn compile(
+        model: &Model,
+        available: &Available,
+        observed: &BTreeSet<String>,
+        directions: &[usize],
+    ) -> Dynamics {
+        let graph = Graph::new();
+        let equations = assemble(&graph, model, available);
+        let logged: Vec<_> = equations.logged.iter().filter(|(name, _)| observed.contains(*name)).collect();
+
+        // a position that nobody observes and nothing reads is not integrated
+        let mut needed: BTreeSet<Leaf> = logged.iter().flat_map(|(_, e)| e.leaves()).collect();
+        let always = |id: StateId| !matches!(id, StateId::Position(_));
+        needed.extend(equations.states.iter().filter(|s| always(s.id)).map(|s| s.leaf));
+        loop {
+            let more: BTreeSet<Leaf> =
+                equations.states.iter().filter(|s| needed.contains(&s.leaf)).flat_map(|s| s.rate.leaves()).collect();
+            if more.is_subset(&needed) {
+                break;
+            }
+            needed.extend(more);
+        }
+        let states: Vec<_> = equations.states.iter().filter(|s| needed.contains(&s.leaf)).collect();
+        let leaves: Vec<Leaf> = states.iter().map(|s| s.leaf).collect();
+        let by: Vec<Leaf> = directions.iter().map(|p| Leaf::Parameter(*p as u16)).collect();
+
+        let mut inputs = Vec::new();
+        let mut compile = |formulas: &[Expr<'_>], jacobians: bool| {
+            functions(
+                formulas,
+                if jacobians { Some((&leaves, &by)) } else { None },
+                &leaves,
+                &equations.inputs,
+                &mut inputs,
+            )
+        };
+        let with = !directions.is_empty();
+        let rates = compile(&states.iter().map(|s| s.rate).collect::<Vec<_>>(), with);
+        let observation = compile(&logged.iter().map(|(_, e)| *e).collect::<Vec<_>>(), with);
+        let start = compile(&states.iter().filter_map(|s| s.start).collect::<Vec<_>>(), false);
+        Dynamics {
+            states: states.iter().map(|s| s.id).collect(),
+            outputs: logged.iter().map(|(name, _)| *name).collect(),
+            directions: directions.to_vec(),
+            rates,
+            observation,
+            start,
+            inputs,
+        }
+    }
+
+    /// Model parameters that are delays of inputs: when they change, the inputs have to be read anew.
+    pub fn delays(&self) -> BTreeSet<usize> {
+        let delay = |leaf: &Leaf| match leaf {
+            Leaf::Delayed { delay, .. } | Leaf::DelayedRate { delay, .. } => Some(usize::from(*delay)),
+            _ => None,
+        };
+        self.inputs.iter().filter_map(|(leaf, _)| delay(leaf)).collect()
+    }
+
+    /// Number of memory states; they are the last ones.
+    pub fn memories(&self) -> usize {
+        self.start.count
+    }
+}
+
+fn functions(
+    formulas: &[Expr<'_>],
+    jacobians: Option<(&[Leaf], &[Leaf])>,
+    states: &[Leaf],
+    channels: &[String],
+    inputs: &mut Vec<(Leaf, String)>,
+) -> Functions {
+    let mut all = formulas.to_vec();
+    let mut entries = |by: &[Leaf]| {
+        let mut found = Vec::new();
+        for (row, formula) in formulas.iter().enumerate() {
+            for (column, leaf) in by.iter().enumerate() {
+                let derivative = formula.derivative(*leaf);
+                if !derivative.is_zero() {
+                    all.push(derivative);
+                    found.push(Entry { row, column });
+                }
+            }
+        }
+        found
+    };
+    let (by_state, by_parameter) = match jacobians {
+        None => (Vec::new(), Vec::new()),
+        Some((state, parameter)) => (entries(state), entries(parameter)),
+    };
+    let plan = Plan::compile(&all);
+    let mut input = |leaf: Leaf, channel: u16| {
+        inputs.iter().position(|(known, _)| *known == leaf).unwrap_or_else(|| {
+            inputs.push((leaf, channels[usize::from(channel)].clone()));
+            inputs.len() - 1
+        })
+    };
+    let sources = plan
+        .leaves()
+        .iter()
+        .map(|leaf| match *leaf {
+            Leaf::State(_) => Source::State(states.iter().position(|s| s == leaf).unwrap_or(usize::MAX)),
+            Leaf::Parameter(p) => Source::Parameter(usize::from(p)),
+            Leaf::Input(c) | Leaf::Rate(c) => Source::Input(input(*leaf, c)),
+            Leaf::Delayed { input: c, .. } | Leaf::DelayedRate { input: c, .. } => Source::Input(input(*leaf, c)),
+        })
+        .collect();
+    Functions { plan, count: formulas.len(), by_state, by_parameter, sources }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    fn compile(effects: &[&str], observed: &[&str], channels: &[&str]) -> Dynamics {
+        let model = Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, effects).unwrap();
+        let names = |list: &[&str]| list.iter().map(|s| (*s).to_string()).collect::<BTreeSet<_>>();
+        let available = Available { channels: names(channels), position: true };
+        Dynamics::compile(&model, &available, &names(observed), &model.free())
+    }
+
+    #[test]
+    fn only_states_that_matter_are_integrated() {
+        let tau = ["tau_u", "tau_v", "tau_r"];
+        let basic = ["inertia", "linear_drag"];
+        let heading_free = compile(&basic, &["u", "v", "r"], &tau);
+        assert_eq!(heading_free.states.len(), 3);
+        let with_heading = compile(&basic, &["u", "v", "r", "psi"], &tau);
+        assert_eq!(with_heading.states.len(), 4);
+        let with_position = compile(&basic, &["u", "x"], &tau);
+        assert_eq!(with_position.states.len(), 5, "x reads the heading");
+        let lag = compile(&["inertia", "linear_drag", "thrust_lag"], &["u"], &tau);
+        assert_eq!(lag.memories(), 3);
+        assert_eq!(lag.states.len(), 6);
+    }
+
+    #[test]
+    fn delays_are_inputs_of_their_own() {
+        let delayed = compile(&["inertia", "linear_drag", "thrust_delay"], &["u"], &["tau_u"]);
+        assert!(delayed.inputs.iter().any(|(leaf, name)| matches!(leaf, Leaf::Delayed { .. }) && name == "tau_u"));
+        assert_eq!(delayed.delays().len(), 1);
+    }
+}

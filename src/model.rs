@@ -1,0 +1,371 @@
+//! A model: which effects, where, with which values and how well those are known.
+//!
+//! ```text
+//! model = degrees of freedom + terms (effect @ place) + parameters θ ± σ
+//! ```
+//!
+//! Known or unknown, fixed or free is a property of the parameter in this model, never of the effect.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::effects::{Coriolis, Effect, ParameterSpec, Place, Scope, catalogue};
+use crate::frame::Dof;
+
+/// What an input does between two samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Interpolation {
+    /// A straight line from sample to sample.
+    #[default]
+    Linear,
+    /// Each sample is held until the next.
+    Hold,
+}
+
+/// An effect at its place, with the indices of its parameters in [`Model::parameters`].
+#[derive(Debug, Clone)]
+pub struct Term {
+    /// The effect.
+    pub effect: Arc<dyn Effect>,
+    /// Where it stands.
+    pub place: Place,
+    /// Indices of its parameters.
+    pub parameters: Vec<usize>,
+    /// Parameter α that blends an actuator effect in, τ + α (effect(τ) − τ): 0 without it, 1 with it in full.
+    /// Discovery scores candidates by it; `None` in an ordinary model.
+    pub blend: Option<usize>,
+}
+
+impl Term {
+    /// `id`, `id@dof` or `id@dof:other`.
+    pub fn name(&self) -> String {
+        name_of(self.effect.about().id, self.place)
+    }
+}
+
+/// `id`, `id@dof` or `id@dof:other`.
+pub fn name_of(id: &str, place: Place) -> String {
+    match (place.dof, place.other) {
+        (Some(dof), Some(other)) => format!("{id}@{dof}:{other}"),
+        (Some(dof), None) => format!("{id}@{dof}"),
+        _ => id.to_string(),
+    }
+}
+
+/// One parameter of a model. A value of its own in each run is a list as long as the runs.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Name of the first term that reads it.
+    pub term: String,
+    /// Id of that term's effect.
+    pub effect: String,
+    /// Place of that term.
+    pub place: Place,
+    /// Symbol, unit, kind.
+    pub spec: ParameterSpec,
+    /// Value, SI; for a parameter per run that of a run not listed.
+    pub value: f64,
+    /// Values per run, by the index of the run; empty for a common one.
+    pub per_run: Vec<f64>,
+    /// Standard deviation, SI; `None` where none was estimated.
+    pub std: Option<f64>,
+    /// Held at its value.
+    pub fixed: bool,
+    /// Lower bound.
+    pub min: f64,
+    /// Upper bound.
+    pub max: f64,
+    /// Standard deviation of a prior at `prior_mean`.
+    pub prior: Option<(f64, f64)>,
+}
+
+/// A model of a vehicle.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Degrees of freedom that are simulated, in the order of ν.
+    pub dofs: Vec<Dof>,
+    /// Tied or free Coriolis coefficients.
+    pub coriolis: Coriolis,
+    /// What inputs do between samples.
+    pub input: Interpolation,
+    /// Weight of the vehicle, N; what a centre of gravity off the axis acts with.
+    pub weight: f64,
+    /// Effects in the order of the catalogue.
+    pub terms: Vec<Term>,
+    /// Their parameters.
+    pub parameters: Vec<Parameter>,
+}
+
+/// Why a model cannot be built.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ModelError {
+    /// No effect bears this id.
+    #[error("no effect is called `{id}`")]
+    UnknownEffect {
+        /// The id asked for.
+        id: String,
+    },
+    /// The effect cannot stand there.
+    #[error("`{name}` cannot stand in this model: {reason}")]
+    WrongPlace {
+        /// Effect and place asked for.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// The same term twice.
+    #[error("`{name}` is in the model already")]
+    Twice {
+        /// The term.
+        name: String,
+    },
+    /// A simulated degree of freedom has no inertia.
+    #[error("`{dof}` has no inertia: add the effect `inertia@{dof}`")]
+    NoInertia {
+        /// The degree of freedom.
+        dof: Dof,
+    },
+}
+
+impl Model {
+    /// A model without effects.
+    pub fn new(dofs: &[Dof], coriolis: Coriolis) -> Model {
+        let mut dofs = dofs.to_vec();
+        dofs.sort_unstable();
+        dofs.dedup();
+        Model { dofs, coriolis, input: Interpolation::Linear, weight: 0.0, terms: Vec::new(), parameters: Vec::new() }
+    }
+
+    /// A model with these catalogue effects: `id`, wherever it applies, or `id@dof`, or `id@dof:other`.
+    ///
+    /// # Errors
+    /// [`ModelError`] for an unknown id or a place where the effect cannot stand.
+    pub fn with_effects(dofs: &[Dof], coriolis: Coriolis, effects: &[&str]) -> Result<Model, ModelError> {
+        let mut model = Model::new(dofs, coriolis);
+        for name in effects {
+            model.add_named(name)?;
+        }
+        Ok(model)
+    }
+
+    /// Adds a catalogue effect by name; a plain id at every place where it applies. Returns the new terms' indices.
+    ///
+    /// # Errors
+    /// As [`Model::with_effects`].
+    pub fn add_named(&mut self, name: &str) -> Result<Vec<usize>, ModelError> {
+        let (id, place) = match name.split_once('@') {
+            None => (name, None),
+            Some((id, place)) => (id, Some(place)),
+        };
+        let effect = catalogue(self.coriolis)
+            .into_iter()
+            .find(|e| e.about().id == id)
+            .ok_or_else(|| ModelError::UnknownEffect { id: id.to_string() })?;
+        let wrong = |reason: &str| ModelError::WrongPlace { name: name.to_string(), reason: reason.to_string() };
+        let dof_of = |text: &str| Dof::from_name(text).ok_or_else(|| wrong("no such degree of freedom"));
+        let places = match place {
+            None => places_of(effect.as_ref(), &self.dofs),
+            Some(text) => vec![match text.split_once(':') {
+                None => Place::at(dof_of(text)?),
+                Some((dof, other)) => Place::pair(dof_of(dof)?, dof_of(other)?),
+            }],
+        };
+        if places.is_empty() {
+            return Err(wrong("it applies to none of the modelled degrees of freedom"));
+        }
+        places.into_iter().map(|place| self.add(effect.clone(), place)).collect()
+    }
+
+    /// Adds an effect at a place; linear parameters start at their neutral value, shape parameters at the first of
+    /// their grid. Returns the index of the term.
+    ///
+    /// # Errors
+    /// [`ModelError`] when it cannot stand there or stands there already.
+    pub fn add(&mut self, effect: Arc<dyn Effect>, place: Place) -> Result<usize, ModelError> {
+        let name = name_of(effect.about().id, place);
+        if self.terms.iter().any(|t| t.name() == name) {
+            return Err(ModelError::Twice { name });
+        }
+        if let Some(reason) = misplaced(effect.as_ref(), place, &self.dofs) {
+            return Err(ModelError::WrongPlace { name, reason });
+        }
+        let parameters = effect
+            .parameters(place)
+            .into_iter()
+            .map(|spec| {
+                match self.parameters.iter().position(|p| spec.shared.is_some() && p.spec.shared == spec.shared) {
+                    Some(known) => known,
+                    None => self.push_parameter(&name, effect.about().id, place, spec),
+                }
+            })
+            .collect();
+        self.terms.push(Term { effect, place, parameters, blend: None });
+        Ok(self.terms.len() - 1)
+    }
+
+    /// Adds a parameter that belongs to the term `name`; returns its index.
+    pub(crate) fn push_parameter(&mut self, name: &str, effect: &str, place: Place, spec: ParameterSpec) -> usize {
+        let (value, min, max) = match &spec.kind {
+            crate::effects::ParameterKind::Linear => (spec.neutral, f64::NEG_INFINITY, f64::INFINITY),
+            crate::effects::ParameterKind::Shape { grid, min, max } => {
+                (grid.first().copied().unwrap_or(spec.neutral), *min, *max)
+            }
+        };
+        self.parameters.push(Parameter {
+            term: name.to_string(),
+            effect: effect.to_string(),
+            place,
+            spec,
+            value,
+            per_run: Vec::new(),
+            std: None,
+            fixed: false,
+            min,
+            max,
+            prior: None,
+        });
+        self.parameters.len() - 1
+    }
+
+    /// Takes a term out again, with the parameters that nothing else reads.
+    pub fn remove(&mut self, term: usize) {
+        let removed = self.terms.remove(term);
+        let mut gone: Vec<usize> = removed.parameters.into_iter().chain(removed.blend).collect();
+        gone.sort_unstable_by(|a, b| b.cmp(a));
+        for index in gone {
+            if self.terms.iter().any(|t| t.parameters.contains(&index) || t.blend == Some(index)) {
+                continue;
+            }
+            self.parameters.remove(index);
+            for t in &mut self.terms {
+                for p in t.parameters.iter_mut().chain(t.blend.as_mut()) {
+                    *p -= usize::from(*p > index);
+                }
+            }
+        }
+    }
+
+    /// Index of the term with this name.
+    pub fn term(&self, name: &str) -> Option<usize> {
+        self.terms.iter().position(|t| t.name() == name)
+    }
+
+    /// Index of the parameter `symbol` of the term `name`.
+    pub fn parameter(&self, name: &str, symbol: &str) -> Option<usize> {
+        let term = &self.terms[self.term(name)?];
+        term.parameters.iter().copied().find(|p| self.parameters[*p].spec.name == symbol)
+    }
+
+    /// Index of the first parameter of the term `name`.
+    pub fn parameter_of(&self, name: &str) -> Option<usize> {
+        self.terms[self.term(name)?].parameters.first().copied()
+    }
+
+    /// Sets the value of the first parameter of the term `name`; whether there is such a term.
+    pub fn set(&mut self, name: &str, value: f64) -> bool {
+        self.parameter_of(name).map(|p| self.parameters[p].value = value).is_some()
+    }
+
+    /// Value of the first parameter of the term `name`.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.parameter_of(name).map(|p| self.parameters[p].value)
+    }
+
+    /// Values of all parameters, in order.
+    pub fn values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.value).collect()
+    }
+
+    /// Indices of the parameters that are not fixed.
+    pub fn free(&self) -> Vec<usize> {
+        (0..self.parameters.len()).filter(|i| !self.parameters[*i].fixed).collect()
+    }
+
+    /// Refuses a model that cannot be simulated.
+    ///
+    /// # Errors
+    /// [`ModelError::NoInertia`].
+    pub fn check(&self) -> Result<(), ModelError> {
+        for dof in &self.dofs {
+            if self.term(&format!("inertia@{dof}")).is_none() {
+                return Err(ModelError::NoInertia { dof: *dof });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Every place at which an effect may stand in a model of these degrees of freedom.
+pub fn places_of(effect: &dyn Effect, dofs: &[Dof]) -> Vec<Place> {
+    let all = match effect.about().scope {
+        Scope::Each(list) => list.iter().map(|d| Place::at(*d)).collect(),
+        Scope::Pairs => Dof::ALL.iter().flat_map(|i| Dof::ALL.iter().map(|j| Place::pair(*i, *j))).collect(),
+        Scope::Vehicle(_) | Scope::Everywhere => vec![Place::VEHICLE],
+    };
+    let modelled = |place: &Place| place.other.is_none_or(|other| dofs.contains(&other));
+    all.into_iter().filter(|p| modelled(p) && misplaced(effect, *p, dofs).is_none()).collect()
+}
+
+/// Why an effect cannot stand at a place; `None` where it can.
+fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> {
+    let absent =
+        |dof: Dof| (!dofs.contains(&dof)).then(|| format!("{dof} is not among the modelled degrees of freedom"));
+    match (effect.about().scope, place.dof, place.other) {
+        (Scope::Each(list), Some(dof), None) if list.contains(&dof) => absent(dof),
+        (Scope::Pairs, Some(dof), Some(other)) if dof != other => absent(dof),
+        (Scope::Vehicle(needed), None, None) => needed.iter().find_map(|dof| absent(*dof)),
+        (Scope::Everywhere, None, None) => None,
+        (Scope::Each(_), ..) => Some("it is written id@dof".into()),
+        (Scope::Pairs, ..) => Some("it is written id@dof:other, with two different degrees of freedom".into()),
+        _ => Some("it belongs to the whole vehicle and is written without a degree of freedom".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
+
+    #[test]
+    fn a_plain_id_stands_wherever_it_applies() {
+        let model = Model::with_effects(&PLANAR, Coriolis::Tied, &["inertia", "coriolis_yaw"]).unwrap();
+        let names: Vec<_> = model.terms.iter().map(Term::name).collect();
+        assert_eq!(names, ["inertia@surge", "inertia@sway", "inertia@yaw", "coriolis_yaw"]);
+        assert_eq!(model.parameters.len(), 3);
+        assert_eq!(model.check(), Ok(()));
+    }
+
+    #[test]
+    fn misplaced_effects_are_refused_with_the_reason() {
+        let refuse = |name: &str| Model::with_effects(&PLANAR, Coriolis::Tied, &[name]).unwrap_err().to_string();
+        assert!(refuse("inertia@heave").contains("heave is not among"));
+        assert!(refuse("inertia@down").contains("no such degree"));
+        assert!(refuse("drag").contains("no effect is called `drag`"));
+        assert!(refuse("coriolis_pitch").contains("applies to none"));
+        assert!(refuse("cross_drag@yaw").contains("id@dof:other"));
+        let twice = Model::with_effects(&PLANAR, Coriolis::Tied, &["inertia", "inertia@yaw"]);
+        assert!(matches!(twice, Err(ModelError::Twice { .. })));
+        let none = Model::with_effects(&PLANAR, Coriolis::Tied, &["linear_drag"]).unwrap();
+        assert_eq!(none.check(), Err(ModelError::NoInertia { dof: Dof::Surge }));
+    }
+
+    #[test]
+    fn net_weight_is_one_parameter_and_outlives_one_of_its_terms() {
+        let mut model = Model::with_effects(
+            &PLANAR,
+            Coriolis::Free,
+            &["restoring_surge", "bias@yaw", "restoring_sway", "coriolis_yaw"],
+        )
+        .unwrap();
+        assert_eq!(model.parameters.len(), 3);
+        model.remove(0);
+        assert_eq!(model.parameters.len(), 3);
+        model.remove(model.term("restoring_sway").unwrap());
+        assert_eq!(model.parameters.iter().map(|p| p.spec.name.as_str()).collect::<Vec<_>>(), ["b_r", "k_uv"]);
+        assert_eq!(model.parameter("coriolis_yaw", "k_uv"), Some(1));
+    }
+}
