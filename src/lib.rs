@@ -14,6 +14,9 @@ pub mod filter;
 pub mod effects;
 pub mod frame;
 pub mod navigation;
+// exact comparisons in tests are meant: bits are promised there
+#![cfg_attr(test, allow(clippy::float_cmp))]
+
 pub mod chain;
 pub mod dynamics;
 pub mod effects;
@@ -21,6 +24,7 @@ pub mod frame;
 pub mod model;
 pub mod run;
 pub mod thrust;
+pub mod simulate;
 pub mod symbolic;
 pub mod units;
 pub mod vehicle;

@@ -1,0 +1,69 @@
+//! A whole run simulated from one initial state.
+
+use crate::dynamics::{Dynamics, Source};
+use crate::model::Model;
+use crate::symbolic::Registers;
+
+use super::{Stretch, Track, integrate_fast};
+
+/// A simulated run: one row a grid point.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    /// Time stamps, s.
+    pub time: Vec<f64>,
+    /// Outputs, `time.len()` rows of one value an output of the dynamics.
+    pub outputs: Vec<f64>,
+    /// States, `time.len()` rows.
+    pub states: Vec<f64>,
+}
+
+/// Values of the model's parameters in the run `run`.
+pub fn values_in_run(model: &Model, run: usize) -> Vec<f64> {
+    model.parameters.iter().map(|p| p.per_run.get(run).copied().unwrap_or(p.value)).collect()
+}
+
+/// Quasi-steady values of the memory states at grid point `k`, when the other states are `x`.
+pub fn memory_start(dynamics: &Dynamics, track: &Track, theta: &[f64], k: usize, x: &[f64]) -> Vec<f64> {
+    let functions = &dynamics.start;
+    let slots = dynamics.inputs.len();
+    let mut registers: Registers<1> = functions.plan.registers();
+    for (slot, source) in functions.sources.iter().enumerate() {
+        let value = match *source {
+            Source::State(i) => x.get(i).copied().unwrap_or(0.0),
+            Source::Parameter(p) => theta[p],
+            Source::Input(i) => track.inputs_at[k * slots + i],
+        };
+        functions.plan.set(&mut registers, slot, [value]);
+    }
+    functions.plan.prepare(&mut registers);
+    functions.plan.evaluate(&mut registers);
+    (0..functions.count).map(|k| functions.plan.output(&registers, k)[0]).collect()
+}
+
+/// Simulates the stretch of `track` from grid point `first` to `last` from the state `x0` (velocities and positions;
+/// memory starts quasi-steady).
+pub fn free_run(
+    dynamics: &Dynamics,
+    track: &Track,
+    theta: &[f64],
+    x0: &[f64],
+    first: usize,
+    last: usize,
+) -> Trajectory {
+    let mut x = x0.to_vec();
+    x.truncate(dynamics.states.len() - dynamics.memories());
+    let memory = memory_start(dynamics, track, theta, first, &x);
+    x.extend(memory);
+    let theta: Vec<[f64; 1]> = theta.iter().map(|v| [*v]).collect();
+    let start: Vec<[f64; 1]> = x.iter().map(|v| [*v]).collect();
+    let mut result = Trajectory { time: Vec::new(), outputs: Vec::new(), states: Vec::new() };
+    let stretch = [Some(Stretch { track: 0, first, last })];
+    integrate_fast(dynamics, std::slice::from_ref(track), &stretch, &theta, &start, false, &mut |at| {
+        if let [Some(k)] = at.grid {
+            result.time.push(track.time[k]);
+            result.outputs.extend(at.outputs.iter().map(|y| y[0]));
+            result.states.extend(at.states.iter().map(|x| x[0]));
+        }
+    });
+    result
+}

@@ -1,0 +1,16 @@
+//! Simulation by the classical Runge-Kutta scheme of fourth order, with sensitivities integrated along.
+//!
+//! ```text
+//! ẋ = f(x, θ, inputs)        Ṡ = A S + B,   S = ∂x/∂(x₀, θ)
+//! ```
+//!
+//! A [`Track`] is a run made ready: its inputs at every stage of every step, its observations at every sample.
+//! [`integrate`] carries `L` stretches of tracks side by side.
+
+mod free_run;
+mod rk4;
+mod track;
+
+pub use free_run::{Trajectory, free_run, memory_start, values_in_run};
+pub use rk4::{Emission, Stretch, integrate, integrate_fast};
+pub use track::{NO_SAMPLE, Substep, Track, TrackError};

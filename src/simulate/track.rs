@@ -1,0 +1,326 @@
+//! A run made ready for the integrator.
+//!
+//! The grid is the union of the time stamps of the observed channels. Between two grid points the step is divided so
+//! that no substep is longer than the limit; every substep has its inputs at its beginning, middle and end, with what
+//! the run's interpolation says there: for held inputs the end of a step still has the sample of its beginning.
+
+use std::collections::BTreeSet;
+
+use thiserror::Error;
+
+use crate::dynamics::Dynamics;
+use crate::model::Interpolation;
+use crate::run::{Run, Signal};
+use crate::symbolic::Leaf;
+
+/// Marks an instant at which a channel has no sample.
+pub const NO_SAMPLE: f64 = f64::NAN;
+
+/// Why a run cannot be simulated or fitted.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum TrackError {
+    /// The model reads a channel that the run does not have.
+    #[error("run `{run}` has no channel `{channel}`, which the model reads")]
+    MissingChannel {
+        /// Name of the run.
+        run: String,
+        /// Name of the channel.
+        channel: String,
+    },
+    /// Fewer than two instants.
+    #[error("run `{run}` has {samples} instants; a simulation needs at least 2")]
+    TooShort {
+        /// Name of the run.
+        run: String,
+        /// How many it has.
+        samples: usize,
+    },
+}
+
+/// One step of the integrator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Substep {
+    /// Time at its beginning, s.
+    pub time: f64,
+    /// Length, s.
+    pub step: f64,
+    /// Grid point that it ends at; `None` inside a grid interval.
+    pub ends_at: Option<usize>,
+}
+
+/// A run made ready.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// Name of the run.
+    pub name: String,
+    /// Index of the run, for parameters that have a value in each.
+    pub run: usize,
+    /// Time stamps of the grid, s.
+    pub time: Vec<f64>,
+    /// Observations: `time.len()` rows of one value an output of the dynamics, [`NO_SAMPLE`] where there is none.
+    pub observed: Vec<f64>,
+    /// First grid point of each stretch without gap; starts with 0.
+    pub starts: Vec<usize>,
+    /// Steps of the integrator; those that end at grid point k are `steps_to[k]..steps_to[k + 1]`.
+    pub substeps: Vec<Substep>,
+    /// Index of the first substep that leads to grid point k from k − 1; one more entry than grid points.
+    pub steps_to: Vec<usize>,
+    /// Inputs: for each substep, beginning, middle and end, one value an input of the dynamics.
+    pub inputs: Vec<f64>,
+    /// Inputs at each grid point.
+    pub inputs_at: Vec<f64>,
+    channels: Vec<Channel>,
+    interpolation: Interpolation,
+}
+
+/// Where an input comes from.
+#[derive(Debug, Clone)]
+enum Channel {
+    Time,
+    Samples(Signal),
+}
+
+impl Track {
+    /// Makes a run ready for `dynamics`. `theta` holds the values of the model's parameters (delays are among them),
+    /// `interpolation` says what commands do between samples, `longest` is the longest step, s.
+    ///
+    /// # Errors
+    /// [`TrackError`] when a channel is missing or the run is too short.
+    pub fn new(
+        run: &Run,
+        index: usize,
+        dynamics: &Dynamics,
+        theta: &[f64],
+        interpolation: Interpolation,
+        longest: f64,
+    ) -> Result<Track, TrackError> {
+        let channels = dynamics
+            .inputs
+            .iter()
+            .map(|(_, name)| match run.signal(name) {
+                Some(signal) if !signal.is_empty() => Ok(Channel::Samples(signal.clone())),
+                _ if name == "t" => Ok(Channel::Time),
+                _ => Err(TrackError::MissingChannel { run: run.name.clone(), channel: name.clone() }),
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let observed: Vec<Option<&Signal>> = dynamics.outputs.iter().map(|name| run.signal(name)).collect();
+        let time = grid(&observed, &channels);
+        if time.len() < 2 {
+            return Err(TrackError::TooShort { run: run.name.clone(), samples: time.len() });
+        }
+        let mut track = Track {
+            name: run.name.clone(),
+            run: index,
+            observed: on_grid(&observed, &time),
+            starts: starts(&time, &run.gaps),
+            substeps: Vec::new(),
+            steps_to: Vec::new(),
+            inputs: Vec::new(),
+            inputs_at: Vec::new(),
+            channels,
+            interpolation,
+            time,
+        };
+        track.divide(longest);
+        track.read_inputs(dynamics, theta);
+        Ok(track)
+    }
+
+    fn divide(&mut self, longest: f64) {
+        self.steps_to.push(0);
+        for k in 1..self.time.len() {
+            let (begin, end) = (self.time[k - 1], self.time[k]);
+            self.steps_to.push(self.substeps.len());
+            if self.starts.contains(&k) {
+                continue;
+            }
+            // a step that is longer by rounding alone is not divided
+            let parts = ((end - begin) / longest * (1.0 - 1e-9)).ceil().max(1.0) as usize;
+            let step = (end - begin) / parts as f64;
+            self.substeps.extend((0..parts).map(|i| Substep {
+                time: begin + step * i as f64,
+                step,
+                ends_at: (i + 1 == parts).then_some(k),
+            }));
+        }
+        self.steps_to.push(self.substeps.len());
+    }
+
+    /// Reads the inputs; again whenever a delay among the parameters has changed.
+    pub fn read_inputs(&mut self, dynamics: &Dynamics, theta: &[f64]) {
+        let width = dynamics.inputs.len();
+        let mut inputs = vec![0.0; self.substeps.len() * 3 * width];
+        let mut at_grid = vec![0.0; self.time.len() * width];
+        for (slot, (leaf, name)) in dynamics.inputs.iter().enumerate() {
+            let (rate, late) = match *leaf {
+                Leaf::Delayed { delay, .. } => (false, theta[usize::from(delay)]),
+                Leaf::DelayedRate { delay, .. } => (true, theta[usize::from(delay)]),
+                Leaf::Rate(_) => (true, 0.0),
+                _ => (false, 0.0),
+            };
+            let held = self.interpolation == Interpolation::Hold && name.starts_with("tau_");
+            let mut reader = Reader { channel: &self.channels[slot], near: 0, held, rate };
+            for (k, s) in self.substeps.iter().enumerate() {
+                let (begin, end) = (s.time - late, s.time + s.step - late);
+                let row = &mut inputs[k * 3 * width..(k + 1) * 3 * width];
+                row[slot] = reader.after(begin);
+                row[width + slot] = reader.after(begin + 0.5 * s.step);
+                row[2 * width + slot] = reader.before(end);
+            }
+            reader.near = 0;
+            for (k, t) in self.time.iter().enumerate() {
+                at_grid[k * width + slot] = reader.after(t - late);
+            }
+        }
+        self.inputs = inputs;
+        self.inputs_at = at_grid;
+    }
+}
+
+/// Reads one channel at instants that mostly grow.
+struct Reader<'a> {
+    channel: &'a Channel,
+    near: usize,
+    held: bool,
+    rate: bool,
+}
+
+impl Reader<'_> {
+    /// Value just after `t`.
+    fn after(&mut self, t: f64) -> f64 {
+        self.read(t, false)
+    }
+
+    /// Value just before `t`.
+    fn before(&mut self, t: f64) -> f64 {
+        self.read(t, true)
+    }
+
+    fn read(&mut self, t: f64, before: bool) -> f64 {
+        let Channel::Samples(signal) = self.channel else {
+            return if self.rate { 1.0 } else { t };
+        };
+        let (time, x) = (signal.time(), signal.values());
+        // an instant that differs from a sample by rounding alone is that sample's
+        let slack = 1e-9 * (1.0 + t.abs());
+        let t_search = if before { t - slack } else { t + slack };
+        while self.near + 1 < time.len() && time[self.near + 1] <= t_search {
+            self.near += 1;
+        }
+        while self.near > 0 && time[self.near] > t_search {
+            self.near -= 1;
+        }
+        let k = self.near;
+        if k + 1 >= time.len() || t_search < time[0] {
+            let end = if t_search < time[0] { x[0] } else { x[time.len() - 1] };
+            return if self.rate { 0.0 } else { end };
+        }
+        let slope = (x[k + 1] - x[k]) / (time[k + 1] - time[k]);
+        match (self.rate, self.held) {
+            (true, true) => 0.0,
+            (true, false) => slope,
+            (false, true) => x[k],
+            (false, false) => x[k] + slope * (t - time[k]),
+        }
+    }
+}
+
+/// Union of the observed channels' time stamps; that of the commands where nothing is observed.
+fn grid(observed: &[Option<&Signal>], channels: &[Channel]) -> Vec<f64> {
+    let mut stamps: Vec<&[f64]> = observed.iter().flatten().map(|s| s.time()).collect();
+    if stamps.is_empty() {
+        stamps.extend(channels.iter().filter_map(|c| match c {
+            Channel::Samples(signal) => Some(signal.time()),
+            Channel::Time => None,
+        }));
+    }
+    let shared = stamps.windows(2).all(|w| std::ptr::eq(w[0], w[1]) || w[0] == w[1]);
+    if let (true, Some(first)) = (shared, stamps.first()) {
+        return first.to_vec();
+    }
+    let union: BTreeSet<u64> = stamps.iter().flat_map(|s| s.iter()).map(|t| ordered(*t)).collect();
+    let mut time: Vec<f64> = union.into_iter().map(from_ordered).collect();
+    time.dedup_by(|b, a| *b - *a <= 1e-9 * (1.0 + a.abs()));
+    time
+}
+
+/// Bits that sort as the numbers do.
+fn ordered(x: f64) -> u64 {
+    let bits = x.to_bits();
+    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+}
+
+fn from_ordered(bits: u64) -> f64 {
+    f64::from_bits(if bits >> 63 == 1 { bits & !(1 << 63) } else { !bits })
+}
+
+fn on_grid(observed: &[Option<&Signal>], time: &[f64]) -> Vec<f64> {
+    let width = observed.len();
+    let mut table = vec![NO_SAMPLE; time.len() * width];
+    for (column, signal) in observed.iter().enumerate() {
+        let Some(signal) = signal else { continue };
+        let mut k = 0;
+        for (t, x) in signal.time().iter().zip(signal.values()) {
+            while k + 1 < time.len() && time[k + 1] <= t + 1e-9 * (1.0 + t.abs()) {
+                k += 1;
+            }
+            table[k * width + column] = *x;
+        }
+    }
+    table
+}
+
+/// Grid points at which a stretch begins: the first, and the first at or after each gap's end.
+fn starts(time: &[f64], gaps: &[f64]) -> Vec<usize> {
+    let mut starts = vec![0];
+    for gap in gaps {
+        let k = time.partition_point(|t| t < gap);
+        if k > 0 && k < time.len() {
+            starts.push(k);
+        }
+    }
+    starts.sort_unstable();
+    starts.dedup();
+    starts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reader(channel: &Channel, held: bool, rate: bool) -> Reader<'_> {
+        Reader { channel, near: 0, held, rate }
+    }
+
+    #[test]
+    fn held_inputs_keep_their_sample_to_the_end_of_the_step() {
+        let signal = Signal::new(vec![0.0, 0.5, 1.0].into(), vec![1.0, 3.0, 2.0]);
+        let channel = Channel::Samples(signal);
+        let mut held = reader(&channel, true, false);
+        assert_eq!([held.after(0.0), held.after(0.25), held.before(0.5), held.after(0.5)], [1.0, 1.0, 1.0, 3.0]);
+        let mut linear = reader(&channel, false, false);
+        assert_eq!(
+            [linear.after(0.25), linear.before(0.5), linear.after(0.75), linear.after(9.0)],
+            [2.0, 3.0, 2.5, 2.0]
+        );
+        let mut slope = reader(&channel, false, true);
+        assert_eq!([slope.after(0.0), slope.before(0.5), slope.after(0.5), slope.after(2.0)], [4.0, 4.0, -2.0, 0.0]);
+    }
+
+    #[test]
+    fn grid_is_the_union_of_the_sensors_stamps() {
+        let fast = Signal::new(vec![-0.1, 0.0, 0.1, 0.2].into(), vec![1.0; 4]);
+        let slow = Signal::new(vec![0.05, 0.2 + 1e-12].into(), vec![2.0; 2]);
+        let observed = [Some(&fast), Some(&slow)];
+        let time = grid(&observed, &[]);
+        assert_eq!(time, [-0.1, 0.0, 0.05, 0.1, 0.2]);
+        let table = on_grid(&observed, &time);
+        let slow_column: Vec<bool> = table.chunks(2).map(|row| row[1].is_nan()).collect();
+        assert_eq!(slow_column, [true, true, false, true, false]);
+    }
+
+    #[test]
+    fn a_gap_begins_a_stretch() {
+        assert_eq!(starts(&[0.0, 0.1, 3600.0, 3600.1], &[3600.0]), [0, 2]);
+    }
+}
