@@ -10,21 +10,19 @@
 //! it, simulates it, compares the simulation with the measurement, and names what is missing. The method is that of
 //! Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
 
-pub mod filter;
-pub mod effects;
-pub mod frame;
-pub mod navigation;
 // exact comparisons in tests are meant: bits are promised there
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
 pub mod chain;
 pub mod dynamics;
 pub mod effects;
+pub mod filter;
 pub mod frame;
 pub mod model;
+pub mod navigation;
 pub mod run;
-pub mod thrust;
 pub mod simulate;
 pub mod symbolic;
+pub mod thrust;
 pub mod units;
 pub mod vehicle;
