@@ -8,5 +8,10 @@
 //! (2013) 81-94, [`allocation`] the geometry, [`efficiency`] equations (16) and (17).
 
 pub mod allocation;
+pub mod bollard;
 pub mod curve;
+pub mod fit;
+#[cfg(test)]
+mod noise;
+mod regression;
 pub mod thruster;
