@@ -1,0 +1,123 @@
+//! A finding: one thing the crate has to say about the data, as a warning or as an error.
+//!
+//! The same everywhere, in `warnings` and `errors` of every result:
+//! `{"code", "kind", "severity", "message", "file", "line", "column", "run"}`, keys that do not apply absent.
+//! A [`Code`] is the stable name of a kind of finding with one line on what it means; each room keeps its own list,
+//! and `hydrosysid explain CODE` looks a code up in all of them.
+
+use serde::Serialize;
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Worth knowing; nothing is wrong.
+    Note,
+    /// The work was done; the result may not mean what it seems to.
+    Warning,
+    /// The work was not done.
+    Error,
+}
+
+/// A kind of finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Code {
+    /// Stable short name: the room's letter and three digits, `L012`.
+    pub code: &'static str,
+    /// Kind in words, `time-not-increasing`. Several codes may share one kind.
+    pub kind: &'static str,
+    /// How bad.
+    pub severity: Severity,
+    /// What it means and what to do, in one line.
+    pub meaning: &'static str,
+}
+
+/// One thing found, and where.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Stable code, `L012`.
+    pub code: &'static str,
+    /// Kind in words, `time-not-increasing`.
+    pub kind: &'static str,
+    /// How bad.
+    pub severity: Severity,
+    /// One or two sentences that stand alone: they name file, line and column themselves.
+    pub message: String,
+    /// File, as the user gave it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Physical line, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u64>,
+    /// Canonical name of the column, or the key of an option.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Name of the run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
+}
+
+impl Finding {
+    /// A finding that belongs to no place.
+    pub fn new(code: &Code, message: impl Into<String>) -> Finding {
+        Finding {
+            code: code.code,
+            kind: code.kind,
+            severity: code.severity,
+            message: message.into(),
+            file: None,
+            line: None,
+            column: None,
+            run: None,
+        }
+    }
+
+    /// A finding in a file; `text` says what, the place is put before it: `dive.csv, line 8, column u: …`.
+    pub fn at(code: &Code, file: &str, line: Option<u64>, column: Option<&str>, text: &str) -> Finding {
+        let mut message = file.to_string();
+        if let Some(line) = line {
+            message += &format!(", line {line}");
+        }
+        if let Some(column) = column {
+            message += &format!(", column {column}");
+        }
+        Finding {
+            file: Some(file.to_string()),
+            line,
+            column: column.map(str::to_string),
+            ..Finding::new(code, format!("{message}: {text}"))
+        }
+    }
+
+    /// The same finding, of this run.
+    #[must_use]
+    pub fn of_run(mut self, run: &str) -> Finding {
+        self.run = Some(run.to_string());
+        self
+    }
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} [{} {}]", self.message, self.code, self.kind)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CODE: Code = Code { code: "L000", kind: "parse", severity: Severity::Error, meaning: "not a number" };
+
+    #[test]
+    fn keys_that_do_not_apply_are_absent() {
+        let finding = Finding::at(&CODE, "dive.csv", Some(8), Some("u"), "'abc' is not a number");
+        let json = serde_json::to_string(&finding).unwrap();
+        assert_eq!(
+            json,
+            r#"{"code":"L000","kind":"parse","severity":"error","message":"dive.csv, line 8, column u: 'abc' is not a number","file":"dive.csv","line":8,"column":"u"}"#
+        );
+        let json = serde_json::to_string(&Finding::new(&CODE, "x").of_run("dive")).unwrap();
+        assert_eq!(json, r#"{"code":"L000","kind":"parse","severity":"error","message":"x","run":"dive"}"#);
+    }
+}

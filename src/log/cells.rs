@@ -1,0 +1,169 @@
+//! Cells of a row: a value, no value, or a fault with the option that would allow it.
+
+use super::clock::{Clock, NoTime};
+use super::codes;
+use super::faults::{Faults, no_number};
+use super::header::{Column, quoted};
+use super::number;
+use super::options::{LogOptions, Missing};
+use super::records::Record;
+
+/// What became of a cell.
+pub(super) enum Cell {
+    /// A finite number, in the unit of the file.
+    Value(f64),
+    /// No value, and the options allow that.
+    Missing,
+    /// A fault; counted when the column is strict.
+    Fault,
+}
+
+/// What the cells of one row are read with.
+pub(super) struct Cells<'a> {
+    pub options: &'a LogOptions,
+    /// Those of `missing_values` that are numbers.
+    pub missing_numbers: &'a [f64],
+    pub decimal: u8,
+    pub line: u64,
+    pub faults: &'a mut Faults,
+}
+
+impl Cells<'_> {
+    /// Reads a number.
+    #[inline]
+    pub fn number(&mut self, cell: &[u8], column: &Column) -> Cell {
+        match number::parse(cell, self.decimal) {
+            Some(x) if x.is_finite() && self.missing_numbers.is_empty() => Cell::Value(x),
+            number => self.odd(number, cell, column),
+        }
+    }
+
+    /// A cell that is not simply a finite number.
+    fn odd(&mut self, number: Option<f64>, cell: &[u8], column: &Column) -> Cell {
+        const HINT: &str =
+            "set missing = \"drop\" to leave such rows out, or \"no_sample\" if this sensor has no sample there";
+        let allowed = self.options.missing != Missing::Error;
+        let listed = number.is_some_and(|x| self.missing_numbers.contains(&x))
+            || self.options.missing_values.iter().any(|v| v.trim().as_bytes() == cell);
+        let infinite = number.is_some_and(f64::is_infinite);
+        let nan = number.is_some_and(f64::is_nan);
+        if allowed && !infinite && (listed || nan || cell.is_empty()) {
+            return Cell::Missing;
+        }
+        if let Some(x) = number.filter(|x| x.is_finite() && !listed) {
+            return Cell::Value(x);
+        }
+        if column.strict {
+            let shown = quoted(&String::from_utf8_lossy(cell));
+            let (code, text) = if infinite {
+                (codes::NON_FINITE, format!("{shown} is not a finite number; infinities are never dropped"))
+            } else if nan {
+                (codes::NON_FINITE, format!("{shown} is not a finite number; {HINT}"))
+            } else if cell.is_empty() {
+                (codes::MISSING, format!("no value; {HINT}"))
+            } else if listed {
+                (codes::MISSING, format!("{shown} is one of missing_values; {HINT}"))
+            } else {
+                (codes::PARSE, no_number(cell, self.options.decimal, !allowed))
+            };
+            self.faults.add(&code, Some(self.line), Some(&column.name), || text);
+        }
+        Cell::Fault
+    }
+
+    /// Reads the time; `header` is the text over its column. A fault is counted and gives `None`.
+    #[inline]
+    pub fn time(&mut self, clock: &mut Clock, cell: &[u8], header: &str) -> Option<f64> {
+        match clock.read(cell) {
+            Ok(t) => Some(t),
+            Err(fault) => {
+                self.no_time(fault, cell, header);
+                None
+            }
+        }
+    }
+
+    #[cold]
+    fn no_time(&mut self, fault: NoTime, cell: &[u8], header: &str) {
+        let text = String::from_utf8_lossy(cell);
+        let shown = quoted(&text);
+        let (code, message) = match fault {
+            _ if cell.is_empty() => (codes::MISSING, "no time stamp; a row without time cannot be used".to_string()),
+            _ if text == header => {
+                let message = format!(
+                    "{shown} is not a number: the header line stands here again, two logs were joined; read them as two runs"
+                );
+                (codes::PARSE, message)
+            }
+            NoTime::Date => {
+                let message = format!("{shown} is an ISO 8601 date; set time_format = \"iso8601\"");
+                (codes::TIME_FORMAT, message)
+            }
+            NoTime::NoDate => {
+                let message = format!("{shown} is no ISO 8601 date such as 2024-07-01T10:40:00.100Z");
+                (codes::TIME_FORMAT, message)
+            }
+            NoTime::NonFinite => (codes::NON_FINITE, format!("{shown} is not a finite number")),
+            NoTime::Parse if text.contains(':') => {
+                let message = format!(
+                    "{shown} is not a number; write seconds, or whole ISO 8601 dates with time_format = \"iso8601\""
+                );
+                (codes::PARSE, message)
+            }
+            NoTime::Parse => (codes::PARSE, no_number(cell, self.options.decimal, false)),
+        };
+        self.faults.add(&code, Some(self.line), Some("t"), || message);
+    }
+}
+
+/// Counts a row with the wrong number of fields.
+#[cold]
+pub(super) fn add_field_count(faults: &mut Faults, line: u64, fields: usize, width: usize, hint: &str) {
+    faults.add(&codes::FIELD_COUNT, Some(line), None, || format!("{fields} fields where the header has {width}{hint}"));
+}
+
+/// Counts a time stamp that is not later than the one before.
+#[cold]
+pub(super) fn add_time_order(faults: &mut Faults, line: u64, t: f64, before: f64) {
+    faults.add(&codes::TIME_ORDER, Some(line), Some("t"), || {
+        let hint = if t < before {
+            "if the clock was set back or two logs were joined read the parts as two runs; if the rows are merely out of order set sort = true"
+        } else {
+            "if rows are repeated set duplicates = \"first\"; if the clock is too coarse write more decimals"
+        };
+        format!("{t:?} s is not later than {before:?} s of the row before; {hint}")
+    });
+}
+
+/// A word on rows that look like comments.
+pub(super) fn comment_hint(record: &Record) -> String {
+    let first = record.text(0);
+    match ["#", "%", "//"].into_iter().find(|mark| first.starts_with(mark)) {
+        Some(mark) => format!("; if this line is a comment set comment = \"{mark}\""),
+        None => String::new(),
+    }
+}
+
+/// Digits behind the decimal mark; `None` for anything but a plain decimal.
+#[inline]
+pub(super) fn decimals(cell: &[u8], decimal: u8) -> Option<usize> {
+    let behind = cell.iter().rev().take_while(|b| b.is_ascii_digit()).count();
+    match cell.len() - behind {
+        0 => (behind > 0).then_some(0),
+        rest if cell[rest - 1] == decimal => Some(behind),
+        1 if behind > 0 && matches!(cell[0], b'-' | b'+') => Some(0),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_are_counted_in_plain_numbers_only() {
+        let count = |text: &str| decimals(text.as_bytes(), b'.');
+        assert_eq!(["39.8", "39.", "39", "-3", ".25"].map(count), [Some(1), Some(0), Some(0), Some(0), Some(2)]);
+        assert_eq!(["1e-5", "", "-", "AUTO"].map(count), [None; 4]);
+    }
+}

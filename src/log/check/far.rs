@@ -1,0 +1,116 @@
+//! Single values far from all others: codes for "no value", and spikes.
+
+use super::super::codes;
+use super::super::number::short;
+use super::plausible::limit;
+use super::statistics::{median, quantile, range};
+use super::{Seen, is_measured};
+use crate::run::Signal;
+
+/// Sentinels and outliers of a measured channel.
+pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
+    if !is_measured(name) || signal.len() < 8 {
+        return Vec::new();
+    }
+    let mut kept = vec![true; signal.len()];
+    let mut seen = Vec::new();
+    while let Some(code) = sentinel(signal.values(), &kept) {
+        let at: Vec<usize> =
+            (0..kept.len()).filter(|&k| kept[k] && signal.values()[k].to_bits() == code.to_bits()).collect();
+        at.iter().for_each(|&k| kept[k] = false);
+        let text = format!(
+            "{name} is exactly {code:?} in {} samples and nowhere near it otherwise: a code for no value; \
+             set missing_values = [\"{code:?}\"] with missing = \"drop\" or \"no_sample\"",
+            at.len()
+        );
+        seen.push(Seen::new(codes::SENTINEL, &[name], at.first().map(|&k| signal.time()[k]), text));
+    }
+    let spikes = spikes(name, signal.values(), &kept);
+    if let Some(&first) = spikes.first() {
+        let count = if spikes.len() > 1 { format!(" ({} such samples)", spikes.len()) } else { String::new() };
+        let text = format!("{name} = {} stands far off its neighbours{count}", short(signal.values()[first], 6));
+        seen.push(Seen::new(codes::OUTLIER, &[name], Some(signal.time()[first]), text));
+    }
+    seen
+}
+
+/// Whether the digits are those of a well-known code: nines (−9999, 99.99) or the ends of a 16-bit range.
+fn is_known_code(x: f64) -> bool {
+    let digits: String = format!("{:?}", x.abs()).chars().filter(char::is_ascii_digit).collect();
+    let digits = digits.trim_matches('0');
+    (digits.len() >= 2 && digits.bytes().all(|b| b == b'9'))
+        || ["32768", "32767", "65535", "65536"].contains(&digits)
+        || x.abs() >= 1e20
+}
+
+/// An extreme value that comes back to the bit and is far from the rest: at least its whole range for a known code
+/// that comes twice, five times the range for any other that comes three times.
+fn sentinel(values: &[f64], kept: &[bool]) -> Option<f64> {
+    let rest = |without: f64| {
+        let kept = values.iter().zip(kept).filter(|(x, k)| **k && x.to_bits() != without.to_bits());
+        range(kept.map(|(x, _)| *x))
+    };
+    let (low, high) = range(values.iter().zip(kept).filter(|(_, k)| **k).map(|(x, _)| *x))?;
+    [low, high].into_iter().find(|&extreme| {
+        let count = values.iter().zip(kept).filter(|(x, k)| **k && x.to_bits() == extreme.to_bits()).count();
+        let Some((a, b)) = rest(extreme) else { return false };
+        let distance = if extreme < a { a - extreme } else { extreme - b };
+        let far = distance / (b - a);
+        b > a && (count >= 3 && far > 5.0 || count >= 2 && is_known_code(extreme) && far > 1.0)
+    })
+}
+
+/// Samples that stand off both neighbours to the same side by more than 20 times the usual second difference and by
+/// more than the whole usual range (5 to 95 percent) of the channel; or anything ten such ranges off the median.
+fn spikes(name: &str, values: &[f64], kept: &[bool]) -> Vec<usize> {
+    let sound: Vec<usize> = (0..values.len()).filter(|&k| kept[k] && values[k].abs() <= limit(name)).collect();
+    let x = |i: usize| values[sound[i]];
+    let all = || sound.iter().map(|&k| values[k]);
+    let (Some(middle), Some(low), Some(high)) = (median(all()), quantile(all(), 0.05), quantile(all(), 0.95)) else {
+        return Vec::new();
+    };
+    let usual = high - low;
+    let bend = |i: usize| (x(i) - 0.5 * (x(i - 1) + x(i + 1))).abs();
+    let inner = 1..sound.len().saturating_sub(1);
+    let noise = median(inner.clone().map(bend)).unwrap_or(0.0) / 0.6745;
+    // A heading jumps by a full turn where it is wrapped; a channel that hardly moves has no usual range.
+    if usual <= 0.0 || matches!(name, "psi" | "phi") {
+        return Vec::new();
+    }
+    let is_spike = |i: usize| {
+        let (before, after) = (x(i) - x(i - 1), x(i) - x(i + 1));
+        before * after > 0.0 && before.abs().min(after.abs()) > (20.0 * noise).max(usual)
+    };
+    let far = |i: usize| (x(i) - middle).abs() > 10.0 * usual;
+    (0..sound.len()).filter(|&i| far(i) || (inner.contains(&i) && is_spike(i))).map(|i| sound[i]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn swing(change: impl Fn(usize, f64) -> f64) -> Signal {
+        let time: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
+        let values: Vec<f64> = time.iter().enumerate().map(|(k, t)| change(k, 0.6 * t.sin())).collect();
+        Signal::new(time.into(), values)
+    }
+
+    #[test]
+    fn codes_for_no_value_are_noticed() {
+        for (code, count) in [(-32.768, 6), (-9999.0, 2), (99.99, 3), (12.5, 3)] {
+            let seen = check("u", &swing(|k, x| if (50..50 + count).contains(&k) { code } else { x }));
+            assert_eq!(seen.len(), 1, "{code}");
+            assert!(seen[0].code == codes::SENTINEL && seen[0].text.contains(&format!("{code:?} in {count}")));
+        }
+    }
+
+    #[test]
+    fn a_spike_is_noticed_and_a_step_is_not() {
+        let seen = check("r", &swing(|k, x| if k == 88 { 5.0 } else { x }));
+        assert_eq!((seen.len(), seen[0].code), (1, codes::OUTLIER));
+        assert!((seen[0].time.unwrap() - 8.8).abs() < 1e-12);
+        assert!(check("r", &swing(|k, _| if k > 88 { 5.0 } else { 0.0 })).is_empty());
+        assert!(check("r", &swing(|_, x| x)).is_empty());
+        assert!(check("tau_r", &swing(|k, x| if k == 88 { 50.0 } else { x })).is_empty());
+    }
+}

@@ -1,0 +1,61 @@
+//! What a log says that a vehicle cannot mean: one small check a file, each a pure function of signals.
+//!
+//! A check finds, it does not mend: nothing is changed, dropped or rescaled.
+
+pub mod far;
+pub mod plausible;
+pub mod repeat;
+pub mod sign;
+pub mod statistics;
+pub mod time;
+
+use std::collections::BTreeMap;
+
+use super::codes;
+use crate::finding::Code;
+use crate::frame::Dof;
+use crate::run::Signal;
+
+/// What a check saw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Its code.
+    pub code: Code,
+    /// The channels concerned.
+    pub channels: Vec<String>,
+    /// Time stamp of the first sample concerned, s; `None` when it is the whole channel.
+    pub time: Option<f64>,
+    /// What, in one sentence without the place.
+    pub text: String,
+}
+
+impl Seen {
+    fn new(code: Code, channels: &[&str], time: Option<f64>, text: String) -> Seen {
+        Seen { code, channels: channels.iter().map(|c| (*c).to_string()).collect(), time, text }
+    }
+}
+
+/// Whether the channel is a measured state or a load cell: what a sensor says, not what was commanded.
+pub fn is_measured(name: &str) -> bool {
+    Dof::ALL.iter().any(|d| [d.velocity(), d.position(), d.load()].contains(&name))
+}
+
+/// Whether the channel is a measured velocity or rate.
+pub fn is_velocity(name: &str) -> bool {
+    Dof::ALL.iter().any(|d| d.velocity() == name)
+}
+
+/// All checks. `time` is that of the rows, s.
+pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
+    let mut seen = time::check(time);
+    seen.extend(plausible::check(signals));
+    for (name, signal) in signals {
+        seen.extend(far::check(name, signal));
+    }
+    seen.extend(repeat::check(signals));
+    // A fit of data that is already known to be wrong says nothing about signs.
+    if seen.iter().all(|s| s.code == codes::GAP) {
+        seen.extend(sign::check(signals));
+    }
+    seen
+}

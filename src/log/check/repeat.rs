@@ -1,0 +1,133 @@
+//! Values that do not change: constant columns, samples held by a slower sensor, limits.
+
+use std::collections::BTreeMap;
+
+use super::super::codes;
+use super::super::number::short;
+use super::statistics::range;
+use super::{Seen, is_measured, is_velocity};
+use crate::frame::Dof;
+use crate::run::Signal;
+
+/// Fewer samples say nothing about repetition.
+const FEWEST: usize = 8;
+
+/// The three checks; columns of one kind are one finding.
+pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
+    let long = || signals.iter().filter(|(_, s)| s.len() >= FEWEST).map(|(n, s)| (n.as_str(), s.values(), s.time()));
+    let mut seen = Vec::new();
+    let constant: Vec<&str> =
+        long().filter(|(n, x, _)| is_velocity(n) && lengths(x).len() == 1).map(|(n, ..)| n).collect();
+    if !constant.is_empty() {
+        let text = format!("{} never change: nothing can be learned from them", constant.join(", "));
+        seen.push(Seen::new(codes::CONSTANT, &constant, None, text));
+    }
+    let held: Vec<(&str, usize)> =
+        long().filter(|(n, ..)| is_measured(n)).filter_map(|(n, x, _)| Some((n, held_for(x)?))).collect();
+    if let Some((_, rows)) = held.first() {
+        let names: Vec<&str> = held.iter().map(|(n, _)| *n).collect();
+        let text = format!(
+            "{} keep each value for {rows} rows: samples of a slower sensor, repeated; \
+             leave the repeated cells empty and set missing = \"no_sample\"",
+            names.join(", ")
+        );
+        seen.push(Seen::new(codes::HELD, &names, None, text));
+    }
+    for (name, x, time) in long().filter(|(n, ..)| is_measured(n) || Dof::ALL.iter().any(|d| d.force() == *n)) {
+        if let Some((first, limit, samples)) = saturated(x) {
+            let text =
+                format!("{name} stays at its extreme {} for {samples} samples: a limit was reached", short(limit, 6));
+            seen.push(Seen::new(codes::SATURATION, &[name], time.get(first).copied(), text));
+        }
+    }
+    seen
+}
+
+/// Lengths of the stretches of equal values.
+fn lengths(values: &[f64]) -> Vec<usize> {
+    values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(<[f64]>::len).collect()
+}
+
+/// For how many rows each value is held, when that is the rule: at least three in five stretches have this length,
+/// two or more.
+fn held_for(values: &[f64]) -> Option<usize> {
+    let lengths = lengths(values);
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    for length in &lengths {
+        *counts.entry(*length).or_default() += 1;
+    }
+    let (length, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
+    (length >= 2 && count >= 3 && 5 * count >= 3 * lengths.len()).then_some(length)
+}
+
+/// First sample at the limit, the limit, and how many samples lie there: at least one in twenty, in stretches of four
+/// or more, while hardly any other value comes twice in a row. A command with a few levels is no such thing.
+fn saturated(values: &[f64]) -> Option<(usize, f64, usize)> {
+    const STRETCH: usize = 4;
+    let (low, high) = range(values.iter().copied())?;
+    if low >= high {
+        return None;
+    }
+    let stretches: Vec<&[f64]> = values.chunk_by(|a, b| a.to_bits() == b.to_bits()).collect();
+    let inside = stretches.iter().filter(|s| s[0] > low && s[0] < high);
+    let (moving, still) = inside.fold((0, 0), |(m, r), s| (m + 1, r + usize::from(s.len() > 1)));
+    if 2 * moving < values.len() / 2 || 10 * still > moving {
+        return None;
+    }
+    [low, high].into_iter().find_map(|limit| {
+        let (mut at, mut first, mut samples) = (0, None, 0);
+        for s in &stretches {
+            if s[0].to_bits() == limit.to_bits() && s.len() >= STRETCH {
+                first.get_or_insert(at);
+                samples += s.len();
+            }
+            at += s.len();
+        }
+        // zero is where a command rests
+        first.filter(|_| 20 * samples >= values.len() && limit != 0.0).map(|first| (first, limit, samples))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(columns: &[(&str, &dyn Fn(usize) -> f64)]) -> Vec<Seen> {
+        let time: std::sync::Arc<[f64]> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
+        let signal = |f: &dyn Fn(usize) -> f64| Signal::new(time.clone(), (0..200).map(f).collect::<Vec<_>>());
+        check(&columns.iter().map(|(n, f)| ((*n).to_string(), signal(f))).collect())
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn wave(k: usize) -> f64 {
+        (0.1 * k as f64).sin()
+    }
+
+    #[test]
+    fn held_samples_are_noticed() {
+        let seen = run(&[
+            ("u", &|k| wave(k / 5 * 5)),
+            ("v", &|k| wave(k / 5 * 5)),
+            ("r", &wave),
+            ("tau_u", &|k| wave(k / 5 * 5)),
+        ]);
+        assert_eq!(seen.len(), 1);
+        assert_eq!(seen[0].channels, ["u", "v"]);
+        assert!(seen[0].text.contains("5 rows"));
+    }
+
+    #[test]
+    fn constants_are_noticed() {
+        let seen = run(&[("u", &|_| 0.4), ("v", &|_| 0.0), ("r", &wave)]);
+        assert_eq!((seen.len(), seen[0].code), (1, codes::CONSTANT));
+        assert_eq!(seen[0].channels, ["u", "v"]);
+    }
+
+    #[test]
+    fn limits_are_noticed_and_levels_are_not() {
+        let seen = run(&[("r", &|k| wave(k).min(0.8))]);
+        assert_eq!((seen.len(), seen[0].code), (1, codes::SATURATION));
+        assert!(run(&[("tau_r", &|k| if k / 30 % 2 == 0 { 50.0 } else { -50.0 })]).is_empty());
+        assert!(run(&[("tau_u", &wave)]).is_empty());
+    }
+}

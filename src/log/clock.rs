@@ -1,0 +1,180 @@
+//! Time stamps to seconds.
+//!
+//! A 64-bit float holds a wall clock in nanoseconds to 256 ns only. Stamps of a wall clock are therefore read as
+//! integers (decimals as integers of 10⁻⁹ units), the first one is subtracted, and only the difference becomes a
+//! float. Stamps that start near zero are kept as they are.
+
+use super::iso8601;
+use super::number;
+use super::options::{TimeFormat, TimeUnit};
+
+/// Beyond three years a stamp is a wall clock, not the time since a log began. s
+const WALL_CLOCK: f64 = 1e8;
+
+/// Why a cell is no time stamp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoTime {
+    /// Not a number.
+    Parse,
+    /// NaN or infinite.
+    NonFinite,
+    /// A date where a number was expected.
+    Date,
+    /// No date where one was expected.
+    NoDate,
+}
+
+/// Reads the time column.
+#[derive(Debug, Clone)]
+pub struct Clock {
+    dates: bool,
+    per_second: f64,
+    decimal: u8,
+    zero: Zero,
+}
+
+/// What is subtracted.
+#[derive(Debug, Clone, Copy)]
+enum Zero {
+    /// No stamp has been read yet.
+    Unknown,
+    /// Nothing.
+    None,
+    /// An exact stamp, in 10⁻⁹ of the unit.
+    Exact(i128),
+    /// A stamp that is written with an exponent.
+    Float(f64),
+}
+
+impl Clock {
+    /// A clock of this unit or, with a format, of dates.
+    pub fn new(unit: TimeUnit, format: Option<TimeFormat>, decimal: u8) -> Clock {
+        let dates = format == Some(TimeFormat::Iso8601);
+        Clock { dates, per_second: if dates { 1e9 } else { unit.per_second() }, decimal, zero: Zero::Unknown }
+    }
+
+    /// What was subtracted from the stamps, s since 1970 for dates; `None` when nothing was.
+    #[allow(clippy::cast_precision_loss)] // for people, the differences are exact
+    pub fn origin(&self) -> Option<f64> {
+        match self.zero {
+            Zero::Unknown | Zero::None => None,
+            Zero::Exact(n) => Some(n as f64 / self.scale()),
+            Zero::Float(x) => Some(x / self.per_second),
+        }
+    }
+
+    /// How many of the integers make a second.
+    fn scale(&self) -> f64 {
+        if self.dates { 1e9 } else { 1e9 * self.per_second }
+    }
+
+    /// The time in this cell, s.
+    ///
+    /// # Errors
+    /// When it is none.
+    #[inline]
+    pub fn read(&mut self, cell: &[u8]) -> Result<f64, NoTime> {
+        if let (Zero::None, Some(x)) = (self.zero, number::parse(cell, self.decimal)) {
+            return if x.is_finite() { Ok(x / self.per_second) } else { Err(NoTime::NonFinite) };
+        }
+        self.read_wall_clock(cell)
+    }
+
+    #[allow(clippy::cast_precision_loss)] // differences of stamps; exact below 2⁵³ units
+    fn read_wall_clock(&mut self, cell: &[u8]) -> Result<f64, NoTime> {
+        if self.dates {
+            let n = iso8601::nanoseconds(cell).ok_or(NoTime::NoDate)?;
+            return Ok((n - self.exact_zero(n)) as f64 / 1e9);
+        }
+        let Some(x) = number::parse(cell, self.decimal) else {
+            return Err(if iso8601::looks_like_one(cell) { NoTime::Date } else { NoTime::Parse });
+        };
+        if !x.is_finite() {
+            return Err(NoTime::NonFinite);
+        }
+        if matches!(self.zero, Zero::Unknown) {
+            self.zero = match decimal_nanos(cell, self.decimal) {
+                _ if x.abs() / self.per_second < WALL_CLOCK => Zero::None,
+                Some(n) => Zero::Exact(n),
+                None => Zero::Float(x),
+            };
+        }
+        Ok(match self.zero {
+            Zero::Exact(zero) => match decimal_nanos(cell, self.decimal) {
+                Some(n) => (n - zero) as f64 / self.scale(),
+                None => (x - zero as f64 / 1e9) / self.per_second,
+            },
+            Zero::Float(zero) => (x - zero) / self.per_second,
+            Zero::Unknown | Zero::None => x / self.per_second,
+        })
+    }
+
+    fn exact_zero(&mut self, first: i128) -> i128 {
+        match self.zero {
+            Zero::Exact(zero) => zero,
+            _ => {
+                self.zero = Zero::Exact(first);
+                first
+            }
+        }
+    }
+}
+
+/// A plain decimal with at most 20 digits before and 9 after the mark, as an integer of 10⁻⁹.
+fn decimal_nanos(cell: &[u8], decimal: u8) -> Option<i128> {
+    let (negative, digits) = match cell {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, cell),
+    };
+    let (mut n, mut after) = (0i128, None);
+    for &byte in digits {
+        match byte {
+            b'0'..=b'9' => {
+                n = n.checked_mul(10)?.checked_add(i128::from(byte - b'0'))?;
+                after = after.map(|a: u32| a + 1);
+            }
+            _ if byte == decimal && after.is_none() => after = Some(0),
+            _ => return None,
+        }
+    }
+    let left = 9u32.checked_sub(after.unwrap_or(0))?;
+    let n = n.checked_mul(10i128.pow(left))?;
+    (digits.len() <= 30).then_some(if negative { -n } else { n })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(unit: TimeUnit, format: Option<TimeFormat>, cells: &[&str]) -> Vec<f64> {
+        let mut clock = Clock::new(unit, format, b'.');
+        cells.iter().map(|c| clock.read(c.as_bytes()).unwrap()).collect()
+    }
+
+    #[test]
+    fn exact_nanosecond_stamps_keep_every_nanosecond() {
+        let t = read(TimeUnit::Ns, None, &["1719830400000000000", "1719830400000000001", "1719830400100000000"]);
+        assert_eq!(t, [0.0, 1e-9, 0.1]);
+        let t = read(TimeUnit::S, None, &["1719830400.0", "1719830400.1"]);
+        assert_eq!(t, [0.0, 0.1]);
+        // read in seconds by mistake: the step is wrong, and says so
+        assert_eq!(read(TimeUnit::S, None, &["1719830400000000000", "1719830400100000000"]), [0.0, 1e8]);
+    }
+
+    #[test]
+    fn stamps_near_zero_are_kept() {
+        assert_eq!(read(TimeUnit::Ms, None, &["100", "200"]), [0.1, 0.2]);
+        assert_eq!(read(TimeUnit::S, None, &["12.5", "12.6"]), [12.5, 12.6]);
+    }
+
+    #[test]
+    fn dates_count_from_the_first() {
+        let cells = ["2024-07-01T23:59:59.900Z", "2024-07-02T00:00:00.000Z"];
+        assert_eq!(read(TimeUnit::S, Some(TimeFormat::Iso8601), &cells), [0.0, 0.1]);
+        let mut clock = Clock::new(TimeUnit::S, None, b'.');
+        assert_eq!(clock.read(cells[0].as_bytes()), Err(NoTime::Date));
+        assert_eq!(clock.read(b"00:00:00.00"), Err(NoTime::Parse));
+        assert_eq!(clock.read(b"inf"), Err(NoTime::NonFinite));
+    }
+}

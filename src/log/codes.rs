@@ -1,0 +1,63 @@
+//! The codes of this room: what reading a log can find.
+
+use crate::finding::{Code, Severity};
+
+macro_rules! codes {
+    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
+        $(#[doc = $meaning] pub const $name: Code =
+            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
+        /// All codes of this room, for `hydrosysid explain`.
+        pub const ALL: &[Code] = &[$($name),*];
+    };
+}
+
+codes! {
+    EMPTY_FILE = "L001" "empty-file" Error "The file holds no text at all, or blank lines only.";
+    NO_DATA = "L002" "no-data" Error "There is a header but no row of data left to work with.";
+    ENCODING = "L003" "encoding" Error "The bytes are not UTF-8 text: another encoding, a compressed file, or a block of NUL bytes after a power loss.";
+    LINE_LENGTH = "L004" "line-length" Error "One line is longer than max_line_bytes: usually a file without line ends or a quote that is never closed.";
+    QUOTE = "L005" "quote" Error "A quoted field is not closed, or something follows its closing quote.";
+    HEADER = "L006" "header" Error "The first line is not a header: it holds numbers, or it is a comment and no comment option is set.";
+    DELIMITER = "L007" "delimiter" Error "The header does not split at the delimiter but would at another one: set delimiter.";
+    COLUMN_LIMIT = "L008" "column-limit" Error "The header has more columns than max_columns.";
+    DUPLICATE_COLUMN = "L009" "duplicate-column" Error "Two columns have the same name, so it is not known which one is meant.";
+    MISSING_COLUMN = "L010" "missing-column" Error "A column that is needed is not there under this name: give its header in columns.";
+    UNIT_UNKNOWN = "L011" "unit" Error "The unit in the header or in columns is not one this column is read in.";
+    FIELD_COUNT = "L012" "field-count" Error "A row has more or fewer fields than the header.";
+    PARSE = "L013" "parse" Error "A cell is not a number.";
+    MISSING = "L014" "missing" Error "A cell is empty: set missing to drop the row or to read it as no new sample of this sensor.";
+    NON_FINITE = "L015" "non-finite" Error "A cell is NaN, infinite, or too large for a 64-bit number.";
+    TIME_FORMAT = "L016" "time-format" Error "A time stamp is an ISO 8601 date, or is not one although time_format says so.";
+    TIME_ORDER = "L017" "time-not-increasing" Error "A time stamp is not later than the one before it: a repeated row, a clock set back, or a clock too coarse.";
+    ONE_ROW = "L018" "too-few-rows" Error "One row is no motion.";
+
+    TOO_FEW_ROWS = "L101" "too-few-rows" Warning "So few rows carry no more than a handful of parameters: a fit needs at least two rows more than parameters.";
+    ROWS_DROPPED = "L102" "rows-dropped" Warning "Rows were left out because an option says so.";
+    BLANK_LINE = "L103" "blank-line" Warning "A blank line stands between rows; it was skipped.";
+    SHORT_LAST_FIELD = "L104" "no-final-newline-short-field" Warning "The file ends without a line end and its last number has fewer decimals than every other of its column: it may be cut.";
+    GAP = "L105" "gap" Warning "Time jumps forward; nothing is integrated across the jump.";
+    TIME_UNIT = "L106" "time-unit" Warning "The usual step of time is implausible in this unit: check time_unit.";
+    SENTINEL = "L107" "sentinel" Warning "A value far from all others comes back exactly: a sensor's code for 'no value'. List it in missing_values.";
+    OUTLIER = "L108" "outlier" Warning "Single samples stand far off their neighbours.";
+    MAGNITUDE = "L109" "implausible-magnitude" Warning "Single samples are larger than anything a vehicle does.";
+    UNIT = "L110" "unit" Warning "The whole column is implausibly large in its unit: perhaps it is in another one.";
+    HELD = "L111" "held-samples" Warning "Values repeat in steps: a slower sensor was written at the rate of the log, and repeated values are not measurements.";
+    CONSTANT = "L112" "constant-column" Warning "A measured column never changes: nothing can be learned from it.";
+    SATURATION = "L113" "saturation" Warning "A column stays at its largest or smallest value for long: a limit of the sensor or of the actuator.";
+    NON_PHYSICAL = "L114" "non-physical" Warning "A quick fit gives a negative inertia or drag: most likely a sign or a frame is wrong.";
+    FRAME = "L115" "frame" Warning "After conversion the vehicle would be upside down: body_frame and earth_frame do not fit the angles.";
+
+    IGNORED = "L201" "ignored-columns" Note "Columns that are not numbers, or not in every row, and that nobody asked for.";
+    NO_FINAL_NEWLINE = "L202" "no-final-newline" Note "The last row is without its line end; its fields are complete.";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_unique() {
+        let codes: std::collections::BTreeSet<_> = ALL.iter().map(|c| c.code).collect();
+        assert_eq!(codes.len(), ALL.len());
+    }
+}

@@ -1,0 +1,54 @@
+//! Why a log was not read.
+
+use super::faults::Faults;
+use super::options::OptionsError;
+use crate::finding::Finding;
+
+/// Why a log was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// An option cannot be: wrong use.
+    #[error("[log] {0}")]
+    Options(#[from] OptionsError),
+    /// The file cannot be opened: wrong use.
+    #[error("{file}: {source}")]
+    Open {
+        /// As given.
+        file: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The data was refused.
+    #[error("{}", list(findings, *further))]
+    Refused {
+        /// As given.
+        file: String,
+        /// The first case of each kind and column, at most 20.
+        findings: Vec<Finding>,
+        /// Faults that are in none of them.
+        further: u64,
+    },
+}
+
+impl LogError {
+    /// The findings, when the data was refused.
+    pub fn findings(&self) -> &[Finding] {
+        match self {
+            LogError::Refused { findings, .. } => findings,
+            _ => &[],
+        }
+    }
+
+    pub(super) fn refused(file: &str, faults: Faults) -> LogError {
+        let (findings, further) = faults.into_findings(file);
+        LogError::Refused { file: file.to_string(), findings, further }
+    }
+}
+
+fn list(findings: &[Finding], further: u64) -> String {
+    let mut text = findings.iter().map(|f| f.message.as_str()).collect::<Vec<_>>().join("\n");
+    if further > 0 {
+        text += &format!("\nand {further} more");
+    }
+    text
+}

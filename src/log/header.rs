@@ -1,0 +1,313 @@
+//! The header of a log: which column is which channel, and how its cells become SI.
+
+use std::collections::BTreeSet;
+
+use super::codes;
+use super::columns::{self, Quantity, Unit};
+use super::frames;
+use super::number;
+use super::options::{ColumnSource, LogOptions, TimeUnit};
+use super::records::Record;
+use crate::finding::{Code, Finding};
+
+/// One channel of the log.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Canonical name, or its own for an auxiliary channel.
+    pub name: String,
+    /// Number of the field, from 0.
+    pub index: usize,
+    /// Unit of the values after reading; empty when not known.
+    pub unit: &'static str,
+    /// Whether a cell that is no number refuses the log; otherwise it costs the channel.
+    pub strict: bool,
+    times: f64,
+    over: f64,
+    offset: f64,
+    /// Nothing changes.
+    plain: bool,
+}
+
+impl Column {
+    /// The value in SI units and in the axes of the crate.
+    #[inline]
+    pub fn convert(&self, x: f64) -> f64 {
+        if self.plain {
+            return x;
+        }
+        let y = x * self.times / self.over;
+        if self.offset == 0.0 {
+            return y;
+        }
+        let y = y + self.offset;
+        // φ + π goes back to (−π, π]; π/2 − ψ may be unwrapped and stays so
+        if self.name == "phi" { y - std::f64::consts::TAU * (y / std::f64::consts::TAU).round() } else { y }
+    }
+}
+
+/// What the header says.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Number of fields.
+    pub width: usize,
+    /// Field of `t` and its text in the header; `None` in a table without time.
+    pub time: Option<(usize, String)>,
+    /// Unit of `t`.
+    pub time_unit: TimeUnit,
+    /// All channels but `t`, by field.
+    pub columns: Vec<Column>,
+    /// Headers that are no channel: without a name, or overruled by `columns`.
+    pub ignored: Vec<String>,
+}
+
+/// What the header is held against.
+struct Reader<'a> {
+    options: &'a LogOptions,
+    required: &'a [&'a str],
+    file: &'a str,
+    line: u64,
+    headers: Vec<String>,
+    found: Vec<Finding>,
+}
+
+impl Plan {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn new(record: &Record, options: &LogOptions, required: &[&str], file: &str) -> Result<Plan, Vec<Finding>> {
+        let headers = (0..record.width().min(options.max_columns)).map(|i| record.text(i)).collect();
+        let mut reader = Reader { options, required, file, line: record.line, headers, found: Vec::new() };
+        if record.width() > options.max_columns {
+            let text = format!("{} columns, more than max_columns = {}", record.width(), options.max_columns);
+            return Err(vec![reader.finding(&codes::COLUMN_LIMIT, None, &text)]);
+        }
+        if let Some(finding) = reader.no_header() {
+            return Err(vec![finding]);
+        }
+        let (named, ignored) = reader.names();
+        if let Some(finding) = reader.other_delimiter(&record.raw(), named.len()) {
+            return Err(vec![finding]);
+        }
+        reader.missing(&named);
+        let plan = reader.plan(&named, ignored);
+        if reader.found.is_empty() { Ok(plan) } else { Err(reader.found) }
+    }
+}
+
+impl Reader<'_> {
+    fn finding(&self, code: &Code, column: Option<&str>, text: &str) -> Finding {
+        Finding::at(code, self.file, Some(self.line), column, text)
+    }
+
+    fn is_asked_for(&self, header: &str) -> bool {
+        let (base, _) = columns::split_header(header);
+        columns::quantity(base).is_some()
+            || self.required.contains(&base)
+            || self.options.columns.values().any(|s| s.name.trim() == header || s.name.trim() == base)
+    }
+
+    /// A first line that is a comment or a row of numbers.
+    fn no_header(&self) -> Option<Finding> {
+        let first = self.headers.first().map_or("", String::as_str);
+        let mark = ["#", "%", "//", "!", ";", "*"].into_iter().find(|m| first.starts_with(m));
+        if let Some(mark) = mark.filter(|_| !self.is_asked_for(first)) {
+            let text = format!(
+                "{} where the header should be; if these lines are comments set comment = \"{mark}\"",
+                quoted(first)
+            );
+            return Some(self.finding(&codes::HEADER, None, &text));
+        }
+        let decimal = self.options.decimal as u8;
+        let numbers = self.headers.iter().filter(|h| number::parse(h.as_bytes(), decimal).is_some()).count();
+        if 2 * numbers >= self.headers.len().max(1) && !self.headers.iter().any(|h| self.is_asked_for(h)) {
+            let text = "numbers where the header should be; put a header line with the names of the columns first";
+            return Some(self.finding(&codes::HEADER, None, text));
+        }
+        None
+    }
+
+    /// Canonical name and field of every column, and the headers that are left over.
+    fn names(&mut self) -> (Vec<(String, usize)>, Vec<String>) {
+        let mut named: Vec<(String, usize)> = Vec::new();
+        let mut taken = BTreeSet::new();
+        for (canonical, source) in &self.options.columns {
+            let wanted = source.name.trim();
+            let mut fields: Vec<usize> = self.fields(|h| h == wanted);
+            if fields.is_empty() {
+                fields = self.fields(|h| columns::split_header(h).0 == wanted);
+            }
+            match fields[..] {
+                [] => {
+                    let text = format!(
+                        "columns.{canonical} = {} is not in the header; there are {}",
+                        quoted(wanted),
+                        self.listed()
+                    );
+                    self.found.push(self.finding(&codes::MISSING_COLUMN, Some(canonical), &text));
+                }
+                [index] => {
+                    taken.insert(index);
+                    named.push((canonical.clone(), index));
+                }
+                [_, ..] => self.duplicate(canonical, &fields),
+            }
+        }
+        let mut ignored = Vec::new();
+        for index in 0..self.headers.len() {
+            let (base, _) = columns::split_header(&self.headers[index]);
+            if taken.contains(&index) {
+                continue;
+            }
+            if base.is_empty() || self.options.columns.contains_key(base) {
+                ignored.push(self.headers[index].clone());
+            } else {
+                named.push((base.to_string(), index));
+            }
+        }
+        (self.unique(named, &mut ignored), ignored)
+    }
+
+    fn fields(&self, wanted: impl Fn(&str) -> bool) -> Vec<usize> {
+        (0..self.headers.len()).filter(|i| wanted(&self.headers[*i])).collect()
+    }
+
+    fn duplicate(&mut self, name: &str, fields: &[usize]) {
+        let places: Vec<String> = fields.iter().map(|i| (i + 1).to_string()).collect();
+        let text = format!(
+            "the name {} stands over fields {}; rename one, or name the right one in columns",
+            quoted(name),
+            places.join(" and ")
+        );
+        self.found.push(self.finding(&codes::DUPLICATE_COLUMN, Some(name), &text));
+    }
+
+    /// Refuses known names that come twice; of auxiliary ones the first is kept.
+    fn unique(&mut self, mut named: Vec<(String, usize)>, ignored: &mut Vec<String>) -> Vec<(String, usize)> {
+        named.sort();
+        let mut unique: Vec<(String, usize)> = Vec::with_capacity(named.len());
+        for same in named.chunk_by(|a, b| a.0 == b.0) {
+            let (name, _) = &same[0];
+            if same.len() > 1 && (columns::quantity(name).is_some() || self.required.contains(&name.as_str())) {
+                let fields: Vec<usize> = same.iter().map(|(_, i)| *i).collect();
+                self.duplicate(name, &fields);
+            }
+            ignored.extend(same[1..].iter().map(|(_, i)| self.headers[*i].clone()));
+            unique.push(same[0].clone());
+        }
+        unique
+    }
+
+    /// The names that are there, for a message.
+    fn listed(&self) -> String {
+        const SHOWN: usize = 20;
+        let names: Vec<String> = self.headers.iter().take(SHOWN).map(|h| quoted(h)).collect();
+        let more = self.headers.len().saturating_sub(SHOWN);
+        if more > 0 { format!("{} and {more} more", names.join(", ")) } else { names.join(", ") }
+    }
+
+    /// Another delimiter that finds more of the names asked for.
+    fn other_delimiter(&self, raw: &str, named: usize) -> Option<Finding> {
+        let asked = self.headers.iter().filter(|h| self.is_asked_for(h)).count();
+        if asked == named && named > 1 {
+            return None;
+        }
+        let better =
+            |d: &char| raw.split(*d).filter(|h| self.is_asked_for(h.trim().trim_matches('"'))).count() > asked.max(1);
+        let d = [';', '\t', '|', ',', ' ', ':'].into_iter().find(|d| *d != self.options.delimiter && better(d))?;
+        let text = format!(
+            "the header does not split at {:?} but does at {d:?}; set delimiter = {:?}",
+            self.options.delimiter,
+            d.to_string()
+        );
+        Some(self.finding(&codes::DELIMITER, None, &text))
+    }
+
+    fn missing(&mut self, named: &[(String, usize)]) {
+        for name in self.required {
+            let is_there = named.iter().any(|(n, _)| n == name);
+            if !is_there && !self.found.iter().any(|f| f.column.as_deref() == Some(name)) {
+                let text = format!(
+                    "no column {}; there are {}; if one of them is it, set columns.{name} = \"its header\"",
+                    quoted(name),
+                    self.listed()
+                );
+                self.found.push(self.finding(&codes::MISSING_COLUMN, Some(name), &text));
+            }
+        }
+    }
+
+    fn plan(&mut self, named: &[(String, usize)], ignored: Vec<String>) -> Plan {
+        let mut plan =
+            Plan { width: self.headers.len(), time: None, time_unit: TimeUnit::S, columns: Vec::new(), ignored };
+        for (name, index) in named {
+            let unit = self.unit(name, *index);
+            if name == "t" {
+                plan.time = Some((*index, self.headers[*index].clone()));
+                let written = unit.and_then(|u| TimeUnit::from_name(u.name));
+                plan.time_unit = self.options.time_unit.or(written).unwrap_or(TimeUnit::S);
+                continue;
+            }
+            let source = self.options.columns.get(name).cloned().unwrap_or_else(|| ColumnSource::from(name.as_str()));
+            let turn = frames::turn(name, self.options.body_frame, self.options.earth_frame);
+            let (times, over) = unit.map_or((1.0, 1.0), |u| (u.times, u.over));
+            let times = times * source.scale * f64::from(source.sign) * turn.sign;
+            let quantity = columns::quantity(name);
+            plan.columns.push(Column {
+                name: turn.name.to_string(),
+                index: *index,
+                unit: si_unit(quantity, unit),
+                strict: quantity.is_some() || self.required.contains(&name.as_str()),
+                times,
+                over,
+                offset: turn.offset,
+                plain: [times, over, turn.offset] == [1.0, 1.0, 0.0],
+            });
+        }
+        plan.columns.sort_by_key(|c| c.index);
+        plan
+    }
+
+    /// The unit a column is written in; an unknown one of a known column is an error.
+    fn unit(&mut self, name: &str, index: usize) -> Option<Unit> {
+        let written = columns::split_header(&self.headers[index]).1.filter(|u| !u.is_empty());
+        let given = self.options.columns.get(name).and_then(|s| s.unit.as_deref()).or(written)?;
+        let Some(quantity) = columns::quantity(name) else { return columns::any_unit(given) };
+        let overruled = name == "t" && (self.options.time_unit.is_some() || self.options.time_format.is_some());
+        let unit = quantity.unit(given);
+        if unit.is_none() && !overruled {
+            let text = format!(
+                "the unit {} is not one of {}; if the header means one of these set columns.{name} = {{ name = {:?}, unit = \"…\" }}",
+                quoted(given),
+                quantity.accepted(),
+                self.headers[index]
+            );
+            self.found.push(self.finding(&codes::UNIT_UNKNOWN, Some(name), &text));
+        }
+        unit
+    }
+}
+
+/// Unit after conversion. A command keeps its own: what a volt or a microsecond does is the thruster's business.
+fn si_unit(quantity: Option<Quantity>, unit: Option<Unit>) -> &'static str {
+    match (quantity, unit) {
+        (Some(Quantity::Command), Some(unit)) => unit.name,
+        (Some(quantity), _) => quantity.units().first().map_or("", |u| u.name),
+        (None, _) => "",
+    }
+}
+
+/// A text from the file in quotes: line ends and other control characters escaped, long ones cut.
+pub fn quoted(text: &str) -> String {
+    const SHOWN: usize = 40;
+    let mut shown: String = text
+        .chars()
+        .take(SHOWN)
+        .flat_map(|c| if c.is_control() { c.escape_default().collect::<Vec<_>>() } else { vec![c] })
+        .collect();
+    let length = text.chars().count();
+    if length > SHOWN {
+        shown += &format!("… ({length} characters)");
+    }
+    format!("'{shown}'")
+}

@@ -1,0 +1,42 @@
+//! Logs: CSV of a vehicle into a run, in SI units, checked where it enters.
+//!
+//! One header line, one row a time stamp, a column `name` or `name [unit]`. What is not plain CSV in SI units is
+//! refused, and the message names file, line, column, value and the option that would allow it; nothing is guessed.
+//! The way of a file: [`encoding`] looks at its first bytes, [`records`] cuts it into lines and fields, [`header`]
+//! names the columns, [`rows`] turns cells into numbers, [`read()`] keeps them as signals and [`check`] looks at what
+//! they say. [`write()`] is the way back.
+
+mod cells;
+pub mod check;
+pub mod clock;
+pub mod codes;
+pub mod columns;
+pub mod encoding;
+mod error;
+pub mod faults;
+pub mod frames;
+pub mod header;
+pub mod iso8601;
+pub mod number;
+pub mod options;
+mod read;
+pub mod records;
+pub mod rows;
+mod write;
+
+pub use error::LogError;
+pub use options::{LogOptions, OptionsError};
+pub use read::{LogFile, read, read_from};
+pub use rows::{Passage, Row, Rows};
+pub use write::{WriteError, write, write_to};
+
+use crate::frame::Dof;
+
+/// Columns that a campaign of these degrees of freedom needs: `t`, the velocities, the forces.
+pub fn required(dofs: &[Dof]) -> Vec<&'static str> {
+    let velocities = dofs.iter().map(|d| d.velocity());
+    std::iter::once("t").chain(velocities).chain(dofs.iter().map(|d| d.force())).collect()
+}
+
+/// The columns of a planar log: `t`, `u`, `v`, `r`, `tau_u`, `tau_v`, `tau_r`.
+pub const PLANAR: [&str; 7] = ["t", "u", "v", "r", "tau_u", "tau_v", "tau_r"];

@@ -1,0 +1,264 @@
+//! A whole log as signals.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::LogError;
+use super::cells::add_time_order;
+use super::check;
+use super::codes;
+use super::faults::Faults;
+use super::header::Plan;
+use super::options::{Duplicates, LogOptions};
+use super::rows::{Passage, Rows};
+use crate::finding::{Code, Finding};
+use crate::run::Signal;
+
+/// Fewer rows than this carry no more than two parameters, with the two rows to spare that a fit asks for.
+const FEW_ROWS: usize = 5;
+
+/// A log that was read.
+#[derive(Debug, Clone, Default)]
+pub struct LogFile {
+    /// File, as given.
+    pub file: String,
+    /// Signals by canonical name or, for auxiliary channels, by their own; SI units.
+    pub signals: BTreeMap<String, Signal>,
+    /// Unit of each known signal after reading; a command keeps its own (`V`, `1`, `us`).
+    pub units: BTreeMap<String, &'static str>,
+    /// Number of rows taken.
+    pub rows: usize,
+    /// Time stamps of the rows, s.
+    pub time: Arc<[f64]>,
+    /// Time stamps at which a gap ends, s.
+    pub gaps: Vec<f64>,
+    /// What was subtracted from the stamps of a wall clock, s (since 1970 for dates).
+    pub origin: Option<f64>,
+    /// What looks wrong.
+    pub warnings: Vec<Finding>,
+    /// What is worth knowing: columns that were ignored, a missing line end.
+    pub notes: Vec<Finding>,
+    /// Headers of the columns that were not kept.
+    pub ignored: Vec<String>,
+}
+
+/// Reads a log. `required` names the columns that must be there; a known column that is there must be sound as well.
+/// Without `t` in `required` and in the file the rows are counted instead, as in a bollard table.
+///
+/// # Errors
+/// See [`LogError`].
+pub fn read(path: impl AsRef<Path>, options: &LogOptions, required: &[&str]) -> Result<LogFile, LogError> {
+    collect(Rows::open(path.as_ref(), options, required)?, &path.as_ref().display().to_string(), options, required)
+}
+
+/// Reads a log from any source; `file` is its name in messages.
+///
+/// # Errors
+/// See [`LogError`].
+pub fn read_from(source: impl Read, file: &str, options: &LogOptions, required: &[&str]) -> Result<LogFile, LogError> {
+    collect(Rows::new(source, file, options, required)?, file, options, required)
+}
+
+/// Lines of rows: constant but where something was skipped, so that only the changes of (line − row) are kept.
+#[derive(Debug, Default)]
+struct Lines {
+    rows: u64,
+    changes: Vec<(u64, u64)>,
+}
+
+impl Lines {
+    fn push(&mut self, line: u64) {
+        let offset = line.wrapping_sub(self.rows);
+        if self.changes.last().is_none_or(|c| c.1 != offset) {
+            self.changes.push((self.rows, offset));
+        }
+        self.rows += 1;
+    }
+
+    fn line(&self, row: usize) -> u64 {
+        let row = row as u64;
+        let after = self.changes.partition_point(|c| c.0 <= row);
+        self.changes[..after].last().map_or(0, |c| row.wrapping_add(c.1))
+    }
+}
+
+struct Table {
+    time: Vec<f64>,
+    values: Vec<Vec<f64>>,
+    lines: Lines,
+    /// Rows left out after sorting.
+    duplicates: u64,
+}
+
+fn collect<R: Read>(
+    mut rows: Rows<R>,
+    file: &str,
+    options: &LogOptions,
+    required: &[&str],
+) -> Result<LogFile, LogError> {
+    let width = rows.names().count();
+    let mut table = Table { time: Vec::new(), values: vec![Vec::new(); width], lines: Lines::default(), duplicates: 0 };
+    while let Some(row) = rows.next_row() {
+        table.time.push(row.t);
+        table.lines.push(row.line);
+        for (column, x) in table.values.iter_mut().zip(row.values) {
+            column.push(*x);
+        }
+    }
+    let (plan, mut passage) = rows.finish()?;
+    let mut faults = Faults::default();
+    if options.sort {
+        table = sorted(table, options.duplicates, &mut faults);
+        passage.duplicates += table.duplicates;
+    }
+    let taken = table.time.len();
+    if taken == 0 && faults.is_empty() {
+        let dropped = passage.missing + passage.duplicates + passage.truncated;
+        faults.add(&codes::NO_DATA, None, None, || match dropped {
+            0 => "there is a header but no row".to_string(),
+            n => format!("none of the {n} rows is left"),
+        });
+    } else if taken == 1 && plan.time.is_some() {
+        faults.add(&codes::ONE_ROW, None, None, || "1 row is no motion; at least 2 are needed".to_string());
+    }
+    let time: Arc<[f64]> = std::mem::take(&mut table.time).into();
+    let mut log = LogFile {
+        file: file.to_string(),
+        rows: taken,
+        time: time.clone(),
+        origin: passage.origin,
+        ..LogFile::default()
+    };
+    keep_signals(&mut log, &plan, &passage, table.values);
+    for name in required.iter().filter(|n| **n != "t" && !log.signals.contains_key(**n)) {
+        faults.add(&codes::MISSING, None, Some(name), || "the column holds no value at all".to_string());
+    }
+    if !faults.is_empty() {
+        return Err(LogError::refused(file, faults));
+    }
+    passage_findings(&mut log, &passage, options);
+    let timed = plan.time.is_some();
+    if timed && taken < FEW_ROWS {
+        log.warn(
+            &codes::TOO_FEW_ROWS,
+            None,
+            None,
+            &format!("{taken} rows; a fit needs at least two rows more than parameters"),
+        );
+    }
+    if timed {
+        log.gaps = check::time::gaps(&time).into_iter().map(|k| time[k]).collect();
+        for seen in check::all(&time, &log.signals) {
+            let line = seen.time.map(|t| table.lines.line(time.partition_point(|s| *s < t)));
+            let column = if let [only] = &seen.channels[..] { Some(only.as_str()) } else { None };
+            log.warn(&seen.code, line, column, &seen.text);
+        }
+    }
+    Ok(log)
+}
+
+/// Sorts the rows by time; equal stamps keep the order of the file.
+fn sorted(table: Table, duplicates: Duplicates, faults: &mut Faults) -> Table {
+    let Table { time, values, lines, .. } = table;
+    let mut order: Vec<usize> = (0..time.len()).collect();
+    order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+    let mut out =
+        Table { time: Vec::with_capacity(time.len()), values: Vec::new(), lines: Lines::default(), duplicates: 0 };
+    order.retain(|&row| {
+        let repeated = out.time.last().is_some_and(|last| *last >= time[row]);
+        if repeated && duplicates == Duplicates::First {
+            out.duplicates += 1;
+            return false;
+        }
+        if repeated {
+            add_time_order(faults, lines.line(row), time[row], time[row]);
+        }
+        out.time.push(time[row]);
+        out.lines.push(lines.line(row));
+        true
+    });
+    out.values = values.iter().map(|column| order.iter().map(|row| column[*row]).collect()).collect();
+    out
+}
+
+/// Columns become signals; those with absent samples get their own time stamps, shared where they are the same.
+fn keep_signals(log: &mut LogFile, plan: &Plan, passage: &Passage, values: Vec<Vec<f64>>) {
+    let time = log.time.clone();
+    let mut clocks: Vec<Arc<[f64]>> = Vec::new();
+    log.ignored.clone_from(&plan.ignored);
+    for (column, values) in plan.columns.iter().zip(values) {
+        let given_up = passage.given_up.iter().any(|(name, _)| *name == column.name);
+        let samples = values.iter().filter(|x| !x.is_nan()).count();
+        if given_up || samples == 0 {
+            log.ignored.push(column.name.clone());
+            continue;
+        }
+        let signal = if samples == values.len() {
+            Signal::new(time.clone(), values)
+        } else {
+            let (t, x): (Vec<f64>, Vec<f64>) = time.iter().zip(values).filter(|(_, x)| !x.is_nan()).unzip();
+            let known = clocks.iter().find(|c| ***c == *t).cloned();
+            let clock = known.unwrap_or_else(|| t.into());
+            clocks.push(clock.clone());
+            Signal::new(clock, x)
+        };
+        if !column.unit.is_empty() {
+            log.units.insert(column.name.clone(), column.unit);
+        }
+        log.signals.insert(column.name.clone(), signal);
+    }
+}
+
+/// What was met while reading, in words.
+fn passage_findings(log: &mut LogFile, passage: &Passage, options: &LogOptions) {
+    let rows = |n: u64| if n == 1 { "1 row".to_string() } else { format!("{n} rows") };
+    for (count, why) in [
+        (passage.missing, "for a missing value (missing = \"drop\")"),
+        (passage.duplicates, "for a repeated time stamp (duplicates = \"first\")"),
+        (passage.truncated, "because the log ends inside it (truncated = \"drop\")"),
+    ] {
+        if count > 0 {
+            log.warn(&codes::ROWS_DROPPED, None, None, &format!("{} dropped {why}", rows(count)));
+        }
+    }
+    if let Some((line, count)) = passage.blank {
+        let more = if count > 1 { format!(" ({count} such places)") } else { String::new() };
+        log.warn(&codes::BLANK_LINE, Some(line), None, &format!("a blank line was skipped{more}"));
+    }
+    match (passage.open_end, passage.short_field) {
+        (Some(line), Some((decimals, others))) => {
+            let text = format!(
+                "the file ends without a line end and its last number has {decimals} decimals where all others have {others} or more: it may be cut"
+            );
+            log.warn(&codes::SHORT_LAST_FIELD, Some(line), None, &text);
+        }
+        (Some(line), None) => log.note(&codes::NO_FINAL_NEWLINE, Some(line), "the last row is without its line end"),
+        _ => {}
+    }
+    if !log.ignored.is_empty() {
+        let mut shown: Vec<String> = log.ignored.iter().take(20).map(|h| super::header::quoted(h)).collect();
+        if log.ignored.len() > shown.len() {
+            shown.push(format!("{} more", log.ignored.len() - shown.len()));
+        }
+        let reason =
+            if options.missing == super::options::Missing::Error { "not a number in every row" } else { "no numbers" };
+        log.note(&codes::IGNORED, None, &format!("columns not kept, {reason} or not named: {}", shown.join(", ")));
+    }
+}
+
+impl LogFile {
+    fn warn(&mut self, code: &Code, line: Option<u64>, column: Option<&str>, text: &str) {
+        self.warnings.push(Finding::at(code, &self.file, line, column, text));
+    }
+
+    fn note(&mut self, code: &Code, line: Option<u64>, text: &str) {
+        self.notes.push(Finding::at(code, &self.file, line, None, text));
+    }
+
+    /// Number of stretches without a gap.
+    pub fn segments(&self) -> usize {
+        self.gaps.len() + 1
+    }
+}

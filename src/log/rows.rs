@@ -1,0 +1,288 @@
+//! The rows of a log, one after the other, in SI units: memory is that of one row.
+//!
+//! [`super::read`] keeps them all; what folds them as they come uses [`Rows`] itself.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::LogError;
+use super::cells::{Cell, Cells, add_field_count, add_time_order, comment_hint, decimals};
+use super::clock::Clock;
+use super::codes;
+use super::faults::Faults;
+use super::header::Plan;
+use super::number;
+use super::options::{Duplicates, LogOptions, Missing, Truncated};
+use super::records::{Broken, Records};
+
+/// One row.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a> {
+    /// Physical line, from 1.
+    pub line: u64,
+    /// Time, s.
+    pub t: f64,
+    /// A value for each of [`Rows::names`], SI; NaN where this sensor has no sample.
+    pub values: &'a [f64],
+}
+
+/// What was met on the way.
+#[derive(Debug, Clone, Default)]
+pub struct Passage {
+    /// Rows given out.
+    pub rows: u64,
+    /// Rows left out for a missing value.
+    pub missing: u64,
+    /// Rows left out for a repeated time stamp.
+    pub duplicates: u64,
+    /// Last row left out because it was cut.
+    pub truncated: u64,
+    /// First blank line between rows, and how many such places there are.
+    pub blank: Option<(u64, u64)>,
+    /// Line of a last row without its line end.
+    pub open_end: Option<u64>,
+    /// Whether that row's last field has fewer decimals than every other: how many, and the fewest of the others.
+    pub short_field: Option<(usize, usize)>,
+    /// Header and first bad line of auxiliary columns that were given up.
+    pub given_up: Vec<(String, u64)>,
+    /// What was subtracted from the time stamps, s.
+    pub origin: Option<f64>,
+}
+
+/// Reads rows from a source.
+pub struct Rows<R> {
+    file: String,
+    records: Records<R>,
+    plan: Plan,
+    options: LogOptions,
+    missing_numbers: Vec<f64>,
+    decimal: u8,
+    clock: Clock,
+    previous: f64,
+    values: Vec<f64>,
+    /// Slots that are still read.
+    alive: Vec<usize>,
+    faults: Faults,
+    /// A short row that may turn out to be the last: line and number of fields.
+    short: Option<(u64, usize)>,
+    fewest_decimals: usize,
+    passage: Passage,
+}
+
+impl Rows<File> {
+    /// Opens a file and reads its header.
+    ///
+    /// # Errors
+    /// See [`LogError`].
+    pub fn open(path: &Path, options: &LogOptions, required: &[&str]) -> Result<Rows<File>, LogError> {
+        let file = path.display().to_string();
+        let source = File::open(path).map_err(|source| LogError::Open { file: file.clone(), source })?;
+        Rows::new(source, &file, options, required)
+    }
+}
+
+impl<R: Read> Rows<R> {
+    /// Reads the header; `file` is the name in messages.
+    ///
+    /// # Errors
+    /// See [`LogError`].
+    pub fn new(source: R, file: &str, options: &LogOptions, required: &[&str]) -> Result<Rows<R>, LogError> {
+        options.validate()?;
+        let decimal = options.decimal as u8;
+        let broken = |b: &Broken| {
+            let mut faults = Faults::default();
+            faults.add_broken(b, options.max_line_bytes, |_| None);
+            LogError::refused(file, faults)
+        };
+        let mut records =
+            Records::new(source, options.delimiter as u8, options.comment.as_deref(), options.max_line_bytes)
+                .map_err(|b| broken(&b))?;
+        let plan =
+            match records.next_record() {
+                Err(b) => return Err(broken(&b)),
+                Ok(Some(header)) => Plan::new(&header, options, required, file)
+                    .map_err(|findings| LogError::Refused { file: file.to_string(), findings, further: 0 })?,
+                Ok(None) => {
+                    let mut faults = Faults::default();
+                    let what =
+                        if records.seen_text() { "it holds comments only, no header" } else { "the file is empty" };
+                    faults.add(&codes::EMPTY_FILE, None, None, || what.to_string());
+                    return Err(LogError::refused(file, faults));
+                }
+            };
+        let missing_numbers =
+            options.missing_values.iter().filter_map(|v| number::parse(v.trim().as_bytes(), decimal)).collect();
+        Ok(Rows {
+            file: file.to_string(),
+            records,
+            clock: Clock::new(plan.time_unit, options.time_format, decimal),
+            options: options.clone(),
+            missing_numbers,
+            decimal,
+            previous: f64::NEG_INFINITY,
+            values: vec![f64::NAN; plan.columns.len()],
+            alive: (0..plan.columns.len()).collect(),
+            plan,
+            faults: Faults::default(),
+            short: None,
+            fewest_decimals: usize::MAX,
+            passage: Passage::default(),
+        })
+    }
+
+    /// Names of the channels, in the order of [`Row::values`].
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.plan.columns.iter().map(|c| c.name.as_str())
+    }
+
+    /// The header as it was understood.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The next sound row; `None` at the end. Whether all rows were sound, [`Rows::finish`] says.
+    pub fn next_row(&mut self) -> Option<Row<'_>> {
+        loop {
+            let record = match self.records.next_record() {
+                Ok(Some(record)) => record,
+                Ok(None) => return None,
+                Err(Broken::OpenQuote(..)) if self.options.truncated == Truncated::Drop => {
+                    self.passage.truncated += 1;
+                    return None;
+                }
+                Err(broken) => {
+                    let columns = &self.plan.columns;
+                    let name = |i| columns.iter().find(|c| c.index == i).map(|c| c.name.clone());
+                    self.faults.add_broken(&broken, self.options.max_line_bytes, name);
+                    return None;
+                }
+            };
+            if let Some((line, fields)) = self.short.take() {
+                add_field_count(&mut self.faults, line, fields, self.plan.width, "");
+            }
+            if let Some(line) = record.blank {
+                let (first, count) = self.passage.blank.unwrap_or((line, 0));
+                self.passage.blank = Some((first, count + 1));
+            }
+            let line = record.line;
+            if record.width() != self.plan.width {
+                if record.width() < self.plan.width {
+                    self.short = Some((line, record.width()));
+                } else {
+                    let comment = comment_hint(&record);
+                    add_field_count(&mut self.faults, line, record.width(), self.plan.width, &comment);
+                }
+                continue;
+            }
+            if !record.ended && self.options.truncated == Truncated::Drop {
+                let last = record.field(self.plan.width - 1).unwrap_or_default();
+                let used = self.alive.iter().any(|s| self.plan.columns[*s].index == self.plan.width - 1);
+                if used && number::parse(last, self.decimal).is_none() {
+                    self.passage.truncated += 1;
+                    continue;
+                }
+            }
+            let mut cells = Cells {
+                options: &self.options,
+                missing_numbers: &self.missing_numbers,
+                decimal: self.decimal,
+                line,
+                faults: &mut self.faults,
+            };
+            // a bollard table has no time: its rows are counted
+            #[allow(clippy::cast_precision_loss)]
+            let t = match &self.plan.time {
+                None => Some((self.passage.rows + self.passage.missing) as f64),
+                Some((index, header)) => cells.time(&mut self.clock, record.field(*index).unwrap_or_default(), header),
+            };
+            let Some(t) = t else { continue };
+            let (mut sound, mut dropped, mut dead) = (true, false, Vec::new());
+            for &slot in &self.alive {
+                let column = &self.plan.columns[slot];
+                let cell = record.field(column.index).unwrap_or_default();
+                self.values[slot] = match cells.number(cell, column) {
+                    Cell::Value(x) => column.convert(x),
+                    Cell::Missing => {
+                        dropped |= column.strict && self.options.missing == Missing::Drop;
+                        f64::NAN
+                    }
+                    Cell::Fault => {
+                        if column.strict {
+                            sound = false;
+                        } else {
+                            dead.push(slot);
+                        }
+                        f64::NAN
+                    }
+                };
+            }
+            let shape = (record.ended, decimals(record.field(self.plan.width - 1).unwrap_or_default(), self.decimal));
+            if !dead.is_empty() {
+                self.give_up(&dead, line);
+            }
+            let increasing = t > self.previous || self.options.sort;
+            if !increasing && t >= self.previous && self.options.duplicates == Duplicates::First {
+                self.passage.duplicates += 1;
+                continue;
+            }
+            let before = std::mem::replace(&mut self.previous, t);
+            if !increasing {
+                add_time_order(&mut self.faults, line, t, before);
+                continue;
+            }
+            if !sound {
+                continue;
+            }
+            self.last_field(line, shape);
+            if dropped {
+                self.passage.missing += 1;
+                continue;
+            }
+            self.passage.rows += 1;
+            return Some(Row { line, t, values: &self.values });
+        }
+    }
+
+    /// Gives up auxiliary columns that hold something else than numbers.
+    #[cold]
+    fn give_up(&mut self, dead: &[usize], line: u64) {
+        self.alive.retain(|slot| !dead.contains(slot));
+        self.passage.given_up.extend(dead.iter().map(|&slot| (self.plan.columns[slot].name.clone(), line)));
+    }
+
+    /// Follows the decimals of the last field, for a file that is cut inside a number.
+    fn last_field(&mut self, line: u64, (ended, decimals): (bool, Option<usize>)) {
+        if !ended {
+            self.passage.open_end = Some(line);
+            if let Some(d) = decimals
+                && self.passage.rows >= 3
+                && self.fewest_decimals != usize::MAX
+                && d < self.fewest_decimals
+            {
+                self.passage.short_field = Some((d, self.fewest_decimals));
+            }
+        }
+        self.fewest_decimals = self.fewest_decimals.min(decimals.unwrap_or(0));
+    }
+
+    /// Whether every row was sound, and what was met.
+    ///
+    /// # Errors
+    /// [`LogError::Refused`] with the first case of each kind and column.
+    pub fn finish(mut self) -> Result<(Plan, Passage), LogError> {
+        if let Some((line, fields)) = self.short.take() {
+            if self.options.truncated == Truncated::Drop {
+                self.passage.truncated += 1;
+            } else {
+                let hint = "; if the log was cut off here set truncated = \"drop\"";
+                add_field_count(&mut self.faults, line, fields, self.plan.width, hint);
+            }
+        }
+        if !self.faults.is_empty() {
+            return Err(LogError::refused(&self.file, self.faults));
+        }
+        self.passage.origin = self.clock.origin();
+        Ok((self.plan, self.passage))
+    }
+}

@@ -1,0 +1,93 @@
+//! A run as CSV: headers `name [unit]`, shortest decimals that read back to the same bits.
+//!
+//! Signals with their own time stamps stand in one table over all stamps, cells empty where a sensor has no sample:
+//! such a file is read back with `missing = "no_sample"`.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use super::columns::quantity;
+use crate::run::{Run, Signal};
+
+/// Why a run was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file cannot be made or written.
+    #[error("{file}: {source}")]
+    File {
+        /// As given.
+        file: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+}
+
+/// Writes a run to a file, replacing it.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write(run: &Run, path: impl AsRef<Path>) -> Result<(), WriteError> {
+    let failed = |source| WriteError::File { file: path.as_ref().display().to_string(), source };
+    let mut file = BufWriter::new(File::create(path.as_ref()).map_err(failed)?);
+    write_to(run, &mut file).and_then(|()| file.flush()).map_err(failed)
+}
+
+/// Writes a run: `t`, then the signals by name.
+///
+/// # Errors
+/// Those of the sink.
+pub fn write_to(run: &Run, sink: &mut impl Write) -> std::io::Result<()> {
+    let signals: Vec<(&str, &Signal)> = run.signals.iter().map(|(name, s)| (name.as_str(), s)).collect();
+    write!(sink, "t [s]")?;
+    for (name, _) in &signals {
+        let header = match quantity(name).and_then(|q| q.units().first()) {
+            Some(unit) => format!("{name} [{}]", unit.name),
+            None => (*name).to_string(),
+        };
+        write!(sink, ",{}", field(&header))?;
+    }
+    writeln!(sink)?;
+    // merge of the time stamps: at each instant the signals whose next sample it is
+    let mut next = vec![0; signals.len()];
+    loop {
+        let stamps = signals.iter().zip(&next).filter_map(|((_, s), k)| s.time().get(*k));
+        let Some(t) = stamps.copied().min_by(f64::total_cmp) else { return Ok(()) };
+        write!(sink, "{t:?}")?;
+        for ((_, signal), k) in signals.iter().zip(&mut next) {
+            if signal.time().get(*k).is_some_and(|s| s.to_bits() == t.to_bits()) {
+                write!(sink, ",{:?}", signal.values()[*k])?;
+                *k += 1;
+            } else {
+                write!(sink, ",")?;
+            }
+        }
+        writeln!(sink)?;
+    }
+}
+
+/// A field, quoted where CSV asks for it.
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::{LogOptions, options::Missing, read_from};
+
+    #[test]
+    fn sensors_of_different_rates_come_back() {
+        let mut run = Run::default();
+        let signal = |t: &[f64], x: &[f64]| Signal::new(t.into(), x);
+        run.signals.insert("u".into(), signal(&[0.0, 0.5], &[1e300, -0.0]));
+        run.signals.insert("tau_r".into(), signal(&[0.0, 0.1, 0.5], &[1.0, 0.1 + 0.2, 4.9e-324]));
+        run.signals.insert("wind, \"gusts\"".into(), signal(&[0.1], &[7.5]));
+        let mut bytes = Vec::new();
+        write_to(&run, &mut bytes).unwrap();
+        assert!(bytes.starts_with(b"t [s],tau_r [N*m],u [m/s],\"wind, \"\"gusts\"\"\"\n0.0,1.0,1e300,\n"));
+        let options = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
+        let log = read_from(&bytes[..], "written", &options, &["t", "u"]).unwrap();
+        assert_eq!(log.signals, run.signals);
+    }
+}
