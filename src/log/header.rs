@@ -261,7 +261,7 @@ impl Reader<'_> {
                 times,
                 over,
                 offset: turn.offset,
-                plain: [times, over, turn.offset] == [1.0, 1.0, 0.0],
+                plain: (times, over, turn.offset) == (1.0, 1.0, 0.0),
             });
         }
         plan.columns.sort_by_key(|c| c.index);

@@ -142,10 +142,10 @@ impl<R: Read> Records<R> {
     fn fill(&mut self) -> Result<(), Broken> {
         self.buffer.drain(..self.position);
         self.position = 0;
-        let old = self.buffer.width();
+        let old = self.buffer.len();
         self.buffer.resize(old + BLOCK, 0);
         let mut filled = old;
-        while filled < self.buffer.width() {
+        while filled < self.buffer.len() {
             match self.source.read(&mut self.buffer[filled..]) {
                 Ok(0) => {
                     self.exhausted = true;
@@ -169,7 +169,7 @@ impl<R: Read> Records<R> {
             if let Some(i) = memchr::memchr2(b'\n', b'\r', &self.buffer[start..]) {
                 let to = start + i;
                 let carriage = self.buffer[to] == b'\r';
-                if !carriage || to + 1 < self.buffer.width() || self.exhausted {
+                if !carriage || to + 1 < self.buffer.len() || self.exhausted {
                     let pair = carriage && self.buffer.get(to + 1) == Some(&b'\n');
                     return match to - self.position > self.max_line {
                         true => Err(Broken::TooLong(self.line)),
@@ -178,12 +178,12 @@ impl<R: Read> Records<R> {
                 }
                 searched = to - self.position;
             } else {
-                searched = self.buffer.width() - self.position;
+                searched = self.buffer.len() - self.position;
                 if searched > self.max_line {
                     return Err(Broken::TooLong(self.line));
                 }
                 if self.exhausted {
-                    let to = self.buffer.width();
+                    let to = self.buffer.len();
                     return Ok((searched > 0).then_some(Line { to, next: to, ended: false }));
                 }
             }
@@ -255,9 +255,9 @@ impl<R: Read> Records<R> {
             let open = !matches!(scan.end, End::Line | End::Stray(_));
             // A CR at the very end of the buffer may be half of a CRLF.
             let half = self.buffer.get(self.position + length - 1) == Some(&b'\r')
-                && self.position + length == self.buffer.width();
+                && self.position + length == self.buffer.len();
             if (open || half) && !self.exhausted {
-                if self.buffer.width() - self.position > self.max_line {
+                if self.buffer.len() - self.position > self.max_line {
                     return Err(Broken::TooLong(self.line));
                 }
                 self.fill()?;

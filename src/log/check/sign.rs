@@ -144,7 +144,8 @@ impl Fit {
         let scaled = r.solve_upper_triangular(&(qr.q().transpose() * right))?;
         let residual = right - &left * &scaled;
         let total = right.add_scalar(-right.mean()).norm_squared();
-        if !(residual.norm_squared() < (1.0 - EXPLAINED) * total) {
+        let unexplained = residual.norm_squared() / total;
+        if unexplained.is_nan() || unexplained > 1.0 - EXPLAINED {
             return None;
         }
         #[allow(clippy::cast_precision_loss)]
