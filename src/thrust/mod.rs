@@ -5,12 +5,17 @@
 //! ```
 //!
 //! Each step stands in its own file: [`curve`] is equation (1) of Avila, Donha and Adamowski, *Ocean Engineering* 60
-//! (2013) 81-94, [`allocation`] the geometry, [`efficiency`] equations (16) and (17).
+//! (2013) 81-94, [`fit`] finds it from a bollard table, [`thruster`] and [`allocation`] are the geometry, [`interaction`],
+//! [`advance`] (17) and [`efficiency`] (16) the losses; [`laurs`] is the paper's vehicle.
 
+pub mod advance;
 pub mod allocation;
 pub mod bollard;
 pub mod curve;
+pub mod efficiency;
 pub mod fit;
+pub mod interaction;
+pub mod laurs;
 #[cfg(test)]
 mod noise;
 mod regression;
