@@ -16,6 +16,7 @@
 pub mod chain;
 pub mod dynamics;
 pub mod effects;
+pub mod estimate;
 pub mod filter;
 pub mod finding;
 pub mod frame;

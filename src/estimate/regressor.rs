@@ -1,0 +1,318 @@
+//! Integral regressors: the balance of momentum, integrated between samples by the trapezoid.
+//!
+//! ```text
+//! Σⱼ θⱼ cⱼₖ = yₖ        cⱼₖ = [∂π/∂θⱼ]ₖ − Σ ½ (fⱼ + fⱼ') Δt,   fⱼ = ∂(w + τ)/∂θⱼ,   yₖ = −(the same with the free θ at 0)
+//! ```
+//!
+//! One row k for each [`Span`] of each run, one column for each free linear parameter (for a parameter with a value of
+//! its own in each run, one a run). No acceleration is measured or differentiated; all states are read from the log,
+//! at the instants that [`super::nodes`](super::Nodes) defines. Avila et al. (2013), eq. 4, 5, 9 and 10.
+
+use serde::{Deserialize, Serialize};
+
+use super::balance::{Balance, RegressorError, Source};
+use super::nodes::{Nodes, Reader, Span, Stretch, stretches};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::Run;
+use crate::simulate::values_in_run;
+use crate::symbolic::Registers;
+
+/// Instants evaluated side by side.
+const LANES: usize = 8;
+
+/// How the balance is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RegressorOptions {
+    /// What a row spans.
+    pub span: Span,
+    /// Instants of the trapezoid.
+    pub nodes: Nodes,
+}
+
+/// What a column multiplies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Index of the parameter in the model.
+    pub parameter: usize,
+    /// Index of the run, for a parameter with a value of its own in each.
+    pub run: Option<usize>,
+    /// Symbol of the parameter, with the run's name where it has its own there.
+    pub name: String,
+}
+
+/// Rows of one degree of freedom in one run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Block {
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Index of the run.
+    pub run: usize,
+    /// Its rows.
+    pub rows: std::ops::Range<usize>,
+}
+
+/// A linear system in the free parameters: Σⱼ θⱼ `columns[j]` = `rhs`.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    /// What each column multiplies.
+    pub parameters: Vec<Column>,
+    /// The columns, each as long as `rhs`; unit of the momentum over that of the parameter.
+    pub columns: Vec<Vec<f64>>,
+    /// Right-hand side, N·s or N·m·s.
+    pub rhs: Vec<f64>,
+    /// Begin and end of each row, s.
+    pub span: Vec<(f64, f64)>,
+    /// Which rows belong to which run and degree of freedom, in order.
+    pub blocks: Vec<Block>,
+}
+
+impl Columns {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rhs.len()
+    }
+
+    /// The columns as slices.
+    pub fn slices(&self) -> Vec<&[f64]> {
+        self.columns.iter().map(Vec::as_slice).collect()
+    }
+
+    /// Index of the column of the parameter `parameter` in all runs.
+    pub fn column_of(&self, parameter: usize) -> Option<usize> {
+        self.parameters.iter().position(|c| c.parameter == parameter)
+    }
+
+    fn index(&mut self, model: &Model, parameter: usize, run: usize, name: &str) -> usize {
+        let spec = &model.parameters[parameter].spec;
+        let own = spec.per_run.then_some(run);
+        let known = self.parameters.iter().position(|c| c.parameter == parameter && c.run == own);
+        known.unwrap_or_else(|| {
+            let name = if own.is_some() { format!("{} [{name}]", spec.name) } else { spec.name.clone() };
+            self.parameters.push(Column { parameter, run: own, name });
+            self.columns.push(vec![0.0; self.rhs.len()]);
+            self.columns.len() - 1
+        })
+    }
+}
+
+/// The regressors of the balance of `dof`, stacked over `runs`.
+///
+/// # Errors
+/// [`RegressorError`] where the balance is not linear in the free parameters or reads what is not logged.
+pub fn regressors_of(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    options: RegressorOptions,
+) -> Result<Columns, RegressorError> {
+    let mut columns = Columns::default();
+    stack(&mut columns, dof, runs, model, options)?;
+    Ok(columns)
+}
+
+/// The regressors of all modelled degrees of freedom, stacked: first all runs of the first one, and so on.
+/// Forces and moments stand below each other in their own units; weigh the blocks before solving.
+///
+/// # Errors
+/// As [`regressors_of`].
+pub fn regressors(runs: &[&Run], model: &Model, options: RegressorOptions) -> Result<Columns, RegressorError> {
+    let mut columns = Columns::default();
+    for dof in &model.dofs {
+        stack(&mut columns, *dof, runs, model, options)?;
+    }
+    Ok(columns)
+}
+
+fn stack(
+    columns: &mut Columns,
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    options: RegressorOptions,
+) -> Result<(), RegressorError> {
+    let first = columns.rows();
+    for (index, run) in runs.iter().enumerate() {
+        let balance = Balance::compile(model, dof, run)?;
+        if balance.free.is_empty() {
+            return Err(RegressorError::NothingFree { dof });
+        }
+        let places: Vec<usize> = balance.free.iter().map(|p| columns.index(model, *p, index, &run.name)).collect();
+        let begin = columns.rows();
+        integrate(&balance, dof, run, index, model, options, &places, columns);
+        let rows = columns.rows();
+        columns.columns.iter_mut().for_each(|c| c.resize(rows, 0.0));
+        columns.blocks.push(Block { dof, run: index, rows: begin..rows });
+    }
+    let known = &columns.rhs[first..];
+    if !known.is_empty() && known.iter().all(|y| y.abs() <= 0.0) {
+        return Err(RegressorError::NoScale { dof });
+    }
+    Ok(())
+}
+
+/// Adds the rows of one run.
+#[allow(clippy::too_many_arguments)] // one call; a struct for it would only name the same things twice
+fn integrate(
+    balance: &Balance,
+    dof: Dof,
+    run: &Run,
+    index: usize,
+    model: &Model,
+    options: RegressorOptions,
+    places: &[usize],
+    columns: &mut Columns,
+) {
+    let Some(own) = run.signal(dof.velocity()) else { return };
+    let values = values_in_run(model, index);
+    let mut registers: Registers<LANES> = balance.plan.registers();
+    let (mut slots, mut readers) = (Vec::new(), Vec::new());
+    for (slot, source) in balance.sources.iter().enumerate() {
+        match source {
+            Source::Parameter(p) => {
+                let value = if model.parameters[*p].fixed { values[*p] } else { 0.0 };
+                balance.plan.set(&mut registers, slot, [value; LANES]);
+            }
+            Source::Time => {
+                slots.push(slot);
+                readers.push(Reader::new(&Run::default(), source, 0.0, model.input));
+            }
+            Source::Channel { late, .. } => {
+                slots.push(slot);
+                readers.push(Reader::new(run, source, late.map_or(0.0, |p| values[p]), model.input));
+            }
+        }
+    }
+    balance.plan.prepare(&mut registers);
+    let jumps = readers.iter().any(Reader::jumps);
+    let mut sums = Sums::new(balance.free.len() + 1, options.span);
+    for Stretch { time, own } in stretches(run, own, &readers, options.nodes) {
+        sums.restart();
+        let mut after = registers.clone();
+        for (chunk, times) in time.chunks(LANES).enumerate() {
+            let mut evaluate = |registers: &mut Registers<LANES>, before: bool| {
+                for (slot, reader) in slots.iter().zip(&mut readers) {
+                    let at = |k: usize| times[k.min(times.len() - 1)];
+                    balance.plan.set(registers, *slot, std::array::from_fn(|k| reader.read(at(k), before)));
+                }
+                balance.plan.evaluate(registers);
+            };
+            evaluate(&mut registers, true);
+            if jumps {
+                evaluate(&mut after, false);
+            }
+            let outputs = |registers: &Registers<LANES>| -> Vec<[f64; LANES]> {
+                (0..balance.plan.outputs()).map(|k| balance.plan.output(registers, k)).collect()
+            };
+            let ends = outputs(&registers);
+            let begins = if jumps { outputs(&after) } else { ends.clone() };
+            for (k, t) in times.iter().enumerate() {
+                sums.arrive(*t, k, &ends);
+                if own[chunk * LANES + k] {
+                    sums.close(places, columns);
+                }
+                sums.leave(k, &begins);
+            }
+        }
+        sums.finish(places, columns);
+    }
+}
+
+/// Running integrals from the begin of a row to the instant reached; index 0 is the known part.
+struct Sums {
+    span: Span,
+    begin: Option<f64>,
+    time: f64,
+    /// Intervals of the own sensor since the begin.
+    intervals: usize,
+    momentum_at_begin: Vec<f64>,
+    momentum: Vec<f64>,
+    force: Vec<f64>,
+    integral: Vec<f64>,
+}
+
+impl Sums {
+    fn new(width: usize, span: Span) -> Sums {
+        let zero = || vec![0.0; width];
+        Sums {
+            span,
+            begin: None,
+            time: 0.0,
+            intervals: 0,
+            momentum_at_begin: zero(),
+            momentum: zero(),
+            force: zero(),
+            integral: zero(),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.begin = None;
+        self.intervals = 0;
+    }
+
+    /// At instant `t`, lane `lane`, with what stood just before it.
+    fn arrive(&mut self, t: f64, lane: usize, outputs: &[[f64; LANES]]) {
+        let width = self.integral.len();
+        for j in 0..width {
+            self.momentum[j] = outputs[j][lane];
+            let force = outputs[width + j][lane];
+            self.integral[j] += 0.5 * (self.force[j] + force) * (t - self.time);
+        }
+        self.time = t;
+        if self.begin.is_none() {
+            self.begin_row();
+        }
+    }
+
+    /// The force just after the instant.
+    fn leave(&mut self, lane: usize, outputs: &[[f64; LANES]]) {
+        let width = self.integral.len();
+        for j in 0..width {
+            self.force[j] = outputs[width + j][lane];
+        }
+    }
+
+    fn begin_row(&mut self) {
+        self.begin = Some(self.time);
+        self.intervals = 0;
+        self.momentum_at_begin.copy_from_slice(&self.momentum);
+        self.integral.fill(0.0);
+    }
+
+    /// At a sample of the own sensor: writes a row when it is complete.
+    fn close(&mut self, places: &[usize], columns: &mut Columns) {
+        let Some(begin) = self.begin.filter(|begin| *begin < self.time) else { return };
+        self.intervals += 1;
+        match self.span {
+            Span::FromStart => self.write(begin, places, columns),
+            Span::Samples(n) if self.intervals >= n => {
+                self.write(begin, places, columns);
+                self.begin_row();
+            }
+            Span::Samples(_) => {}
+        }
+    }
+
+    /// At the end of a stretch: what is left of a longer window is a row too.
+    fn finish(&mut self, places: &[usize], columns: &mut Columns) {
+        if let (Span::Samples(_), Some(begin)) = (self.span, self.begin) {
+            if self.intervals > 0 {
+                self.write(begin, places, columns);
+            }
+        }
+    }
+
+    fn write(&self, begin: f64, places: &[usize], columns: &mut Columns) {
+        let value = |j: usize| self.momentum[j] - self.momentum_at_begin[j] - self.integral[j];
+        columns.rhs.push(-value(0));
+        columns.span.push((begin, self.time));
+        let rows = columns.rhs.len();
+        for (j, place) in places.iter().enumerate() {
+            let column = &mut columns.columns[*place];
+            column.resize(rows - 1, 0.0);
+            column.push(value(j + 1));
+        }
+    }
+}
