@@ -116,10 +116,10 @@ impl Balance {
         let mut sources = Vec::new();
         for leaf in plan.leaves() {
             let source = source(*leaf, &equations);
-            if let Source::Channel { name, .. } = &source {
-                if !has(name) {
-                    return Err(missing(name));
-                }
+            if let Source::Channel { name, .. } = &source
+                && !has(name)
+            {
+                return Err(missing(name));
             }
             sources.push(source);
         }

@@ -297,10 +297,10 @@ impl Sums {
 
     /// At the end of a stretch: what is left of a longer window is a row too.
     fn finish(&mut self, places: &[usize], columns: &mut Columns) {
-        if let (Span::Samples(_), Some(begin)) = (self.span, self.begin) {
-            if self.intervals > 0 {
-                self.write(begin, places, columns);
-            }
+        if let (Span::Samples(_), Some(begin)) = (self.span, self.begin)
+            && self.intervals > 0
+        {
+            self.write(begin, places, columns);
         }
     }
 
