@@ -1,5 +1,7 @@
 //! Integral regressors against closed forms and against the references of the integrator.
 
+#![allow(clippy::unwrap_used)]
+
 mod shared;
 
 use std::sync::Arc;
