@@ -45,7 +45,7 @@ codes! {
     CONSTANT = "L112" "constant-column" Warning "A measured column never changes: nothing can be learned from it.";
     SATURATION = "L113" "saturation" Warning "A column stays at its largest or smallest value for long: a limit of the sensor or of the actuator.";
     NON_PHYSICAL = "L114" "non-physical" Warning "A quick fit gives a negative inertia or drag: most likely a sign or a frame is wrong.";
-    FRAME = "L115" "frame" Warning "After conversion the vehicle would be upside down: body_frame and earth_frame do not fit the angles.";
+    FRAME = "L115" "frame" Warning "The vehicle would be upside down: body_frame and earth_frame do not fit the angles.";
 
     IGNORED = "L201" "ignored-columns" Note "Columns that are not numbers, or not in every row, and that nobody asked for.";
     NO_FINAL_NEWLINE = "L202" "no-final-newline" Note "The last row is without its line end; its fields are complete.";

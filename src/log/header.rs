@@ -311,3 +311,75 @@ pub fn quoted(text: &str) -> String {
     }
     format!("'{shown}'")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::records::Records;
+
+    fn plan(header: &str, options: &str, required: &[&str]) -> Result<Plan, Vec<Finding>> {
+        let options: LogOptions = toml::from_str(options).unwrap();
+        let mut records = Records::new(header.as_bytes(), options.delimiter as u8, None, 1 << 20).unwrap();
+        Plan::new(&records.next_record().unwrap().unwrap(), &options, required, "f.csv")
+    }
+
+    fn refused(header: &str, options: &str) -> (&'static str, String) {
+        let found = plan(header, options, &["t", "u"]).unwrap_err();
+        (found[0].kind, found[0].message.clone())
+    }
+
+    #[test]
+    fn units_of_header_and_options() {
+        let plan = plan(
+            "t [ms],u [kn],gyro z,depth [m],wind_dir [deg],V1 [us]",
+            "columns.r = { name = \"gyro z\", unit = \"deg/s\", sign = -1 }",
+            &["t", "u", "r"],
+        )
+        .unwrap();
+        assert_eq!(plan.time_unit, TimeUnit::Ms);
+        let value = |name: &str, x| plan.columns.iter().find(|c| c.name == name).unwrap().convert(x);
+        assert_eq!(value("u", 1.0), 1852.0 / 3600.0);
+        assert_eq!(value("r", 180.0), -std::f64::consts::PI);
+        assert_eq!(value("depth", 12.5), 12.5);
+        assert_eq!(value("wind_dir", 180.0), std::f64::consts::PI);
+        assert_eq!(value("V1", 1500.0), 1500.0);
+        assert_eq!(plan.columns.last().map(|c| c.unit), Some("us"));
+    }
+
+    #[test]
+    fn headers_are_refused_with_what_would_be_right() {
+        for delimiter in [';', '\t', '|'] {
+            let (kind, message) = refused(&format!("t{delimiter}u"), "");
+            assert!(kind == "delimiter" && message.contains(&format!("{delimiter:?}")), "{message}");
+        }
+        assert_eq!(refused("t,u", "delimiter = \";\"").0, "delimiter");
+        for (header, kind, word) in [
+            ("0.0,1e-3,-5", "header", "names"),
+            ("% made by", "header", "comment = \"%\""),
+            ("t,u,u", "duplicate-column", "2 and 3"),
+            ("t,u [km/h]", "unit", "m/s, mm/s, cm/s, kn"),
+            ("t,speed", "missing-column", "'speed'"),
+        ] {
+            let (found, message) = refused(header, "");
+            assert!(found == kind && message.contains(word), "{message}");
+        }
+        assert_eq!(refused("t,u", "columns.r = \"gyro\"").0, "missing-column");
+        assert_eq!(refused("t,u,a,b", "max_columns = 3").0, "column-limit");
+    }
+
+    #[test]
+    fn a_mapped_name_overrules_the_one_in_the_file() {
+        let plan = plan("t,u,u_dvl,note,note,", "columns.u = \"u_dvl\"", &["t", "u"]).unwrap();
+        assert_eq!(
+            plan.columns.iter().map(|c| (c.name.as_str(), c.index)).collect::<Vec<_>>(),
+            [("u", 2), ("note", 3)]
+        );
+        assert_eq!(plan.ignored, ["u", "", "note"]);
+    }
+
+    #[test]
+    fn texts_are_shown_short_and_on_one_line() {
+        assert_eq!(quoted("a\nb"), "'a\\nb'");
+        assert!(quoted(&"x".repeat(5000)).ends_with("(5000 characters)"));
+    }
+}

@@ -150,7 +150,7 @@ fn collect<R: Read>(
     }
     if timed {
         log.gaps = check::time::gaps(&time).into_iter().map(|k| time[k]).collect();
-        for seen in check::all(&time, &log.signals) {
+        for seen in check::all(&time, &log.signals, &log.units) {
             let line = seen.time.map(|t| table.lines.line(time.partition_point(|s| *s < t)));
             let column = if let [only] = &seen.channels[..] { Some(only.as_str()) } else { None };
             log.warn(&seen.code, line, column, &seen.text);

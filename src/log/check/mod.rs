@@ -45,13 +45,19 @@ pub fn is_velocity(name: &str) -> bool {
     Dof::ALL.iter().any(|d| d.velocity() == name)
 }
 
-/// All checks. `time` is that of the rows, s.
-pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
+/// All checks. `time` is that of the rows, s; `units` those of the signals, where they are known.
+pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<String, &'static str>) -> Vec<Seen> {
     let mut seen = time::check(time);
-    seen.extend(plausible::check(signals));
+    let said = |s: &Seen| s.channels.iter().all(|c| units.get(c) == Some(&"us"));
+    seen.extend(plausible::check(signals).into_iter().filter(|s| !said(s)));
     for (name, signal) in signals {
         seen.extend(far::check(name, signal));
     }
+    // a code for no value that is beyond all measure is said once
+    let codes: Vec<Seen> = seen.iter().filter(|s| s.code == codes::SENTINEL).cloned().collect();
+    seen.retain(|s| {
+        s.code != codes::MAGNITUDE || !codes.iter().any(|c| (&c.channels, c.time) == (&s.channels, s.time))
+    });
     seen.extend(repeat::check(signals));
     // A fit of data that is already known to be wrong says nothing about signs.
     if seen.iter().all(|s| s.code == codes::GAP) {

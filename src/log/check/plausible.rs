@@ -35,6 +35,9 @@ pub fn limit(name: &str) -> f64 {
 pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let mut seen: Vec<Seen> = signals.iter().filter_map(|(name, s)| unit(name, s)).collect();
     seen.extend(pulse_widths(signals));
+    if !seen.iter().any(|s| s.channels.iter().any(|c| c == "phi")) {
+        seen.extend(signals.get("phi").and_then(upside_down));
+    }
     for (name, signal) in signals {
         if !seen.iter().any(|s| s.channels.contains(name)) {
             seen.extend(magnitude(name, signal));
@@ -103,6 +106,14 @@ fn pulse_widths(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     seen
 }
 
+/// A vehicle that is upside down most of the time: more likely its axes are other ones.
+fn upside_down(phi: &Signal) -> Option<Seen> {
+    let usual = quantile(phi.values().iter().map(|x| x.cos()), 0.5)?;
+    let text = "phi is beyond a quarter turn most of the time, the vehicle would be upside down: check body_frame \
+                (frd or flu) and earth_frame (ned or enu)";
+    (usual < 0.0).then(|| Seen::new(codes::FRAME, &["phi"], None, text.to_string()))
+}
+
 /// Single samples beyond the limit.
 fn magnitude(name: &str, signal: &Signal) -> Option<Seen> {
     let limit = limit(name);
@@ -145,6 +156,13 @@ mod tests {
         assert!(seen.len() == 1 && seen[0].text.contains("tau_u"));
         assert!(check(&signals(&[("tau_u", &|t| 1500.0 + 300.0 * t.sin()), ("tau_r", &f64::sin)])).is_empty());
         assert_eq!(check(&signals(&[("V1", &pwm)])).len(), 1);
+    }
+
+    #[test]
+    fn a_vehicle_upside_down_is_noticed() {
+        let seen = check(&signals(&[("phi", &|t| 3.1 + 0.1 * t.sin())]));
+        assert_eq!((seen.len(), seen[0].code), (1, codes::FRAME));
+        assert!(check(&signals(&[("phi", &|t| 0.4 * t.sin())])).is_empty());
     }
 
     #[test]
