@@ -70,7 +70,7 @@ impl Swim {
     fn lines(&self) -> Vec<String> {
         let row = |r: &[f64; 7]| {
             let mut line = format!("{:.3}", r[0]);
-            r[1..].iter().for_each(|x| write!(line, ",{x:.6}").unwrap());
+            r[1..].iter().for_each(|x| write!(line, ",{x:.6}").expect("a string takes all"));
             line
         };
         std::iter::once(PLANAR.join(",")).chain(self.rows.iter().map(row)).collect()
@@ -82,11 +82,11 @@ fn join(lines: &[String]) -> Vec<u8> {
 }
 
 fn read(bytes: &[u8], options: &str) -> Result<LogFile, LogError> {
-    read_from(bytes, "f.csv", &toml::from_str::<LogOptions>(options).unwrap(), &PLANAR)
+    read_from(bytes, "f.csv", &toml::from_str::<LogOptions>(options).expect("options"), &PLANAR)
 }
 
 fn first(bytes: &[u8], options: &str) -> Finding {
-    read(bytes, options).unwrap_err().findings()[0].clone()
+    read(bytes, options).expect_err("refused").findings()[0].clone()
 }
 
 fn kinds(log: &LogFile) -> Vec<&'static str> {
