@@ -80,12 +80,12 @@ impl Effect for CoriolisRow {
         if self.coriolis == Coriolis::Tied {
             return Vec::new();
         }
-        let (_, j, k, name) = LEADING[self.row.index()];
+        let (sign, j, k, name) = LEADING[self.row.index()];
         let product = velocity(j).times(velocity(k));
         let sname = format!("{}_{}", self.row.sname(), &name[2..]);
         let spec = ParameterSpec::linear(name, force(self.row).over(product));
-        // lift and Munk moment are one regressor: SNAME's name of it
-        vec![if self.row == Dof::Surge { spec } else { spec.sname(sname) }]
+        // lift and Munk moment are one regressor: SNAME's name of it; it has the other sign where the row has a minus
+        vec![if sign > 0.0 { spec } else { spec.sname(sname) }]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
