@@ -91,6 +91,16 @@ pub enum FitError {
         /// `forward`, `reverse` or, with a shape parameter, `forward and reverse`.
         direction: &'static str,
     },
+    /// A shape parameter ran to the end of what was searched.
+    #[error(
+        "the best {parameter} is {value} or beyond, which no thruster has: check the table's columns and their units"
+    )]
+    AtEnd {
+        /// Which parameter.
+        parameter: &'static str,
+        /// End of the search, the dead band as V.
+        value: f64,
+    },
     /// The force has the sign opposite to the command.
     #[error("{direction} thrust opposes the command: give the force or the command the other sign")]
     WrongSign {

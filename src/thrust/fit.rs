@@ -200,13 +200,22 @@ pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit
     let several = table.supply.is_some_and(|s| s.iter().any(|v| (v - s[0]).abs() > 1e-3 * s[0]));
 
     let cost = |c: f64, n: f64| forward.cost(c, n) + reverse.cost(c, n);
+    let widest = 0.5 * forward.greatest().min(reverse.greatest());
     let deadband_at = |n: f64| match options.deadband {
         DeadBand::Given(c) => c,
-        DeadBand::Fitted => minimum(0.0, 0.5 * forward.greatest().min(reverse.greatest()), |c| cost(c, n)),
+        DeadBand::Fitted => minimum(0.0, widest, |c| cost(c, n)),
     };
-    // Propeller theory says 1 to 2; the search is wide so that its ends are never a silent answer.
-    let n = if several { minimum(-1.0, 4.0, |n| cost(deadband_at(n), n)) } else { 0.0 };
+    // Propeller theory says 1 to 2.
+    let (least, most) = (-1.0, 4.0);
+    let n = if several { minimum(least, most, |n| cost(deadband_at(n), n)) } else { 0.0 };
     let c = deadband_at(n);
+    let near = |x: f64, end: f64| (x - end).abs() <= 1e-6 * end.abs();
+    if several && (near(n, least) || near(n, most)) {
+        return Err(FitError::AtEnd { parameter: "supply exponent", value: n });
+    }
+    if options.deadband == DeadBand::Fitted && near(c, widest) {
+        return Err(FitError::AtEnd { parameter: "dead band", value: c });
+    }
 
     let free = [options.deadband == DeadBand::Fitted, several];
     let mut sides = [forward.fit(c, n, free[0])?, reverse.fit(c, n, free[0])?];
@@ -386,6 +395,12 @@ mod tests {
         assert!(matches!(falling, FitError::NotMonotone { direction: "forward", .. }), "{falling}");
         let against = fit(&[9.0, 4.0, 1.0, 0.0, 1.0, 4.0, 9.0]).unwrap_err();
         assert_eq!(against, FitError::WrongSign { direction: "reverse" });
+        let halves = [10.0, 20.0].map(|supply| command.map(|v| (v, v * v.abs() * (supply / 10.0_f64).powi(6), supply)));
+        let [v, f, s] =
+            [0, 1, 2].map(|i| halves.iter().flatten().map(|row| [row.0, row.1, row.2][i]).collect::<Vec<_>>());
+        let wild = Bollard { command: &v, force: &f, supply: Some(&s) };
+        let error = fit_curve(&wild, &CurveOptions::default()).unwrap_err();
+        assert!(matches!(error, FitError::AtEnd { parameter: "supply exponent", .. }), "{error}");
         let few = Bollard { command: &[1.0, 2.0, 3.0, -1.0], force: &[1.0, 4.0, 9.0, -1.0], supply: None };
         let error = fit_curve(&few, &CurveOptions::default()).unwrap_err();
         assert_eq!(error, FitError::TooFewRows { direction: "reverse", rows: 1 });
