@@ -52,6 +52,8 @@ pub struct Available {
     pub channels: BTreeSet<String>,
     /// Whether the position (x, y, z) is simulated, as when it is measured independently; else it is read from the log.
     pub position: bool,
+    /// Whether velocities and positions are all read from the log, so that only memory is simulated.
+    pub from_log: bool,
 }
 
 /// The assembled formulas of a model.
@@ -121,7 +123,7 @@ fn force_dimension(dof: Dof) -> Dimension {
 /// Assembles the equations of `model` in `graph`.
 pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> Equations<'g> {
     let mut inputs = Inputs { graph, available, names: Vec::new() };
-    let simulated = |dof: Dof| model.dofs.contains(&dof);
+    let simulated = |dof: Dof| model.dofs.contains(&dof) && !available.from_log;
     let state = |index: usize, dimension| graph.leaf(Leaf::State(index as u16), dimension);
 
     let nu: Six<'g> = Dof::ALL.map(|dof| match simulated(dof) {
@@ -191,7 +193,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     let mut force = tau;
     for (k, term) in model.terms.iter().enumerate() {
         let mut wrench = [graph.zero(); 6];
-        let states = remember(&at, model, k, &theta(k), &at.command.clone(), &mut memory, false);
+        let states = remember(&at, model, k, &theta(k), &at.command, (&mut inputs, &mut memory), false);
         term.effect.wrench(&at, term.place, &theta(k), &states, &mut wrench);
         for i in 0..6 {
             force[i] += wrench[i];
@@ -200,7 +202,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     }
     components.push((None, tau));
 
-    let accelerations = solve(graph, model, &momentum, &force, &inputs);
+    let accelerations = if available.from_log { Vec::new() } else { solve(graph, model, &momentum, &force, &inputs) };
     let mut states: Vec<State<'g>> = model
         .dofs
         .iter()
@@ -271,7 +273,7 @@ fn actuate<'g>(
         if let Some(index) = term.effect.delays_command() {
             tau = commands(at.graph, model, inputs, Some(term.parameters[index]));
         }
-        let states = remember(at, model, k, &theta(k), &before, memory, true);
+        let states = remember(at, model, k, &theta(k), &before, (&mut *inputs, &mut *memory), true);
         term.effect.actuate(at, term.place, &theta(k), &states, &mut tau);
         if let Some(blend) = term.blend {
             for i in 0..6 {
@@ -290,7 +292,7 @@ fn remember<'g>(
     k: usize,
     theta: &[Expr<'g>],
     tau: &Six<'g>,
-    memory: &mut Vec<State<'g>>,
+    (inputs, memory): (&mut Inputs<'g, '_>, &mut Vec<State<'g>>),
     actuators: bool,
 ) -> Vec<Expr<'g>> {
     let term = &model.terms[k];
@@ -300,6 +302,10 @@ fn remember<'g>(
     let starts = term.effect.memory(at, term.place, tau);
     if starts.is_empty() {
         return Vec::new();
+    }
+    if let Some(channels) = &term.memory_from {
+        let read = |(name, start): (&String, &Expr<'g>)| inputs.read(name, start.dimension().unwrap_or(Dimension::ONE));
+        return channels.iter().zip(&starts).map(read).collect();
     }
     let base = 12 + memory.len();
     let leaves: Vec<Leaf> = (0..starts.len()).map(|i| Leaf::State((base + i) as u16)).collect();

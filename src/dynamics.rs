@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use crate::chain::{Available, StateId, assemble};
 use crate::model::Model;
-use crate::symbolic::{Expr, Graph, Leaf, Plan};
+use crate::symbolic::{Expr, Graph, Leaf, Plan, derivatives};
 
 /// An entry of a sparse matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,9 +144,8 @@ fn functions(
     let mut all = formulas.to_vec();
     let mut entries = |by: &[Leaf]| {
         let mut found = Vec::new();
-        for (row, formula) in formulas.iter().enumerate() {
-            for (column, leaf) in by.iter().enumerate() {
-                let derivative = formula.derivative(*leaf);
+        for (column, leaf) in by.iter().enumerate() {
+            for (row, derivative) in derivatives(formulas, *leaf).into_iter().enumerate() {
                 if !derivative.is_zero() {
                     all.push(derivative);
                     found.push(Entry { row, column });
@@ -188,7 +187,7 @@ mod tests {
     fn compile(effects: &[&str], observed: &[&str], channels: &[&str]) -> Dynamics {
         let model = Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, effects).unwrap();
         let names = |list: &[&str]| list.iter().map(|s| (*s).to_string()).collect::<BTreeSet<_>>();
-        let available = Available { channels: names(channels), position: true };
+        let available = Available { channels: names(channels), position: true, from_log: false };
         Dynamics::compile(&model, &available, &names(observed), &model.free())
     }
 

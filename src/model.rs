@@ -37,6 +37,8 @@ pub struct Term {
     /// Parameter α that blends an actuator effect in, τ + α (effect(τ) − τ): 0 without it, 1 with it in full.
     /// Discovery scores candidates by it; `None` in an ordinary model.
     pub blend: Option<usize>,
+    /// Channels from which the memory of the effect is read, computed beforehand; `None` where it is simulated.
+    pub memory_from: Option<Vec<String>>,
 }
 
 impl Term {
@@ -202,7 +204,7 @@ impl Model {
                 }
             })
             .collect();
-        self.terms.push(Term { effect, place, parameters, blend: None });
+        self.terms.push(Term { effect, place, parameters, blend: None, memory_from: None });
         Ok(self.terms.len() - 1)
     }
 

@@ -1,7 +1,8 @@
-//! From logs to parameters.
+//! Estimation: from runs to parameters with what is needed to believe them or not.
 
 mod balance;
 mod nodes;
+pub mod output_error;
 mod regressor;
 
 pub use balance::RegressorError;

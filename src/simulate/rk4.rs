@@ -298,7 +298,7 @@ mod tests {
     }
 
     fn simulate(model: &Model, run: &Run, input: Interpolation) -> Trajectory {
-        let available = Available { channels: run.signals.keys().cloned().collect(), position: false };
+        let available = Available { channels: run.signals.keys().cloned().collect(), position: false, from_log: false };
         let observed: BTreeSet<String> = ["u".to_string()].into();
         let dynamics = Dynamics::compile(model, &available, &observed, &[]);
         let track = Track::new(run, 0, &dynamics, &model.values(), input, 10.0).unwrap();
@@ -322,7 +322,7 @@ mod tests {
     fn law_sensitivities_agree_with_differences() {
         let model = surge(841.93, 82.3, 309.07);
         let run = run(&|t| 185.7 + 145.3 * (t / 4.0).sin(), 0.1, 100);
-        let available = Available { channels: run.signals.keys().cloned().collect(), position: false };
+        let available = Available { channels: run.signals.keys().cloned().collect(), position: false, from_log: false };
         let observed: BTreeSet<String> = ["u".to_string()].into();
         let dynamics = Dynamics::compile(&model, &available, &observed, &model.free());
         let theta = model.values();

@@ -11,15 +11,26 @@ use crate::units::Dimension;
 impl<'g> Expr<'g> {
     /// ∂ self / ∂ `by`.
     pub fn derivative(self, by: Leaf) -> Expr<'g> {
-        derive(self, by, &mut HashMap::new())
+        derivatives(&[self], by)[0]
     }
 }
 
-fn derive<'g>(of: Expr<'g>, by: Leaf, known: &mut HashMap<u32, Expr<'g>>) -> Expr<'g> {
+/// ∂ `of` / ∂ `by` of formulas of one graph; shared parts are differentiated once.
+pub fn derivatives<'g>(of: &[Expr<'g>], by: Leaf) -> Vec<Expr<'g>> {
+    let Some(first) = of.first() else { return Vec::new() };
+    let touched = first.graph.touched_by(by);
+    let mut known = HashMap::new();
+    of.iter().map(|e| derive(*e, by, &touched, &mut known)).collect()
+}
+
+fn derive<'g>(of: Expr<'g>, by: Leaf, touched: &[bool], known: &mut HashMap<u32, Expr<'g>>) -> Expr<'g> {
+    let graph = of.graph;
+    if !touched[of.id as usize] {
+        return graph.zero();
+    }
     if let Some(done) = known.get(&of.id) {
         return *done;
     }
-    let graph = of.graph;
     let (zero, one) = (graph.zero(), graph.constant(1.0));
     let result = match graph.node_of(of.id) {
         Node::Constant(_) | Node::Quantity(..) => zero,
@@ -31,7 +42,7 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, known: &mut HashMap<u32, Expr<'g>>) -> Exp
         Node::Leaf(_) => zero,
         Node::Unary(op, a) => {
             let a = of.at(a);
-            let da = derive(a, by, known);
+            let da = derive(a, by, touched, known);
             if da.is_zero() {
                 zero
             } else {
@@ -52,7 +63,7 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, known: &mut HashMap<u32, Expr<'g>>) -> Exp
         }
         Node::Binary(op, a, b) => {
             let (a, b) = (of.at(a), of.at(b));
-            let (da, db) = (derive(a, by, known), derive(b, by, known));
+            let (da, db) = (derive(a, by, touched, known), derive(b, by, touched, known));
             match op {
                 Binary::Add => da + db,
                 Binary::Sub => da - db,

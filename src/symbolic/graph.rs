@@ -177,10 +177,28 @@ impl Graph {
         self.store.borrow().nodes[id as usize]
     }
 
+    /// For each node, whether a change of the leaf `by` can change it; nodes come after those they read.
+    pub(super) fn touched_by(&self, by: Leaf) -> Vec<bool> {
+        let store = self.store.borrow();
+        let mut touched = Vec::with_capacity(store.nodes.len());
+        for node in &store.nodes {
+            let here = match *node {
+                Node::Constant(_) | Node::Quantity(..) => false,
+                Node::Leaf(Leaf::Delayed { delay, .. }) if by == Leaf::Parameter(delay) => true,
+                Node::Leaf(leaf) => leaf == by,
+                Node::Unary(_, a) => touched[a as usize],
+                Node::Binary(_, a, b) => touched[a as usize] || touched[b as usize],
+            };
+            touched.push(here);
+        }
+        touched
+    }
+
     pub(super) fn leaf_dimension(&self, leaf: Leaf) -> Dimension {
         self.store.borrow().dimensions.get(&leaf).copied().unwrap_or(Dimension::ONE)
     }
 
+    /// Number of nodes.
     pub(super) fn len(&self) -> usize {
         self.store.borrow().nodes.len()
     }

@@ -10,6 +10,7 @@ mod dimension;
 mod graph;
 mod plan;
 
+pub use derivative::derivatives;
 pub use dimension::DimensionError;
 pub use graph::{Expr, Graph, Leaf};
 pub use plan::{Plan, Registers};

@@ -1,0 +1,392 @@
+//! Output error on segments (multiple shooting): the estimator to recommend.
+//!
+//! ```text
+//! min over θ, x₀ₛ of  Σ_s Σ_k |h(x(t_k; x₀ₛ, θ), θ) − y_k|² / σ² + priors
+//! ```
+//!
+//! Each run is cut into segments of some seconds, each simulated from a free initial state x₀ₛ; Levenberg-Marquardt
+//! with sensitivities integrated along. The initial states are eliminated segment by segment in a triangular factor,
+//! so that the cost grows with the number of segments and not with its cube. Noise enters where it belongs, in the
+//! measurement, and unstable motions have no time to diverge. Bock (1983); Jategaonkar, *Flight Vehicle System
+//! Identification* (2015), ch. 4.
+
+mod covariance;
+mod fold;
+mod problem;
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+pub(crate) use fold::Fold;
+pub use problem::{Linearised, Problem, Unknown};
+
+pub use covariance::StdMethod;
+
+use crate::model::Model;
+use crate::run::Run;
+use crate::simulate::TrackError;
+
+/// How the fit is done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputErrorOptions {
+    /// Length of a segment, s. Long enough to see slow drag, short enough that unstable motion stays near the data.
+    pub segment: f64,
+    /// Longest step of the integrator, s: RK4 at a tenth of a second is good to 1e-5 for time constants above 0.5 s.
+    pub longest_step: f64,
+    /// Whether the logged position is a measurement of its own (acoustic, GNSS), not integrated from the velocity.
+    pub position: bool,
+    /// Standard deviation of the noise by channel, SI; estimated from the data where absent.
+    pub sigma: Option<BTreeMap<String, f64>>,
+    /// Greatest number of steps.
+    pub iterations: usize,
+    /// Converged when a step would lower the cost by less than this share of one degree of freedom.
+    pub tolerance: f64,
+    /// Length of the clusters whose residuals are taken as independent of one another, s.
+    pub cluster: f64,
+}
+
+impl Default for OutputErrorOptions {
+    fn default() -> OutputErrorOptions {
+        OutputErrorOptions {
+            segment: 8.0,
+            longest_step: 0.1,
+            position: false,
+            sigma: None,
+            iterations: 40,
+            tolerance: 1e-3,
+            cluster: 24.0,
+        }
+    }
+}
+
+/// Why an output-error fit cannot be done.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum OutputErrorError {
+    /// No channel that the model predicts is logged.
+    #[error("no run logs a velocity, rate or angle that the model predicts")]
+    NothingObserved,
+    /// A run lacks what the model reads, or is too short.
+    #[error(transparent)]
+    Track(#[from] TrackError),
+    /// Fewer samples than unknowns.
+    #[error("{samples} samples for {unknowns} unknowns: need more data or fewer effects")]
+    TooFewSamples {
+        /// Number of samples.
+        samples: usize,
+        /// Number of unknowns, initial states included.
+        unknowns: usize,
+    },
+    /// The simulation overflows at the starting values.
+    #[error("the simulation diverges at the starting values of the parameters: {values}")]
+    Diverges {
+        /// Names and values.
+        values: String,
+    },
+    /// A parameter that this data says nothing about.
+    #[error("this data says nothing about {parameters}: fix them, or add a run that moves them")]
+    NotIdentified {
+        /// Names.
+        parameters: String,
+    },
+}
+
+/// The result of an output-error fit.
+#[derive(Debug, Clone)]
+pub struct OutputErrorFit {
+    /// The model with the estimates and their standard deviations in place.
+    pub model: Model,
+    /// The problem at the estimate: segments, noise, unknowns.
+    pub problem: Problem,
+    /// Initial state of each segment.
+    pub initial_states: Vec<Vec<f64>>,
+    /// Segments linearised at the estimate.
+    pub linearised: Vec<Linearised>,
+    /// Covariance of the unknowns, row-major.
+    pub covariance: Vec<f64>,
+    /// How the standard deviations were found.
+    pub std_method: StdMethod,
+    /// Σ (residual/σ)².
+    pub cost: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// Root mean square of the residuals of each output, in its unit.
+    pub residual_rms: Vec<f64>,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Whether the last step was small enough.
+    pub converged: bool,
+}
+
+/// Fits the free parameters of `model`, which holds their starting values, to `runs`.
+///
+/// # Errors
+/// [`OutputErrorError`].
+pub fn output_error(
+    model: &Model,
+    runs: &[Run],
+    options: &OutputErrorOptions,
+) -> Result<OutputErrorFit, OutputErrorError> {
+    let problem = Problem::new(model, runs, options)?;
+    let x0 = problem.initial_states(model);
+    fit_from(model, problem, x0, options)
+}
+
+/// [`output_error`] of a problem that is prepared, from given initial states.
+pub(crate) fn fit_from(
+    model: &Model,
+    mut problem: Problem,
+    mut x0: Vec<Vec<f64>>,
+    options: &OutputErrorOptions,
+) -> Result<OutputErrorFit, OutputErrorError> {
+    let mut model = model.clone();
+    let unknowns = problem.unknowns.clone();
+    let delays = problem.dynamics.delays();
+    let mut current = problem.linearise(&model, &x0);
+    let mut cost = total(&current) + prior_cost(&model, &unknowns);
+    if !cost.is_finite() {
+        let name = |p: &crate::model::Parameter| format!("{} {} = {}", p.term, p.spec.name, p.value);
+        let values = model.parameters.iter().map(name).collect::<Vec<_>>().join(", ");
+        return Err(OutputErrorError::Diverges { values });
+    }
+    let samples: usize = current.iter().map(|s| s.samples).sum();
+    let states = problem.dynamics.states.len() - problem.dynamics.memories();
+    let count = unknowns.len() + states * problem.segments.len();
+    if samples <= count {
+        return Err(OutputErrorError::TooFewSamples { samples, unknowns: count });
+    }
+    let (mut damping, mut iterations, mut converged) = (1e-6, 0, unknowns.is_empty());
+    while iterations < options.iterations {
+        iterations += 1;
+        let global = normal_factor(&problem, &model, &current);
+        let (step, predicted) = damped_step(&global, &model, &unknowns, damping);
+        let mut trial = model.clone();
+        for (unknown, delta) in unknowns.iter().zip(&step) {
+            move_by(&mut trial, *unknown, *delta);
+        }
+        let taken: Vec<f64> = unknowns.iter().map(|u| value(&trial, *u) - value(&model, *u)).collect();
+        let states = follow(&problem, &current, &x0, &taken);
+        if unknowns.iter().zip(&taken).any(|(u, d)| delays.contains(&u.parameter) && *d != 0.0) {
+            read_inputs(&mut problem, &trial);
+        }
+        let next = problem.linearise(&trial, &states);
+        let next_cost = total(&next) + prior_cost(&trial, &unknowns);
+        let gain = cost - next_cost;
+        if next_cost.is_finite() && gain >= -1e-9 * cost.abs() {
+            (model, x0, current, cost) = (trial, states, next, next_cost);
+            damping = (damping * 0.1).max(1e-12);
+            if predicted.min(gain.abs()) < options.tolerance || predicted < 1e-12 * cost {
+                converged = true;
+                break;
+            }
+        } else {
+            if unknowns.iter().any(|u| delays.contains(&u.parameter)) {
+                read_inputs(&mut problem, &model);
+            }
+            damping = (damping * 10.0).max(1e-4);
+            if damping > 1e8 {
+                converged = predicted < 1.0;
+                break;
+            }
+        }
+    }
+    finish(model, problem, x0, current, cost, samples, iterations, converged, options)
+}
+
+#[allow(clippy::too_many_arguments)] // the pieces of the result
+fn finish(
+    mut model: Model,
+    problem: Problem,
+    initial_states: Vec<Vec<f64>>,
+    linearised: Vec<Linearised>,
+    cost: f64,
+    samples: usize,
+    iterations: usize,
+    converged: bool,
+    options: &OutputErrorOptions,
+) -> Result<OutputErrorFit, OutputErrorError> {
+    let (covariance, std_method) = covariance::of(&problem, &model, &linearised, options)?;
+    let p = problem.unknowns.len();
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        let std = covariance[k * p + k].sqrt();
+        let parameter = &mut model.parameters[unknown.parameter];
+        // of a parameter per run the largest is shown
+        parameter.std =
+            Some(if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0).max(std) } else { std });
+    }
+    let ny = problem.dynamics.outputs.len();
+    let residual_rms = (0..ny)
+        .map(|k| {
+            let squares: f64 = linearised.iter().map(|s| s.squares[k]).sum();
+            let count = problem.samples_of(k);
+            problem.sigma[k] * (squares / count.max(1) as f64).sqrt()
+        })
+        .collect();
+    Ok(OutputErrorFit {
+        model,
+        problem,
+        initial_states,
+        linearised,
+        covariance,
+        std_method,
+        cost,
+        samples,
+        residual_rms,
+        iterations,
+        converged,
+    })
+}
+
+/// Σ (residual/σ)² over all segments.
+pub(crate) fn total(segments: &[Linearised]) -> f64 {
+    segments.iter().map(Linearised::cost).sum()
+}
+
+fn prior_cost(model: &Model, unknowns: &[Unknown]) -> f64 {
+    let term =
+        |u: &Unknown| model.parameters[u.parameter].prior.map_or(0.0, |(m, s)| ((value(model, *u) - m) / s).powi(2));
+    unknowns.iter().map(term).sum()
+}
+
+/// Value of an unknown.
+pub(crate) fn value(model: &Model, unknown: Unknown) -> f64 {
+    let parameter = &model.parameters[unknown.parameter];
+    unknown.run.and_then(|r| parameter.per_run.get(r).copied()).unwrap_or(parameter.value)
+}
+
+/// Moves an unknown, within its bounds.
+fn move_by(model: &mut Model, unknown: Unknown, delta: f64) {
+    let moved = value(model, unknown) + delta;
+    let parameter = &mut model.parameters[unknown.parameter];
+    let moved = moved.clamp(parameter.min, parameter.max);
+    match unknown.run {
+        None => parameter.value = moved,
+        Some(run) => {
+            if parameter.per_run.len() <= run {
+                parameter.per_run.resize(run + 1, parameter.value);
+            }
+            parameter.per_run[run] = moved;
+        }
+    }
+}
+
+fn read_inputs(problem: &mut Problem, model: &Model) {
+    for track in &mut problem.tracks {
+        let theta = crate::simulate::values_in_run(model, track.run);
+        track.read_inputs(&problem.dynamics, &theta);
+    }
+}
+
+/// Factor of all segments' information on the unknowns, initial states eliminated; priors included. The last column
+/// holds the residual.
+pub(crate) fn normal_factor(problem: &Problem, model: &Model, segments: &[Linearised]) -> Fold<1> {
+    let (nx, p) = (problem.dynamics.states.len(), problem.unknowns.len());
+    let mut global = Fold::<1>::new(p + 1);
+    for (segment, stretch) in segments.iter().zip(&problem.segments) {
+        let columns = problem.columns_of(stretch.track);
+        for i in nx..segment.n {
+            let mut row = vec![[0.0]; p + 1];
+            for (direction, column) in columns.iter().enumerate() {
+                row[*column] = [segment.at(i, nx + direction)];
+            }
+            row[p] = [segment.at(i, segment.n - 1)];
+            global.push(row.into_iter());
+        }
+    }
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        if let Some((mean, std)) = model.parameters[unknown.parameter].prior {
+            let mut row = vec![[0.0]; p + 1];
+            row[k] = [1.0 / std];
+            row[p] = [(value(model, *unknown) - mean) / std];
+            global.push(row.into_iter());
+        }
+    }
+    global.fold();
+    global
+}
+
+/// The step of the unknowns with Marquardt's damping, and by how much the linearised cost falls. An unknown that
+/// would leave its bounds is held there.
+fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f64) -> (Vec<f64>, f64) {
+    let p = unknowns.len();
+    let mut held = vec![false; p];
+    loop {
+        let mut damped = global.clone();
+        for k in 0..p {
+            let length: f64 = (0..=k).map(|i| global.at(i, k)[0].powi(2)).sum::<f64>().sqrt();
+            let weight = if held[k] { 1e12 * length.max(1e-300) } else { damping.sqrt() * length.max(1e-300) };
+            damped.push((0..=p).map(|j| [if j == k { weight } else { 0.0 }]));
+        }
+        damped.fold();
+        let step: Vec<f64> = damped.solve().into_iter().map(|x| -x).collect();
+        let leaves = |k: usize| {
+            let parameter = &model.parameters[unknowns[k].parameter];
+            let now = value(model, unknowns[k]);
+            (now <= parameter.min && step[k] < 0.0) || (now >= parameter.max && step[k] > 0.0)
+        };
+        let new: Vec<usize> = (0..p).filter(|k| !held[*k] && leaves(*k)).collect();
+        if new.is_empty() {
+            let after: f64 = (0..p)
+                .map(|i| {
+                    let sum: f64 = (i..p).map(|j| global.at(i, j)[0] * step[j]).sum();
+                    (global.at(i, p)[0] + sum).powi(2)
+                })
+                .sum();
+            let before: f64 = (0..p).map(|i| global.at(i, p)[0].powi(2)).sum();
+            return (step, (before - after).max(0.0));
+        }
+        for k in new {
+            held[k] = true;
+        }
+    }
+}
+
+/// Initial states that go with a step of the unknowns: R_xx δx = −r_x − R_xθ δθ, segment by segment.
+fn follow(problem: &Problem, segments: &[Linearised], x0: &[Vec<f64>], step: &[f64]) -> Vec<Vec<f64>> {
+    let nx = problem.dynamics.states.len();
+    segments
+        .iter()
+        .zip(&problem.segments)
+        .zip(x0)
+        .map(|((segment, stretch), x)| {
+            let columns = problem.columns_of(stretch.track);
+            let mut delta = vec![0.0; nx];
+            for i in (0..nx).rev() {
+                let by_theta: f64 = columns.iter().enumerate().map(|(d, c)| segment.at(i, nx + d) * step[*c]).sum();
+                let by_state: f64 = (i + 1..nx).map(|j| segment.at(i, j) * delta[j]).sum();
+                let pivot = segment.at(i, i);
+                let size: f64 = (0..=i).map(|k| segment.at(k, i).powi(2)).sum::<f64>().sqrt();
+                if pivot.abs() > 1e-9 * size {
+                    delta[i] = (-segment.at(i, segment.n - 1) - by_theta - by_state) / pivot;
+                }
+            }
+            x.iter().zip(delta).map(|(x, d)| x + d).collect()
+        })
+        .collect()
+}
+
+impl Problem {
+    /// For each direction, the column of the unknown that it moves in the run of `track`.
+    pub(crate) fn columns_of(&self, track: usize) -> Vec<usize> {
+        let run = self.tracks[track].run;
+        self.dynamics
+            .directions
+            .iter()
+            .map(|p| {
+                self.unknowns
+                    .iter()
+                    .position(|u| u.parameter == *p && u.run.is_none_or(|r| r == run))
+                    .expect("every direction has an unknown in every run")
+            })
+            .collect()
+    }
+
+    /// Number of samples of an output in all segments.
+    pub fn samples_of(&self, output: usize) -> usize {
+        let width = self.dynamics.outputs.len();
+        let count = |s: &crate::simulate::Stretch| {
+            (s.first..=s.last).filter(|k| !self.tracks[s.track].observed[k * width + output].is_nan()).count()
+        };
+        self.segments.iter().map(count).sum()
+    }
+}

@@ -1,0 +1,350 @@
+//! The output-error problem: tracks, segments, weights and initial states.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use super::fold::Fold;
+use super::{OutputErrorError, OutputErrorOptions};
+use crate::chain::{Available, StateId};
+use crate::dynamics::Dynamics;
+use crate::model::Model;
+use crate::run::Run;
+use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run};
+
+/// Stretches that are integrated side by side.
+pub(crate) const LANES: usize = 8;
+
+/// A model, runs divided into segments, and what is needed to linearise one on the other.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// The compiled model.
+    pub dynamics: Dynamics,
+    /// The runs made ready.
+    pub tracks: Vec<Track>,
+    /// Segments, each with a free initial state.
+    pub segments: Vec<Stretch>,
+    /// Standard deviation of the noise of each output, in its unit.
+    pub sigma: Vec<f64>,
+    /// Unknowns beside initial states: which parameter, and of which run when each has its own.
+    pub unknowns: Vec<Unknown>,
+}
+
+/// One unknown of the fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unknown {
+    /// Index of the parameter in the model.
+    pub parameter: usize,
+    /// Run whose value it is; `None` for a common one.
+    pub run: Option<usize>,
+}
+
+/// A segment linearised at the current values: the triangular factor of [∂y/∂x₀ | ∂y/∂θ | y − measured] / σ.
+#[derive(Debug, Clone)]
+pub struct Linearised {
+    /// Row-major upper triangle, `n × n`.
+    pub r: Vec<f64>,
+    /// Number of columns: states, directions, residual.
+    pub n: usize,
+    /// Number of samples.
+    pub samples: usize,
+    /// Σ residual², by output, in units of σ.
+    pub squares: Vec<f64>,
+}
+
+impl Linearised {
+    /// Element (i, j).
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.r[i * self.n + j]
+    }
+
+    /// Sum of squares of the residuals in units of σ.
+    pub fn cost(&self) -> f64 {
+        (0..self.n).map(|i| self.at(i, self.n - 1).powi(2)).sum()
+    }
+}
+
+impl Problem {
+    /// Prepares the fit of the free parameters of `model` to `runs`.
+    ///
+    /// # Errors
+    /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the model predicts.
+    pub fn new(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Problem, OutputErrorError> {
+        let directions = model.free();
+        let available = available(model, runs, options);
+        let observed = observed(model, runs, options);
+        let dynamics = Dynamics::compile(model, &available, &observed, &directions);
+        if dynamics.outputs.is_empty() {
+            return Err(OutputErrorError::NothingObserved);
+        }
+        let longest = longest_step(model, options);
+        let tracks = runs
+            .iter()
+            .enumerate()
+            .map(|(k, run)| Track::new(run, k, &dynamics, &values_in_run(model, k), model.input, longest))
+            .collect::<Result<Vec<_>, _>>()?;
+        let segments = segments(&tracks, options.segment);
+        let sigma = match &options.sigma {
+            Some(known) => dynamics.outputs.iter().map(|o| known.get(*o).copied()).collect::<Option<Vec<f64>>>(),
+            None => None,
+        };
+        let sigma = sigma.unwrap_or_else(|| noise_of(&dynamics, &tracks, options.sigma.as_ref()));
+        let unknowns = directions
+            .iter()
+            .flat_map(|p| match model.parameters[*p].spec.per_run {
+                false => vec![Unknown { parameter: *p, run: None }],
+                true => (0..runs.len()).map(|run| Unknown { parameter: *p, run: Some(run) }).collect(),
+            })
+            .collect();
+        Ok(Problem { dynamics, tracks, segments, sigma, unknowns })
+    }
+
+    /// Initial states of all segments from the log: a straight line through the first samples of each channel.
+    pub fn initial_states(&self, model: &Model) -> Vec<Vec<f64>> {
+        let measured = self.dynamics.states.len() - self.dynamics.memories();
+        self.segments
+            .iter()
+            .map(|segment| {
+                let track = &self.tracks[segment.track];
+                let mut x: Vec<f64> = self.dynamics.states[..measured]
+                    .iter()
+                    .map(|id| {
+                        let output = id.channel().and_then(|c| self.dynamics.outputs.iter().position(|o| *o == c));
+                        output.map_or(0.0, |output| level_at(track, output, self.dynamics.outputs.len(), segment))
+                    })
+                    .collect();
+                let theta = values_in_run(model, track.run);
+                x.extend(memory_start(&self.dynamics, track, &theta, segment.first, &x));
+                x
+            })
+            .collect()
+    }
+
+    /// Linearises every segment at the values of `model` and the initial states `x0`.
+    pub fn linearise(&self, model: &Model, x0: &[Vec<f64>]) -> Vec<Linearised> {
+        let order: Vec<usize> = (0..self.segments.len()).collect();
+        let batches: Vec<&[usize]> = order.chunks(LANES).collect();
+        let parts: Vec<Vec<Linearised>> =
+            batches.into_par_iter().map(|batch| self.linearise_batch(model, x0, batch)).collect();
+        parts.into_iter().flatten().collect()
+    }
+
+    fn linearise_batch(&self, model: &Model, x0: &[Vec<f64>], batch: &[usize]) -> Vec<Linearised> {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.linearise_lanes::<LANES>(model, x0, batch),
+        )
+    }
+
+    #[inline(always)]
+    fn linearise_lanes<const L: usize>(&self, model: &Model, x0: &[Vec<f64>], batch: &[usize]) -> Vec<Linearised> {
+        let (nx, ny) = (self.dynamics.states.len(), self.dynamics.outputs.len());
+        let n = nx + self.dynamics.directions.len() + 1;
+        let (stretches, theta, start) = self.lanes::<L>(model, x0, batch);
+        let mut fold = Fold::<L>::new(n);
+        self.remember(&mut fold, model, x0, batch);
+        let mut squares = vec![[0.0; L]; ny];
+        let mut samples = [0usize; L];
+        integrate(&self.dynamics, &self.tracks, &stretches, &theta, &start, true, &mut |at: &Emission<'_, L>| {
+            for output in 0..ny {
+                let (mut weight, mut residual) = ([0.0; L], [0.0; L]);
+                for lane in 0..L {
+                    let measured = self.measured(&stretches, at.grid, lane, output);
+                    if !measured.is_nan() {
+                        weight[lane] = 1.0 / self.sigma[output];
+                        residual[lane] = (at.outputs[output][lane] - measured) * weight[lane];
+                        squares[output][lane] += residual[lane] * residual[lane];
+                        samples[lane] += 1;
+                    }
+                }
+                let row = &at.jacobian[output * (n - 1)..(output + 1) * (n - 1)];
+                fold.push(
+                    row.iter()
+                        .map(|g| {
+                            std::array::from_fn(|lane| if weight[lane] == 0.0 { 0.0 } else { g[lane] * weight[lane] })
+                        })
+                        .chain(std::iter::once(residual)),
+                );
+            }
+        });
+        fold.fold();
+        (0..batch.len())
+            .map(|lane| Linearised {
+                r: (0..n * n).map(|k| fold.at(k / n, k % n)[lane]).collect(),
+                n,
+                samples: samples[lane],
+                squares: squares.iter().map(|s| s[lane]).collect(),
+            })
+            .collect()
+    }
+
+    /// What one batch of segments starts from: stretches, parameters and initial states by lane.
+    #[allow(clippy::type_complexity)] // three lane-wise tables
+    pub(crate) fn lanes<const L: usize>(
+        &self,
+        model: &Model,
+        x0: &[Vec<f64>],
+        batch: &[usize],
+    ) -> ([Option<Stretch>; L], Vec<[f64; L]>, Vec<[f64; L]>) {
+        let stretches = std::array::from_fn(|lane| batch.get(lane).map(|s| self.segments[*s]));
+        let values: Vec<Vec<f64>> =
+            stretches.iter().flatten().map(|s: &Stretch| values_in_run(model, self.tracks[s.track].run)).collect();
+        // lanes without a segment repeat the first one's numbers, so that nothing in them can overflow
+        let theta = (0..model.parameters.len())
+            .map(|p| std::array::from_fn(|lane| values.get(lane).unwrap_or(&values[0])[p]))
+            .collect();
+        let start = (0..self.dynamics.states.len())
+            .map(|k| std::array::from_fn(|lane| x0[*batch.get(lane).unwrap_or(&batch[0])][k]))
+            .collect();
+        (stretches, theta, start)
+    }
+
+    /// The measurement of an output at the grid point at which a lane stands; NaN where there is none.
+    #[inline(always)]
+    pub(crate) fn measured<const L: usize>(
+        &self,
+        stretches: &[Option<Stretch>; L],
+        grid: [Option<usize>; L],
+        lane: usize,
+        output: usize,
+    ) -> f64 {
+        match (stretches[lane], grid[lane]) {
+            (Some(stretch), Some(k)) => self.tracks[stretch.track].observed[k * self.dynamics.outputs.len() + output],
+            _ => f64::NAN,
+        }
+    }
+
+    /// A weak prior on the initial values of memory: near their quasi-steady values, within half their size.
+    fn remember<const L: usize>(&self, fold: &mut Fold<L>, model: &Model, x0: &[Vec<f64>], batch: &[usize]) {
+        let (nx, memories) = (self.dynamics.states.len(), self.dynamics.memories());
+        let n = nx + self.dynamics.directions.len() + 1;
+        if memories == 0 {
+            return;
+        }
+        let prior: Vec<(Vec<f64>, Vec<f64>)> = batch.iter().map(|s| self.memory_prior(model, x0, *s)).collect();
+        for m in 0..memories {
+            let k = nx - memories + m;
+            let value = |lane: usize| prior.get(lane).map_or((0.0, 0.0), |(mean, std)| (mean[m], 1.0 / std[m]));
+            fold.push((0..n).map(|j| {
+                std::array::from_fn(|lane| {
+                    let (mean, weight) = value(lane);
+                    match j {
+                        _ if j == k => weight,
+                        _ if j == n - 1 => batch.get(lane).map_or(0.0, |s| (x0[*s][k] - mean) * weight),
+                        _ => 0.0,
+                    }
+                })
+            }));
+        }
+    }
+
+    fn memory_prior(&self, model: &Model, x0: &[Vec<f64>], segment: usize) -> (Vec<f64>, Vec<f64>) {
+        let stretch = &self.segments[segment];
+        let track = &self.tracks[stretch.track];
+        let theta = values_in_run(model, track.run);
+        let at = |k: usize| memory_start(&self.dynamics, track, &theta, k, &x0[segment]);
+        let mean = at(stretch.first);
+        let middle = at((stretch.first + stretch.last) / 2);
+        let end = at(stretch.last);
+        let std = (0..mean.len()).map(|m| 0.5 * (mean[m].abs() + middle[m].abs() + end[m].abs()).max(1e-6)).collect();
+        (mean, std)
+    }
+}
+
+/// Channels that all runs have, and whether the position is simulated.
+pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Available {
+    let mut channels: BTreeSet<String> = runs.first().map(|r| r.signals.keys().cloned().collect()).unwrap_or_default();
+    channels.retain(|name| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty())));
+    let planar = model.dofs.iter().filter(|d| !d.is_rotation()).all(|d| channels.contains(d.position()));
+    Available { channels, position: options.position && planar, from_log: false }
+}
+
+/// Channels that are compared: those of modelled velocities and angles that some run logs, and positions if independent.
+fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
+    let states = model.dofs.iter().flat_map(|dof| {
+        let position = (dof.is_rotation() || options.position).then(|| dof.position());
+        [Some(dof.velocity()), position]
+    });
+    let logged = |name: &&str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
+    states.flatten().filter(logged).map(str::to_string).collect()
+}
+
+/// The longest step, s: as asked, and short enough for the quickest memory of the model.
+fn longest_step(model: &Model, options: &OutputErrorOptions) -> f64 {
+    let quickest = model.terms.iter().filter(|t| t.effect.about().id == "thrust_lag").flat_map(|t| &t.parameters);
+    quickest.fold(options.longest_step, |step, p| step.min(model.parameters[*p].value.max(0.02)))
+}
+
+/// Divides tracks into segments of about `length` seconds, none across a gap.
+fn segments(tracks: &[Track], length: f64) -> Vec<Stretch> {
+    let mut all = Vec::new();
+    for (track, t) in tracks.iter().enumerate() {
+        for (i, begin) in t.starts.iter().enumerate() {
+            let end = t.starts.get(i + 1).copied().unwrap_or(t.time.len()) - 1;
+            if end <= *begin {
+                continue;
+            }
+            let span = t.time[end] - t.time[*begin];
+            let parts = (span / length).round().max(1.0) as usize;
+            let mut first = *begin;
+            for part in 1..=parts {
+                let until = t.time[*begin] + span * part as f64 / parts as f64;
+                let last = if part == parts { end } else { t.time.partition_point(|x| *x < until - 1e-9).min(end) };
+                // the sample at a border belongs to the segment that it begins
+                let close = if part == parts { last } else { last.saturating_sub(1) };
+                if close > first {
+                    all.push(Stretch { track, first, last: close });
+                    first = last;
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Value of an output at the beginning of a segment: a straight line through its first samples, at most half a second.
+fn level_at(track: &Track, output: usize, width: usize, segment: &Stretch) -> f64 {
+    let t0 = track.time[segment.first];
+    let samples: Vec<(f64, f64)> = (segment.first..=segment.last)
+        .map(|k| (track.time[k] - t0, track.observed[k * width + output]))
+        .filter(|(_, y)| !y.is_nan())
+        .take(6)
+        .enumerate()
+        .filter(|(i, (t, _))| *i < 2 || *t < 0.5)
+        .map(|(_, sample)| sample)
+        .collect();
+    let n = samples.len() as f64;
+    if samples.is_empty() {
+        return 0.0;
+    }
+    let (mt, my) = samples.iter().fold((0.0, 0.0), |(a, b), (t, y)| (a + t / n, b + y / n));
+    let (tt, ty) = samples.iter().fold((0.0, 0.0), |(a, b), (t, y)| (a + (t - mt).powi(2), b + (t - mt) * (y - my)));
+    if tt > 0.0 { my - mt * ty / tt } else { my }
+}
+
+/// Noise of each output: as given, else from third differences of its samples, which no smooth motion survives.
+fn noise_of(dynamics: &Dynamics, tracks: &[Track], known: Option<&BTreeMap<String, f64>>) -> Vec<f64> {
+    let width = dynamics.outputs.len();
+    let estimate = |output: usize| {
+        let mut sizes = Vec::new();
+        let mut range: f64 = 0.0;
+        for track in tracks {
+            let y: Vec<f64> =
+                track.observed.iter().skip(output).step_by(width).copied().filter(|y| !y.is_nan()).collect();
+            range = y.iter().fold(range, |r, y| r.max(y.abs()));
+            sizes.extend(y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()));
+        }
+        sizes.sort_unstable_by(f64::total_cmp);
+        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        // third differences of white noise have √20 times its deviation; the median of |x| is 0.6745 σ
+        (median / (0.6745 * 20f64.sqrt())).max(1e-9 * range.max(1e-3))
+    };
+    (0..width).map(|k| known.and_then(|s| s.get(dynamics.outputs[k]).copied()).unwrap_or_else(|| estimate(k))).collect()
+}
+
+impl Problem {
+    /// Whether a state is a memory of an effect.
+    pub fn is_memory(&self, state: usize) -> bool {
+        matches!(self.dynamics.states[state], StateId::Memory { .. })
+    }
+}
