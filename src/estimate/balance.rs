@@ -108,7 +108,7 @@ impl Balance {
         }
         let channels: BTreeSet<String> = run.signals.keys().filter(|name| has(name)).cloned().collect();
         let graph = Graph::new();
-        let equations = assemble(&graph, model, &Available { channels, position: false });
+        let equations = assemble(&graph, model, &Available { channels, ..Available::default() });
         let (momentum, force) = (equations.momentum[dof.index()], equations.force[dof.index()]);
 
         let formulas = columns(model, &equations, momentum, force)?;
