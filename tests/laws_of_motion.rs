@@ -31,7 +31,7 @@ fn available() -> Available {
     let names = Dof::ALL.iter().map(|d| d.force().to_string());
     let others = ["t", "supply_voltage_ratio", "anchor_north", "anchor_east"].map(String::from);
     let amplitudes = Dof::ALL.iter().map(|d| format!("KC_{}", d.velocity()));
-    Available { channels: names.chain(others).chain(amplitudes).collect(), position: true }
+    Available { channels: names.chain(others).chain(amplitudes).collect(), position: true, ..Available::default() }
 }
 
 proptest! {
@@ -216,7 +216,7 @@ fn imbalance(model: &Model, run: &Run, observed: &BTreeSet<String>) -> (f64, f64
 fn available_in(run: &Run) -> Available {
     let mut channels: BTreeSet<String> = run.signals.keys().cloned().collect();
     channels.insert("t".into());
-    Available { channels, position: true }
+    Available { channels, position: true, ..Available::default() }
 }
 
 /// What the simulator integrates is what the balance says: over 6 s at 200 Hz the trapezoid of a force that changes
