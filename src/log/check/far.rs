@@ -20,7 +20,7 @@ pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
         at.iter().for_each(|&k| kept[k] = false);
         let text = format!(
             "{name} is exactly {code:?} in {} samples and nowhere near it otherwise: a code for no value; \
-             set missing_values = [\"{code:?}\"] with missing = \"drop\" or \"no_sample\"",
+             set missing_values = [\"{code:?}\"] (as the file writes it, before any change of unit) with missing = \"drop\" or \"no_sample\"",
             at.len()
         );
         seen.push(Seen::new(codes::SENTINEL, &[name], at.first().map(|&k| signal.time()[k]), text));
