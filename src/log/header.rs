@@ -300,16 +300,15 @@ fn si_unit(quantity: Option<Quantity>, unit: Option<Unit>) -> &'static str {
 /// A text from the file in quotes: line ends and other control characters escaped, long ones cut.
 pub fn quoted(text: &str) -> String {
     const SHOWN: usize = 40;
-    let mut shown: String = text
+    let shown: String = text
         .chars()
         .take(SHOWN)
         .flat_map(|c| if c.is_control() { c.escape_default().collect::<Vec<_>>() } else { vec![c] })
         .collect();
-    let length = text.chars().count();
-    if length > SHOWN {
-        shown += &format!("… ({length} characters)");
+    match text.chars().count() {
+        length if length > SHOWN => format!("'{shown}…' ({length} characters)"),
+        _ => format!("'{shown}'"),
     }
-    format!("'{shown}'")
 }
 
 #[cfg(test)]
