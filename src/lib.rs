@@ -26,6 +26,7 @@ pub mod navigation;
 pub mod run;
 pub mod simulate;
 pub mod symbolic;
+pub mod tank;
 pub mod thrust;
 pub mod units;
 pub mod vehicle;

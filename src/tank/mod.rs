@@ -1,0 +1,28 @@
+//! The virtual tank: vehicles whose truth is known, logged as real ones are.
+//!
+//! A [`Basin`] sails a [`Trial`] with a true [`Model`](crate::model::Model): the pilot's command goes through the
+//! model's own actuators, body and sensors, so that the tank knows no physics that the regressor does not know. What
+//! is random (noise, disturbance, a vehicle's figures) comes from one seed.
+//!
+//! [`blind()`] makes campaigns with an effect hidden, for judging whether it is found.
+
+mod basin;
+mod blind;
+mod craft;
+mod disturbance;
+mod hidden;
+mod noise;
+pub mod outside;
+mod pilot;
+mod plant;
+mod sensor;
+mod trials;
+
+pub use basin::{Basin, TankError, Trial, derived};
+pub use blind::{Blind, BlindOptions, blind};
+pub use craft::{Craft, CraftKind};
+pub use disturbance::Disturbance;
+pub use hidden::Hidden;
+pub use noise::Noise;
+pub use pilot::{Law, Measured, Pilot, Profile, Sine};
+pub use sensor::Sensor;

@@ -1,0 +1,170 @@
+//! The true vehicle, one step at a time: classical Runge-Kutta on the compiled rates of a model, for simulations in
+//! which the command is not known beforehand. It holds no physics of its own.
+
+use std::collections::BTreeMap;
+
+use crate::dynamics::{Dynamics, Functions, Source};
+use crate::model::Interpolation;
+use crate::run::Signal;
+use crate::symbolic::{Leaf, Registers};
+
+/// Commands so far, one row a tick of the control.
+#[derive(Debug, Clone)]
+pub(super) struct Commands {
+    /// Time from tick to tick, s.
+    pub(super) period: f64,
+    /// What happens between ticks.
+    pub(super) input: Interpolation,
+    /// Forces at the ticks, N and N·m.
+    pub(super) rows: Vec<[f64; 6]>,
+}
+
+impl Commands {
+    /// Value and slope at `t`, seen from the side of `within`, an instant of the same step of the integrator.
+    fn read(&self, dof: usize, t: f64, within: f64) -> (f64, f64) {
+        let last = self.rows.len() - 1;
+        if within < 0.0 {
+            return (self.rows[0][dof], 0.0);
+        }
+        let k = ((within / self.period).floor() as usize).min(last);
+        let (here, next) = (self.rows[k][dof], self.rows[(k + 1).min(last)][dof]);
+        match self.input {
+            Interpolation::Hold => (here, 0.0),
+            Interpolation::Linear => {
+                let slope = (next - here) / self.period;
+                (here + slope * (t - k as f64 * self.period), slope)
+            }
+        }
+    }
+}
+
+/// Registers of a set of functions.
+#[derive(Debug)]
+struct Machine<'a> {
+    functions: &'a Functions,
+    registers: Registers<1>,
+}
+
+impl<'a> Machine<'a> {
+    fn new(functions: &'a Functions, theta: &[f64]) -> Machine<'a> {
+        let mut registers = functions.plan.registers();
+        for (slot, source) in functions.sources.iter().enumerate() {
+            if let Source::Parameter(p) = source {
+                functions.plan.set(&mut registers, slot, [theta[*p]]);
+            }
+        }
+        functions.plan.prepare(&mut registers);
+        Machine { functions, registers }
+    }
+
+    fn evaluate(&mut self, x: &[f64], input: &[f64]) -> Vec<f64> {
+        let plan = &self.functions.plan;
+        for (slot, source) in self.functions.sources.iter().enumerate() {
+            match *source {
+                Source::State(k) => plan.set(&mut self.registers, slot, [x[k]]),
+                Source::Input(k) => plan.set(&mut self.registers, slot, [input[k]]),
+                Source::Parameter(_) => {}
+            }
+        }
+        plan.evaluate(&mut self.registers);
+        (0..self.functions.count).map(|k| plan.output(&self.registers, k)[0]).collect()
+    }
+}
+
+/// A vehicle under way.
+#[derive(Debug)]
+pub(super) struct Plant<'a> {
+    dynamics: &'a Dynamics,
+    theta: &'a [f64],
+    channels: &'a BTreeMap<String, Signal>,
+    rates: Machine<'a>,
+    observation: Machine<'a>,
+    pub(super) commands: Commands,
+    pub(super) time: f64,
+    pub(super) state: Vec<f64>,
+}
+
+impl<'a> Plant<'a> {
+    /// A vehicle at time 0 in the state `start` (velocities and positions; memory starts quasi-steady).
+    pub(super) fn new(
+        dynamics: &'a Dynamics,
+        theta: &'a [f64],
+        channels: &'a BTreeMap<String, Signal>,
+        commands: Commands,
+        start: Vec<f64>,
+    ) -> Plant<'a> {
+        let rates = Machine::new(&dynamics.rates, theta);
+        let observation = Machine::new(&dynamics.observation, theta);
+        let mut plant = Plant { dynamics, theta, channels, rates, observation, commands, time: 0.0, state: start };
+        let input = plant.inputs(0.0, 0.0);
+        let memory = Machine::new(&dynamics.start, theta).evaluate(&plant.state, &input);
+        plant.state.extend(memory);
+        plant
+    }
+
+    /// What the sensors would say now, in the order of the outputs of the dynamics.
+    pub(super) fn observe(&mut self) -> Vec<f64> {
+        let input = self.inputs(self.time, self.time);
+        self.observation.evaluate(&self.state, &input)
+    }
+
+    /// Sails on to the instant `end` in steps of at most `longest`.
+    pub(super) fn sail(&mut self, end: f64, longest: f64) {
+        let begin = self.time;
+        let parts = ((end - begin) / longest * (1.0 - 1e-9)).ceil().max(1.0);
+        let h = (end - begin) / parts;
+        for i in 0..parts as usize {
+            self.step(begin + h * i as f64, h);
+        }
+        self.time = end;
+    }
+
+    fn step(&mut self, t: f64, h: f64) {
+        let within = t + 0.5 * h;
+        let [first, middle, last] = [t, within, t + h].map(|t| self.inputs(t, within));
+        let mut ahead = |x: &[f64], reach: f64, k: &[f64], input: &[f64]| {
+            let y: Vec<f64> = x.iter().zip(k).map(|(x, k)| x + reach * k).collect();
+            self.rates.evaluate(&y, input)
+        };
+        let zero = vec![0.0; self.state.len()];
+        let k1 = ahead(&self.state, 0.0, &zero, &first);
+        let k2 = ahead(&self.state, 0.5 * h, &k1, &middle);
+        let k3 = ahead(&self.state, 0.5 * h, &k2, &middle);
+        let k4 = ahead(&self.state, h, &k3, &last);
+        for (i, x) in self.state.iter_mut().enumerate() {
+            *x += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+
+    /// Inputs at `t`; where one jumps, those of the side of `within`.
+    fn inputs(&self, t: f64, within: f64) -> Vec<f64> {
+        let read = |(leaf, name): &(Leaf, String)| {
+            let (slope, late) = match *leaf {
+                Leaf::Delayed { delay, .. } => (false, self.theta[usize::from(delay)]),
+                Leaf::DelayedRate { delay, .. } => (true, self.theta[usize::from(delay)]),
+                Leaf::Rate(_) => (true, 0.0),
+                _ => (false, 0.0),
+            };
+            let (t, within) = (t - late, within - late);
+            let force = crate::frame::Dof::ALL.iter().position(|dof| dof.force() == name);
+            let both = match (force, self.channels.get(name)) {
+                (Some(dof), _) => self.commands.read(dof, t, within),
+                (None, Some(signal)) => line(signal, t, within),
+                (None, None) => (t, 1.0),
+            };
+            if slope { both.1 } else { both.0 }
+        };
+        self.dynamics.inputs.iter().map(read).collect()
+    }
+}
+
+/// Value and slope of the straight lines through the samples, constant outside of them.
+pub(super) fn line(signal: &Signal, t: f64, within: f64) -> (f64, f64) {
+    let (time, x) = (signal.time(), signal.values());
+    let k = time.partition_point(|s| *s <= within);
+    if k == 0 || k == x.len() {
+        return (x[k.max(1) - 1], 0.0);
+    }
+    let slope = (x[k] - x[k - 1]) / (time[k] - time[k - 1]);
+    (x[k - 1] + slope * (t - time[k - 1]), slope)
+}
