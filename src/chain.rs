@@ -157,7 +157,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         }
     }
 
-    let command = commands(graph, model, &mut inputs, None);
+    let command = commands(graph, &mut inputs, None);
     let mut at = Instant {
         graph,
         time: graph.leaf(Leaf::Input(inputs.index("t")), Dimension::TIME),
@@ -227,10 +227,10 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     Equations { states, logged, momentum, force, components, inputs: inputs.names }
 }
 
-/// The nominal forces, late by the parameter `delay` where there is one.
-fn commands<'g>(graph: &'g Graph, model: &Model, inputs: &mut Inputs<'g, '_>, delay: Option<usize>) -> Six<'g> {
+/// The nominal forces that the log has, also of degrees of freedom that are not modelled, late by the parameter `delay` where there is one.
+fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usize>) -> Six<'g> {
     Dof::ALL.map(|dof| {
-        if !model.dofs.contains(&dof) || !inputs.available.channels.contains(dof.force()) {
+        if !inputs.available.channels.contains(dof.force()) {
             return graph.zero();
         }
         let input = inputs.index(dof.force());
@@ -271,7 +271,7 @@ fn actuate<'g>(
     for (k, term) in late.into_iter().chain(others) {
         let before = tau;
         if let Some(index) = term.effect.delays_command() {
-            tau = commands(at.graph, model, inputs, Some(term.parameters[index]));
+            tau = commands(at.graph, inputs, Some(term.parameters[index]));
         }
         let states = remember(at, model, k, &theta(k), &before, (&mut *inputs, &mut *memory), true);
         term.effect.actuate(at, term.place, &theta(k), &states, &mut tau);

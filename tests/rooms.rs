@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// Rooms in order. Those in one line stand side by side: none of them reads the others.
 const FLOORS: &[&[&str]] = &[
     &["units"],
-    &["frame", "finding"],
+    &["frame", "finding", "nearest"],
     &["symbolic", "vehicle"],
     &["thrust"],
     &["run"],

@@ -21,6 +21,7 @@ mod current;
 mod drag_asymmetry;
 mod effect;
 mod fluid_memory;
+mod formula_effect;
 mod inertia;
 mod instant;
 mod linear_cross_damping;
@@ -59,6 +60,7 @@ use std::sync::Arc;
 
 pub use coriolis::Coriolis;
 pub use effect::{About, Effect, Family, Place, Scope};
+pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};
 pub use parameter::{ParameterKind, ParameterSpec};
 
