@@ -1,10 +1,16 @@
 //! Estimation: from runs to parameters with what is needed to believe them or not.
 
 mod balance;
+mod integral;
+mod linear;
 mod nodes;
 pub mod output_error;
 mod regressor;
+mod steady;
 
 pub use balance::RegressorError;
+pub use integral::{IntegralError, IntegralOptions, RowFit, fit_rows, integral_least_squares};
+pub use linear::{LinearError, LinearFit, StdMethod, solve};
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
+pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};

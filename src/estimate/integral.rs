@@ -1,0 +1,256 @@
+//! Least squares on integral regressors.
+//!
+//! ```text
+//! per unit inertia (4):   Δνᵢ = (1/m) [y − Σ θⱼ cⱼ]        θⱼ = −aⱼ/a_y,  m = 1/a_y,  deviations by the delta method
+//! as a force:             Σ θⱼ cⱼ = y
+//! ```
+//!
+//! The paper's form is the first: the noise of the velocity's increment then stands on the left, where least squares
+//! expects it. As a regressor it would pull the inertia towards zero. Where several degrees of freedom share a free
+//! parameter (tied Coriolis terms) they are solved together, as forces weighed by their residuals.
+
+use std::collections::BTreeSet;
+
+use thiserror::Error;
+
+use super::linear::{LinearError, LinearFit, StdMethod, solve};
+use super::{Block, Column, Columns, RegressorError, RegressorOptions, regressors_of};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::Run;
+
+/// Why a fit by integral least squares is not possible.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum IntegralError {
+    /// There is no linear regressor.
+    #[error(transparent)]
+    Regressor(#[from] RegressorError),
+    /// The rows do not determine the parameters.
+    #[error("{dofs}: {source}")]
+    Linear {
+        /// Degrees of freedom solved.
+        dofs: String,
+        /// What is wrong.
+        source: LinearError,
+    },
+}
+
+/// How integral least squares is done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct IntegralOptions {
+    /// Rows.
+    pub regressor: RegressorOptions,
+    /// Standard deviations.
+    pub std: StdMethod,
+}
+
+/// Parameters estimated from rows.
+#[derive(Debug, Clone)]
+pub struct RowFit {
+    /// Degrees of freedom whose rows took part.
+    pub dofs: Vec<Dof>,
+    /// Which parameters.
+    pub parameters: Vec<Column>,
+    /// Their values, SI.
+    pub values: Vec<f64>,
+    /// Their covariance.
+    pub covariance: Vec<Vec<f64>>,
+    /// Their standard deviations by (14).
+    pub std_paper: Vec<f64>,
+    /// Number of rows.
+    pub rows: usize,
+    /// Standard deviation of the residual: per unit inertia m/s or rad/s, else N·s or N·m·s.
+    pub residual_std: f64,
+    /// cond(HᵀH), as the paper prints.
+    pub condition_number: f64,
+    /// cond(H) with columns of unit length.
+    pub condition_number_scaled: f64,
+}
+
+impl RowFit {
+    /// Standard deviation of parameter `k`.
+    pub fn std(&self, k: usize) -> f64 {
+        self.covariance[k][k].max(0.0).sqrt()
+    }
+
+    /// Writes values and standard deviations into `model`.
+    pub fn write_to(&self, model: &mut Model) {
+        for (k, column) in self.parameters.iter().enumerate() {
+            let parameter = &mut model.parameters[column.parameter];
+            match column.run {
+                None => parameter.value = self.values[k],
+                Some(run) => {
+                    let length = parameter.per_run.len().max(run + 1);
+                    parameter.per_run.resize(length, parameter.value);
+                    parameter.per_run[run] = self.values[k];
+                }
+            }
+            parameter.std = Some(self.std(k));
+        }
+    }
+}
+
+/// Solves rows: per unit of the inertia where its parameter is a column, else as forces.
+///
+/// # Errors
+/// [`LinearError`].
+pub fn fit_rows(columns: &Columns, inertia: Option<usize>, method: StdMethod) -> Result<RowFit, LinearError> {
+    let blocks: Vec<_> = columns.blocks.iter().map(|b| b.rows.clone()).collect();
+    let names: Vec<String> = columns.parameters.iter().map(|c| c.name.clone()).collect();
+    let mut h = columns.slices();
+    let at = inertia.and_then(|p| columns.column_of(p));
+    let y = match at {
+        None => columns.rhs.as_slice(),
+        Some(at) => std::mem::replace(&mut h[at], &columns.rhs),
+    };
+    let fit = solve(&h, y, &names, &blocks, method)?;
+    let unit = |matrix: &[Vec<f64>]| at.map_or_else(|| matrix.to_vec(), |at| per_unit_inertia(&fit, at, matrix));
+    let covariance = unit(&fit.covariance);
+    let paper = unit(&fit.covariance_paper);
+    let values = match at {
+        None => fit.coefficients.clone(),
+        Some(at) => {
+            let scale = fit.coefficients[at];
+            (0..h.len()).map(|j| if j == at { 1.0 / scale } else { -fit.coefficients[j] / scale }).collect()
+        }
+    };
+    let dofs: BTreeSet<Dof> = columns.blocks.iter().map(|b| b.dof).collect();
+    Ok(RowFit {
+        dofs: dofs.into_iter().collect(),
+        parameters: columns.parameters.clone(),
+        values,
+        covariance,
+        std_paper: (0..h.len()).map(|k| paper[k][k].max(0.0).sqrt()).collect(),
+        rows: columns.rows(),
+        residual_std: fit.residual_std,
+        condition_number: fit.condition_number,
+        condition_number_scaled: fit.condition_number_scaled,
+    })
+}
+
+/// Covariance of (m, θ) from that of (1/m, −θ/m), by the delta method.
+fn per_unit_inertia(fit: &LinearFit, at: usize, covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let (p, scale) = (fit.coefficients.len(), fit.coefficients[at]);
+    let jacobian = |i: usize, j: usize| match (i == at, j == at) {
+        (true, true) => -1.0 / (scale * scale),
+        (true, false) => 0.0,
+        (false, true) => fit.coefficients[i] / (scale * scale),
+        (false, false) => f64::from(u8::from(i == j)) * -1.0 / scale,
+    };
+    let product = |a: &dyn Fn(usize, usize) -> f64, b: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+        (0..p).map(|i| (0..p).map(|j| (0..p).map(|k| a(i, k) * b(k, j)).sum()).collect()).collect()
+    };
+    let half = product(&jacobian, &|k, j| covariance[k][j]);
+    product(&|i, k| half[i][k], &|k, j| jacobian(j, k))
+}
+
+/// Fits the free parameters of `model` to `runs`; returns the model with values and standard deviations written in,
+/// and what is known of each fit. Degrees of freedom that share no free parameter are fitted apart.
+///
+/// # Errors
+/// [`IntegralError`].
+pub fn integral_least_squares(
+    runs: &[&Run],
+    model: &Model,
+    options: IntegralOptions,
+) -> Result<(Model, Vec<RowFit>), IntegralError> {
+    let mut groups: Vec<(BTreeSet<usize>, Vec<(Dof, Columns)>)> = Vec::new();
+    for dof in &model.dofs {
+        let columns = match regressors_of(*dof, runs, model, options.regressor) {
+            Err(RegressorError::NothingFree { .. }) => continue,
+            other => other?,
+        };
+        let mut free: BTreeSet<usize> = columns.parameters.iter().map(|c| c.parameter).collect();
+        let mut members = vec![(*dof, columns)];
+        let (shared, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|(known, _)| !known.is_disjoint(&free));
+        for (known, others) in shared {
+            free.extend(known);
+            members.splice(0..0, others);
+        }
+        groups = apart;
+        groups.push((free, members));
+    }
+    let mut fitted = model.clone();
+    let mut fits = Vec::new();
+    for (_, members) in groups {
+        let dofs = members.iter().map(|(dof, _)| dof.name()).collect::<Vec<_>>().join(", ");
+        let linear = |source| IntegralError::Linear { dofs: dofs.clone(), source };
+        let fit = match members.as_slice() {
+            [(dof, columns)] => {
+                let own = model.parameter_of(&format!("inertia@{dof}")).filter(|p| !model.parameters[*p].fixed);
+                fit_rows(columns, own, options.std)
+            }
+            several => fit_together(several, options.std),
+        };
+        let fit = fit.map_err(linear)?;
+        fit.write_to(&mut fitted);
+        fits.push(fit);
+    }
+    fits.sort_by_key(|fit| fit.dofs.first().copied());
+    Ok((fitted, fits))
+}
+
+/// Solves degrees of freedom together, each weighed by the inverse of its residual's deviation.
+fn fit_together(members: &[(Dof, Columns)], method: StdMethod) -> Result<RowFit, LinearError> {
+    // twice: the second time with the residuals that the first has shown
+    const PASSES: usize = 3;
+    let mut weights = members
+        .iter()
+        .map(|(_, c)| 1.0 / (c.rhs.iter().map(|y| y * y).sum::<f64>() / c.rows().max(1) as f64).sqrt().max(1e-300))
+        .collect::<Vec<f64>>();
+    let mut pass = 0;
+    loop {
+        let stacked = stack(members, &weights);
+        let fit = fit_rows(&stacked, None, method)?;
+        pass += 1;
+        if pass == PASSES {
+            return Ok(fit);
+        }
+        for (member, block) in weights.iter_mut().zip(blocks_of(&stacked, members)) {
+            let residual = |row: usize| {
+                stacked.rhs[row] - stacked.columns.iter().zip(&fit.values).map(|(c, v)| c[row] * v).sum::<f64>()
+            };
+            let rms = (block.clone().map(|row| residual(row).powi(2)).sum::<f64>() / block.len().max(1) as f64).sqrt();
+            // a perfect fit needs no other weight
+            *member /= rms.max(1e-12);
+        }
+    }
+}
+
+/// Rows of each member in the stacked system.
+fn blocks_of(stacked: &Columns, members: &[(Dof, Columns)]) -> Vec<std::ops::Range<usize>> {
+    let rows = |dof: Dof| stacked.blocks.iter().filter(move |b| b.dof == dof).map(|b| b.rows.clone());
+    members
+        .iter()
+        .map(|(dof, _)| {
+            let begin = rows(*dof).map(|r| r.start).min().unwrap_or(0);
+            begin..rows(*dof).map(|r| r.end).max().unwrap_or(begin)
+        })
+        .collect()
+}
+
+fn stack(members: &[(Dof, Columns)], weights: &[f64]) -> Columns {
+    let mut all = Columns::default();
+    for (_, member) in members {
+        for column in &member.parameters {
+            if !all.parameters.contains(column) {
+                all.parameters.push(column.clone());
+                all.columns.push(Vec::new());
+            }
+        }
+    }
+    for ((_, member), weight) in members.iter().zip(weights) {
+        let begin = all.rows();
+        all.rhs.extend(member.rhs.iter().map(|y| y * weight));
+        all.span.extend(&member.span);
+        for (column, values) in all.parameters.iter().zip(&mut all.columns) {
+            match member.parameters.iter().position(|c| c == column) {
+                Some(k) => values.extend(member.columns[k].iter().map(|x| x * weight)),
+                None => values.resize(begin + member.rows(), 0.0),
+            }
+        }
+        let shifted = |b: &Block| Block { rows: b.rows.start + begin..b.rows.end + begin, ..b.clone() };
+        all.blocks.extend(member.blocks.iter().map(shifted));
+    }
+    all
+}
