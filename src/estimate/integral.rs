@@ -135,13 +135,20 @@ fn per_unit_inertia(fit: &LinearFit, at: usize, covariance: &[Vec<f64>]) -> Vec<
         (true, true) => -1.0 / (scale * scale),
         (true, false) => 0.0,
         (false, true) => fit.coefficients[i] / (scale * scale),
-        (false, false) => f64::from(u8::from(i == j)) * -1.0 / scale,
+        (false, false) if i == j => -1.0 / scale,
+        (false, false) => 0.0,
     };
     let product = |a: &dyn Fn(usize, usize) -> f64, b: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
         (0..p).map(|i| (0..p).map(|j| (0..p).map(|k| a(i, k) * b(k, j)).sum()).collect()).collect()
     };
     let half = product(&jacobian, &|k, j| covariance[k][j]);
     product(&|i, k| half[i][k], &|k, j| jacobian(j, k))
+}
+
+/// Degrees of freedom that share free parameters.
+struct Group {
+    free: BTreeSet<usize>,
+    members: Vec<(Dof, Columns)>,
 }
 
 /// Fits the free parameters of `model` to `runs`; returns the model with values and standard deviations written in,
@@ -154,7 +161,7 @@ pub fn integral_least_squares(
     model: &Model,
     options: IntegralOptions,
 ) -> Result<(Model, Vec<RowFit>), IntegralError> {
-    let mut groups: Vec<(BTreeSet<usize>, Vec<(Dof, Columns)>)> = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
     for dof in &model.dofs {
         let columns = match regressors_of(*dof, runs, model, options.regressor) {
             Err(RegressorError::NothingFree { .. }) => continue,
@@ -162,17 +169,17 @@ pub fn integral_least_squares(
         };
         let mut free: BTreeSet<usize> = columns.parameters.iter().map(|c| c.parameter).collect();
         let mut members = vec![(*dof, columns)];
-        let (shared, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|(known, _)| !known.is_disjoint(&free));
-        for (known, others) in shared {
-            free.extend(known);
-            members.splice(0..0, others);
+        let (shared, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|g| !g.free.is_disjoint(&free));
+        for group in shared {
+            free.extend(group.free);
+            members.splice(0..0, group.members);
         }
         groups = apart;
-        groups.push((free, members));
+        groups.push(Group { free, members });
     }
     let mut fitted = model.clone();
     let mut fits = Vec::new();
-    for (_, members) in groups {
+    for Group { members, .. } in groups {
         let dofs = members.iter().map(|(dof, _)| dof.name()).collect::<Vec<_>>().join(", ");
         let linear = |source| IntegralError::Linear { dofs: dofs.clone(), source };
         let fit = match members.as_slice() {
@@ -192,7 +199,7 @@ pub fn integral_least_squares(
 
 /// Solves degrees of freedom together, each weighed by the inverse of its residual's deviation.
 fn fit_together(members: &[(Dof, Columns)], method: StdMethod) -> Result<RowFit, LinearError> {
-    // twice: the second time with the residuals that the first has shown
+    // first with the forces' own size as weight, then twice with the residuals that the pass before has shown
     const PASSES: usize = 3;
     let mut weights = members
         .iter()

@@ -177,6 +177,11 @@ fn long_run(scores: &[Vec<f64>], blocks: &[Range<usize>], factor: f64) -> Vec<Ve
 mod tests {
     use super::*;
 
+    /// All rows in one run.
+    fn one_run(n: usize) -> Vec<Range<usize>> {
+        std::iter::once(0..n).collect()
+    }
+
     fn names(n: usize) -> Vec<String> {
         (0..n).map(|k| format!("c{k}")).collect()
     }
@@ -186,7 +191,7 @@ mod tests {
         // y = 1, 3, 2, 5, 4 at x = 0 … 4: by hand 1.4 + 0.8 x, Σe² = 3.6, σ² = 1.2, slope's σ = sqrt(1.2/10);
         // HᵀH = [5 10; 10 30] has eigenvalues (35 ± sqrt(1025))/2
         let (one, x, y) = ([1.0; 5], [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 3.0, 2.0, 5.0, 4.0]);
-        let fit = solve(&[&one, &x], &y, &names(2), &[0..5], StdMethod::Paper).unwrap();
+        let fit = solve(&[&one, &x], &y, &names(2), &one_run(5), StdMethod::Paper).unwrap();
         assert!((fit.coefficients[0] - 1.4).abs() < 1e-14 && (fit.coefficients[1] - 0.8).abs() < 1e-14);
         assert!((fit.residual_std - 1.2_f64.sqrt()).abs() < 1e-13);
         assert!((fit.covariance[1][1] - 0.12).abs() < 1e-14 && (fit.covariance[0][1] + 0.24).abs() < 1e-14);
@@ -200,14 +205,14 @@ mod tests {
         let e: Vec<f64> = (0..401).map(|k| (f64::from(k) * 12.9898).sin() * 43758.547 % 1.0).collect();
         let y: Vec<f64> = e.windows(2).map(|e| 1.0 + e[1] - e[0]).collect();
         let one = vec![1.0; 400];
-        let std = |method| solve(&[&one], &y, &names(1), &[0..400], method).unwrap().covariance[0][0].sqrt();
+        let std = |method| solve(&[&one], &y, &names(1), &one_run(400), method).unwrap().covariance[0][0].sqrt();
         assert!(std(StdMethod::Hac) < 0.4 * std(StdMethod::Paper));
     }
 
     #[test]
     fn what_cannot_be_solved_is_named() {
         let refuse = |columns: &[&[f64]]| {
-            solve(columns, &[1.0, 2.0, 3.0], &names(columns.len()), &[0..3], StdMethod::Hac).unwrap_err()
+            solve(columns, &[1.0, 2.0, 3.0], &names(columns.len()), &one_run(3), StdMethod::Hac).unwrap_err()
         };
         assert_eq!(refuse(&[&[1.0, 2.0, 3.0], &[2.0, 4.0, 6.0]]), LinearError::Dependent { column: "c1".into() });
         assert_eq!(refuse(&[&[0.0; 3]]), LinearError::Dependent { column: "c0".into() });

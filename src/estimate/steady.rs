@@ -182,8 +182,13 @@ mod tests {
 
     #[test]
     fn law_correlated_samples_count_for_less() {
-        // white noise from a fixed scramble, and its running mean of 8
-        let white: Vec<f64> = (0..600).map(|k| (f64::from(k) * 12.9898).sin() * 43758.547 % 1.0).collect();
+        // white noise from a linear congruence (Knuth's MMIX), and its running mean of 8
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let white: Vec<f64> = (0..600).map(|_| next()).collect();
         let slow: Vec<f64> = (0..592).map(|k| white[k..k + 8].iter().sum::<f64>() / 8.0).collect();
         let window = SteadyWindow { from: 0.0, to: 1e3 };
         let of = |x: &[f64]| mean_of(&run(x.len(), |t| x[(t * 3.0).round() as usize]), "u", window).unwrap();
