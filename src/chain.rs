@@ -405,3 +405,27 @@ fn sense<'g>(
     };
     velocities.chain(positions.map(|dof| (dof.position(), logged_pose(dof)))).collect()
 }
+
+/// Number of states that an effect carries at a place of `model`.
+pub fn memory_count(
+    graph: &Graph,
+    model: &Model,
+    effect: &dyn crate::effects::Effect,
+    place: crate::effects::Place,
+) -> usize {
+    let zero = graph.zero();
+    let at = Instant {
+        graph,
+        time: zero,
+        nu: [zero; 6],
+        nu_r: [zero; 6],
+        position: [zero; 3],
+        attitude: [zero; 3],
+        command: [zero; 6],
+        momentum: [zero; 6],
+        dofs: model.dofs.clone(),
+        weight: model.weight,
+        channels: BTreeMap::new(),
+    };
+    effect.memory(&at, place, &[zero; 6]).len()
+}

@@ -14,6 +14,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
 pub mod chain;
+pub mod discover;
 pub mod dynamics;
 pub mod effects;
 pub mod estimate;

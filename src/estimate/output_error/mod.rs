@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 pub(crate) use fold::Fold;
+pub(crate) use problem::LANES;
 pub use problem::{Linearised, Problem, Unknown};
 
 pub use covariance::StdMethod;

@@ -1,0 +1,209 @@
+//! Candidates: every effect of the catalogue that is not in the model yet, at every place where it may stand.
+//!
+//! An effect with shape parameters is probed at each point of its grid; a candidate is all its probes. Terms that
+//! share a parameter (the net weight in surge and sway) are one candidate.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use crate::effects::{Coriolis, Effect, Family, ParameterKind, Place, Scope, catalogue};
+use crate::frame::Dof;
+use crate::model::{Model, name_of, places_of};
+use crate::run::{Run, Signal};
+
+/// One thing that may be missing.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// The terms that are added together; the first one gives the name.
+    pub terms: Vec<(Arc<dyn Effect>, Place)>,
+    /// Values of the shape parameters at which it is probed, in the order of the first term's shape parameters;
+    /// one empty probe for an effect without.
+    pub probes: Vec<Vec<f64>>,
+    /// Whether it is probed by blending it in, because its linear parameters alone cannot make it vanish.
+    pub blended: bool,
+}
+
+impl Candidate {
+    /// `id`, `id@dof` or `id@dof:other` of its first term.
+    pub fn name(&self) -> String {
+        name_of(self.terms[0].0.about().id, self.terms[0].1)
+    }
+
+    /// Family of its first term.
+    pub fn family(&self) -> Family {
+        self.terms[0].0.about().family
+    }
+
+    /// Degrees of freedom in which it acts, among those of the model.
+    pub fn dofs(&self, model: &Model) -> Vec<Dof> {
+        let mut dofs: Vec<Dof> = self
+            .terms
+            .iter()
+            .flat_map(|(effect, place)| match (place.dof, effect.about().scope) {
+                (Some(dof), _) => vec![dof],
+                (None, Scope::Everywhere) => model.dofs.clone(),
+                (None, _) => acts_in(effect.about().id, model),
+            })
+            .filter(|dof| model.dofs.contains(dof))
+            .collect();
+        dofs.sort_unstable();
+        dofs.dedup();
+        dofs
+    }
+
+    /// Adds its terms to a model; shape parameters take the values of `probe`.
+    ///
+    /// # Errors
+    /// As [`Model::add`].
+    pub fn add_to(&self, model: &mut Model, probe: &[f64]) -> Result<Vec<usize>, crate::model::ModelError> {
+        let mut added = Vec::new();
+        for (effect, place) in &self.terms {
+            let term = model.add(effect.clone(), *place)?;
+            let shapes: Vec<usize> = model.terms[term]
+                .parameters
+                .iter()
+                .copied()
+                .filter(|p| !model.parameters[*p].spec.is_linear())
+                .collect();
+            for (p, value) in shapes.into_iter().zip(probe) {
+                model.parameters[p].value = *value;
+            }
+            added.push(term);
+        }
+        Ok(added)
+    }
+}
+
+/// Degrees of freedom of an effect of the whole vehicle that does not act in all of them.
+fn acts_in(id: &str, model: &Model) -> Vec<Dof> {
+    let suffix = id.rsplit('_').next().unwrap_or_default();
+    match (Dof::from_name(suffix), id) {
+        (Some(dof), _) => vec![dof],
+        (None, "sensor_gyro_bias" | "sensor_gyro_scale" | "sensor_heading_offset") => vec![Dof::Yaw],
+        (None, "sensor_compass_magnetic" | "sensor_compass_deviation") => vec![Dof::Yaw],
+        (None, "sensor_tilt_offset") => vec![Dof::Roll, Dof::Pitch],
+        (None, "sensor_dvl_lever_arm" | "sensor_dvl_misalignment") => vec![Dof::Surge, Dof::Sway],
+        (None, "sensor_dvl_scale" | "tether_spring") => vec![Dof::Surge, Dof::Sway, Dof::Heave],
+        (None, "trim_offset") => vec![Dof::Roll, Dof::Pitch],
+        _ => model.dofs.clone(),
+    }
+}
+
+/// All candidates for `model` on `runs`, those of users (`own`) included.
+pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)]) -> Vec<Candidate> {
+    let present: BTreeSet<String> = model.terms.iter().map(crate::model::Term::name).collect();
+    let loudest = loudest_command(model, runs);
+    let mut list: Vec<Candidate> = Vec::new();
+    let known = catalogue(Coriolis::Free);
+    let places = known
+        .iter()
+        .flat_map(|effect| places_for(effect.as_ref(), model, runs).into_iter().map(|p| (effect.clone(), p)));
+    for (effect, place) in places.chain(own.iter().cloned()) {
+        let about = effect.about();
+        // a late log is a late command: one class, and the command speaks for it
+        if present.contains(&name_of(about.id, place)) || about.id == "sensor_delay" {
+            continue;
+        }
+        if !readable(effect.as_ref(), place, runs) {
+            continue;
+        }
+        let shared = effect.parameters(place).first().and_then(|p| p.shared);
+        if shared.is_some() && model.parameters.iter().any(|p| p.spec.shared == shared) {
+            continue;
+        }
+        let same = |c: &&mut Candidate| {
+            let (first, at) = &c.terms[0];
+            shared.is_some() && first.parameters(*at).first().and_then(|p| p.shared) == shared
+        };
+        if let Some(group) = list.iter_mut().find(same) {
+            group.terms.push((effect, place));
+            continue;
+        }
+        let scale = place.dof.map_or(0.0, |dof| loudest[dof.index()]);
+        let probes = probes(effect.as_ref(), place, scale);
+        let blended = about.family == Family::Actuator
+            && effect.parameters(place).iter().all(|p| !p.is_linear())
+            && about.id != "supply_voltage";
+        list.push(Candidate { terms: vec![(effect, place)], probes, blended });
+    }
+    list
+}
+
+/// Places at which an effect is a candidate: a coupling with a motion that is not modelled only where that motion is
+/// logged and is more than noise; a symmetric one once.
+fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
+    let mut places = places_of(effect, &model.dofs);
+    let about = effect.about();
+    if about.id == "added_mass_coupling" {
+        places.retain(|p| p.dof < p.other);
+    }
+    let motion = matches!(about.family, Family::Body);
+    if about.scope == Scope::Pairs && motion {
+        let others = Dof::ALL.into_iter().filter(|d| !model.dofs.contains(d) && moves(runs, d.velocity()));
+        let extra: Vec<Place> =
+            others.flat_map(|other| model.dofs.iter().map(move |dof| Place::pair(*dof, other))).collect();
+        places.extend(extra);
+    }
+    places
+}
+
+/// Whether every run has the channels that the effect reads.
+fn readable(effect: &dyn Effect, place: Place, runs: &[Run]) -> bool {
+    let has = |name: &str| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
+    let about = effect.about();
+    let pose: &[&str] = match about.id {
+        "restoring_surge" | "restoring_pitch" => &["theta"],
+        "restoring_sway" | "restoring_roll" => &["phi"],
+        "tether_spring" => &["x", "y"],
+        "tether_drag" => &["z"],
+        _ => &[],
+    };
+    effect.channels(place).iter().all(|name| has(name)) && pose.iter().all(|name| has(name))
+}
+
+/// Whether a channel moves by more than its noise.
+fn moves(runs: &[Run], channel: &str) -> bool {
+    runs.iter().filter_map(|run| run.signal(channel)).any(|signal| {
+        let (size, noise) = (deviation(signal.values()), sample_noise(signal));
+        size > 3.0 * noise && size > 0.0
+    })
+}
+
+fn deviation(x: &[f64]) -> f64 {
+    let n = x.len().max(1) as f64;
+    let mean = x.iter().sum::<f64>() / n;
+    (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// Standard deviation of the noise from one sample to the next, by third differences.
+fn sample_noise(signal: &Signal) -> f64 {
+    let x = signal.values();
+    let sum: f64 = x.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
+    (sum / (20.0 * x.len().saturating_sub(3).max(1) as f64)).sqrt()
+}
+
+/// Greatest command in each degree of freedom, N and N·m.
+fn loudest_command(model: &Model, runs: &[Run]) -> [f64; 6] {
+    let mut loudest = [0.0; 6];
+    for dof in &model.dofs {
+        let values = runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
+        loudest[dof.index()] = values.fold(0.0, |m: f64, x| m.max(x.abs()));
+    }
+    loudest
+}
+
+/// Every combination of the grids of the shape parameters.
+fn probes(effect: &dyn Effect, place: Place, loudest: f64) -> Vec<Vec<f64>> {
+    let mut all = vec![Vec::new()];
+    for spec in effect.parameters(place) {
+        let ParameterKind::Shape { grid, .. } = &spec.kind else { continue };
+        let scale = if spec.relative { loudest } else { 1.0 };
+        all = all
+            .into_iter()
+            .flat_map(|head: Vec<f64>| {
+                grid.iter().map(move |g| head.iter().copied().chain([g * scale]).collect::<Vec<f64>>())
+            })
+            .collect();
+    }
+    all
+}

@@ -1,0 +1,20 @@
+//! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
+
+mod candidate;
+mod evidence;
+mod score;
+
+use std::collections::BTreeSet;
+
+pub use candidate::{Candidate, candidates};
+pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
+pub use score::{Own, Probe, Products, score};
+
+use crate::run::Run;
+
+/// Channels that every run has.
+pub(crate) fn common_channels(runs: &[Run]) -> BTreeSet<String> {
+    let mut all: BTreeSet<String> = runs.first().map(|r| r.signals.keys().cloned().collect()).unwrap_or_default();
+    all.retain(|name| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty())));
+    all
+}
