@@ -67,12 +67,32 @@ pub struct Dynamics {
 
 impl Dynamics {
     /// Compiles a model whose runs have the channels `available` and log the channels `observed`; Jacobians are taken
-    /// by the states and by the model parameters `directions` (none: simulation only).
+    /// by the states and by the model parameters `directions` (none: simulation only, without Jacobians).
     pub fn compile(
         model: &Model,
         available: &Available,
         observed: &BTreeSet<String>,
         directions: &[usize],
+    ) -> Dynamics {
+        Dynamics::build(model, available, observed, directions, !directions.is_empty())
+    }
+
+    /// [`Dynamics::compile`] with Jacobians by the states even where there are no directions.
+    pub fn sensitive(
+        model: &Model,
+        available: &Available,
+        observed: &BTreeSet<String>,
+        directions: &[usize],
+    ) -> Dynamics {
+        Dynamics::build(model, available, observed, directions, true)
+    }
+
+    fn build(
+        model: &Model,
+        available: &Available,
+        observed: &BTreeSet<String>,
+        directions: &[usize],
+        with: bool,
     ) -> Dynamics {
         let graph = Graph::new();
         let equations = assemble(&graph, model, available);
@@ -104,7 +124,6 @@ impl Dynamics {
                 &mut inputs,
             )
         };
-        let with = !directions.is_empty();
         let rates = compile(&states.iter().map(|s| s.rate).collect::<Vec<_>>(), with);
         let observation = compile(&logged.iter().map(|(_, e)| *e).collect::<Vec<_>>(), with);
         let start = compile(&states.iter().filter_map(|s| s.start).collect::<Vec<_>>(), false);

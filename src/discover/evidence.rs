@@ -93,7 +93,7 @@ impl Base {
         let information = &zz - xz.transpose() * &b;
         let raw: f64 = probe.segments.iter().flat_map(|s| s.raw.iter()).sum();
         let left = (information.trace().max(0.0) / raw.max(f64::MIN_POSITIVE)).sqrt();
-        if !(left > INDISTINGUISHABLE) {
+        if left.is_nan() || left <= INDISTINGUISHABLE {
             return None;
         }
         let info_inverse = inverse(&information);

@@ -2,13 +2,18 @@
 
 mod candidate;
 mod evidence;
+mod gap;
 mod score;
+mod search;
 
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
 pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
+pub use gap::{Gap, floor, gap};
 pub use score::{Own, Probe, Products, score};
+
+pub use search::{Added, Search, SearchOptions, Step, search};
 
 use crate::run::Run;
 

@@ -73,7 +73,7 @@ impl Problem {
         let directions = model.free();
         let available = available(model, runs, options);
         let observed = observed(model, runs, options);
-        let dynamics = Dynamics::compile(model, &available, &observed, &directions);
+        let dynamics = Dynamics::sensitive(model, &available, &observed, &directions);
         if dynamics.outputs.is_empty() {
             return Err(OutputErrorError::NothingObserved);
         }

@@ -1,0 +1,114 @@
+//! The gap: free simulation against measurement on runs that took no part in the fit.
+//!
+//! ```text
+//! gap_i = rms over all samples of (simulated νᵢ − measured νᵢ)
+//! ```
+//!
+//! The initial state of each stretch is estimated on its first seconds with the model's parameters held. The noise
+//! floor is what remains when the same model starts anew every two seconds: too short for a missing force to build up,
+//! long enough to see all of the sensor's noise, coloured noise included.
+
+use std::collections::BTreeMap;
+
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::Run;
+use crate::simulate::{free_run, values_in_run};
+
+/// Length of the segments from which the noise floor is read, s.
+const FLOOR_SEGMENT: f64 = 2.0;
+
+/// Disagreement of a model with runs, by degree of freedom.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gap {
+    /// Root mean square over all runs, in the unit of the velocity.
+    pub rms: BTreeMap<Dof, f64>,
+    /// The same for each run, with its name.
+    pub runs: Vec<(String, BTreeMap<Dof, f64>)>,
+}
+
+/// Free simulation of `model` over `runs`.
+///
+/// # Errors
+/// [`OutputErrorError`] when a run lacks what the model reads.
+pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Gap, OutputErrorError> {
+    let held = held(model);
+    let mut result = Gap::default();
+    let mut sums: BTreeMap<Dof, (f64, f64)> = BTreeMap::new();
+    for run in runs {
+        let mut problem = Problem::new(&held, std::slice::from_ref(run), options)?;
+        let track = problem.tracks[0].clone();
+        problem.segments.retain(|s| track.starts.contains(&s.first));
+        let x0 = problem.initial_states(&held);
+        let settled = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 4, ..options.clone() })?;
+        let dynamics = &settled.problem.dynamics;
+        let theta = values_in_run(&held, 0);
+        let mut own: BTreeMap<Dof, (f64, f64)> = BTreeMap::new();
+        for (segment, start) in settled.problem.segments.iter().zip(&settled.initial_states) {
+            let next = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
+            let simulated = free_run(dynamics, &track, &theta, start, segment.first, next - 1);
+            let width = dynamics.outputs.len();
+            for dof in &model.dofs {
+                let Some(column) = dynamics.outputs.iter().position(|o| *o == dof.velocity()) else { continue };
+                let measured = track.observed[segment.first * width..].iter().skip(column).step_by(width);
+                let predicted = simulated.outputs.iter().skip(column).step_by(width);
+                let sum = own.entry(*dof).or_default();
+                for (y, x) in measured.zip(predicted).filter(|(y, _)| !y.is_nan()) {
+                    // a simulation that runs away is as wrong as can be, not more
+                    let error = if x.is_finite() { (x - y).clamp(-1e3, 1e3) } else { 1e3 };
+                    sum.0 += error * error;
+                    sum.1 += 1.0;
+                }
+            }
+        }
+        for (dof, (squares, count)) in &own {
+            let sum = sums.entry(*dof).or_default();
+            sum.0 += squares;
+            sum.1 += count;
+        }
+        result.runs.push((run.name.clone(), rms(&own)));
+    }
+    result.rms = rms(&sums);
+    Ok(result)
+}
+
+fn rms(sums: &BTreeMap<Dof, (f64, f64)>) -> BTreeMap<Dof, f64> {
+    sums.iter().map(|(dof, (squares, count))| (*dof, (squares / count.max(1.0)).sqrt())).collect()
+}
+
+/// Noise floor of each modelled velocity, in its unit.
+///
+/// # Errors
+/// As [`gap`].
+pub fn floor(
+    model: &Model,
+    runs: &[Run],
+    options: &OutputErrorOptions,
+) -> Result<BTreeMap<Dof, f64>, OutputErrorError> {
+    let held = held(model);
+    let short = OutputErrorOptions { segment: FLOOR_SEGMENT, iterations: 4, ..options.clone() };
+    let problem = Problem::new(&held, runs, &short)?;
+    let x0 = problem.initial_states(&held);
+    let fit = fit_from(&held, problem, x0, &short)?;
+    let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
+    let used = (states * fit.problem.segments.len()) as f64;
+    let freedom = (fit.samples as f64 / (fit.samples as f64 - used).max(1.0)).sqrt();
+    Ok(model
+        .dofs
+        .iter()
+        .filter_map(|dof| {
+            let column = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.velocity())?;
+            Some((*dof, fit.residual_rms[column] * freedom))
+        })
+        .collect())
+}
+
+/// The model with every parameter held.
+fn held(model: &Model) -> Model {
+    let mut held = model.clone();
+    for parameter in &mut held.parameters {
+        parameter.fixed = true;
+    }
+    held
+}
