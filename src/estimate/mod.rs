@@ -6,6 +6,7 @@ mod linear;
 mod nodes;
 pub mod output_error;
 mod regressor;
+mod start;
 mod steady;
 
 pub use balance::RegressorError;
@@ -13,4 +14,5 @@ pub use integral::{IntegralError, IntegralOptions, RowFit, fit_rows, integral_le
 pub use linear::{LinearError, LinearFit, StdMethod, solve};
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
+pub use start::started;
 pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};

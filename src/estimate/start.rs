@@ -1,0 +1,77 @@
+//! Starting values for output error: integral least squares on what it can regress.
+//!
+//! Effects with memory, shape parameters or action on the log are left out and keep their values; windows of several
+//! samples keep the noise of the velocities from shrinking the inertias. A start that no vehicle has (an inertia that
+//! is not positive) is replaced by the force over the acceleration that the log shows.
+
+use super::{IntegralOptions, RegressorOptions, Span, integral_least_squares};
+use crate::effects::{Effect, Family};
+use crate::model::{Model, Term};
+use crate::run::Run;
+
+/// Length of the windows that rows span, s: long beside the noise, short beside the motion.
+const WINDOW: f64 = 1.0;
+
+/// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed keep their values.
+pub fn started(model: &Model, runs: &[Run]) -> Model {
+    let mut plain = model.clone();
+    for k in (0..plain.terms.len()).rev() {
+        if !regressible(&plain, &plain.terms[k]) {
+            plain.remove(k);
+        }
+    }
+    let all: Vec<&Run> = runs.iter().collect();
+    let span = Span::Samples(samples_in(WINDOW, model, runs));
+    let options =
+        IntegralOptions { regressor: RegressorOptions { span, ..RegressorOptions::default() }, ..Default::default() };
+    let mut started = model.clone();
+    let Ok((plain, _)) = integral_least_squares(&all, &plain, options) else {
+        return rough(started, runs);
+    };
+    for parameter in started.parameters.iter_mut().filter(|p| !p.fixed) {
+        if let Some(found) =
+            plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
+        {
+            parameter.value = found.value.clamp(parameter.min, parameter.max);
+            parameter.per_run.clone_from(&found.per_run);
+        }
+    }
+    rough(started, runs)
+}
+
+fn regressible(model: &Model, term: &Term) -> bool {
+    let effect: &dyn Effect = term.effect.as_ref();
+    let about = effect.about();
+    let linear = term.parameters.iter().all(|p| model.parameters[*p].spec.is_linear());
+    let memory = about.id == "fluid_memory";
+    about.family != Family::Sensor && about.family != Family::Actuator && linear && !memory
+}
+
+/// Number of samples of the slowest velocity sensor in `window` seconds, at least 1.
+fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
+    let steps =
+        runs.iter().flat_map(|run| model.dofs.iter().filter_map(|dof| run.signal(dof.velocity()))).filter_map(|s| {
+            let (first, last) = (s.time().first()?, s.time().last()?);
+            Some((last - first) / s.len().saturating_sub(1).max(1) as f64)
+        });
+    let slowest = steps.fold(0.0, f64::max);
+    if slowest > 0.0 { (window / slowest).round().max(1.0) as usize } else { 1 }
+}
+
+/// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second.
+fn rough(mut model: Model, runs: &[Run]) -> Model {
+    for dof in model.dofs.clone() {
+        let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
+        let parameter = &model.parameters[index];
+        if parameter.fixed || (parameter.value.is_finite() && parameter.value > 0.0) {
+            continue;
+        }
+        let greatest = |channel: &str| {
+            let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
+            values.fold(0.0, |m: f64, x| m.max(x.abs()))
+        };
+        let (force, speed) = (greatest(dof.force()), greatest(dof.velocity()));
+        model.parameters[index].value = if force > 0.0 && speed > 0.0 { force / (0.1 * speed) } else { 1.0 };
+    }
+    model
+}
