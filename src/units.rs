@@ -4,6 +4,9 @@
 //! a formula is dimensionally right. An angle has no dimension (a radian is 1).
 
 use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -83,9 +86,102 @@ impl fmt::Display for Dimension {
     }
 }
 
+/// A text that is no unit of kilogram, metre and second.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{unit:?} is no SI unit: `{part}` is none of 1, kg, m, s, N, rad, each with a power, as in `kg/m` or `N*m*s2`")]
+pub struct UnitError {
+    /// The whole text.
+    pub unit: String,
+    /// The part that was not understood.
+    pub part: String,
+}
+
+impl FromStr for Dimension {
+    type Err = UnitError;
+
+    /// Reads what [`Dimension`] prints: 1, kg, m, s, N and rad, joined by `*` or `·` and `/`, each with a power of one
+    /// digit (`m2`, `m^2`, `m²`). What follows a `/` stands below until the next `*`.
+    fn from_str(unit: &str) -> Result<Dimension, UnitError> {
+        let error = |part: &str| UnitError { unit: unit.to_string(), part: part.to_string() };
+        let mut sum = [0_i32; 3];
+        let mut sign = 1;
+        for factor in unit.split_inclusive(['*', '·', '/']) {
+            let part = factor.trim_end_matches(['*', '·', '/']).trim();
+            let plain = part.replace('²', "2").replace('³', "3");
+            let (symbol, power) = match plain.char_indices().last() {
+                Some((at, digit)) if at > 0 && digit.is_ascii_digit() => (&plain[..at], digit.to_digit(10)),
+                _ => (plain.as_str(), Some(1)),
+            };
+            let exponents = match symbol.trim_end_matches('^') {
+                "1" | "rad" => [0, 0, 0],
+                "kg" => [1, 0, 0],
+                "m" => [0, 1, 0],
+                "s" => [0, 0, 1],
+                "N" => [1, 1, -2],
+                _ => return Err(error(part)),
+            };
+            let power = sign * power.and_then(|p| i32::try_from(p).ok()).ok_or_else(|| error(part))?;
+            for (total, exponent) in sum.iter_mut().zip(exponents) {
+                *total += power * exponent;
+            }
+            // beyond this it is no physics, and products of dimensions must stay in range
+            if sum.iter().any(|total| total.abs() > 12) {
+                return Err(error(part));
+            }
+            sign = if factor.ends_with('/') { -1 } else { 1 };
+        }
+        let [kg, m, s] = sum.map(|n| n as i8);
+        Ok(Dimension { kg, m, s })
+    }
+}
+
+impl Serialize for Dimension {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Dimension {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Dimension, D::Error> {
+        struct Unit;
+        impl serde::de::Visitor<'_> for Unit {
+            type Value = Dimension;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an SI unit such as \"kg/m\"")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, unit: &str) -> Result<Dimension, E> {
+                unit.parse().map_err(E::custom)
+            }
+        }
+        deserializer.deserialize_str(Unit)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_a_printed_unit_reads_back() {
+        for (kg, m, s) in
+            [(0, 0, 0), (1, -1, 0), (1, 1, -2), (1, 2, -2), (0, 1, -1), (0, 0, -1), (1, 2, -1), (-1, 0, 2)]
+        {
+            let dimension = Dimension::new(kg, m, s);
+            assert_eq!(dimension.to_string().parse(), Ok(dimension), "{dimension}");
+        }
+    }
+
+    #[test]
+    fn units_read_as_users_write_them() {
+        assert_eq!("kg·m²/s".parse(), Ok(Dimension::new(1, 2, -1)));
+        assert_eq!("N*s^2 / m^2".parse(), Ok(Dimension::new(1, -1, 0)));
+        assert_eq!("rad/s".parse(), Ok(Dimension::RATE));
+        for (unit, part) in [("", ""), ("kg/", ""), ("lbf", "lbf"), ("kg/furlong", "furlong"), ("m9*m9", "m9")] {
+            assert_eq!(unit.parse::<Dimension>().unwrap_err().part, part, "{unit}");
+        }
+    }
 
     #[test]
     fn units_print_as_users_write_them() {

@@ -2,12 +2,15 @@
 
 use std::fmt::Debug;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Instant, Logged, ParameterSpec, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
 /// Where on the chain an effect acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Family {
     /// A force in the balance of momentum.
     Body,

@@ -27,6 +27,7 @@ mod instant;
 mod linear_cross_damping;
 mod linear_drag;
 mod mixed_drag;
+mod name;
 mod parameter;
 mod quadratic_drag;
 mod restoring_force;
@@ -62,6 +63,7 @@ pub use coriolis::Coriolis;
 pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};
+pub use name::{EffectName, EffectNameError};
 pub use parameter::{ParameterKind, ParameterSpec};
 
 use crate::frame::Dof;

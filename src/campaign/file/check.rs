@@ -1,0 +1,366 @@
+//! What types cannot say: values that contradict each other, names that are not known, files that are not there.
+
+use toml::de::{DeTable, DeValue};
+
+use super::error::Problem;
+use super::report::Report;
+use super::{CampaignFile, ReadOptions, folder_of, paths};
+use crate::effects::EffectName;
+use crate::filter::{PolynomialFilter, Window};
+use crate::nearest::nearest;
+use crate::thrust::thruster::ThrusterError;
+use crate::vehicle::{Vehicle, VehicleError, Water};
+
+/// What a campaign cannot do without, asked of the whole file before anything that is wrong was cut off.
+pub(super) fn presence(root: &DeTable<'_>, report: &mut Report) {
+    for (key, right) in
+        [("format", "the file begins with format = 1"), ("model", "a [model] table with `dofs` and `effects`")]
+    {
+        if !root.contains_key(key) {
+            report.at_start(key, Problem::MissingKey { key: key.to_string(), right });
+        }
+    }
+    match root.get("run").map(|run| (run.span(), run.get_ref())) {
+        None => report.at_start("run", Problem::NoRuns),
+        Some((span, DeValue::Array(runs))) if runs.is_empty() => report.at_span(span, Problem::NoRuns),
+        _ => {}
+    }
+}
+
+/// TOML knows `inf` and `nan`; a campaign has use for the first in bounds only.
+pub(super) fn numbers(root: &DeTable<'_>, report: &mut Report) {
+    let mut found = Vec::new();
+    super::tree::walk(root, "", &mut |path, _, value| {
+        let text = value.as_float().map(toml::de::DeFloat::as_str);
+        let number = text.and_then(|text| text.replace('_', "").parse::<f64>().ok());
+        let bound = path.starts_with("parameter[") && (path.ends_with("].min") || path.ends_with("].max"));
+        if number.is_some_and(|n| n.is_nan() || (n.is_infinite() && !bound)) {
+            found.push(path.to_string());
+        }
+    });
+    found.iter().for_each(|path| report.at(path, Problem::NotFinite));
+}
+
+/// The checks of the tables, one function a table.
+pub(super) struct Check<'a> {
+    pub campaign: &'a CampaignFile,
+    pub options: &'a ReadOptions,
+    pub report: &'a mut Report,
+}
+
+impl Check<'_> {
+    pub fn all(&mut self) {
+        self.vehicle();
+        self.thrusters();
+        self.model();
+        self.own_effects();
+        self.parameters();
+        self.efficiency();
+        self.stages();
+        self.discover();
+        self.runs();
+    }
+
+    /// Refuses a number outside what is right; what is not finite was told before.
+    fn range(&mut self, path: &str, value: f64, good: bool, right: &'static str) {
+        if value.is_finite() && !good {
+            self.report.at(path, Problem::OutOfRange { value, right });
+        }
+    }
+
+    fn twice(&mut self, path: &str, first: &str, what: impl std::fmt::Display) {
+        let first_line = self.report.line(first);
+        self.report.at(path, Problem::Twice { what: what.to_string(), first_line });
+    }
+
+    fn filled(&mut self, path: &str, text: &str, right: &'static str) {
+        if text.trim().is_empty() {
+            self.report.at(path, Problem::Empty { right });
+        }
+    }
+
+    fn vehicle(&mut self) {
+        let campaign = self.campaign;
+        let figures = |v: &Vehicle| -> [Vehicle; 7] {
+            let none = Vehicle::default();
+            [
+                Vehicle { mass: v.mass, ..none.clone() },
+                Vehicle { volume: v.volume, ..none.clone() },
+                Vehicle { weight: v.weight, ..none.clone() },
+                Vehicle { buoyancy: v.buoyancy, ..none.clone() },
+                Vehicle { length: v.length, ..none.clone() },
+                Vehicle { cg: v.cg, ..none.clone() },
+                Vehicle { cb: v.cb, ..none },
+            ]
+        };
+        // one figure at a time, so that each that is wrong is told
+        let mut wrong: Vec<VehicleError> =
+            figures(&campaign.vehicle).iter().filter_map(|one| one.validate().err()).collect();
+        let usual = Water::default();
+        wrong.extend(Water { density: campaign.water.density, ..usual }.validate().err());
+        wrong.extend(Water { kinematic_viscosity: campaign.water.kinematic_viscosity, ..usual }.validate().err());
+        for error in wrong {
+            let (path, finite) = match &error {
+                VehicleError::NotPositive { table, key, value, .. } => (format!("{table}.{key}"), value.is_finite()),
+                VehicleError::BadPosition { key, .. } => (format!("vehicle.{key}"), false),
+            };
+            if finite {
+                self.report.at(&path, Problem::Vehicle(error));
+            }
+        }
+        for (channel, std) in &campaign.noise {
+            self.range(&format!("noise.{channel}"), *std, *std > 0.0, "a standard deviation is above 0");
+        }
+    }
+
+    fn thrusters(&mut self) {
+        let thrusters = &self.campaign.thrusters;
+        for (i, thruster) in thrusters.iter().enumerate() {
+            if let Err(error) = thruster.validate() {
+                let key = match &error {
+                    ThrusterError::BadVector { key, .. } => format!("thruster[{i}].{key}"),
+                    _ => format!("thruster[{i}]"),
+                };
+                self.report.at(&key, Problem::Thruster(error));
+            }
+            if let Some(first) = thrusters[..i].iter().position(|t| t.name == thruster.name) {
+                self.twice(&format!("thruster[{i}].name"), &format!("thruster[{first}].name"), &thruster.name);
+            }
+        }
+    }
+
+    fn model(&mut self) {
+        let model = &self.campaign.model;
+        if model.dofs.is_empty() && self.report.source.locate("model.dofs").is_some() && !self.report.told("model.dofs") {
+            let right = "list the degrees of freedom to model, as in [\"surge\", \"sway\", \"yaw\"]";
+            self.report.at("model.dofs", Problem::Empty { right });
+        }
+        for (i, dof) in model.dofs.iter().enumerate() {
+            if let Some(first) = model.dofs[..i].iter().position(|d| d == dof) {
+                self.twice(&format!("model.dofs[{i}]"), &format!("model.dofs[{first}]"), dof);
+            }
+        }
+        for (i, name) in model.effects.iter().enumerate() {
+            let path = format!("model.effects[{i}]");
+            self.name(&path, name);
+            if let Some(first) = model.effects[..i].iter().position(|other| overlap(name, other)) {
+                self.twice(&path, &format!("model.effects[{first}]"), format_args!("`{name}`"));
+            }
+        }
+    }
+
+    /// An effect that there is, in a degree of freedom that is modelled.
+    fn name(&mut self, path: &str, name: &EffectName) {
+        let own = self.campaign.effects.iter().map(|e| e.id.as_str());
+        let known: Vec<&str> = self.options.known_effects.iter().map(String::as_str).chain(own).collect();
+        if !known.contains(&name.id.as_str()) {
+            let nearest = nearest(&name.id, known).map(str::to_string);
+            self.report.at(path, Problem::UnknownEffect { id: name.id.clone(), nearest });
+        }
+        // the other degree of freedom of a coupling may be one that is only logged
+        self.modelled(path, name.dof);
+    }
+
+    fn modelled(&mut self, path: &str, dof: Option<crate::frame::Dof>) {
+        let dofs = &self.campaign.model.dofs;
+        // where the list itself is wrong or absent, that is what is told
+        let whole = !dofs.is_empty() && !self.report.told("model.dofs");
+        if let Some(dof) = dof.filter(|dof| whole && !dofs.contains(dof)) {
+            self.report.at(path, Problem::NotModelled { dof });
+        }
+    }
+
+    fn own_effects(&mut self) {
+        let campaign = self.campaign;
+        for (i, effect) in campaign.effects.iter().enumerate() {
+            let path = |key: &str| format!("effect[{i}].{key}");
+            match effect.id.parse::<EffectName>() {
+                Ok(name) if name.dof.is_none() => {}
+                _ => {
+                    let right = "an id in letters, digits and `_`; the degree of freedom is a key of its own, `dof`";
+                    self.report
+                        .at(&path("id"), Problem::Unreadable { message: format!("{:?}: give {right}", effect.id) });
+                }
+            }
+            if self.options.known_effects.contains(&effect.id) {
+                self.report.at(&path("id"), Problem::EffectTaken { id: effect.id.clone() });
+            }
+            if let Some(first) = campaign.effects[..i].iter().position(|e| e.id == effect.id) {
+                self.twice(&path("id"), &format!("effect[{first}].id"), format_args!("`{}`", effect.id));
+            }
+            self.modelled(&path("dof"), Some(effect.dof));
+            self.filled(&path("formula"), &effect.formula, "a formula over states and channels");
+        }
+        for (i, observe) in campaign.observed.iter().enumerate() {
+            let path = |key: &str| format!("observe[{i}].{key}");
+            self.filled(&path("channel"), &observe.channel, "the name of a column of the log");
+            self.filled(&path("formula"), &observe.formula, "a formula over states and channels");
+            if let Some(first) = campaign.observed[..i].iter().position(|o| o.channel == observe.channel) {
+                self.twice(&path("channel"), &format!("observe[{first}].channel"), &observe.channel);
+            }
+        }
+    }
+
+    fn parameters(&mut self) {
+        let parameters = &self.campaign.parameters;
+        for (i, p) in parameters.iter().enumerate() {
+            let path = |key: &str| format!("parameter[{i}].{key}");
+            self.name(&path("effect"), &p.effect);
+            let same = |o: &super::ParameterTable| {
+                overlap(&o.effect, &p.effect) && (o.name == p.name || o.name.is_none() || p.name.is_none())
+            };
+            if let Some(first) = parameters[..i].iter().position(same) {
+                let what = format!("the parameter of `{}`", p.effect);
+                self.twice(&path("effect"), &format!("parameter[{first}].effect"), what);
+            }
+            match (p.value, p.fixed, p.std) {
+                (None, true, _) => {
+                    self.report.at(&path("fixed"), Problem::FixedWithoutValue { effect: p.effect.to_string() });
+                }
+                (None, false, Some(_)) => self.report.at(&path("std"), Problem::PriorWithoutValue),
+                (Some(_), true, Some(_)) => self.report.at(&path("std"), Problem::FixedWithPrior),
+                _ => {}
+            }
+            if let Some(std) = p.std {
+                self.range(&path("std"), std, std > 0.0, "a standard deviation is above 0");
+            }
+            let (min, max) = (p.min.unwrap_or(f64::NEG_INFINITY), p.max.unwrap_or(f64::INFINITY));
+            if min > max {
+                self.report.at(&path("min"), Problem::MinAboveMax { min, max });
+            } else if let Some(value) = p.value.filter(|v| *v < min || *v > max) {
+                self.report.at(&path("value"), Problem::OutsideBounds { value, min, max });
+            }
+        }
+    }
+
+    fn efficiency(&mut self) {
+        let campaign = self.campaign;
+        let table = &campaign.efficiency;
+        let listed = self.report.source.locate("efficiency.eta_inter[0]").is_some();
+        let names: Vec<&str> = campaign.thrusters.iter().map(|t| t.name.as_str()).collect();
+        for (i, inter) in table.eta_inter.iter().enumerate() {
+            let base = format!("efficiency.eta_inter[{i}]");
+            let path = if listed { format!("{base}.value") } else { format!("efficiency.eta_inter.{}", inter.dof) };
+            self.range(&path, inter.value, inter.value > 0.0, "an efficiency is above 0, and 1 where nothing is lost");
+            // without [[thruster]] tables the names are those of the log
+            for (k, name) in
+                inter.thrusters.iter().enumerate().filter(|(_, n)| !names.is_empty() && !names.contains(&n.as_str()))
+            {
+                let nearest = nearest(name, names.iter().copied()).map(str::to_string);
+                let known = names.iter().map(|n| n.to_string()).collect();
+                self.report
+                    .at(&format!("{base}.thrusters[{k}]"), Problem::UnknownWord { word: name.clone(), nearest, known });
+            }
+            let same = |o: &super::Interaction| o.dof == inter.dof && o.thrusters == inter.thrusters;
+            if let Some(first) = table.eta_inter[..i].iter().position(same) {
+                self.twice(&base, &format!("efficiency.eta_inter[{first}]"), format_args!("η of {}", inter.dof));
+            }
+        }
+        if let Some(loss) = table.eta_adv {
+            let [low, high] = loss.valid;
+            self.range("efficiency.eta_adv.valid[0]", low, low >= 0.0, "a speed of advance is not negative here");
+            self.range("efficiency.eta_adv.valid[1]", high, high > low, "the second speed is the greater one");
+            let least = loss.intercept + (loss.slope * low).min(loss.slope * high);
+            let right = "slope |v| + intercept is above 0 wherever it is valid";
+            self.range("efficiency.eta_adv.intercept", least, least > 0.0, right);
+        }
+    }
+
+    fn stages(&mut self) {
+        let stage = &self.campaign.stage;
+        let part = "a part is above 0 and at most 1";
+        for (name, value) in [("bollard", stage.bollard.steady_part), ("steady", stage.steady.steady_part)] {
+            self.range(&format!("stage.{name}.steady_part"), value, value > 0.0 && value <= 1.0, part);
+        }
+        let least = stage.bollard.least_command;
+        self.range("stage.bollard.least_command", least, least >= 0.0, "a size of a command is not negative");
+        self.range("stage.steady.drift", stage.steady.drift, stage.steady.drift > 0.0, "a part of the speed above 0");
+        for (name, window) in [("oscillatory", stage.oscillatory.window), ("zigzag", stage.zigzag.window)] {
+            self.range(&format!("stage.{name}.window"), window as f64, window > 0, "at least 1 sample");
+        }
+        let filters = [
+            ("oscillatory", stage.oscillatory.filter),
+            ("zigzag", stage.zigzag.filter),
+            ("direct", Some(stage.direct.filter)),
+        ];
+        for (name, filter) in filters {
+            if let Some(filter) = filter {
+                self.filter(&format!("stage.{name}.filter"), filter);
+            }
+        }
+    }
+
+    fn filter(&mut self, path: &str, filter: PolynomialFilter) {
+        match filter.window {
+            Window::Samples(n) => {
+                let path = format!("{path}.window.samples");
+                self.range(&path, n as f64, n % 2 == 1, "an odd number of samples");
+                let right = "a polynomial of degree d needs more than d samples";
+                self.range(&path, n as f64, n % 2 == 0 || n > filter.degree, right);
+            }
+            Window::Seconds(s) => self.range(&format!("{path}.window.seconds"), s, s > 0.0, "a width above 0"),
+        }
+    }
+
+    fn discover(&mut self) {
+        let table = &self.campaign.discover;
+        self.range(
+            "discover.level",
+            table.level,
+            table.level > 0.0 && table.level < 1.0,
+            "between 0 and 1, such as 0.01",
+        );
+        self.range("discover.max_effects", table.max_effects as f64, table.max_effects > 0, "at least 1");
+        if table.families.is_empty() {
+            self.report.at("discover.families", Problem::Empty { right: "body, actuator, environment, sensor" });
+        }
+    }
+
+    fn runs(&mut self) {
+        let campaign = self.campaign;
+        let folder = folder_of(&self.report.source.file);
+        for (i, run) in campaign.runs.iter().enumerate() {
+            let path = |key: &str| format!("run[{i}].{key}");
+            if let (Some(from), Some(to)) = (run.from, run.to)
+                && from >= to
+            {
+                self.report.at(&path("from"), Problem::FromAfterTo { from, to });
+            }
+            if let Some(rate) = run.resample {
+                self.range(&path("resample"), rate, rate > 0.0, "a rate in Hz above 0");
+            }
+            if let Some(condition) = &run.condition {
+                self.filled(&path("where"), condition, "a condition such as \"abs(theta) > 0.2\"");
+            }
+            if run.files.is_empty() {
+                self.report.at(&path("file"), Problem::Empty { right: "a run has at least one log" });
+            }
+            for (k, log) in run.files.iter().enumerate() {
+                let place = self.place_of(i, k);
+                if log.file.trim().is_empty() {
+                    self.report.at(&place, Problem::Empty { right: "the path of a log" });
+                } else if self.options.look_for_files
+                    && let Err(problem) = paths::check(&folder, &log.file, self.options.allow_outside)
+                {
+                    self.report.at(&place, problem);
+                }
+                // a log twice in one run would count its samples twice
+                if let Some(first) = run.files[..k].iter().position(|other| other.file == log.file) {
+                    self.twice(&place, &self.place_of(i, first), format_args!("{:?}", log.file));
+                }
+            }
+        }
+    }
+
+    /// Path of the text that names log k of run i, in whichever form it was written.
+    fn place_of(&self, i: usize, k: usize) -> String {
+        let forms = [format!("run[{i}].file[{k}].file"), format!("run[{i}].file[{k}]"), format!("run[{i}].file.file")];
+        let written = forms.into_iter().find(|path| self.report.source.locate(path).is_some());
+        written.unwrap_or_else(|| format!("run[{i}].file"))
+    }
+}
+
+/// Whether two names mean, at one place at least, the same effect.
+fn overlap(a: &EffectName, b: &EffectName) -> bool {
+    a.id == b.id && (a.dof.is_none() || b.dof.is_none() || a.place() == b.place())
+}

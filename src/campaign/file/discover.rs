@@ -1,0 +1,40 @@
+//! The `[discover]` table: how the search for missing effects is run.
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::Family;
+
+/// Options of the discovery.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DiscoverTable {
+    /// Chance of a false name that is accepted, over all candidates together. 0.01: a false name is worse than none.
+    pub level: f64,
+    /// Most effects that may be added. 5: a longer chain of names is no explanation.
+    pub max_effects: usize,
+    /// Families that are searched; all by default.
+    pub families: Vec<Family>,
+    /// Seed of the bootstrap; that of the campaign when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+}
+
+impl Default for DiscoverTable {
+    fn default() -> DiscoverTable {
+        let families = vec![Family::Body, Family::Actuator, Family::Environment, Family::Sensor];
+        DiscoverTable { level: 0.01, max_effects: 5, families, seed: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn families_read_by_name() {
+        let table: DiscoverTable = toml::from_str("families = ['body', 'sensor']\nlevel = 0.05").unwrap();
+        assert_eq!(table.families, [Family::Body, Family::Sensor]);
+        assert_eq!(table.max_effects, DiscoverTable::default().max_effects);
+        assert_eq!(toml::from_str::<DiscoverTable>(&toml::to_string(&table).unwrap()).unwrap(), table);
+    }
+}

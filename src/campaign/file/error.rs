@@ -1,0 +1,298 @@
+//! What can be wrong with a campaign file, and where it stands.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::LogOptionsError;
+use crate::frame::Dof;
+use crate::thrust::thruster::ThrusterError;
+use crate::vehicle::VehicleError;
+
+/// Everything that is wrong with one campaign file, in the order of the file, at most [`CampaignErrors::MOST`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CampaignErrors {
+    /// The campaign file.
+    pub file: PathBuf,
+    /// Its text, into which the spans of `errors` point; empty when it could not be read.
+    pub text: Arc<str>,
+    /// At least one.
+    pub errors: Vec<CampaignError>,
+    /// Whether there were more than are listed.
+    pub more: bool,
+}
+
+impl CampaignErrors {
+    /// Most errors that are listed: beyond it the file is better looked at as a whole.
+    pub const MOST: usize = 20;
+}
+
+impl fmt::Display for CampaignErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, error) in self.errors.iter().enumerate() {
+            write!(f, "{}{error}", if i > 0 { "\n" } else { "" })?;
+        }
+        if self.more {
+            write!(f, "\n{}: and more", self.file.display())?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for CampaignErrors {}
+
+/// One thing that is wrong. Prints as `file:line:column: key: what`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CampaignError {
+    /// The campaign file.
+    pub file: PathBuf,
+    /// Where in it; `None` when it could not be read at all.
+    pub location: Option<Location>,
+    /// The key, as in `run[2].kind`; empty for the file as a whole.
+    pub key: String,
+    /// What stands there, cut to a line; `None` where nothing does.
+    pub value: Option<String>,
+    /// What is wrong with it and what would be right.
+    pub problem: Problem,
+}
+
+/// A place in the text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Location {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// Bytes of what is wrong: a key, a value or the header of a table.
+    pub span: Range<usize>,
+    /// Bytes of the key it belongs to; `span` again where there is none.
+    pub key: Range<usize>,
+}
+
+impl fmt::Display for CampaignError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(location) = &self.location {
+            write!(f, ":{}:{}", location.line, location.column)?;
+        }
+        if !self.key.is_empty() {
+            write!(f, ": {}", self.key)?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for CampaignError {}
+
+/// What is wrong and what would be right.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Problem {
+    /// The campaign file cannot be read.
+    #[error("cannot be read: {}", io_text(*.kind))]
+    CannotRead {
+        /// Why.
+        kind: std::io::ErrorKind,
+    },
+    /// The file is no text.
+    #[error("byte 0x{byte:02x} is not UTF-8: save the file as UTF-8 text")]
+    NotUtf8 {
+        /// The first byte that does not belong.
+        byte: u8,
+    },
+    /// Not TOML.
+    #[error("{message}")]
+    Syntax {
+        /// What the reader of TOML expected.
+        message: String,
+    },
+    /// No such key.
+    #[error("unknown key `{key}`{}", suggest(.nearest, .known))]
+    UnknownKey {
+        /// The key.
+        key: String,
+        /// The nearest that there is.
+        nearest: Option<String>,
+        /// All that there are.
+        known: Vec<String>,
+    },
+    /// One of a list of words is wanted (a degree of freedom, a kind, a role), and this is none.
+    #[error("unknown word `{word}`{}", suggest(.nearest, .known))]
+    UnknownWord {
+        /// The word.
+        word: String,
+        /// The nearest that is in the list.
+        nearest: Option<String>,
+        /// The list.
+        known: Vec<String>,
+    },
+    /// Another type of value is wanted.
+    #[error("{found} where {expected} is wanted")]
+    WrongType {
+        /// What stands there.
+        found: String,
+        /// What should.
+        expected: String,
+    },
+    /// Something that must be there is not.
+    #[error("`{key}` is missing: {right}")]
+    MissingKey {
+        /// The key.
+        key: String,
+        /// What it should say.
+        right: &'static str,
+    },
+    /// A text that its own reader refuses: the name of an effect, a unit.
+    #[error("{message}")]
+    Unreadable {
+        /// What the reader says.
+        message: String,
+    },
+    /// A format that this version does not know.
+    #[error("format {found} is not known: this version reads format 1")]
+    Format {
+        /// The format asked for.
+        found: i64,
+    },
+    /// Infinite, or not a number.
+    #[error("must be a finite number")]
+    NotFinite,
+    /// A number that cannot be meant.
+    #[error("{value} cannot be: {right}")]
+    OutOfRange {
+        /// The number.
+        value: f64,
+        /// What would be right.
+        right: &'static str,
+    },
+    /// A list or text that must hold something.
+    #[error("is empty: {right}")]
+    Empty {
+        /// What it should hold.
+        right: &'static str,
+    },
+    /// Given before.
+    #[error("{what} is given twice, first in line {first_line}: keep one")]
+    Twice {
+        /// What.
+        what: String,
+        /// Line of the first.
+        first_line: usize,
+    },
+    /// No effect has this id.
+    #[error("no effect is called `{id}`{}; `hydrosysid effects` lists them", did_you_mean(.nearest))]
+    UnknownEffect {
+        /// The id.
+        id: String,
+        /// The nearest that there is.
+        nearest: Option<String>,
+    },
+    /// A user's own effect with the id of a catalogue effect.
+    #[error("`{id}` is an effect of the catalogue: give your own another id")]
+    EffectTaken {
+        /// The id.
+        id: String,
+    },
+    /// An effect in a degree of freedom that is not modelled.
+    #[error("`{dof}` is not among the `dofs` of [model]: add it there, or leave this out")]
+    NotModelled {
+        /// The degree of freedom.
+        dof: Dof,
+    },
+    /// `fixed = true` without a value.
+    #[error("`{effect}` is fixed, but at what? Add `value`")]
+    FixedWithoutValue {
+        /// The effect.
+        effect: String,
+    },
+    /// A prior without a mean.
+    #[error("`std` is the deviation of a prior about `value`: add `value`")]
+    PriorWithoutValue,
+    /// Held and uncertain at once.
+    #[error("`fixed` holds the value, `std` lets it move: keep one")]
+    FixedWithPrior,
+    /// Bounds the wrong way round.
+    #[error("min = {min} lies above max = {max}")]
+    MinAboveMax {
+        /// Lower bound.
+        min: f64,
+        /// Upper bound.
+        max: f64,
+    },
+    /// A value outside its own bounds.
+    #[error("value = {value} lies outside min = {min}, max = {max}")]
+    OutsideBounds {
+        /// The value.
+        value: f64,
+        /// Lower bound.
+        min: f64,
+        /// Upper bound.
+        max: f64,
+    },
+    /// A run that ends before it begins.
+    #[error("from = {from} is not before to = {to}")]
+    FromAfterTo {
+        /// First instant, s.
+        from: f64,
+        /// Last instant, s.
+        to: f64,
+    },
+    /// Nothing to work on.
+    #[error("no run: add a [[run]] table with at least `file`")]
+    NoRuns,
+    /// A log that is not there.
+    #[error("no such file: {}", .path.display())]
+    MissingFile {
+        /// Where it was looked for.
+        path: PathBuf,
+    },
+    /// A log that cannot be opened.
+    #[error("{} cannot be opened: {}", .path.display(), io_text(*.kind))]
+    UnreadableFile {
+        /// Where it is.
+        path: PathBuf,
+        /// Why.
+        kind: std::io::ErrorKind,
+    },
+    /// A folder or a device where a log should be.
+    #[error("{} is not a file", .path.display())]
+    NotAFile {
+        /// What was named.
+        path: PathBuf,
+    },
+    /// A log outside the campaign's folder.
+    #[error("{} lies outside the campaign's folder {}: move it there, or allow files outside", .path.display(), .folder.display())]
+    OutsideFolder {
+        /// Where it leads.
+        path: PathBuf,
+        /// The campaign's folder.
+        folder: PathBuf,
+    },
+    /// A figure of the vehicle or the water.
+    #[error(transparent)]
+    Vehicle(VehicleError),
+    /// A thruster.
+    #[error(transparent)]
+    Thruster(ThrusterError),
+    /// A reading option.
+    #[error(transparent)]
+    Log(LogOptionsError),
+}
+
+fn io_text(kind: std::io::ErrorKind) -> String {
+    std::io::Error::from(kind).to_string()
+}
+
+fn did_you_mean(nearest: &Option<String>) -> String {
+    nearest.as_ref().map(|n| format!(", did you mean `{n}`?")).unwrap_or_default()
+}
+
+fn suggest(nearest: &Option<String>, known: &[String]) -> String {
+    match (nearest, known) {
+        (Some(_), _) => did_you_mean(nearest),
+        (None, []) => String::new(),
+        (None, known) => format!("; there are {}", known.join(", ")),
+    }
+}

@@ -1,0 +1,239 @@
+//! The campaign file: TOML in, checked plain data out, and back.
+//!
+//! One struct a table; an unknown key is refused. Everything that is wrong is told at once, each with line, column,
+//! key, value and what would be right. Nothing is fitted here, and formulas stay text: the rooms that read them find
+//! their place by [`Source::locate`].
+
+mod check;
+mod discover;
+mod efficiency;
+mod error;
+mod model;
+mod paths;
+mod report;
+mod runs;
+mod stage;
+mod tree;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use toml::de::{DeTable, DeValue};
+
+pub use discover::DiscoverTable;
+pub use efficiency::{Advance, AdvanceLoss, EfficiencyTable, Interaction};
+pub use error::{CampaignError, CampaignErrors, Location, Problem};
+pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
+pub use report::Source;
+pub use runs::{LogFile, RunTable};
+pub use stage::{Align, BollardStage, DirectStage, OscillatoryStage, StageTable, SteadyStage, ZigzagStage};
+
+use crate::effects::{Coriolis, catalogue};
+use crate::thrust::thruster::Thruster;
+use crate::vehicle::{Vehicle, Water};
+use report::Report;
+
+type LogOptions = toml::Table;
+type LogOptionsError = std::convert::Infallible;
+
+/// The format this version reads and writes.
+pub const FORMAT: i64 = 1;
+
+/// A campaign as its file says it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CampaignFile {
+    /// Format of the file: 1.
+    pub format: i64,
+    /// Seed of everything random. 1: any number will do, as long as it is the same tomorrow.
+    pub seed: u64,
+    /// Dry figures of the vehicle.
+    pub vehicle: Vehicle,
+    /// The water.
+    #[serde(skip_serializing_if = "is_default")]
+    pub water: Water,
+    /// Standard deviation of the noise of a channel, in its SI unit; estimated from the data where absent.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub noise: BTreeMap<String, f64>,
+    /// The baseline.
+    pub model: ModelTable,
+    /// What is known of parameters beforehand.
+    #[serde(rename = "parameter", skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<ParameterTable>,
+    /// The user's own effects.
+    #[serde(rename = "effect", skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectTable>,
+    /// Logged functions of the states.
+    #[serde(rename = "observe", skip_serializing_if = "Vec::is_empty")]
+    pub observed: Vec<ObserveTable>,
+    /// The thrusters, where they are described.
+    #[serde(rename = "thruster", skip_serializing_if = "Vec::is_empty")]
+    pub thrusters: Vec<Thruster>,
+    /// Known losses of thrust.
+    #[serde(skip_serializing_if = "is_default")]
+    pub efficiency: EfficiencyTable,
+    /// Reading options of all runs.
+    #[serde(skip_serializing_if = "is_default")]
+    pub log: LogOptions,
+    /// Options of the staged procedure.
+    #[serde(skip_serializing_if = "is_default")]
+    pub stage: StageTable,
+    /// Options of the discovery.
+    #[serde(skip_serializing_if = "is_default")]
+    pub discover: DiscoverTable,
+    /// The runs.
+    #[serde(rename = "run", skip_serializing_if = "Vec::is_empty")]
+    pub runs: Vec<RunTable>,
+    /// Where every key stands in the text; `None` for a campaign that was not read.
+    #[serde(skip)]
+    pub source: Option<Source>,
+}
+
+impl Default for CampaignFile {
+    fn default() -> CampaignFile {
+        CampaignFile {
+            format: FORMAT,
+            seed: 1,
+            vehicle: Vehicle::default(),
+            water: Water::default(),
+            noise: BTreeMap::new(),
+            model: ModelTable::default(),
+            parameters: Vec::new(),
+            effects: Vec::new(),
+            observed: Vec::new(),
+            thrusters: Vec::new(),
+            efficiency: EfficiencyTable::default(),
+            log: LogOptions::default(),
+            stage: StageTable::default(),
+            discover: DiscoverTable::default(),
+            runs: Vec::new(),
+            source: None,
+        }
+    }
+}
+
+/// How a campaign file is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Let run files lie outside the campaign's folder. False: a campaign from elsewhere must not read what it likes.
+    pub allow_outside: bool,
+    /// Look whether the run files are there. True: a missing one is better known before the others are read.
+    pub look_for_files: bool,
+    /// Ids of the effects that there are besides the file's own; by default those of the catalogue.
+    pub known_effects: Vec<String>,
+}
+
+impl Default for ReadOptions {
+    fn default() -> ReadOptions {
+        let known_effects = catalogue(Coriolis::Tied).iter().map(|e| e.about().id.to_string()).collect();
+        ReadOptions { allow_outside: false, look_for_files: true, known_effects }
+    }
+}
+
+impl CampaignFile {
+    /// Reads and checks a campaign file.
+    ///
+    /// # Errors
+    /// All that is wrong with it, up to [`CampaignErrors::MOST`] things.
+    pub fn read(path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
+        let bytes = std::fs::read(path).map_err(|error| unreadable(path, error.kind()))?;
+        CampaignFile::from_bytes(&bytes, path, options)
+    }
+
+    /// Checks the bytes of a campaign file as though they were read from `path`.
+    ///
+    /// # Errors
+    /// As [`CampaignFile::read`].
+    pub fn from_bytes(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
+        match std::str::from_utf8(bytes) {
+            Ok(text) => CampaignFile::from_text(text, path, options),
+            Err(error) => {
+                let at = error.valid_up_to();
+                // what is well-formed before it is the same in the lossy text, so the place is the same
+                let mut report = Report::new(path, &String::from_utf8_lossy(bytes));
+                report.at_span(at..at, Problem::NotUtf8 { byte: bytes[at] });
+                Err(report.into_errors())
+            }
+        }
+    }
+
+    fn from_text(text: &str, path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
+        let mut report = Report::new(path, text);
+        let (mut root, errors) = DeTable::parse_recoverable(text);
+        if !errors.is_empty() {
+            report.source.spots = tree::spots(root.get_ref());
+            for error in &errors {
+                report.toml(error, |message| Problem::Syntax { message: message.to_string() });
+            }
+            report.one_a_line();
+            return Err(report.into_errors());
+        }
+        tree::inherit_log(root.get_mut());
+        report.source.spots = tree::spots(root.get_ref());
+        // the keys of another format mean nothing here: it is the only thing to be told
+        if let Some(found) = format_of(root.get_ref()).filter(|found| *found != FORMAT) {
+            report.at("format", Problem::Format { found });
+            return Err(report.into_errors());
+        }
+        check::presence(root.get_ref(), &mut report);
+        let (tables, errors) = tree::read::<CampaignFile>(&mut root);
+        errors.iter().for_each(|error| report.toml(error, report::problem_of));
+        report.source.spots = tree::spots(root.get_ref());
+        if let Some(tables) = &tables {
+            check::numbers(root.get_ref(), &mut report);
+            check::Check { campaign: tables, options, report: &mut report }.all();
+        }
+        match tables {
+            Some(tables) if report.is_empty() => Ok(CampaignFile { source: Some(report.source), ..tables }),
+            _ => Err(report.into_errors()),
+        }
+    }
+
+    /// The campaign as TOML, without what is at its default. Reads back as it is.
+    ///
+    /// # Errors
+    /// When a number does not fit TOML (a seed beyond 2⁶³).
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    /// Folder that run files are relative to: that of the file it was read from, else the current one.
+    pub fn folder(&self) -> PathBuf {
+        folder_of(self.source.as_ref().map_or(Path::new(""), |source| &source.file))
+    }
+
+    /// Where a log lies.
+    pub fn path_of(&self, log: &LogFile) -> PathBuf {
+        self.folder().join(&log.file)
+    }
+}
+
+fn folder_of(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn unreadable(path: &Path, kind: std::io::ErrorKind) -> CampaignErrors {
+    let file = path.to_path_buf();
+    let problem = Problem::CannotRead { kind };
+    let error = CampaignError { file: file.clone(), location: None, key: String::new(), value: None, problem };
+    CampaignErrors { file, text: "".into(), errors: vec![error], more: false }
+}
+
+/// The format asked for, when it is a whole number at all.
+fn format_of(root: &DeTable<'_>) -> Option<i64> {
+    match root.get("format")?.get_ref() {
+        DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok(),
+        _ => None,
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+#[cfg(test)]
+mod tests;

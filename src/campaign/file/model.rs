@@ -1,0 +1,91 @@
+//! The tables that say what the model holds: `[model]`, `[[parameter]]`, `[[effect]]`, `[[observe]]`.
+
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use crate::effects::{Coriolis, EffectName};
+use crate::frame::Dof;
+use crate::model::Interpolation;
+use crate::units::Dimension;
+
+/// The `[model]` table: the baseline.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelTable {
+    /// Degrees of freedom that are modelled.
+    pub dofs: Vec<Dof>,
+    /// Effects of the baseline; a plain id stands wherever it applies.
+    pub effects: Vec<EffectName>,
+    /// Whether the Coriolis terms take their coefficients from the inertias. Tied by default: it leaves fewer
+    /// parameters, and the terms then do no work.
+    #[serde(default)]
+    pub coriolis: Coriolis,
+    /// What inputs do between samples, unless a run says otherwise. Linear by default: logs mostly hold filtered or
+    /// slowly changing commands, and the trapezoids of the integral regression assume the same.
+    #[serde(default)]
+    pub input: Interpolation,
+}
+
+/// A `[[parameter]]` table: start, bounds, held value or prior of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterTable {
+    /// The effect it belongs to; a plain id means the parameter wherever the effect stands.
+    pub effect: EffectName,
+    /// Its symbol, for an effect of several parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Start of the search, held value, or mean of the prior; SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// Held at `value`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub fixed: bool,
+    /// Standard deviation of a prior about `value`; SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std: Option<f64>,
+    /// Least admissible value; SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// Greatest admissible value; SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+}
+
+/// An `[[effect]]` table: a user's own effect, a force of `formula` times its one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectTable {
+    /// Id, unlike every other.
+    pub id: String,
+    /// Degree of freedom in whose balance it stands.
+    pub dof: Dof,
+    /// Formula over states, forces, channels of the log and `t`.
+    pub formula: String,
+    /// Unit of its parameter.
+    pub unit: Dimension,
+    /// Whether the baseline holds it from the start, or the discovery may add it.
+    #[serde(default)]
+    pub role: EffectRole,
+}
+
+/// What a user's own effect is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EffectRole {
+    /// In the model from the start.
+    Baseline,
+    /// Tried by the discovery. The default: whoever adds an effect mostly asks whether it is there.
+    #[default]
+    Candidate,
+}
+
+/// An `[[observe]]` table: a logged signal that is a function of the states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObserveTable {
+    /// Name of the channel in the log.
+    pub channel: String,
+    /// Formula over states and channels.
+    pub formula: String,
+}

@@ -1,0 +1,210 @@
+//! Gathers what is wrong with a campaign file, each with its place in the text.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::error::{CampaignError, CampaignErrors, Location, Problem};
+use super::tree::{Spot, quoted};
+use crate::nearest::nearest;
+
+/// A campaign's text and where every key stands in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// The campaign file.
+    pub file: PathBuf,
+    /// Its text.
+    pub text: Arc<str>,
+    pub(super) spots: BTreeMap<String, Spot>,
+}
+
+impl Source {
+    /// Where a key's value stands, by its path: `effect[0].formula`, `run[3].where`. `None` for a key that is not in
+    /// the file.
+    pub fn locate(&self, path: &str) -> Option<Location> {
+        self.spots.get(path).map(|spot| self.location(spot.value.clone(), spot.key.clone()))
+    }
+
+    /// A problem with the value of the key at this path, for rooms that find it later: a formula that cannot be read,
+    /// an effect that cannot stand where it is put.
+    pub fn error_at(&self, path: &str, problem: Problem) -> CampaignError {
+        let location = self.locate(path);
+        let value = location.as_ref().and_then(|l| self.excerpt(&l.span));
+        CampaignError { file: self.file.clone(), location, key: path.to_string(), value, problem }
+    }
+
+    fn location(&self, span: Range<usize>, key: Range<usize>) -> Location {
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+        let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+        let in_line = &before[start..];
+        let in_line = if start == 0 { in_line.strip_prefix("\u{feff}".as_bytes()).unwrap_or(in_line) } else { in_line };
+        // UTF-8: every character has one byte that is no continuation
+        let column = 1 + in_line.iter().filter(|b| **b & 0xC0 != 0x80).count();
+        Location { line, column, span, key }
+    }
+
+    /// The first line of what stands there, at most 60 characters of it.
+    fn excerpt(&self, span: &Range<usize>) -> Option<String> {
+        let line = self.text.get(span.clone())?.lines().next()?;
+        let short: String = line.chars().take(60).collect();
+        Some(if short.len() < line.len() { format!("{short}…") } else { short })
+    }
+}
+
+/// The errors so far.
+pub(super) struct Report {
+    pub source: Source,
+    errors: Vec<CampaignError>,
+}
+
+impl Report {
+    pub fn new(file: &Path, text: &str) -> Report {
+        let source = Source { file: file.to_path_buf(), text: text.into(), spots: BTreeMap::new() };
+        Report { source, errors: Vec::new() }
+    }
+
+    /// Notes a problem with the value at a path, or with the nearest table above it that is in the file.
+    pub fn at(&mut self, path: &str, problem: Problem) {
+        let mut error = self.source.error_at(path, problem);
+        let mut above = path;
+        while error.location.is_none() {
+            let Some((shorter, _)) = above.rsplit_once(['.', '[']) else { break };
+            above = shorter;
+            error.location = self.source.locate(above);
+        }
+        self.errors.push(error);
+    }
+
+    /// Notes a problem of the file as a whole, told at its first byte.
+    pub fn at_start(&mut self, key: &str, problem: Problem) {
+        let location = Some(self.source.location(0..0, 0..0));
+        self.errors.push(CampaignError {
+            file: self.source.file.clone(),
+            location,
+            key: key.to_string(),
+            value: None,
+            problem,
+        });
+    }
+
+    /// Notes a problem with these bytes of the text.
+    pub fn at_span(&mut self, span: Range<usize>, problem: Problem) {
+        // the innermost entry whose key or value these bytes are in; a header stands for its table
+        let within = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
+        let entry = self.source.spots.iter().filter(|(_, spot)| within(&spot.key) || within(&spot.value));
+        let entry = entry.min_by_key(|(path, spot)| (spot.value.len(), std::cmp::Reverse(path.len())));
+        let (key, key_span) = entry.map_or((String::new(), span.clone()), |(path, s)| (path.clone(), s.key.clone()));
+        let value = self.source.excerpt(&span).filter(|v| !v.is_empty());
+        let location = Some(self.source.location(span, key_span));
+        self.errors.push(CampaignError { file: self.source.file.clone(), location, key, value, problem });
+    }
+
+    /// Notes what serde or the reader of TOML found.
+    pub fn toml(&mut self, error: &toml::de::Error, problem: impl Fn(&str) -> Problem) {
+        match error.span() {
+            Some(span) => self.at_span(span, problem(error.message())),
+            None => self.at_start("", problem(error.message())),
+        }
+    }
+
+    /// Line of the value at a path.
+    pub fn line(&self, path: &str) -> usize {
+        self.source.locate(path).map_or(0, |l| l.line)
+    }
+
+    /// Whether something is wrong with the key at this path or below it.
+    pub fn told(&self, path: &str) -> bool {
+        self.errors.iter().any(|e| e.key.starts_with(path))
+    }
+
+    /// Keeps the first error of every line: of what TOML finds wrong in one, the rest mostly follows from the first.
+    pub fn one_a_line(&mut self) {
+        let mut last = 0;
+        self.errors.sort_by_key(|e| e.location.as_ref().map_or(0, |l| l.span.start));
+        self.errors.retain(|e| {
+            let line = e.location.as_ref().map_or(0, |l| l.line);
+            std::mem::replace(&mut last, line) != line
+        });
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.errors.is_empty()
+    }
+
+    /// All of it, in the order of the file.
+    pub fn into_errors(self) -> CampaignErrors {
+        let Report { source, mut errors } = self;
+        errors.sort_by_key(|e| e.location.as_ref().map_or(0, |l| l.span.start));
+        let more = errors.len() > CampaignErrors::MOST;
+        errors.truncate(CampaignErrors::MOST);
+        CampaignErrors { file: source.file, text: source.text, errors, more }
+    }
+}
+
+/// What serde says, taken apart. Its wording is stable enough to be its interface: the tests of this room hold it.
+pub(super) fn problem_of(message: &str) -> Problem {
+    // every second piece between backticks is a word
+    let listed = |message: &str| -> Vec<String> {
+        let words = message.split_once(", expected ").map_or("", |(_, words)| words);
+        words.split('`').skip(1).step_by(2).map(str::to_string).collect()
+    };
+    let near = |word: &str, known: &[String]| nearest(word, known.iter().map(String::as_str)).map(str::to_string);
+    if let Some(key) = quoted(message, "unknown field") {
+        let known = listed(message);
+        return Problem::UnknownKey { key: key.to_string(), nearest: near(key, &known), known };
+    }
+    if let Some(word) = quoted(message, "unknown variant") {
+        let known = listed(message);
+        return Problem::UnknownWord { word: word.to_string(), nearest: near(word, &known), known };
+    }
+    if let Some(key) = quoted(message, "missing field") {
+        return Problem::MissingKey { key: key.to_string(), right: purpose(key) };
+    }
+    let wrong = ["invalid type: ", "invalid value: ", "invalid length "].iter().find_map(|p| message.strip_prefix(p));
+    match wrong.and_then(|rest| rest.split_once(", expected ")) {
+        Some((found, expected)) => {
+            let found =
+                if message.starts_with("invalid length") { format!("{found} values") } else { found.to_string() };
+            Problem::WrongType { found: found.replace('`', ""), expected: in_words(expected) }
+        }
+        None if message == "wanted string or table" => {
+            Problem::WrongType { found: "another type".to_string(), expected: "a word in quotes".to_string() }
+        }
+        None => Problem::Unreadable { message: message.to_string() },
+    }
+}
+
+/// What a key that has to be there says.
+fn purpose(key: &str) -> &'static str {
+    match key {
+        "dofs" => "the degrees of freedom to model, as in dofs = [\"surge\", \"sway\", \"yaw\"]",
+        "effects" => "the effects of the baseline, as in effects = [\"inertia\", \"linear_drag\"]",
+        "file" => "the log, relative to the campaign file, as in file = \"run01.csv\"",
+        "effect" => "the effect that the parameter belongs to, as in effect = \"linear_drag@surge\"",
+        "formula" => "a formula over states and channels, as in formula = \"u * sin(theta)\"",
+        "unit" => "the SI unit of the parameter, as in unit = \"kg/m\"",
+        "valid" => "the speeds between which it was measured, m/s, as in valid = [0, 1]",
+        _ => "a table of this kind cannot do without",
+    }
+}
+
+/// serde's names of types, in words.
+fn in_words(expected: &str) -> String {
+    let word = match expected {
+        "f64" => "a number",
+        "u64" | "u32" | "usize" => "a whole number, 0 or more",
+        "i64" | "i8" => "a whole number",
+        "a boolean" => "true or false",
+        "a string" => "a text in quotes",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        "an array of length 2" => "a list of 2",
+        "an array of length 3" => "a list of 3",
+        "a character" => "one character in quotes",
+        other if other.starts_with("struct ") => "a table",
+        other => other,
+    };
+    word.to_string()
+}
