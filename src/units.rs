@@ -103,6 +103,9 @@ impl FromStr for Dimension {
     /// digit (`m2`, `m^2`, `m²`). What follows a `/` stands below until the next `*`.
     fn from_str(unit: &str) -> Result<Dimension, UnitError> {
         let error = |part: &str| UnitError { unit: unit.to_string(), part: part.to_string() };
+        if unit.trim().is_empty() || unit.trim_end().ends_with(['*', '·', '/']) {
+            return Err(error(""));
+        }
         let mut sum = [0_i32; 3];
         let mut sign = 1;
         for factor in unit.split_inclusive(['*', '·', '/']) {

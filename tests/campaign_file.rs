@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hydrosysid::campaign::file::{CampaignErrors, CampaignFile, LogFile, ModelTable, Problem, ReadOptions, RunTable};
+use hydrosysid::campaign::file::{CampaignErrors, CampaignFile, ModelTable, Problem, ReadOptions, RunFile, RunTable};
 use hydrosysid::frame::Dof;
 use hydrosysid::run::Role;
 
@@ -25,7 +25,7 @@ fn campaign(files: &[&str]) -> String {
         effects: vec!["inertia".parse().unwrap(), "linear_drag".parse().unwrap()],
         ..ModelTable::default()
     };
-    let run = |file: &&str| RunTable { files: vec![LogFile::from(*file)], ..RunTable::default() };
+    let run = |file: &&str| RunTable { files: vec![RunFile::from(*file)], ..RunTable::default() };
     CampaignFile { model, runs: files.iter().map(run).collect(), ..CampaignFile::default() }.to_toml().unwrap()
 }
 
@@ -59,11 +59,14 @@ fn run_files_are_found_or_named_with_where_they_were_looked_for() {
     let errors = read(&folder, &["logs/a.csv", "logs/b.csv", "logs", "logs/a.csv/c"], false).unwrap_err().errors;
     let at = |file: &str| folder.join("campaign").join(file);
     let problems: Vec<&Problem> = errors.iter().map(|e| &e.problem).collect();
-    assert_eq!(problems, [
-        &Problem::MissingFile { path: at("logs/b.csv") },
-        &Problem::NotAFile { path: at("logs") },
-        &Problem::MissingFile { path: at("logs/a.csv/c") },
-    ]);
+    assert_eq!(
+        problems,
+        [
+            &Problem::MissingFile { path: at("logs/b.csv") },
+            &Problem::NotAFile { path: at("logs") },
+            &Problem::MissingFile { path: at("logs/a.csv/c") },
+        ]
+    );
     assert_eq!((errors[0].key.as_str(), errors[0].value.as_deref()), ("run[1].file", Some("\"logs/b.csv\"")));
 }
 

@@ -7,6 +7,7 @@ use super::report::Report;
 use super::{CampaignFile, ReadOptions, folder_of, paths};
 use crate::effects::EffectName;
 use crate::filter::{PolynomialFilter, Window};
+use crate::log::{LogOptions, OptionsError};
 use crate::nearest::nearest;
 use crate::thrust::thruster::ThrusterError;
 use crate::vehicle::{Vehicle, VehicleError, Water};
@@ -58,6 +59,7 @@ impl Check<'_> {
         self.efficiency();
         self.stages();
         self.discover();
+        self.log("log", &self.campaign.log);
         self.runs();
     }
 
@@ -131,7 +133,8 @@ impl Check<'_> {
 
     fn model(&mut self) {
         let model = &self.campaign.model;
-        if model.dofs.is_empty() && self.report.source.locate("model.dofs").is_some() && !self.report.told("model.dofs") {
+        if model.dofs.is_empty() && self.report.source.locate("model.dofs").is_some() && !self.report.told("model.dofs")
+        {
             let right = "list the degrees of freedom to model, as in [\"surge\", \"sway\", \"yaw\"]";
             self.report.at("model.dofs", Problem::Empty { right });
         }
@@ -236,33 +239,22 @@ impl Check<'_> {
     fn efficiency(&mut self) {
         let campaign = self.campaign;
         let table = &campaign.efficiency;
-        let listed = self.report.source.locate("efficiency.eta_inter[0]").is_some();
+        if let Err(error) = table.eta_inter.validate() {
+            self.report.at("efficiency.eta_inter", Problem::Efficiency(error));
+        }
+        if let Some(Err(error)) = table.eta_adv.map(|loss| loss.validate()) {
+            self.report.at("efficiency.eta_adv", Problem::Efficiency(error));
+        }
         let names: Vec<&str> = campaign.thrusters.iter().map(|t| t.name.as_str()).collect();
-        for (i, inter) in table.eta_inter.iter().enumerate() {
-            let base = format!("efficiency.eta_inter[{i}]");
-            let path = if listed { format!("{base}.value") } else { format!("efficiency.eta_inter.{}", inter.dof) };
-            self.range(&path, inter.value, inter.value > 0.0, "an efficiency is above 0, and 1 where nothing is lost");
+        for (i, entry) in table.eta_inter.0.iter().enumerate() {
             // without [[thruster]] tables the names are those of the log
-            for (k, name) in
-                inter.thrusters.iter().enumerate().filter(|(_, n)| !names.is_empty() && !names.contains(&n.as_str()))
-            {
+            let strange = |name: &str| !names.is_empty() && !names.contains(&name);
+            for (k, name) in entry.thrusters.iter().enumerate().filter(|(_, name)| strange(name)) {
                 let nearest = nearest(name, names.iter().copied()).map(str::to_string);
                 let known = names.iter().map(|n| n.to_string()).collect();
-                self.report
-                    .at(&format!("{base}.thrusters[{k}]"), Problem::UnknownWord { word: name.clone(), nearest, known });
+                let path = format!("efficiency.eta_inter[{i}].thrusters[{k}]");
+                self.report.at(&path, Problem::UnknownWord { word: name.clone(), nearest, known });
             }
-            let same = |o: &super::Interaction| o.dof == inter.dof && o.thrusters == inter.thrusters;
-            if let Some(first) = table.eta_inter[..i].iter().position(same) {
-                self.twice(&base, &format!("efficiency.eta_inter[{first}]"), format_args!("η of {}", inter.dof));
-            }
-        }
-        if let Some(loss) = table.eta_adv {
-            let [low, high] = loss.valid;
-            self.range("efficiency.eta_adv.valid[0]", low, low >= 0.0, "a speed of advance is not negative here");
-            self.range("efficiency.eta_adv.valid[1]", high, high > low, "the second speed is the greater one");
-            let least = loss.intercept + (loss.slope * low).min(loss.slope * high);
-            let right = "slope |v| + intercept is above 0 wherever it is valid";
-            self.range("efficiency.eta_adv.intercept", least, least > 0.0, right);
         }
     }
 
@@ -316,6 +308,29 @@ impl Check<'_> {
         }
     }
 
+    /// Reading options. What a run took over from the campaign's was told there.
+    fn log(&mut self, path: &str, log: &LogOptions) {
+        let Err(error) = log.validate() else { return };
+        let key = match &error {
+            OptionsError::Delimiter(_) | OptionsError::DelimiterIsDecimal(_) => "delimiter".to_string(),
+            OptionsError::Decimal(_) => "decimal".to_string(),
+            OptionsError::EmptyComment => "comment".to_string(),
+            OptionsError::Scale { column, .. }
+            | OptionsError::Sign { column, .. }
+            | OptionsError::Unit { column, .. } => {
+                format!("columns.{column}")
+            }
+            OptionsError::TimeScale => "columns.t".to_string(),
+            OptionsError::SameHeader { second, .. } => format!("columns.{second}"),
+            OptionsError::UnitOfDate => "time_unit".to_string(),
+            OptionsError::Limit(key) => key.to_string(),
+        };
+        let problem = Problem::Log(error);
+        if self.campaign.log.validate().err().map(Problem::Log).as_ref() != Some(&problem) || path == "log" {
+            self.report.at(&format!("{path}.{key}"), problem);
+        }
+    }
+
     fn runs(&mut self) {
         let campaign = self.campaign;
         let folder = folder_of(&self.report.source.file);
@@ -334,6 +349,9 @@ impl Check<'_> {
             }
             if run.files.is_empty() {
                 self.report.at(&path("file"), Problem::Empty { right: "a run has at least one log" });
+            }
+            if let Some(log) = &run.log {
+                self.log(&path("log"), log);
             }
             for (k, log) in run.files.iter().enumerate() {
                 let place = self.place_of(i, k);

@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::LogOptionsError;
 use crate::frame::Dof;
+use crate::log::OptionsError;
+use crate::thrust::efficiency::EfficiencyError;
 use crate::thrust::thruster::ThrusterError;
 use crate::vehicle::VehicleError;
 
@@ -276,9 +277,12 @@ pub enum Problem {
     /// A thruster.
     #[error(transparent)]
     Thruster(ThrusterError),
+    /// An efficiency.
+    #[error(transparent)]
+    Efficiency(EfficiencyError),
     /// A reading option.
     #[error(transparent)]
-    Log(LogOptionsError),
+    Log(OptionsError),
 }
 
 fn io_text(kind: std::io::ErrorKind) -> String {

@@ -6,7 +6,6 @@
 
 mod check;
 mod discover;
-mod efficiency;
 mod error;
 mod model;
 mod paths;
@@ -22,20 +21,18 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 pub use discover::DiscoverTable;
-pub use efficiency::{Advance, AdvanceLoss, EfficiencyTable, Interaction};
 pub use error::{CampaignError, CampaignErrors, Location, Problem};
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
 pub use report::Source;
-pub use runs::{LogFile, RunTable};
+pub use runs::{RunFile, RunTable};
 pub use stage::{Align, BollardStage, DirectStage, OscillatoryStage, StageTable, SteadyStage, ZigzagStage};
 
 use crate::effects::{Coriolis, catalogue};
+use crate::log::LogOptions;
+use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
 use report::Report;
-
-type LogOptions = toml::Table;
-type LogOptionsError = std::convert::Infallible;
 
 /// The format this version reads and writes.
 pub const FORMAT: i64 = 1;
@@ -72,7 +69,7 @@ pub struct CampaignFile {
     pub thrusters: Vec<Thruster>,
     /// Known losses of thrust.
     #[serde(skip_serializing_if = "is_default")]
-    pub efficiency: EfficiencyTable,
+    pub efficiency: Efficiency,
     /// Reading options of all runs.
     #[serde(skip_serializing_if = "is_default")]
     pub log: LogOptions,
@@ -103,7 +100,7 @@ impl Default for CampaignFile {
             effects: Vec::new(),
             observed: Vec::new(),
             thrusters: Vec::new(),
-            efficiency: EfficiencyTable::default(),
+            efficiency: Efficiency::default(),
             log: LogOptions::default(),
             stage: StageTable::default(),
             discover: DiscoverTable::default(),
@@ -164,13 +161,16 @@ impl CampaignFile {
         if !errors.is_empty() {
             report.source.spots = tree::spots(root.get_ref());
             for error in &errors {
-                report.toml(error, |message| Problem::Syntax { message: message.to_string() });
+                let here = error.span().and_then(|span| text.get(span)).filter(|_| error.message() == "duplicate key");
+                let key = here.map(|key| format!(" `{key}`: keep one")).unwrap_or_default();
+                report.toml(error, |message| Problem::Syntax { message: format!("{message}{key}") });
             }
             report.one_a_line();
             return Err(report.into_errors());
         }
-        tree::inherit_log(root.get_mut());
+        // before runs take over options, so that a wrong one is told where it stands
         report.source.spots = tree::spots(root.get_ref());
+        tree::inherit_log(root.get_mut());
         // the keys of another format mean nothing here: it is the only thing to be told
         if let Some(found) = format_of(root.get_ref()).filter(|found| *found != FORMAT) {
             report.at("format", Problem::Format { found });
@@ -193,7 +193,7 @@ impl CampaignFile {
     /// The campaign as TOML, without what is at its default. Reads back as it is.
     ///
     /// # Errors
-    /// When a number does not fit TOML (a seed beyond 2⁶³).
+    /// What the writer of TOML refuses; no value of these tables is known to be.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
@@ -204,7 +204,7 @@ impl CampaignFile {
     }
 
     /// Where a log lies.
-    pub fn path_of(&self, log: &LogFile) -> PathBuf {
+    pub fn path_of(&self, log: &RunFile) -> PathBuf {
         self.folder().join(&log.file)
     }
 }

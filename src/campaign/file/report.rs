@@ -165,9 +165,17 @@ pub(super) fn problem_of(message: &str) -> Problem {
     let wrong = ["invalid type: ", "invalid value: ", "invalid length "].iter().find_map(|p| message.strip_prefix(p));
     match wrong.and_then(|rest| rest.split_once(", expected ")) {
         Some((found, expected)) => {
-            let found =
-                if message.starts_with("invalid length") { format!("{found} values") } else { found.to_string() };
-            Problem::WrongType { found: found.replace('`', ""), expected: in_words(expected) }
+            let found = match found {
+                "map" => "a table".to_string(),
+                "sequence" => "a list".to_string(),
+                n if message.starts_with("invalid length") => format!("{n} values"),
+                other => other.replace('`', ""),
+            };
+            let expected = match in_words(expected) {
+                list if list == "a list" && found == "a table" => "a list of tables, with [[ ]],".to_string(),
+                other => other,
+            };
+            Problem::WrongType { found, expected }
         }
         None if message == "wanted string or table" => {
             Problem::WrongType { found: "another type".to_string(), expected: "a word in quotes".to_string() }

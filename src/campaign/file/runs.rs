@@ -7,7 +7,8 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use super::{LogOptions, is_default};
+use super::is_default;
+use crate::log::LogOptions;
 use crate::model::Interpolation;
 use crate::run::{Role, RunKind};
 
@@ -17,7 +18,7 @@ use crate::run::{Role, RunKind};
 pub struct RunTable {
     /// Its logs, one or more: in the file a path, a table, or a list of either.
     #[serde(rename = "file", with = "files")]
-    pub files: Vec<LogFile>,
+    pub files: Vec<RunFile>,
     /// Kind of experiment.
     #[serde(default)]
     pub kind: RunKind,
@@ -40,7 +41,8 @@ pub struct RunTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input: Option<Interpolation>,
     /// Reading options of this run, those of the campaign's `[log]` already taken over where it says nothing; `None`
-    /// when it says nothing at all.
+    /// when it says nothing at all. On writing, an option without a value (`comment`, an empty `missing_values`) is left
+    /// out, and so comes back as the campaign's `[log]` has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log: Option<LogOptions>,
 }
@@ -48,7 +50,7 @@ pub struct RunTable {
 /// One log of a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LogFile {
+pub struct RunFile {
     /// Path, relative to the campaign's folder.
     pub file: String,
     /// Seconds added to its time stamps, to bring them to the clock of the run's first log.
@@ -56,14 +58,14 @@ pub struct LogFile {
     pub clock_offset: f64,
 }
 
-impl From<&str> for LogFile {
-    fn from(file: &str) -> LogFile {
-        LogFile { file: file.to_string(), clock_offset: 0.0 }
+impl From<&str> for RunFile {
+    fn from(file: &str) -> RunFile {
+        RunFile { file: file.to_string(), clock_offset: 0.0 }
     }
 }
 
-/// A [`LogFile`] as it may be written: a path alone, or a table.
-struct Written(LogFile);
+/// A [`RunFile`] as it may be written: a path alone, or a table.
+struct Written(RunFile);
 
 impl<'de> Deserialize<'de> for Written {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Written, D::Error> {
@@ -76,11 +78,11 @@ impl<'de> Deserialize<'de> for Written {
             }
 
             fn visit_str<E: Error>(self, file: &str) -> Result<Written, E> {
-                Ok(Written(LogFile::from(file)))
+                Ok(Written(RunFile::from(file)))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Written, A::Error> {
-                LogFile::deserialize(MapAccessDeserializer::new(map)).map(Written)
+                RunFile::deserialize(MapAccessDeserializer::new(map)).map(Written)
             }
         }
         deserializer.deserialize_any(One)
@@ -101,31 +103,31 @@ impl Serialize for Written {
 mod files {
     use super::*;
 
-    pub fn serialize<S: Serializer>(files: &[LogFile], serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<S: Serializer>(files: &[RunFile], serializer: S) -> Result<S::Ok, S::Error> {
         match files {
             [one] => Written(one.clone()).serialize(serializer),
             several => serializer.collect_seq(several.iter().cloned().map(Written)),
         }
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<LogFile>, D::Error> {
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<RunFile>, D::Error> {
         struct Several;
         impl<'de> Visitor<'de> for Several {
-            type Value = Vec<LogFile>;
+            type Value = Vec<RunFile>;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a path, a table {file, clock_offset}, or a list of them")
             }
 
-            fn visit_str<E: Error>(self, file: &str) -> Result<Vec<LogFile>, E> {
-                Ok(vec![LogFile::from(file)])
+            fn visit_str<E: Error>(self, file: &str) -> Result<Vec<RunFile>, E> {
+                Ok(vec![RunFile::from(file)])
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<LogFile>, A::Error> {
-                Ok(vec![LogFile::deserialize(MapAccessDeserializer::new(map))?])
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<RunFile>, A::Error> {
+                Ok(vec![RunFile::deserialize(MapAccessDeserializer::new(map))?])
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Vec<LogFile>, A::Error> {
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Vec<RunFile>, A::Error> {
                 let several = Vec::<Written>::deserialize(SeqAccessDeserializer::new(seq))?;
                 Ok(several.into_iter().map(|w| w.0).collect())
             }
@@ -141,11 +143,11 @@ mod tests {
     #[test]
     fn a_file_may_be_a_path_a_table_or_a_list() {
         let files = |text: &str| toml::from_str::<RunTable>(text).unwrap().files;
-        let late = LogFile { file: "imu.csv".into(), clock_offset: -0.25 };
-        assert_eq!(files("file = 'a.csv'"), [LogFile::from("a.csv")]);
+        let late = RunFile { file: "imu.csv".into(), clock_offset: -0.25 };
+        assert_eq!(files("file = 'a.csv'"), [RunFile::from("a.csv")]);
         assert_eq!(files("file = { file = 'imu.csv', clock_offset = -0.25 }"), std::slice::from_ref(&late));
         let both = files("file = ['a.csv', { file = 'imu.csv', clock_offset = -0.25 }]");
-        assert_eq!(both, [LogFile::from("a.csv"), late]);
+        assert_eq!(both, [RunFile::from("a.csv"), late]);
         let run = RunTable { files: both, ..RunTable::default() };
         assert_eq!(toml::from_str::<RunTable>(&toml::to_string(&run).unwrap()).unwrap(), run);
     }

@@ -6,6 +6,7 @@ use super::*;
 use crate::effects::Family;
 use crate::frame::Dof;
 use crate::run::{Role, RunKind};
+use crate::thrust::efficiency::AdvanceSpeed;
 
 /// The least that can be read, on nine lines.
 const LEAST: &str = "format = 1\n[vehicle]\nname = 'LAURS'\nmass = 189\n[model]\ndofs = ['surge', 'yaw']\n\
@@ -25,7 +26,6 @@ fn wrong(text: &str) -> Vec<String> {
     assert!(!errors.errors.is_empty());
     errors.errors.iter().map(|e| e.to_string().trim_start_matches("c.toml:").to_string()).collect()
 }
-
 
 /// A campaign that uses every table.
 const FULL: &str = r#"format = 1
@@ -78,7 +78,8 @@ forward = { a = 11.53, b = 4.21 }
 reverse = { a = 7.87, b = 4.68 }
 [efficiency]
 eta_inter = [{ dof = "surge", thrusters = ["T5"], value = 1.0 }, { dof = "yaw", value = 0.97 }]
-eta_adv = { slope = -0.1946, intercept = 0.9967, valid = [0, 1], advance = "axis" }
+eta_adv = { slope = -0.1946, intercept = 0.9967, valid = [0, 1] }
+advance_speed = "thruster_axis"
 [stage.steady]
 drift = 0.02
 [stage.zigzag]
@@ -118,13 +119,13 @@ fn every_table_is_read() {
     assert_eq!((c.parameters[1].min, c.parameters[2].std), (Some(f64::NEG_INFINITY), Some(0.5)));
     assert_eq!((c.effects[0].unit.to_string(), c.effects[0].role), ("kg/m".to_string(), EffectRole::Baseline));
     assert_eq!(c.observed[0].formula, "u * sin(theta)");
-    assert_eq!(c.efficiency.eta_inter[0].thrusters, ["T5"]);
-    assert_eq!(c.efficiency.eta_adv.map(|e| e.advance), Some(Advance::Axis));
+    assert_eq!(c.efficiency.eta_inter.0[0].thrusters, ["T5"]);
+    assert_eq!(c.efficiency.advance_speed, AdvanceSpeed::ThrusterAxis);
     assert_eq!((c.stage.zigzag.window, c.stage.zigzag.align), (3, Align::Previous));
     assert_eq!(c.discover.families, [Family::Body, Family::Actuator]);
     assert_eq!((c.runs[0].kind, c.runs[0].role), (RunKind::Oscillatory, Role::Train));
     assert_eq!(c.runs[0].condition.as_deref(), Some("abs(theta) > 0.2"));
-    assert_eq!(c.runs[1].files[1], LogFile { file: "imu.csv".into(), clock_offset: 0.12 });
+    assert_eq!(c.runs[1].files[1], RunFile { file: "imu.csv".into(), clock_offset: 0.12 });
     assert_eq!(c.path_of(&c.runs[0].files[0]), Path::new("./surge_p28.csv"));
 }
 
@@ -135,8 +136,6 @@ fn law_what_is_written_reads_back() {
         let again = read(&first.to_toml().unwrap()).unwrap();
         assert_eq!(CampaignFile { source: None, ..again }, first);
     }
-    // TOML's whole numbers end at 2^63
-    assert!(CampaignFile { seed: u64::MAX, ..CampaignFile::default() }.to_toml().is_err());
 }
 
 #[test]
@@ -146,10 +145,10 @@ fn formulas_keep_their_place() {
     assert_eq!((place.line, place.column), (37, 11));
     assert_eq!(&source.text[place.span], "\"wind_speed^2 * cos(wind_dir - psi)\"");
     assert_eq!(&source.text[place.key], "formula");
-    assert_eq!(source.locate("run[0].where").map(|l| l.line), Some(68));
+    assert_eq!(source.locate("run[0].where").map(|l| l.line), Some(69));
     assert_eq!(source.locate("run[1].where"), None);
     let error = source.error_at("run[0].where", Problem::Empty { right: "a condition" });
-    assert_eq!(error.to_string(), "c.toml:68:9: run[0].where: is empty: a condition");
+    assert_eq!(error.to_string(), "c.toml:69:9: run[0].where: is empty: a condition");
     assert_eq!(error.value.as_deref(), Some("\"abs(theta) > 0.2\""));
 }
 
@@ -189,9 +188,11 @@ fn unknown_words_name_the_nearest() {
 #[test]
 fn wrong_types_say_what_is_wanted() {
     refused("189", "'heavy'", &["4:8: vehicle.mass: string \"heavy\" where a number is wanted"]);
-    refused("'a.csv'", "3", &[
-        "9:8: run[0].file: integer 3 where a path, a table {file, clock_offset}, or a list of them is wanted",
-    ]);
+    refused(
+        "'a.csv'",
+        "3",
+        &["9:8: run[0].file: integer 3 where a path, a table {file, clock_offset}, or a list of them is wanted"],
+    );
     refused("'a.csv'", "'a.csv'\nrole = 3", &["10:8: run[0].role: another type where a word in quotes is wanted"]);
     refused("[[run]]", "[run]", &["8:1: run: a table where a list of tables, with [[ ]], is wanted"]);
     refused("format = 1", "format = '1'", &["1:10: format: string \"1\" where a whole number is wanted"]);
@@ -204,28 +205,39 @@ fn wrong_types_say_what_is_wanted() {
 fn what_must_be_there_is_asked_for() {
     refused("format = 1", "", &["1:1: format: `format` is missing: the file begins with format = 1"]);
     refused("[[run]]\nfile = 'a.csv'\n", "", &["1:1: run: no run: add a [[run]] table with at least `file`"]);
-    let told = "5:1: model: `dofs` is missing: the degrees of freedom to model, as in dofs = [\"surge\", \"sway\", \"yaw\"]";
+    let told =
+        "5:1: model: `dofs` is missing: the degrees of freedom to model, as in dofs = [\"surge\", \"sway\", \"yaw\"]";
     refused("dofs = ['surge', 'yaw']\n", "", &[told]);
     let told = "8:1: run[0]: `file` is missing: the log, relative to the campaign file, as in file = \"run01.csv\"";
     refused("file = 'a.csv'", "kind = 'free'", &[told]);
-    refused("'surge', 'yaw'", "", &[
-        "6:8: model.dofs: is empty: list the degrees of freedom to model, as in [\"surge\", \"sway\", \"yaw\"]",
-    ]);
+    refused(
+        "'surge', 'yaw'",
+        "",
+        &["6:8: model.dofs: is empty: list the degrees of freedom to model, as in [\"surge\", \"sway\", \"yaw\"]"],
+    );
     refused("'a.csv'", "[]", &["9:8: run[0].file: is empty: a run has at least one log"]);
     refused("'a.csv'", "' '", &["9:8: run[0].file: is empty: the path of a log"]);
-    refused("'a.csv'", "'a.csv'\nwhere = ''", &["10:9: run[0].where: is empty: a condition such as \"abs(theta) > 0.2\""]);
+    refused(
+        "'a.csv'",
+        "'a.csv'\nwhere = ''",
+        &["10:9: run[0].where: is empty: a condition such as \"abs(theta) > 0.2\""],
+    );
 }
 
 #[test]
 fn another_format_is_all_that_is_told() {
-    refused("format = 1", "format = 2\nnew_key = 3", &["1:10: format: format 2 is not known: this version reads format 1"]);
+    refused(
+        "format = 1",
+        "format = 2\nnew_key = 3",
+        &["1:10: format: format 2 is not known: this version reads format 1"],
+    );
 }
 
 #[test]
 fn syntax_has_line_and_column() {
-    refused("189", "1\nmass = 2", &["5:1: vehicle.mass: duplicate key"]);
+    refused("189", "1\nmass = 2", &["5:1: duplicate key `mass`: keep one"]);
     let errors = wrong(&LEAST.replace("'yaw']", "'yaw'").replace("format = 1", "format = 1 1"));
-    assert!(errors.len() >= 2 && errors[0].starts_with("1:12: "), "{errors:?}");
+    assert!(errors.len() >= 2 && errors[0].starts_with("1:10: "), "{errors:?}");
 }
 
 #[test]
@@ -235,50 +247,74 @@ fn contradictions_are_refused() {
     };
     parameter("fixed = true", &["10:9: parameter[0].fixed: `inertia@yaw` is fixed, but at what? Add `value`"]);
     parameter("std = 1", &["10:7: parameter[0].std: `std` is the deviation of a prior about `value`: add `value`"]);
-    parameter("value = 1\nstd = 1\nfixed = true", &[
-        "11:7: parameter[0].std: `fixed` holds the value, `std` lets it move: keep one",
-    ]);
+    parameter(
+        "value = 1\nstd = 1\nfixed = true",
+        &["11:7: parameter[0].std: `fixed` holds the value, `std` lets it move: keep one"],
+    );
     parameter("value = 1\nstd = -1", &["11:7: parameter[0].std: -1 cannot be: a standard deviation is above 0"]);
     parameter("min = 2\nmax = 1", &["10:7: parameter[0].min: min = 2 lies above max = 1"]);
-    parameter("value = 3\nmax = 2.5", &[
-        "10:9: parameter[0].value: value = 3 lies outside min = -inf, max = 2.5",
-    ]);
-    parameter("[[parameter]]\neffect = 'inertia'", &[
-        "11:10: parameter[1].effect: the parameter of `inertia` is given twice, first in line 9: keep one",
-    ]);
+    parameter("value = 3\nmax = 2.5", &["10:9: parameter[0].value: value = 3 lies outside min = -inf, max = 2.5"]);
+    parameter(
+        "[[parameter]]\neffect = 'inertia'",
+        &["11:10: parameter[1].effect: the parameter of `inertia` is given twice, first in line 9: keep one"],
+    );
     refused("'a.csv'", "'a.csv'\nfrom = 5\nto = 4", &["10:8: run[0].from: from = 5 is not before to = 4"]);
-    refused("'a.csv'", "['a.csv', 'a.csv']", &["9:18: run[0].file[1]: \"a.csv\" is given twice, first in line 9: keep one"]);
-    refused("'inertia'", "'inertia', 'inertia@yaw'", &[
-        "7:23: model.effects[1]: `inertia@yaw` is given twice, first in line 7: keep one",
-    ]);
+    refused(
+        "'a.csv'",
+        "['a.csv', 'a.csv']",
+        &["9:18: run[0].file[1]: \"a.csv\" is given twice, first in line 9: keep one"],
+    );
+    refused(
+        "'inertia'",
+        "'inertia', 'inertia@yaw'",
+        &["7:23: model.effects[1]: `inertia@yaw` is given twice, first in line 7: keep one"],
+    );
     refused("'yaw'", "'yaw', 'surge'", &["6:25: model.dofs[2]: surge is given twice, first in line 6: keep one"]);
-    refused("linear_drag@surge", "linear_drag@sway", &[
-        "7:23: model.effects[1]: `sway` is not among the `dofs` of [model]: add it there, or leave this out",
-    ]);
+    refused(
+        "linear_drag@surge",
+        "linear_drag@sway",
+        &["7:23: model.effects[1]: `sway` is not among the `dofs` of [model]: add it there, or leave this out"],
+    );
 }
 
 #[test]
 fn numbers_that_cannot_be_are_refused() {
     refused("189", "nan", &["4:8: vehicle.mass: must be a finite number"]);
-    refused("189", "-1\nvolume = 0", &[
-        "4:8: vehicle.mass: [vehicle] mass = -1: must be a positive number of kg",
-        "5:10: vehicle.volume: [vehicle] volume = 0: must be a positive number of m3",
-    ]);
+    refused(
+        "189",
+        "-1\nvolume = 0",
+        &[
+            "4:8: vehicle.mass: [vehicle] mass = -1: must be a positive number of kg",
+            "5:10: vehicle.volume: [vehicle] volume = 0: must be a positive number of m3",
+        ],
+    );
     refused("[model]", "[noise]\nu = 0\n[model]", &["6:5: noise.u: 0 cannot be: a standard deviation is above 0"]);
     refused("'a.csv'", "'a.csv'\nresample = -4", &["10:12: run[0].resample: -4 cannot be: a rate in Hz above 0"]);
-    refused("[[run]]", "[stage.direct]\nfilter = { window = { samples = 4 }, degree = 2 }\n[[run]]", &[
-        "9:33: stage.direct.filter.window.samples: 4 cannot be: an odd number of samples",
-    ]);
-    refused("[[run]]", "[efficiency]\neta_inter = { surge = 0 }\n[[run]]", &[
-        "9:23: efficiency.eta_inter.surge: 0 cannot be: an efficiency is above 0, and 1 where nothing is lost",
-    ]);
-    refused("[[run]]", "[efficiency.eta_adv]\nslope = -2\nintercept = 1\nvalid = [0, 1]\n[[run]]", &[
-        "10:13: efficiency.eta_adv.intercept: -1 cannot be: slope |v| + intercept is above 0 wherever it is valid",
-    ]);
-    refused("[[run]]", "[discover]\nlevel = 1.5\nfamilies = []\n[[run]]", &[
-        "9:9: discover.level: 1.5 cannot be: between 0 and 1, such as 0.01",
-        "10:12: discover.families: is empty: body, actuator, environment, sensor",
-    ]);
+    refused(
+        "[[run]]",
+        "[stage.direct]\nfilter = { window = { samples = 4 }, degree = 2 }\n[[run]]",
+        &["9:33: stage.direct.filter.window.samples: 4 cannot be: an odd number of samples"],
+    );
+    refused(
+        "[[run]]",
+        "[efficiency]\neta_inter = { surge = 0 }\n[[run]]",
+        &["9:13: efficiency.eta_inter: eta_inter of surge = 0: must be a positive number, near 1"],
+    );
+    refused(
+        "[[run]]",
+        "[efficiency.eta_adv]\nslope = -0.2\nintercept = -1\nvalid = [0, 1]\n[[run]]",
+        &[
+            "8:1: efficiency.eta_adv: eta_adv { slope = -0.2, intercept = -1, valid = [0.0, 1.0] }: needs a positive intercept and a range of speeds from 0 or above",
+        ],
+    );
+    refused(
+        "[[run]]",
+        "[discover]\nlevel = 1.5\nfamilies = []\n[[run]]",
+        &[
+            "9:9: discover.level: 1.5 cannot be: between 0 and 1, such as 0.01",
+            "10:12: discover.families: is empty: body, actuator, environment, sensor",
+        ],
+    );
 }
 
 #[test]
@@ -289,15 +325,17 @@ fn own_effects_and_thrusters_have_names_of_their_own() {
     let taken = "9:6: effect[0].id: `bias` is an effect of the catalogue: give your own another id";
     refused("[[run]]", &format!("{}[[run]]", sail.replace("ID", "bias")), &[taken]);
     let dofs = FULL.replace("thrusters = [\"T5\"]", "thrusters = [\"T6\"]");
-    assert_eq!(wrong(&dofs), ["50:46: efficiency.eta_inter[0].thrusters[0]: unknown word `T6`, did you mean `T5`?"]);
-    assert_eq!(wrong(&FULL.replace("axis = [1, 0, 0]", "axis = [0, 0, 0]")), [
-        "46:8: thruster[0].axis: thruster \"T5\": axis = [0.0, 0.0, 0.0] must be three finite numbers, not all zero",
-    ]);
+    assert_eq!(wrong(&dofs), ["50:44: efficiency.eta_inter[0].thrusters[0]: unknown word `T6`, did you mean `T5`?"]);
+    assert_eq!(
+        wrong(&FULL.replace("axis = [1, 0, 0]", "axis = [0, 0, 0]")),
+        ["46:8: thruster[0].axis: thruster \"T5\": axis = [0.0, 0.0, 0.0] must be three finite numbers, not all zero",]
+    );
 }
 
 #[test]
 fn several_problems_are_all_told_in_order_up_to_twenty() {
-    let text = LEAST.replace("mass", "mas").replace("'inertia'", "'inertai'").replace("'a.csv'", "'a.csv'\nfrom = 'now'");
+    let text =
+        LEAST.replace("mass", "mas").replace("'inertia'", "'inertai'").replace("'a.csv'", "'a.csv'\nfrom = 'now'");
     let lines: Vec<usize> = read(&text).unwrap_err().errors.iter().map(|e| e.location.clone().unwrap().line).collect();
     assert_eq!(lines, [4, 7, 10]);
     let many: String = (10..40).map(|i| format!("key_{i} = 1\n")).collect();
@@ -344,7 +382,7 @@ proptest! {
     }
 
     #[test]
-    fn law_any_text_and_number_reads_back(name in "\\PC*", formula in "\\PC+", value in any::<f64>(), seed in 0..1_u64 << 63) {
+    fn law_any_text_and_number_reads_back(name in "\\PC*", formula in "\\PC+", value in any::<f64>(), seed in any::<u64>()) {
         let mut campaign = CampaignFile { seed, source: None, ..read(FULL).unwrap() };
         campaign.vehicle.name = name;
         campaign.observed[0].formula = format!("u {formula}");
@@ -353,4 +391,29 @@ proptest! {
         let again = read(&campaign.to_toml().unwrap()).unwrap();
         prop_assert_eq!(CampaignFile { source: None, ..again }, campaign);
     }
+}
+
+#[test]
+fn a_run_takes_over_the_reading_options_it_does_not_set() {
+    let log = "[log]\ndelimiter = ';'\ndecimal = ','\nmissing_values = ['-']\ncolumns = { u = 'U', v = 'V' }\n";
+    let text = LEAST.replace("[[run]]", &format!("{log}[[run]]\nfile = 'b.csv'\n[[run]]"));
+    let text = format!("{text}log = {{ decimal = '.', columns = {{ v = 'VV' }} }}\n");
+    let campaign = read(&text).unwrap();
+    assert_eq!(campaign.runs[0].log, None);
+    let own = campaign.runs[1].log.as_ref().unwrap();
+    assert_eq!((own.delimiter, own.decimal, own.missing_values.len()), (';', '.', 1));
+    assert_eq!((own.columns["u"].name.as_str(), own.columns["v"].name.as_str()), ("U", "VV"));
+    let again = read(&campaign.to_toml().unwrap()).unwrap();
+    assert_eq!(CampaignFile { source: None, ..again }, CampaignFile { source: None, ..campaign });
+}
+
+#[test]
+fn wrong_reading_options_are_told_once_where_they_stand() {
+    let run = "[[run]]\nfile = 'b.csv'\nlog = { sort = true }\n[[run]]";
+    let told = "9:1: log.delimitor: unknown key `delimitor`, did you mean `delimiter`?";
+    refused("[[run]]", &format!("[log]\ndelimitor = ';'\n{run}"), &[told]);
+    let told = "9:11: log.decimal: decimal = ';': it must be \".\" or \",\"";
+    refused("[[run]]", &format!("[log]\ndecimal = ';'\n{run}"), &[told]);
+    let told = "10:12: run[0].log.missing: unknown word `nosample`, did you mean `no_sample`?";
+    refused("'a.csv'", "'a.csv'\n[run.log]\nmissing = 'nosample'", &[&told.replace("10:12", "11:11")]);
 }
