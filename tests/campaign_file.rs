@@ -1,5 +1,7 @@
 //! Campaign files on disk: the examples read, run files are found, and nothing outside the folder is touched.
 
+#![allow(clippy::unwrap_used)] // tests, and the small functions they share
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
