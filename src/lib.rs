@@ -27,6 +27,7 @@ pub mod log;
 pub mod model;
 pub mod navigation;
 pub mod nearest;
+pub mod procedure;
 pub mod run;
 pub mod simulate;
 pub mod symbolic;

@@ -15,8 +15,9 @@ use crate::chain::{Available, Equations, StateId, assemble};
 use crate::effects::Family;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::Run;
+use crate::run::{Run, Signal};
 use crate::symbolic::{Expr, Graph, Leaf, Plan};
+use crate::units::Dimension;
 
 /// Why a balance has no regressor.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -113,18 +114,44 @@ impl Balance {
 
         let formulas = columns(model, &equations, momentum, force)?;
         let plan = Plan::compile(&formulas.outputs);
-        let mut sources = Vec::new();
-        for leaf in plan.leaves() {
-            let source = source(*leaf, &equations);
-            if let Source::Channel { name, .. } = &source
-                && !has(name)
-            {
-                return Err(missing(name));
-            }
-            sources.push(source);
-        }
+        let sources = sources(&plan, &equations, dof, run)?;
         Ok(Balance { plan, sources, free: formulas.free })
     }
+}
+
+/// Names, formulas and sources of the forces in the balance of `dof`, each term apart; its velocity comes last.
+pub(super) fn compiled_components(
+    model: &Model,
+    dof: Dof,
+    run: &Run,
+) -> Result<(Vec<String>, Plan, Vec<Source>), RegressorError> {
+    let channels: BTreeSet<String> =
+        run.signals.iter().filter(|(_, s)| !s.is_empty()).map(|(n, _)| n.clone()).collect();
+    let graph = Graph::new();
+    let equations = assemble(&graph, model, &Available { channels, ..Available::default() });
+    let acting = equations.components.iter().filter(|(_, six)| !six[dof.index()].is_zero());
+    let name = |term: &Option<usize>| term.map_or_else(|| "thrust".to_string(), |k| model.terms[k].name());
+    let (names, mut formulas): (Vec<String>, Vec<Expr<'_>>) =
+        acting.map(|(term, six)| (name(term), six[dof.index()])).unzip();
+    for state in equations.states.iter().filter(|s| formulas.iter().any(|f| f.leaves().contains(&s.leaf))) {
+        if let StateId::Memory { term, .. } = state.id {
+            return Err(RegressorError::NeedsOutputError { terms: vec![model.terms[usize::from(term)].name()] });
+        }
+    }
+    formulas.push(graph.leaf(Leaf::State(dof.index() as u16), Dimension::ONE));
+    let plan = Plan::compile(&formulas);
+    let sources = sources(&plan, &equations, dof, run)?;
+    Ok((names, plan, sources))
+}
+
+fn sources(plan: &Plan, equations: &Equations<'_>, dof: Dof, run: &Run) -> Result<Vec<Source>, RegressorError> {
+    let of = |leaf: &Leaf| match source(*leaf, equations) {
+        Source::Channel { name, .. } if run.signal(&name).is_none_or(Signal::is_empty) => {
+            Err(RegressorError::MissingChannel { run: run.name.clone(), channel: name, dof })
+        }
+        source => Ok(source),
+    };
+    plan.leaves().iter().map(of).collect()
 }
 
 struct Formulas<'g> {
@@ -213,7 +240,6 @@ fn source(leaf: Leaf, equations: &Equations<'_>) -> Source {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
-    use crate::run::Signal;
 
     fn run(channels: &[&str]) -> Run {
         let mut run = Run { name: "p8".into(), ..Run::default() };

@@ -1,5 +1,6 @@
 //! Estimation: from runs to parameters with what is needed to believe them or not.
 
+mod at_samples;
 mod balance;
 mod integral;
 mod linear;
@@ -9,6 +10,7 @@ mod regressor;
 mod start;
 mod steady;
 
+pub use at_samples::{Components, DirectError, direct_columns, force_components};
 pub use balance::RegressorError;
 pub use integral::{IntegralError, IntegralOptions, RowFit, fit_rows, integral_least_squares};
 pub use linear::{LinearError, LinearFit, StdMethod, solve};

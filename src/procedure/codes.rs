@@ -1,0 +1,26 @@
+//! The codes of this room: what the staged procedure can find.
+
+use crate::finding::{Code, Severity};
+
+macro_rules! codes {
+    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
+        $(#[doc = $meaning] pub const $name: Code =
+            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
+        /// All codes of this room, for `hydrosysid explain`.
+        pub const ALL: &[Code] = &[$($name),*];
+    };
+}
+
+codes! {
+    ADVANCE_RANGE = "S101" "advance-out-of-range" Warning "Part of a run was faster than the speeds at which the advance efficiency was measured; the line was followed beyond.";
+    ADVANCE_AGAINST = "S102" "advance-against-motion" Warning "Part of a run pushed against its motion, which the advance efficiency does not describe.";
+    RATE_MADE = "S103" "rate-from-angle" Warning "A body rate that the model reads is not logged; it was made by differentiating the filtered angle.";
+    NO_STEADY = "S104" "no-steady-window" Warning "No stretch of a constant-velocity run is steady: lengthen the run or relax the limits.";
+    NO_RUN = "S105" "no-run" Warning "No run shows what a stage needs, so its parameters keep their values.";
+    NOT_ESTIMATED = "S106" "not-estimated" Warning "A free parameter has no stage that estimates it; it keeps its value. Output error can estimate it.";
+    UNPHYSICAL = "S107" "unphysical" Warning "An estimate has a sign that nature does not allow: drag dissipates, inertia is positive.";
+    MUNK = "S108" "munk-moment" Note "The coefficient of uv in yaw is not the difference of the virtual masses; it is reported as estimated.";
+    TOO_LITTLE = "S109" "stage-failed" Warning "The data of a stage does not determine its parameters; they keep their values.";
+    FEW_SPEEDS = "S110" "few-speeds" Note "A drag curve rests on few speeds; deviations are widened by Student's t.";
+    GRAVITY = "S111" "net-weight-not-modelled" Note "The vehicle's net weight is known and the runs log pitch, but the model has no restoring_surge.";
+}

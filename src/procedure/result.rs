@@ -1,0 +1,122 @@
+//! What the staged procedure hands back: plain data, as in `fit --json`.
+
+use serde::Serialize;
+
+use super::numbers::FlowNumbers;
+use crate::effects::Place;
+use crate::estimate::RowFit;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::model::Model;
+
+/// An estimated quantity.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Id of the effect.
+    pub effect: String,
+    /// Degree of freedom, with `:other` for a coupling; empty for the whole vehicle.
+    pub dof: String,
+    /// Symbol.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI: with what earlier stages left uncertain.
+    pub std: f64,
+    /// Standard deviation by the paper's (14), of this stage alone, SI.
+    pub std_paper: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// One stage of the procedure.
+#[derive(Debug, Clone, Serialize)]
+pub struct Stage {
+    /// What was done: `bollard`, `steady`, `steady clockwise`, `towing`, `oscillatory`, `zigzag`, `direct`.
+    pub name: String,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Names of the runs that took part.
+    pub runs: Vec<String>,
+    /// Number of rows.
+    pub rows: usize,
+    /// Standard deviation of the residual: N or N·m in bollard, steady and towing stages (its square is the paper's J),
+    /// m/s or rad/s where the balance is integrated, m/s² or rad/s² in the direct fit.
+    pub residual_std: f64,
+    /// cond(HᵀH), as the paper prints.
+    pub condition_number: f64,
+    /// cond(H) with columns of unit length.
+    pub condition_number_scaled: f64,
+    /// What was estimated.
+    pub estimates: Vec<Estimate>,
+    /// Flow numbers of a single oscillatory run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<FlowNumbers>,
+    /// What to know about this stage.
+    pub warnings: Vec<Finding>,
+}
+
+impl Stage {
+    /// The estimate with this symbol.
+    pub fn estimate(&self, name: &str) -> Option<&Estimate> {
+        self.estimates.iter().find(|e| e.name == name)
+    }
+
+    /// A stage from a fit of rows.
+    pub(super) fn of_fit(name: impl Into<String>, dof: Dof, runs: Vec<String>, model: &Model, fit: &RowFit) -> Stage {
+        let estimates = fit
+            .parameters
+            .iter()
+            .enumerate()
+            .map(|(k, column)| {
+                let p = &model.parameters[column.parameter];
+                Estimate {
+                    effect: p.effect.clone(),
+                    dof: place_name(p.place),
+                    name: column.name.clone(),
+                    value: fit.values[k],
+                    std: fit.std(k),
+                    std_paper: fit.std_paper[k],
+                    unit: p.spec.dimension.to_string(),
+                }
+            })
+            .collect();
+        Stage {
+            name: name.into(),
+            dof,
+            runs,
+            rows: fit.rows,
+            residual_std: fit.residual_std,
+            condition_number: fit.condition_number,
+            condition_number_scaled: fit.condition_number_scaled,
+            estimates,
+            numbers: None,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+fn place_name(place: Place) -> String {
+    match (place.dof, place.other) {
+        (Some(dof), Some(other)) => format!("{dof}:{other}"),
+        (Some(dof), None) => dof.to_string(),
+        _ => String::new(),
+    }
+}
+
+/// The whole procedure.
+#[derive(Debug, Clone)]
+pub struct StagedResult {
+    /// Stages in the order in which they were done.
+    pub stages: Vec<Stage>,
+    /// The model with what was estimated written in.
+    pub model: Model,
+    /// What to know about the whole.
+    pub warnings: Vec<Finding>,
+}
+
+impl StagedResult {
+    /// The last stage of this name in this degree of freedom.
+    pub fn stage(&self, name: &str, dof: Dof) -> Option<&Stage> {
+        self.stages.iter().rev().find(|s| s.name == name && s.dof == dof)
+    }
+}

@@ -1,0 +1,59 @@
+//! The cautionary twin: everything at once, with a differentiated velocity.
+//!
+//! ```text
+//! ṙ = a₁ u v + a₂ r + a₃ r|r| + a₄ τ + a₅,   ṙ by the slope of a polynomial filter             (30)
+//! ```
+//!
+//! It simulates about as well as the staged model, and its parameters may be absurd (negative quadratic drag): in one
+//! run drag, inertia and the Munk moment are nearly the same signal. Shown side by side, never recommended.
+
+use super::numbers::DRAG;
+use super::result::Stage;
+use super::{ProcedureError, StagedOptions, parameters_at};
+use crate::estimate::{DirectError, IntegralError, direct_columns, fit_rows};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::{Run, RunKind};
+
+/// The direct fit of `dof` to `runs`: inertia, drag, Coriolis coefficient and bias all free. Returns the stage and the
+/// model with its values.
+///
+/// # Errors
+/// [`ProcedureError`] where the balance is not linear, the velocity cannot be differentiated, or the rows do not
+/// determine the parameters.
+pub fn direct(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    options: &StagedOptions,
+) -> Result<(Stage, Model), ProcedureError> {
+    let mut all = model.clone();
+    let own = [&DRAG[..], &["inertia", "bias"]].concat();
+    let mut free = parameters_at(model, dof, &own);
+    if let Some(term) = model.term(&format!("coriolis_{dof}")) {
+        free.extend(model.terms[term].parameters.iter().filter(|p| !model.parameters[**p].fixed));
+    }
+    for (k, parameter) in all.parameters.iter_mut().enumerate() {
+        parameter.fixed = !free.contains(&k);
+    }
+    let columns = direct_columns(dof, runs, &all, &options.differentiation).map_err(|error| match error {
+        DirectError::Regressor(e) => ProcedureError::Integral(IntegralError::Regressor(e)),
+        DirectError::Filter(e) => ProcedureError::Filter(e),
+    })?;
+    let inertia = model.parameter_of(&format!("inertia@{dof}"));
+    let fit = fit_rows(&columns, inertia, options.std).map_err(|source| ProcedureError::Linear {
+        stage: "direct",
+        dof,
+        source,
+    })?;
+    let mut twin = model.clone();
+    fit.write_to(&mut twin);
+    let stage = Stage::of_fit("direct", dof, runs.iter().map(|r| r.name.clone()).collect(), model, &fit);
+    Ok((stage, twin))
+}
+
+/// The kind of runs that the direct fit of `dof` is made on: zig-zags for yaw where there are any, else oscillations.
+pub fn kind_of(dof: Dof, runs: &[Run]) -> RunKind {
+    let turns = dof == Dof::Yaw && runs.iter().any(|run| run.kind == RunKind::Zigzag);
+    if turns { RunKind::Zigzag } else { RunKind::Oscillatory }
+}
