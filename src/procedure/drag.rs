@@ -73,10 +73,12 @@ pub(super) fn stage(
                 both.push((of(&format!("{name} {word}"), dof, &of_it, &still, &mut fit), fit, direction));
             }
         }
-        if both.len() == ways.len() && parameters_at(model, dof, &["drag_asymmetry"]).is_empty() {
+        if both.len() == ways.len() {
             for (_, fit, direction) in &both {
                 held.add(fit, &drag, Some(*direction));
             }
+            // each direction has all of its drag
+            parameters_at(model, dof, &["drag_asymmetry"]).into_iter().for_each(|p| held.know(p, 0.0));
         }
         stages.extend(both.into_iter().map(|(stage, ..)| stage));
     }

@@ -59,6 +59,14 @@ impl Held {
         self.entries.iter().any(|e| e.parameter == parameter)
     }
 
+    /// Adds a value that is known exactly.
+    pub fn know(&mut self, parameter: usize, value: f64) {
+        self.entries.push(Entry { parameter, direction: None, value });
+        let size = self.entries.len();
+        self.covariance.push(Vec::new());
+        self.covariance.iter_mut().for_each(|row| row.resize(size, 0.0));
+    }
+
     /// Everything that `other` holds as well; the two were found apart.
     pub fn join(&mut self, other: Held) {
         let before = self.entries.len();
