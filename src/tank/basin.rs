@@ -228,7 +228,7 @@ const LARGEST_STATE: f64 = 1e6;
 const DISTURBANCES: usize = 512;
 
 /// Stream of noise of one source in one run; stream 0 is nobody's.
-fn stream(run: usize, source: usize) -> u64 {
+pub(super) fn stream(run: usize, source: usize) -> u64 {
     ((run as u64 + 1) << 16) + source as u64
 }
 
@@ -247,16 +247,17 @@ fn known(model: &Model, channels: &BTreeMap<String, Signal>, name: &str) -> bool
     name == "t" || channels.contains_key(name) || model.dofs.iter().any(|dof| dof.force() == name)
 }
 
-fn compile(model: &Model, channels: &BTreeMap<String, Signal>) -> Dynamics {
+/// What a model may read: the channels that are given, and the commands of its degrees of freedom.
+pub(super) fn available(model: &Model, channels: &BTreeMap<String, Signal>) -> Available {
     let commands = model.dofs.iter().map(|dof| dof.force().to_string());
-    let available = Available {
-        channels: channels.keys().cloned().chain(commands).collect(),
-        position: true,
-        ..Available::default()
-    };
+    let channels = channels.keys().cloned().chain(commands).collect();
+    Available { channels, position: true, ..Available::default() }
+}
+
+fn compile(model: &Model, channels: &BTreeMap<String, Signal>) -> Dynamics {
     let everything: BTreeSet<String> =
         Dof::ALL.iter().flat_map(|dof| [dof.velocity(), dof.position()]).map(str::to_string).collect();
-    Dynamics::compile(model, &available, &everything, &[])
+    Dynamics::compile(model, &available(model, channels), &everything, &[])
 }
 
 fn start_of(id: StateId, start: &Measured) -> Option<f64> {
