@@ -103,6 +103,17 @@ impl Run {
         self.signals.get(name)
     }
 
+    /// The part of the run from `from` to `to`, s, both included.
+    pub fn between(&self, from: f64, to: f64) -> Run {
+        let cut = |signal: &Signal| {
+            let (a, b) = (signal.time.partition_point(|t| *t < from), signal.time.partition_point(|t| *t <= to));
+            Signal::new(signal.time[a..b].into(), &signal.values[a..b])
+        };
+        let signals = self.signals.iter().map(|(name, signal)| (name.clone(), cut(signal))).collect();
+        let gaps = self.gaps.iter().copied().filter(|g| *g > from && *g <= to).collect();
+        Run { signals, gaps, ..self.clone() }
+    }
+
     /// First and last time stamp over all signals, s; `None` for a run without samples.
     pub fn span(&self) -> Option<(f64, f64)> {
         let ends = self.signals.values().filter_map(|s| Some((*s.time().first()?, *s.time().last()?)));

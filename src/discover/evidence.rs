@@ -39,7 +39,7 @@ pub struct Evidence {
     /// Predicted gain on each run when it is left out, in units of the noise variance.
     pub left_out_gain: Vec<f64>,
     /// Smallest size of the first parameter that this data would have shown, in its unit.
-    pub smallest_visible: f64,
+    pub visible: f64,
 }
 
 /// Below this share of its signal a candidate cannot be told from what is in the model.
@@ -144,7 +144,7 @@ impl Base {
         let chance = FisherSnedecor::new(k as f64, spare.max(1.0)).map_or(1.0, |d| d.sf(f));
         let left_out_gain = left_out(problem, &gradients, &shares, &information, &score, runs, probe.per_run);
         // visible: five standard deviations, which is where the corrected test is all but sure to see it
-        let smallest_visible = 5.0 * (info_inverse[(0, 0)].max(0.0) * inflation).sqrt();
+        let visible = 5.0 * (info_inverse[(0, 0)].max(0.0) * inflation).sqrt();
         Some(Evidence {
             candidate: probe.candidate,
             probe: probe.probe,
@@ -155,7 +155,7 @@ impl Base {
             inflation,
             p_value: (chance * count).min(1.0),
             left_out_gain,
-            smallest_visible,
+            visible,
         })
     }
 }

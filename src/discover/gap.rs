@@ -33,10 +33,10 @@ pub struct Gap {
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what the model reads.
 pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Gap, OutputErrorError> {
-    let held = held(model);
     let mut result = Gap::default();
     let mut sums: BTreeMap<Dof, (f64, f64)> = BTreeMap::new();
     for run in runs {
+        let held = held_for(model, run, options)?;
         let mut problem = Problem::new(&held, std::slice::from_ref(run), options)?;
         let track = problem.tracks[0].clone();
         problem.segments.retain(|s| track.starts.contains(&s.first));
@@ -77,6 +77,41 @@ fn rms(sums: &BTreeMap<Dof, (f64, f64)>) -> BTreeMap<Dof, f64> {
     sums.iter().map(|(dof, (squares, count))| (*dof, (squares / count.max(1.0)).sqrt())).collect()
 }
 
+/// Disagreement with the simulation started anew every segment: root mean square by degree of freedom. Where motion is
+/// unstable a whole run cannot be simulated however good the model; a segment can.
+///
+/// # Errors
+/// As [`gap`].
+pub fn segment_gap(
+    model: &Model,
+    runs: &[Run],
+    options: &OutputErrorOptions,
+) -> Result<BTreeMap<Dof, f64>, OutputErrorError> {
+    let mut sums: BTreeMap<Dof, (f64, f64)> = BTreeMap::new();
+    for run in runs {
+        let held = held_for(model, run, options)?;
+        let problem = Problem::new(&held, std::slice::from_ref(run), options)?;
+        let x0 = problem.initial_states(&held);
+        let fit = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 4, ..options.clone() })?;
+        let freedom = spare(&fit);
+        for dof in &model.dofs {
+            let Some(column) = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.velocity()) else { continue };
+            let count = fit.problem.samples_of(column) as f64;
+            let sum = sums.entry(*dof).or_default();
+            sum.0 += (fit.residual_rms[column] * freedom).powi(2) * count;
+            sum.1 += count;
+        }
+    }
+    Ok(rms(&sums))
+}
+
+/// √(samples over samples less initial states): what a residual has lost to the states that were fitted to it.
+fn spare(fit: &crate::estimate::output_error::OutputErrorFit) -> f64 {
+    let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
+    let used = (states * fit.problem.segments.len()) as f64;
+    (fit.samples as f64 / (fit.samples as f64 - used).max(1.0)).sqrt()
+}
+
 /// Noise floor of each modelled velocity, in its unit.
 ///
 /// # Errors
@@ -86,29 +121,25 @@ pub fn floor(
     runs: &[Run],
     options: &OutputErrorOptions,
 ) -> Result<BTreeMap<Dof, f64>, OutputErrorError> {
-    let held = held(model);
-    let short = OutputErrorOptions { segment: FLOOR_SEGMENT, iterations: 4, ..options.clone() };
-    let problem = Problem::new(&held, runs, &short)?;
-    let x0 = problem.initial_states(&held);
-    let fit = fit_from(&held, problem, x0, &short)?;
-    let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
-    let used = (states * fit.problem.segments.len()) as f64;
-    let freedom = (fit.samples as f64 / (fit.samples as f64 - used).max(1.0)).sqrt();
-    Ok(model
-        .dofs
-        .iter()
-        .filter_map(|dof| {
-            let column = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.velocity())?;
-            Some((*dof, fit.residual_rms[column] * freedom))
-        })
-        .collect())
+    segment_gap(model, runs, &OutputErrorOptions { segment: FLOOR_SEGMENT, ..options.clone() })
 }
 
-/// The model with every parameter held.
-fn held(model: &Model) -> Model {
+/// The model with every parameter held for one run; those that each run has its own value of are estimated on it.
+fn held_for(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Model, OutputErrorError> {
     let mut held = model.clone();
+    let mut own = false;
     for parameter in &mut held.parameters {
-        parameter.fixed = true;
+        parameter.fixed = !parameter.spec.per_run;
+        parameter.per_run.clear();
+        own |= parameter.spec.per_run;
     }
-    held
+    if own {
+        let problem = Problem::new(&held, std::slice::from_ref(run), options)?;
+        let x0 = problem.initial_states(&held);
+        held = fit_from(&held, problem, x0, options)?.model;
+        for parameter in &mut held.parameters {
+            parameter.fixed = true;
+        }
+    }
+    Ok(held)
 }

@@ -1,19 +1,25 @@
 //! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
 
 mod candidate;
+mod discovery;
 mod evidence;
 mod gap;
 mod score;
 mod search;
+mod whereabouts;
 
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
+pub use discovery::{
+    CODES, Discovery, FoundEffect, FoundParameter, GapOfRun, GapStep, LogFinding, SmallestVisible, Verdict, discover,
+};
 pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
-pub use gap::{Gap, floor, gap};
+pub use gap::{Gap, floor, gap, segment_gap};
 pub use score::{Own, Probe, Products, score};
 
 pub use search::{Added, Search, SearchOptions, Step, search};
+pub use whereabouts::{Where, whereabouts};
 
 use crate::run::Run;
 

@@ -87,24 +87,51 @@ pub fn search(
     fitting: &OutputErrorOptions,
     options: &SearchOptions,
 ) -> Result<Search, OutputErrorError> {
-    let problem = Problem::new(baseline, runs, fitting)?;
-    let x0 = problem.initial_states(baseline);
-    let fit = fit_from(baseline, problem, x0, fitting)?;
+    let (fit, mut at) = settle(baseline, runs, fitting)?;
     let mut found =
         Search { steps: vec![Step { name: None, fit }], added: Vec::new(), removed: Vec::new(), last: Vec::new() };
     while found.added.len() < options.most {
         let current = found.last_fit().clone();
         let list = candidates(&current.model, runs, own);
-        let (probes, products) = score(&current, runs, &list, fitting)?;
+        let (probes, products) = score(&current, runs, &list, &at)?;
         let mut evidence = judge(&current.problem, &products, &probes);
         evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
         found.last = evidence.iter().map(|e| (list[e.candidate].name(), e.clone())).collect();
-        let Some((added, fit)) = best(&current, runs, &list, &evidence, fitting, options) else { break };
+        let Some((added, mut fit)) = best(&current, runs, &list, &evidence, &at, options) else { break };
+        if at.segment < fitting.segment {
+            (fit, at) = settle(&fit.model, runs, fitting)?;
+        }
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
-        prune(&mut found, runs, fitting)?;
+        prune(&mut found, runs, &at)?;
     }
     Ok(found)
+}
+
+/// Residual variance over that of the noise from which on segments are cut short.
+const ROUGH: f64 = 25.0;
+
+/// Fits a model on segments of the wanted length; where it is so far from the data that a long segment can lead into a
+/// wrong valley, on segments of a third of it. Returns the fit with the options it was made with.
+fn settle(
+    model: &Model,
+    runs: &[Run],
+    fitting: &OutputErrorOptions,
+) -> Result<(OutputErrorFit, OutputErrorOptions), OutputErrorError> {
+    let attempt = |options: &OutputErrorOptions| {
+        let problem = Problem::new(model, runs, options)?;
+        let x0 = problem.initial_states(model);
+        fit_from(model, problem, x0, options)
+    };
+    let whole = attempt(fitting);
+    if whole.as_ref().is_ok_and(|fit| noise_level(fit) < ROUGH) {
+        return whole.map(|fit| (fit, fitting.clone()));
+    }
+    let short = OutputErrorOptions { segment: fitting.segment / 3.0, ..fitting.clone() };
+    match (attempt(&short), whole) {
+        (Ok(fit), _) => Ok((fit, short)),
+        (Err(_), whole) => whole.map(|fit| (fit, fitting.clone())),
+    }
 }
 
 /// Fall of the cost less what as many parameters of nothing would bring, in units of the inflated noise.
@@ -171,7 +198,7 @@ fn generalises(evidence: &Evidence) -> bool {
 }
 
 /// Residual variance over the assumed one.
-fn noise_level(fit: &OutputErrorFit) -> f64 {
+pub(super) fn noise_level(fit: &OutputErrorFit) -> f64 {
     let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
     fit.cost / (fit.samples as f64 - (states * fit.problem.segments.len()) as f64).max(1.0)
 }

@@ -1,0 +1,396 @@
+//! The answer: what is missing, how sure, what it changes on runs that took no part, and what to do next.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::search::{Search, SearchOptions, Step, search};
+use super::whereabouts::{Where, whereabouts};
+use super::{Gap, floor, gap, segment_gap};
+use crate::effects::{Effect, Place, catalogue};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
+use crate::finding::{Code, Finding, Severity};
+use crate::frame::Dof;
+use crate::model::{Model, name_of};
+use crate::run::{Role, Run};
+
+/// The four answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The baseline predicts the data down to the noise.
+    NothingMissing,
+    /// With what was added the model predicts the data down to the noise.
+    Explained,
+    /// Something was found, and something is left that no effect of the catalogue explains.
+    PartlyExplained,
+    /// Something is missing that no effect of the catalogue explains.
+    Unexplained,
+}
+
+/// A parameter of an effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundParameter {
+    /// Symbol.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI.
+    pub std: f64,
+    /// Unit.
+    pub unit: String,
+    /// Values in each run, where each has its own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub per_run: Vec<f64>,
+}
+
+/// An effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundEffect {
+    /// `id`, `id@dof` or `id@dof:other`.
+    pub id: String,
+    /// Degrees of freedom in which it acts.
+    pub dofs: Vec<Dof>,
+    /// Its parameters in the final fit.
+    pub parameters: Vec<FoundParameter>,
+    /// Probability of as much by chance, over all candidates.
+    pub p_value: f64,
+    /// The rest of its class: other names that this data allow.
+    pub also_possible: Vec<String>,
+    /// One sentence.
+    pub evidence: String,
+}
+
+/// The gap on held-out runs after one step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapStep {
+    /// What was added; `None` for the refitted baseline.
+    pub added: Option<String>,
+    /// Root mean square of simulated less measured velocity, by degree of freedom.
+    pub held_out_rms: BTreeMap<Dof, f64>,
+    /// Sensor noise, by degree of freedom.
+    pub noise_floor: BTreeMap<Dof, f64>,
+    /// The same for each run.
+    pub runs: Vec<GapOfRun>,
+}
+
+/// The gap on one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapOfRun {
+    /// Name of the run.
+    pub run: String,
+    /// Root mean square by degree of freedom.
+    pub held_out_rms: BTreeMap<Dof, f64>,
+}
+
+/// The smallest size of an effect that this data would have shown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SmallestVisible {
+    /// `id`, `id@dof` or `id@dof:other`.
+    pub id: String,
+    /// Size of its first parameter.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// What a check of the log says that could look like missing physics.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LogFinding {
+    /// `unit`, `sign`, `frame` or `delay`.
+    pub kind: String,
+    /// Channel.
+    pub channel: String,
+    /// Factor between what is logged and what is consistent.
+    pub factor: f64,
+}
+
+/// The answer of the discovery.
+#[derive(Debug, Clone, Serialize)]
+pub struct Discovery {
+    /// Version of this form.
+    pub format: u32,
+    /// The answer in a word.
+    pub verdict: Verdict,
+    /// What was added, in order.
+    pub effects: Vec<FoundEffect>,
+    /// Where the baseline disagrees with the data.
+    #[serde(rename = "where")]
+    pub places: Vec<Where>,
+    /// The gap before and after each step.
+    pub gap: Vec<GapStep>,
+    /// What was added and dropped again.
+    pub removed: Vec<String>,
+    /// What looks like a fault of the log.
+    pub log_findings: Vec<LogFinding>,
+    /// What this data could have shown.
+    pub smallest_visible: Vec<SmallestVisible>,
+    /// The run that would tell more.
+    pub next_experiment: Option<String>,
+    /// Seed of anything random.
+    pub seed: u64,
+    /// What there is to say.
+    pub warnings: Vec<Finding>,
+    /// The fits of baseline and steps, for whoever goes on working with them.
+    #[serde(skip)]
+    pub steps: Vec<Step>,
+}
+
+impl Discovery {
+    /// The model with everything that was added.
+    pub fn model(&self) -> Option<&Model> {
+        self.steps.last().map(|step| &step.fit.model)
+    }
+}
+
+/// Codes of the discovery's findings.
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, UNSTABLE, TIED];
+
+const HELD_OUT_IN_TURN: Code = Code {
+    code: "D101",
+    kind: "held-out",
+    severity: Severity::Warning,
+    meaning: "No run has the role `validate`: whole runs, or the last third of a single one, were held out in turn and \
+              the models refitted without them.",
+};
+const UNSTABLE: Code = Code {
+    code: "D102",
+    kind: "unstable",
+    severity: Severity::Warning,
+    meaning: "The free simulation leaves the data although the model predicts segments of some seconds down to the \
+              noise: the motion is unstable, and the verdict rests on segments.",
+};
+const TIED: Code = Code {
+    code: "D103",
+    kind: "also-possible",
+    severity: Severity::Warning,
+    meaning: "Other effects explain this data as well as the one that was named: see `also_possible`, and run the \
+              experiment that would tell them apart.",
+};
+
+/// A held-out disagreement counts as closed up to this multiple of the noise floor.
+const CLOSED: f64 = 1.15;
+
+/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search; where there are
+/// none, runs are held out in turn for the gap.
+///
+/// # Errors
+/// [`OutputErrorError`] when the baseline cannot be fitted or a run lacks what it reads.
+pub fn discover(
+    baseline: &Model,
+    runs: &[Run],
+    own: &[(Arc<dyn Effect>, Place)],
+    fitting: &OutputErrorOptions,
+    options: &SearchOptions,
+) -> Result<Discovery, OutputErrorError> {
+    let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|r| r.role == Role::Train);
+    let found = search(&crate::estimate::started(baseline, &train), &train, own, fitting, options)?;
+    let last = found.last_fit();
+    let mut warnings = Vec::new();
+    let judges = if held.is_empty() { train.clone() } else { held.clone() };
+    let noise = floor(&last.model, &judges, fitting)?;
+    let mut steps = Vec::new();
+    for step in &found.steps {
+        let gap = if held.is_empty() {
+            in_turn(&step.fit.model, &train, fitting)?
+        } else {
+            gap(&step.fit.model, &held, fitting)?
+        };
+        steps.push(gap_step(step.name.clone(), gap, &noise));
+    }
+    if held.is_empty() {
+        warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
+    }
+    let segments = segment_gap(&last.model, &judges, fitting)?;
+    let open: Vec<Dof> =
+        segments.iter().filter(|(dof, rms)| **rms > CLOSED * noise[*dof]).map(|(dof, _)| *dof).collect();
+    let runs_away = steps.last().is_some_and(|s| s.held_out_rms.iter().any(|(dof, rms)| *rms > 3.0 * noise[dof]));
+    if open.is_empty() && runs_away {
+        warnings.push(Finding::new(&UNSTABLE, UNSTABLE.meaning));
+    }
+    let effects = found_effects(&found);
+    if effects.iter().any(|e| !e.also_possible.is_empty()) {
+        warnings.push(Finding::new(&TIED, TIED.meaning));
+    }
+    let verdict = match (effects.is_empty(), open.is_empty()) {
+        (true, true) => Verdict::NothingMissing,
+        (true, false) => Verdict::Unexplained,
+        (false, true) => Verdict::Explained,
+        (false, false) => Verdict::PartlyExplained,
+    };
+    Ok(Discovery {
+        format: 1,
+        verdict,
+        next_experiment: next_experiment(verdict, &effects, &open, last.model.coriolis),
+        places: whereabouts(&found.steps[0].fit, &train),
+        effects,
+        gap: steps,
+        removed: found.removed.clone(),
+        log_findings: Vec::new(),
+        smallest_visible: smallest_visible(&found, own),
+        seed: 1,
+        warnings,
+        steps: found.steps,
+    })
+}
+
+fn gap_step(added: Option<String>, gap: Gap, noise: &BTreeMap<Dof, f64>) -> GapStep {
+    let runs = gap.runs.into_iter().map(|(run, held_out_rms)| GapOfRun { run, held_out_rms }).collect();
+    GapStep { added, held_out_rms: gap.rms, noise_floor: noise.clone(), runs }
+}
+
+/// The gap with each run held out in turn and the model refitted on the others; of a single run the last third.
+fn in_turn(model: &Model, runs: &[Run], fitting: &OutputErrorOptions) -> Result<Gap, OutputErrorError> {
+    let mut all = Gap::default();
+    let mut squares: BTreeMap<Dof, f64> = BTreeMap::new();
+    let pairs: Vec<(Vec<Run>, Run)> = match runs {
+        [single] => split(single).into_iter().collect(),
+        several => (0..several.len())
+            .map(|k| {
+                let others = several.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, r)| r.clone()).collect();
+                (others, several[k].clone())
+            })
+            .collect(),
+    };
+    for (others, held) in &pairs {
+        let mut start = model.clone();
+        for parameter in &mut start.parameters {
+            parameter.per_run.clear();
+        }
+        let refitted = crate::estimate::output_error::output_error(&start, others, fitting)?;
+        let one = gap(&refitted.model, std::slice::from_ref(held), fitting)?;
+        for (dof, rms) in &one.rms {
+            *squares.entry(*dof).or_default() += rms * rms / pairs.len() as f64;
+        }
+        all.runs.extend(one.runs);
+    }
+    all.rms = squares.into_iter().map(|(dof, s)| (dof, s.sqrt())).collect();
+    Ok(all)
+}
+
+/// A run cut into its first two thirds and its last third.
+fn split(run: &Run) -> Option<(Vec<Run>, Run)> {
+    let (begin, end) = run.span()?;
+    let cut = begin + (end - begin) * 2.0 / 3.0;
+    Some((vec![run.between(begin, cut)], run.between(cut, end)))
+}
+
+fn found_effects(found: &Search) -> Vec<FoundEffect> {
+    let model = &found.last_fit().model;
+    found
+        .added
+        .iter()
+        .map(|added| {
+            let terms: Vec<String> = added.candidate.terms.iter().map(|(e, p)| name_of(e.about().id, *p)).collect();
+            let mut indices: Vec<usize> =
+                terms.iter().filter_map(|t| model.term(t)).flat_map(|t| model.terms[t].parameters.clone()).collect();
+            indices.sort_unstable();
+            indices.dedup();
+            let parameters = indices
+                .into_iter()
+                .map(|p| {
+                    let parameter = &model.parameters[p];
+                    FoundParameter {
+                        name: parameter.spec.name.clone(),
+                        value: parameter.value,
+                        std: parameter.std.unwrap_or(0.0),
+                        unit: parameter.spec.dimension.to_string(),
+                        per_run: parameter.per_run.clone(),
+                    }
+                })
+                .collect();
+            let gains = &added.evidence.left_out_gain;
+            let helped = gains.iter().filter(|g| **g > 0.0).count();
+            let held_out = match gains.len() {
+                0 => String::new(),
+                n => format!("; estimated without a run it predicts that run better in {helped} of {n}"),
+            };
+            FoundEffect {
+                id: added.candidate.name(),
+                dofs: added.candidate.dofs(model),
+                parameters,
+                p_value: added.evidence.p_value,
+                also_possible: added.also_possible.clone(),
+                evidence: format!(
+                    "beside a refit of the model {:.0} % of its signal is its own, and it takes {:.3} of the sum of squares \
+                     of the residuals away{held_out}",
+                    100.0 * added.evidence.left.min(1.0),
+                    added.gain / (added.gain + found.last_fit().cost).max(f64::MIN_POSITIVE),
+                ),
+            }
+        })
+        .collect()
+}
+
+/// Of each candidate the smallest size that any of its probes would have shown, most easily seen first by name.
+fn smallest_visible(found: &Search, own: &[(Arc<dyn Effect>, Place)]) -> Vec<SmallestVisible> {
+    let known = catalogue(crate::effects::Coriolis::Free);
+    let mut best: BTreeMap<String, (f64, String)> = BTreeMap::new();
+    for (name, evidence) in &found.last {
+        let id = name.split('@').next().unwrap_or(name);
+        let Some(place) = place_in(name) else { continue };
+        let Some(effect) = known.iter().chain(own.iter().map(|(e, _)| e)).find(|e| e.about().id == id) else {
+            continue;
+        };
+        let specs = effect.parameters(place);
+        let Some(spec) = specs.iter().find(|s| s.is_linear()).or(specs.first()) else { continue };
+        // what is probed by blending in is seen as a share of the effect at the probe
+        let value = evidence.visible;
+        if value.is_finite() && best.get(name).is_none_or(|(known, _)| value < *known) {
+            best.insert(name.clone(), (value, spec.dimension.to_string()));
+        }
+    }
+    best.into_iter().map(|(id, (value, unit))| SmallestVisible { id, value, unit }).collect()
+}
+
+/// The place that a term's name gives.
+fn place_in(name: &str) -> Option<Place> {
+    match name.split_once('@') {
+        None => Some(Place::VEHICLE),
+        Some((_, place)) => match place.split_once(':') {
+            None => Dof::from_name(place).map(Place::at),
+            Some((dof, other)) => Some(Place::pair(Dof::from_name(dof)?, Dof::from_name(other)?)),
+        },
+    }
+}
+
+/// The run that would separate what is tied, or show where to look.
+fn next_experiment(
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    open: &[Dof],
+    coriolis: crate::effects::Coriolis,
+) -> Option<String> {
+    let known = catalogue(coriolis);
+    let shown_by = |name: &str| {
+        let id = name.split('@').next().unwrap_or(name);
+        known.iter().find(|e| e.about().id == id).map(|e| e.about().shown_by.to_string())
+    };
+    if let Some(tied) = effects.iter().find(|e| !e.also_possible.is_empty()) {
+        let rivals = tied.also_possible.join(", ");
+        if tied.id == "thrust_delay" && tied.also_possible == ["sensor_delay"] {
+            return Some(
+                "No run of the vehicle can tell a late thrust from a late log: compare the clocks of command and \
+                 navigation on the bench."
+                    .into(),
+            );
+        }
+        return Some(format!(
+            "To tell {} from {rivals}: {}; against {}.",
+            tied.id,
+            shown_by(&tied.id).unwrap_or_default(),
+            tied.also_possible.iter().filter_map(|n| shown_by(n)).collect::<Vec<_>>().join("; ")
+        ));
+    }
+    match verdict {
+        Verdict::Unexplained | Verdict::PartlyExplained => {
+            let dofs = open.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ");
+            Some(format!(
+                "Repeat a run with the same command and another depth, heading or time of day, and see whether the \
+                 disagreement in {dofs} repeats: what repeats is of the vehicle, what does not is of its surroundings."
+            ))
+        }
+        _ => None,
+    }
+}
