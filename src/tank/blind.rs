@@ -343,4 +343,21 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn six_degrees_of_freedom_stay_upright_and_under_water() {
+        for (seed, craft) in
+            [(1, CraftKind::Small), (2, CraftKind::Small), (3, CraftKind::Small), (3, CraftKind::Large)]
+        {
+            let options = BlindOptions { seed, craft, six: true, noise: 0.0, rate: 5.0, ..BlindOptions::default() };
+            let campaign = blind(&options).unwrap();
+            assert_eq!(campaign.runs.len(), 13);
+            for run in &campaign.runs {
+                let (theta, z) = (run.signal("theta").unwrap().values(), run.signal("z").unwrap().values());
+                let most = theta.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+                assert!(most < 1.0, "{craft:?} seed {seed} {}: pitch of {most} rad", run.name);
+                assert!(z.iter().all(|z| *z > 0.0), "{craft:?} seed {seed} {}: out of the water", run.name);
+            }
+        }
+    }
 }

@@ -64,15 +64,18 @@ const SMALL: Typical = Typical {
     volume: 0.0117,
     net_buoyancy: 1.5,
     length: 0.227,
-    inertia: [17.0, 22.0, 27.0, 0.30, 0.31, 0.45],
+    inertia: [17.0, 22.0, 25.0, 0.30, 0.31, 0.45],
     linear: [5.0, 8.0, 5.5, 0.28, 0.28, 0.8],
     quadratic: [20.0, 40.0, 35.0, 1.5, 1.5, 1.7],
-    righting: 2.2,
+    righting: 3.0,
     force: [15.0, 11.0, 14.0, 1.0, 1.0, 1.2],
 };
 
 /// Least relative difference of the virtual masses in surge and sway: less, and there is hardly a Munk moment.
 const LEAST_MUNK: f64 = 0.15;
+
+/// Least righting moment in units of the Munk moment in pitch, (m_w − m_u) u² θ: less, and the vehicle tumbles.
+const LEAST_RIGHTING: f64 = 2.5;
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.81;
@@ -90,7 +93,7 @@ impl Craft {
         if (inertia[1] / inertia[0] - 1.0).abs() < LEAST_MUNK {
             inertia[1] = inertia[0] * (1.0 + (inertia[1] - inertia[0]).signum() * LEAST_MUNK);
         }
-        let righting = typical.righting * noise.between(0.8, 1.2);
+        let drawn = typical.righting * noise.between(0.8, 1.2);
         let weight = typical.mass * GRAVITY;
         let vehicle = Vehicle {
             name: name.to_string(),
@@ -101,7 +104,10 @@ impl Craft {
             length: Some(typical.length),
             ..Vehicle::default()
         };
-        Craft { vehicle, inertia, linear, quadratic, righting, force: typical.force }
+        let mut craft = Craft { vehicle, inertia, linear, quadratic, righting: drawn, force: typical.force };
+        let munk = (inertia[2] - inertia[0]) * craft.speed()[0].powi(2);
+        craft.righting = drawn.max(LEAST_RIGHTING * munk);
+        craft
     }
 
     /// Speed that the drag allows under three quarters of the force, m/s and rad/s.

@@ -29,7 +29,8 @@ pub(super) fn trials(craft: &Craft, six: bool, duration: f64, noise: &mut Noise)
 fn trial(craft: &Craft, six: bool, duration: f64, k: usize, noise: &mut Noise) -> Trial {
     let force = craft.force.map(|f| f * noise.between(0.9, 1.05));
     let heading = noise.between(-PI, PI);
-    let depth = noise.between(0.5, 3.5);
+    // where it is simulated, a heave run goes some 2 m up and down
+    let depth = noise.between(1.0, 4.0) + if six { 2.0 } else { 0.0 };
     let period = |typical: f64, noise: &mut Noise| typical * noise.between(0.9, 1.1);
     let zigzag = |moment: f64| Law::Zigzag { moment, centre: heading, bound: BOUND };
     let (kind, mut laws) = match k {
@@ -79,7 +80,6 @@ fn everything(force: &[f64; 6], six: bool, noise: &mut Noise) -> Vec<(Dof, Law)>
         let share = match dof {
             Dof::Surge => 0.15,
             Dof::Sway => 0.25,
-            Dof::Yaw => 0.2,
             _ => 0.2,
         };
         let sines = (0..3).map(|part| Sine {
