@@ -1,0 +1,44 @@
+# One target a job; CI runs `make lint` and `make test`.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+
+.PHONY: test test-rust test-python lint wheel blind bench coverage clean
+
+test: test-rust test-python
+
+test-rust:
+	cargo test --workspace --all-targets
+	cargo test --doc
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+# The wheel is built and installed as a user would, in an environment of its own.
+wheel: $(BIN)/python
+	$(BIN)/python -m pip install --quiet './python[test]'
+
+test-python: wheel
+	cd python && ../$(BIN)/python -m pytest
+	cd python && ../$(BIN)/python -m mypy
+	cd python && ../$(BIN)/python -m mypy.stubtest hydrosysid
+
+lint: $(BIN)/python
+	cargo fmt --all -- --check
+	cargo clippy --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
+	$(BIN)/python -m pip install --quiet ruff
+	$(BIN)/ruff format --check python
+	$(BIN)/ruff check python
+
+# The table of hits, misses and false names over hidden effects; see docs/blind.md.
+blind:
+	cargo run --release --example blind -- --write docs/blind.md
+
+bench:
+	cargo bench
+
+clean:
+	cargo clean
+	rm -rf $(VENV)
