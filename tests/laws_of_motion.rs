@@ -228,7 +228,10 @@ fn law_round_trip_of_every_effect() {
     let observed: BTreeSet<String> =
         Dof::ALL.iter().flat_map(|d| [d.velocity(), d.position()]).map(String::from).collect();
     for coriolis in [Coriolis::Tied, Coriolis::Free] {
-        for effect in catalogue(coriolis) {
+        let all = catalogue(coriolis);
+        // only these differ when they are free
+        let differ = |id: &str| coriolis == Coriolis::Tied || id.starts_with("coriolis");
+        for effect in all.into_iter().filter(|e| differ(e.about().id)) {
             for place in places_of(effect.as_ref(), &Dof::ALL) {
                 let name = name_of(effect.about().id, place);
                 let mut model = baseline(&name);

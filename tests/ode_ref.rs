@@ -157,12 +157,12 @@ fn solve(problem: &Problem, time: &[f64]) -> Vec<f64> {
     let mut rows = problem.y0.clone();
     for pair in time.windows(2) {
         let middle = 0.5 * (pair[0] + pair[1]);
-        let mut f = |t: f64, y: &[f64], out: &mut [f64]| -> Result<(), Infallible> {
+        let f = |t: f64, y: &[f64], out: &mut [f64]| -> Result<(), Infallible> {
             rate(problem, middle, t, y, out);
             Ok(())
         };
         let y = &rows[rows.len() - problem.y0.len()..];
-        let step = rk4(&mut f, pair, y, 1).expect("the solution is finite");
+        let step = rk4(f, pair, y, 1).expect("the solution is finite");
         rows.extend_from_slice(&step[problem.y0.len()..]);
     }
     rows

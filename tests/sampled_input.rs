@@ -55,7 +55,7 @@ fn worst(found: &[f64], exact: &[f64]) -> f64 {
     found.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// 64 steps a sample: 16 leave 2e-10 here, and the fourth order makes that 8e-13.
+/// 64 steps a sample: 16 leave up to 5e-10 here, and the fourth order makes that 2e-12.
 #[test]
 fn exact_held_and_linear_samples() {
     let Some(file) = read("input_reference.json") else { return };
@@ -66,7 +66,7 @@ fn exact_held_and_linear_samples() {
     };
     for (case, input) in [("zoh_samples", Interpolation::Hold), ("foh_samples", Interpolation::Linear)] {
         let error = surge(case, input);
-        assert!(error < 2e-12, "{case}: {error}");
+        assert!(error < 5e-12, "{case}: {error}");
     }
     assert!(surge("zoh_samples", Interpolation::Linear) > 0.01, "the two differ");
     let case = &file["linear_yaw_samples"];
@@ -74,7 +74,7 @@ fn exact_held_and_linear_samples() {
     let yaw = model(Dof::Yaw, [number(&case["I"]), number(&case["kr"]), 0.0]);
     for (name, input) in [("r_zoh", Interpolation::Hold), ("r_foh", Interpolation::Linear)] {
         let found = simulate(&yaw, &stamps(tau.len(), number(&case["dt"])), &tau, input, 64.0);
-        assert!(worst(&found, &numbers(&case[name])) < 2e-12, "{name}");
+        assert!(worst(&found, &numbers(&case[name])) < 5e-12, "{name}");
     }
 }
 

@@ -53,7 +53,7 @@ pub enum OdeError<E> {
 /// # Errors
 /// [`OdeError`] for inputs or solutions that are not finite, and whatever `f` fails with.
 pub fn rk4<E>(
-    f: &mut dyn FnMut(f64, &[f64], &mut [f64]) -> Result<(), E>,
+    mut f: impl FnMut(f64, &[f64], &mut [f64]) -> Result<(), E>,
     time: &[f64],
     y0: &[f64],
     substeps: usize,
@@ -109,14 +109,14 @@ mod tests {
     /// A cubic in t is integrated exactly: the scheme is Simpson's rule there.
     #[test]
     fn exact_for_a_cubic_of_time() {
-        let mut rate = |t: f64, _: &[f64], out: &mut [f64]| -> Result<(), Infallible> {
+        let rate = |t: f64, _: &[f64], out: &mut [f64]| -> Result<(), Infallible> {
             out[0] = 4.0 * t * t * t - 2.0;
             Ok(())
         };
-        let rows = rk4(&mut rate, &[0.0, 1.0, 3.0], &[1.0], 1).unwrap();
+        let rows = rk4(rate, &[0.0, 1.0, 3.0], &[1.0], 1).unwrap();
         assert_eq!(rows, [1.0, 0.0, 76.0]);
-        assert_eq!(rk4(&mut rate, &[2.0, 0.0], &[12.0], 2), Ok(vec![12.0, 0.0]), "backwards in time");
-        assert_eq!(rk4(&mut rate, &[], &[12.0], 2), Ok(vec![]));
+        assert_eq!(rk4(rate, &[2.0, 0.0], &[12.0], 2), Ok(vec![12.0, 0.0]), "backwards in time");
+        assert_eq!(rk4(rate, &[], &[12.0], 2), Ok(vec![]));
     }
 
     #[test]

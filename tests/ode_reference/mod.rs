@@ -80,7 +80,7 @@ impl Problem {
             instants.extend((1..parts as usize).map(|k| pair[0] + step * k as f64));
             instants.push(pair[1]);
         }
-        assert_eq!(instants.len() as f64, row.n + 1.0, "{}", self.id);
+        assert_eq!(instants.len(), row.n as usize + 1, "{}", self.id);
         instants
     }
 
