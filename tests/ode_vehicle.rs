@@ -18,11 +18,14 @@ use ode_reference::{Problem, problems};
 
 const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
+/// A degree of freedom and the force there as a function of time.
+type Command = (Dof, Box<dyn Fn(f64) -> f64>);
+
 /// A vehicle under commands that are functions of time.
 struct Vehicle {
     model: Model,
     input: Interpolation,
-    commands: Vec<(Dof, Box<dyn Fn(f64) -> f64>)>,
+    commands: Vec<Command>,
 }
 
 fn vehicle(dofs: &[Dof], effects: &[&str], values: &[(&str, f64)]) -> Vehicle {

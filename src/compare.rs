@@ -1,0 +1,292 @@
+//! Comparison of a model with runs: simulation against measurement.
+//!
+//! ```text
+//! E = mean |y − ŷ|,   σ = std |y − ŷ|                       Avila et al. (2013), eq. 25
+//! fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %                       Ljung (1999), ch. 16
+//! ```
+//!
+//! y: measured velocity (m/s) or rate (rad/s); ŷ: simulated from a state that is estimated on the run's first seconds
+//! with the parameters held. Where motion is unstable a whole run cannot be simulated however good the model: there the
+//! simulation starts anew every few seconds, and a finding says so.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
+use crate::finding::{Code, Finding, Severity};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::{Role, Run};
+use crate::simulate::{Track, Trajectory, free_run};
+
+/// What a comparison may find.
+pub const CODES: [Code; 1] = [UNSTABLE];
+
+const UNSTABLE: Code = Code {
+    code: "C001",
+    kind: "unstable-simulation",
+    severity: Severity::Warning,
+    meaning: "the simulated motion is unstable: it is compared on segments, since small errors grow without bound",
+};
+
+/// A difference of two starts that grows by more than this makes a whole-run simulation meaningless.
+const GROWTH: f64 = 100.0;
+
+/// How models and runs are compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompareOptions {
+    /// First seconds of a run on which the initial state is estimated, s.
+    pub settle: f64,
+    /// Length of the segments where motion is unstable, s.
+    pub segment: f64,
+    /// Longest step of the integrator, s.
+    pub longest_step: f64,
+    /// Whether the logged position is a measurement of its own.
+    pub position: bool,
+    /// Standard deviation of the noise by channel, SI; estimated from the data where absent.
+    pub noise: BTreeMap<String, f64>,
+}
+
+impl Default for CompareOptions {
+    fn default() -> CompareOptions {
+        CompareOptions { settle: 5.0, segment: 8.0, longest_step: 0.1, position: false, noise: BTreeMap::new() }
+    }
+}
+
+/// Why a comparison cannot be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CompareError {
+    /// The model cannot be simulated on a run.
+    #[error("run `{run}`: {source}")]
+    Simulation {
+        /// Name of the run.
+        run: String,
+        /// Why.
+        source: OutputErrorError,
+    },
+}
+
+/// Disagreement of a model with one run in one degree of freedom.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Disagreement {
+    /// Name of the run.
+    pub run: String,
+    /// Whether the run took part in the fit.
+    pub role: Role,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Mean of |measured − simulated|, in `unit`.
+    pub mean_abs: f64,
+    /// Standard deviation of |measured − simulated|, in `unit`.
+    pub std_abs: f64,
+    /// Root mean square of measured − simulated, in `unit`.
+    pub rms: f64,
+    /// Standard deviation of the sensor's noise, in `unit`.
+    pub noise_floor: f64,
+    /// 100 when the simulation is the measurement, 0 when it is no better than the measurement's mean.
+    pub fit_percent: f64,
+    /// `m/s` or `rad/s`.
+    pub unit: &'static str,
+}
+
+/// A model compared with runs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Comparison {
+    /// One entry a run and degree of freedom that is measured there.
+    pub runs: Vec<Disagreement>,
+    /// What has to be known beside it.
+    pub warnings: Vec<Finding>,
+}
+
+/// Compares a model with runs. A parameter with a value of its own in each run has it here when there are as many
+/// values as runs, else its common value.
+///
+/// # Errors
+/// [`CompareError`] when a run lacks what the model reads.
+pub fn compare(model: &Model, runs: &[Run], options: &CompareOptions) -> Result<Comparison, CompareError> {
+    let each: Result<Vec<Comparison>, CompareError> =
+        runs.par_iter().enumerate().map(|(k, run)| one(&held(model, k, runs.len()), run, options)).collect();
+    let mut all = Comparison::default();
+    for one in each? {
+        all.runs.extend(one.runs);
+        all.warnings.extend(one.warnings);
+    }
+    Ok(all)
+}
+
+/// A model that was made from some runs, compared with all of them: a row of Table 6 of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CrossRow {
+    /// Name of the model: the run it was made from.
+    pub model: String,
+    /// Its comparison with every run, its own included.
+    #[serde(flatten)]
+    pub comparison: Comparison,
+}
+
+/// Compares every model with every run: the cross-validation matrix, a row a model.
+///
+/// # Errors
+/// As [`compare`].
+pub fn cross_validate(
+    models: &[(String, Model)],
+    runs: &[Run],
+    options: &CompareOptions,
+) -> Result<Vec<CrossRow>, CompareError> {
+    let row = |(name, model): &(String, Model)| {
+        compare(model, runs, options).map(|comparison| CrossRow { model: name.clone(), comparison })
+    };
+    models.par_iter().map(row).collect()
+}
+
+/// The model with every parameter held at its value in run `k` of `count`.
+fn held(model: &Model, k: usize, count: usize) -> Model {
+    let mut held = model.clone();
+    for parameter in &mut held.parameters {
+        parameter.fixed = true;
+        if parameter.per_run.len() == count {
+            parameter.value = parameter.per_run[k];
+        }
+        parameter.per_run.clear();
+    }
+    held
+}
+
+fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison, CompareError> {
+    let failed = |source| CompareError::Simulation { run: run.name.clone(), source };
+    let mut comparison = Comparison::default();
+    let mut simulated = Simulated::of(model, run, options.settle, false, options).map_err(failed)?;
+    if !simulated.stable {
+        simulated = Simulated::of(model, run, options.segment, true, options).map_err(failed)?;
+        let text = format!(
+            "run `{}`: the simulated motion is unstable; it is compared on segments of {} s, not over the whole run",
+            run.name, options.segment
+        );
+        comparison.warnings.push(Finding::new(&UNSTABLE, text).of_run(&run.name));
+    }
+    for dof in &model.dofs {
+        let Some(column) = simulated.outputs.iter().position(|name| *name == dof.velocity()) else { continue };
+        let pairs = simulated.pairs(column);
+        if pairs.is_empty() {
+            continue;
+        }
+        let count = pairs.len() as f64;
+        let mean = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|(y, x)| f(*y, *x)).sum::<f64>() / count;
+        let level = mean(&|y, _| y);
+        let mean_abs = mean(&|y, x| (y - x).abs());
+        let squares = mean(&|y, x| (y - x).powi(2));
+        let spread = mean(&|y, _| (y - level).powi(2));
+        comparison.runs.push(Disagreement {
+            run: run.name.clone(),
+            role: run.role,
+            dof: *dof,
+            mean_abs,
+            std_abs: (squares - mean_abs * mean_abs).max(0.0).sqrt(),
+            rms: squares.sqrt(),
+            noise_floor: options.noise.get(dof.velocity()).copied().unwrap_or(simulated.sigma[column]),
+            fit_percent: if spread > 0.0 { 100.0 * (1.0 - (squares / spread).sqrt()) } else { 0.0 },
+            unit: if dof.is_rotation() { "rad/s" } else { "m/s" },
+        });
+    }
+    Ok(comparison)
+}
+
+/// A run simulated in one piece a stretch without gap, or in segments.
+struct Simulated {
+    track: Track,
+    outputs: Vec<&'static str>,
+    sigma: Vec<f64>,
+    pieces: Vec<(usize, Trajectory)>,
+    stable: bool,
+}
+
+impl Simulated {
+    /// Initial states are estimated on the first `seconds` of each piece. With `segments` every piece is that long.
+    fn of(
+        model: &Model,
+        run: &Run,
+        seconds: f64,
+        segments: bool,
+        options: &CompareOptions,
+    ) -> Result<Simulated, OutputErrorError> {
+        let fit_options = OutputErrorOptions {
+            segment: seconds,
+            longest_step: options.longest_step,
+            position: options.position,
+            iterations: 6,
+            ..OutputErrorOptions::default()
+        };
+        let mut problem = Problem::new(model, std::slice::from_ref(run), &fit_options)?;
+        let track = problem.tracks[0].clone();
+        if !segments {
+            problem.segments.retain(|s| track.starts.contains(&s.first));
+        }
+        let x0 = problem.initial_states(model);
+        let settled = fit_from(model, problem, x0, &fit_options)?;
+        let Problem { dynamics, segments: pieces, sigma, .. } = &settled.problem;
+        let theta = model.values();
+        let last = |first: usize, end: usize| {
+            let next = track.starts.iter().find(|s| **s > first).copied().unwrap_or(track.time.len());
+            if segments { end } else { next - 1 }
+        };
+        let mut simulated = Simulated {
+            outputs: dynamics.outputs.clone(),
+            sigma: sigma.clone(),
+            pieces: Vec::new(),
+            stable: true,
+            track: track.clone(),
+        };
+        let moves: Vec<usize> = (0..dynamics.outputs.len())
+            .filter(|k| Dof::ALL.iter().any(|dof| dof.velocity() == dynamics.outputs[*k]))
+            .collect();
+        for (piece, start) in pieces.iter().zip(&settled.initial_states) {
+            let last = last(piece.first, piece.last);
+            let trajectory = free_run(dynamics, &track, &theta, start, piece.first, last);
+            if !segments {
+                // a start that is off by a millionth of the noise, in all states at once
+                let off: Vec<f64> = start.iter().map(|x| x + 1e-6 * small(sigma)).collect();
+                let other = free_run(dynamics, &track, &theta, &off, piece.first, last);
+                simulated.stable &= moves.iter().all(|k| {
+                    let of = |t: &Trajectory| -> Vec<f64> {
+                        t.outputs.iter().skip(*k).step_by(dynamics.outputs.len()).copied().collect()
+                    };
+                    let apart = of(&trajectory).into_iter().zip(of(&other)).map(|(a, b)| (a - b).abs());
+                    // NaN is not below the bound
+                    apart.fold(true, |stays, d| stays && d < GROWTH * 1e-6 * small(sigma))
+                });
+            }
+            simulated.pieces.push((piece.first, trajectory));
+        }
+        Ok(simulated)
+    }
+
+    /// (measured, simulated) of one output, where there is a sample. A segment's first instant belongs to it alone.
+    fn pairs(&self, column: usize) -> Vec<(f64, f64)> {
+        let width = self.outputs.len();
+        let mut pairs = Vec::new();
+        let mut done = 0;
+        for (first, trajectory) in &self.pieces {
+            for (row, outputs) in trajectory.outputs.chunks(width).enumerate() {
+                let k = first + row;
+                let measured = self.track.observed[k * width + column];
+                if k >= done && !measured.is_nan() {
+                    pairs.push((measured, outputs[column]));
+                }
+                done = done.max(k + 1);
+            }
+        }
+        pairs
+    }
+}
+
+/// The scale of a small change of the state: the least noise, or a millimetre a second where there is none.
+fn small(sigma: &[f64]) -> f64 {
+    let least = sigma.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 1e-3 }
+}
+
+#[cfg(test)]
+mod tests;
