@@ -253,9 +253,9 @@ impl Simulated {
                     let of = |t: &Trajectory| -> Vec<f64> {
                         t.outputs.iter().skip(*k).step_by(dynamics.outputs.len()).copied().collect()
                     };
-                    let apart = of(&trajectory).into_iter().zip(of(&other)).map(|(a, b)| (a - b).abs());
+                    let mut apart = of(&trajectory).into_iter().zip(of(&other)).map(|(a, b)| (a - b).abs());
                     // NaN is not below the bound
-                    apart.fold(true, |stays, d| stays && d < GROWTH * 1e-6 * small(sigma))
+                    apart.all(|d| d < GROWTH * 1e-6 * small(sigma))
                 });
             }
             simulated.pieces.push((piece.first, trajectory));
