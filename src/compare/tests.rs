@@ -12,7 +12,7 @@ fn surge(drag: f64) -> Model {
 /// From rest under a constant force F: u = F/d (1 − exp(−d t/m)); logged with an alternating error of ± `noise`.
 fn logged(drag: f64, noise: f64) -> Run {
     let time: std::sync::Arc<[f64]> = (0..=400).map(|k| 0.1 * f64::from(k)).collect();
-    let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     let speed = |t: f64| 50.0 / drag * (1.0 - (-drag * t / 100.0).exp());
     let u: Vec<f64> = time.iter().enumerate().map(|(k, t)| speed(*t) + noise * sign(k)).collect();
     let mut run = Run { name: "step".into(), role: Role::Validate, ..Run::default() };
