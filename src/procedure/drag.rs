@@ -92,6 +92,13 @@ pub(super) fn stage(
 pub(super) fn towed(run: &Run, dof: Dof) -> Option<Run> {
     let load = run.signal(dof.load())?.clone();
     let mut towed = run.clone();
+    // the carriage moves the vehicle straight ahead and level: what it does not log is 0
+    for other in Dof::ALL {
+        for name in [other.velocity(), other.position()] {
+            let zero = || Signal::new(load.shared_time().clone(), vec![0.0; load.len()]);
+            towed.signals.entry(name.to_string()).or_insert_with(zero);
+        }
+    }
     towed.signals.insert(dof.force().into(), load);
     Some(towed)
 }

@@ -39,21 +39,24 @@ impl Kind {
     }
 
     /// Parameters to estimate in `dof`.
-    fn free(self, model: &Model, dof: Dof, held: &Held) -> Vec<usize> {
-        let own = ["inertia", "added_mass_coupling", "bias"];
-        let mut free = parameters_at(model, dof, &own);
-        if self == Kind::Zigzag {
-            free.extend(match model.coriolis {
-                Coriolis::Free => parameters_of_term(model, "coriolis_yaw"),
-                // tied: k_uv = m_v − m_u, and the mass in sway is found where no run of its own has shown it
-                Coriolis::Tied => {
-                    parameters_at(model, Dof::Sway, &["inertia"]).into_iter().filter(|p| !held.has(*p)).collect()
-                }
-            });
+    pub fn free(self, model: &Model, dof: Dof, held: &Held) -> Vec<usize> {
+        let coriolis = match model.coriolis {
+            Coriolis::Free => parameters_of_term(model, &format!("coriolis_{dof}")),
+            // tied: k_uv = m_v − m_u, and the mass in sway is found in yaw where no run of its own has shown it
+            Coriolis::Tied if dof == Dof::Yaw => {
+                parameters_at(model, Dof::Sway, &["inertia"]).into_iter().filter(|p| !held.has(*p)).collect()
+            }
+            Coriolis::Tied => Vec::new(),
+        };
+        match self {
+            Kind::Oscillatory => parameters_at(model, dof, &MOMENTUM_AND_BIAS),
+            Kind::Zigzag => [parameters_at(model, dof, &MOMENTUM_AND_BIAS), coriolis].concat(),
         }
-        free
     }
 }
+
+/// What a run in one degree of freedom shows when its drag is held.
+const MOMENTUM_AND_BIAS: [&str; 3] = ["inertia", "added_mass_coupling", "bias"];
 
 fn parameters_of_term(model: &Model, name: &str) -> Vec<usize> {
     let all = model.term(name).map(|t| model.terms[t].parameters.clone()).unwrap_or_default();
@@ -93,7 +96,9 @@ pub(super) fn stages(
         stages.push(stage);
     }
     // only several runs tell an inertia that grows with the amplitude
-    let free = [free, parameters_at(model, dof, &["added_mass_amplitude"])].concat();
+    let amplitude =
+        if kind == Kind::Oscillatory { parameters_at(model, dof, &["added_mass_amplitude"]) } else { Vec::new() };
+    let free = [free, amplitude].concat();
     let fit = match ProcedureError::unless_data(kind.name(), dof, held.fit((dof, runs), model, &free, how, &|_| {}))? {
         Ok(fit) => fit,
         Err(finding) => return Ok(Err(finding)),

@@ -21,6 +21,8 @@ mod result;
 pub mod sensitivity;
 pub mod twin;
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -154,6 +156,7 @@ pub fn staged(
     for dof in &model.dofs {
         integral(Kind::Oscillatory, RunKind::Oscillatory, *dof, &acting, bench, options, &mut held, &mut result)?;
     }
+    // (29) is the balance of yaw: in surge and sway the bias of these runs would pass for a Coriolis coefficient
     if model.dofs.contains(&Dof::Yaw) {
         integral(Kind::Zigzag, RunKind::Zigzag, Dof::Yaw, &acting, bench, options, &mut held, &mut result)?;
     }
@@ -185,10 +188,22 @@ fn ready(
     warnings: &mut Vec<Finding>,
 ) -> Result<Vec<Run>, ProcedureError> {
     let mut ready = Vec::new();
+    let mut made: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for run in runs.iter().filter(|run| run.role == Role::Train) {
         let mut run = options.filter.map_or_else(|| Ok(run.clone()), |filter| prepare::smooth(run, &filter))?;
-        prepare::make_rates(&mut run, model, &options.rates, warnings)?;
+        for rate in prepare::make_rates(&mut run, model, &options.rates)? {
+            made.entry(rate).or_default().push(run.name.clone());
+        }
         ready.push(run);
+    }
+    for (rate, names) in made {
+        let text = format!(
+            "{rate} is not logged in {} runs ({}, …): it is the slope of the filtered angle, whose noise enters the \
+             coefficient of {rate} and its deviation",
+            names.len(),
+            names[0]
+        );
+        warnings.push(Finding { column: Some(rate.to_string()), ..Finding::new(&codes::RATE_MADE, text) });
     }
     if ready.is_empty() { Err(ProcedureError::NoTrainingRun) } else { Ok(ready) }
 }
@@ -202,7 +217,7 @@ fn interaction(
 ) -> Result<Efficiency, ProcedureError> {
     let mut efficiency = known.clone();
     for dof in &model.dofs {
-        if let Some((stage, found)) = bollard::stage(*dof, &of_kind(runs, RunKind::Bollard, *dof))? {
+        if let Some((stage, found)) = bollard::stage(*dof, &of_kind(runs, RunKind::Bollard, *dof, &model.dofs))? {
             result.stages.push(stage);
             if !known.eta_inter.0.iter().any(|entry| entry.dof == *dof) {
                 efficiency.eta_inter.0.push(found);
@@ -219,9 +234,11 @@ fn acting(runs: &[Run], efficiency: &Efficiency, result: &mut StagedResult) -> R
     }
     let mut acting = Vec::new();
     for run in runs.iter().filter(|run| run.kind != RunKind::Bollard) {
-        let (run, warnings) = acting_forces(run, efficiency);
-        acting.push(run);
-        result.warnings.extend(warnings);
+        let (acts, warnings) = acting_forces(run, efficiency);
+        acting.push(acts);
+        // of what holds the other degrees of freedom nothing is estimated
+        let shown = prepare::shown(run, &result.model.dofs).map(Dof::force);
+        result.warnings.extend(warnings.into_iter().filter(|w| w.column.as_deref() == shown));
     }
     Ok(acting)
 }
@@ -236,10 +253,12 @@ fn drag_of(
     held: &mut Held,
     result: &mut StagedResult,
 ) -> Result<(), ProcedureError> {
-    let towed: Vec<Run> =
-        runs.iter().filter(|run| run.kind == RunKind::Towing).filter_map(|run| drag::towed(run, dof)).collect();
-    let sources =
-        [("towing", towed.iter().collect::<Vec<_>>()), ("steady", of_kind(acting, RunKind::ConstantVelocity, dof))];
+    let towing = of_kind(runs, RunKind::Towing, dof, &result.model.dofs);
+    let towed: Vec<Run> = towing.into_iter().filter_map(|run| drag::towed(run, dof)).collect();
+    let sources = [
+        ("towing", towed.iter().collect::<Vec<_>>()),
+        ("steady", of_kind(acting, RunKind::ConstantVelocity, dof, &result.model.dofs)),
+    ];
     let mut found = None;
     for (name, runs) in sources {
         if runs.is_empty() {
@@ -279,8 +298,8 @@ fn integral(
     held: &mut Held,
     result: &mut StagedResult,
 ) -> Result<(), ProcedureError> {
-    let runs = of_kind(acting, of, dof);
-    if runs.is_empty() {
+    let runs = of_kind(acting, of, dof, &result.model.dofs);
+    if runs.is_empty() || kind.free(&result.model, dof, held).is_empty() {
         return Ok(());
     }
     match inertia::stages(kind, dof, &runs, &result.model, held, &bench, options)? {
@@ -340,10 +359,10 @@ fn judge(model: &Model, held: &Held, vehicle: &Vehicle, runs: &[Run], result: &m
     }
 }
 
-/// Runs of a kind whose command excites `dof`.
-fn of_kind(runs: &[Run], kind: RunKind, dof: Dof) -> Vec<&Run> {
-    let same: Vec<Run> = runs.iter().filter(|run| run.kind == kind).cloned().collect();
-    runs.iter().filter(|run| run.kind == kind && prepare::excited(run, &same, dof)).collect()
+/// Runs of a kind that show `dof`: all zig-zags do, any other run shows one of `dofs`.
+fn of_kind<'a>(runs: &'a [Run], kind: RunKind, dof: Dof, dofs: &[Dof]) -> Vec<&'a Run> {
+    let shows = |run: &&Run| kind == RunKind::Zigzag || prepare::shown(run, dofs) == Some(dof);
+    runs.iter().filter(|run| run.kind == kind).filter(shows).collect()
 }
 
 /// Free linear parameters of the terms of these effects in `dof`.

@@ -13,7 +13,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::navigation::unwrap;
-use crate::run::{Run, Signal};
+use crate::run::{Run, RunKind, Signal};
 use crate::thrust::advance::Coverage;
 use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
 
@@ -28,13 +28,14 @@ pub(super) fn smooth(run: &Run, filter: &PolynomialFilter) -> Result<Run, Filter
     Ok(smoothed)
 }
 
-/// Makes the body rates that a coupling of the model reads and the run does not log, for small roll and pitch.
+/// Makes the body rates that a coupling of the model reads and the run does not log, for small roll and pitch; returns
+/// which.
 pub(super) fn make_rates(
     run: &mut Run,
     model: &Model,
     filter: &PolynomialFilter,
-    warnings: &mut Vec<Finding>,
-) -> Result<(), FilterError> {
+) -> Result<Vec<&'static str>, FilterError> {
+    let mut made = Vec::new();
     let needed: Vec<Dof> = model.terms.iter().filter_map(|t| t.place.other).filter(|d| d.is_rotation()).collect();
     for dof in needed {
         let (rate, angle) = (dof.velocity(), dof.position());
@@ -45,12 +46,9 @@ pub(super) fn make_rates(
         let turned = Signal::new(signal.shared_time().clone(), unwrap(signal.values()));
         let slope = filter.apply(&turned, &run.gaps)?.derivative;
         run.signals.insert(rate.into(), slope);
-        let text = format!(
-            "{rate} is not logged: it is the slope of the filtered {angle}, whose noise is in the deviation of what {rate} multiplies"
-        );
-        warnings.push(Finding::new(&codes::RATE_MADE, text).of_run(&run.name));
+        made.push(rate);
     }
-    Ok(())
+    Ok(made)
 }
 
 /// The run with the forces that act in place of the nominal ones, and what the efficiencies do not cover.
@@ -81,8 +79,10 @@ pub fn acting_forces(run: &Run, efficiency: &Efficiency) -> (Run, Vec<Finding>) 
         for (coverage, code) in all {
             // single samples about rest are no finding
             if efficiency.eta_adv.is_some() && part(coverage) > 1.0 {
-                let text = format!("{}: {:.0} % of the samples of {}", code.meaning, part(coverage), dof.force());
-                warnings.push(Finding::new(code, text).of_run(&run.name));
+                let meaning = code.meaning.trim_end_matches('.');
+                let text = format!("{meaning}: {:.0} % of the samples of {}", part(coverage), dof.force());
+                let column = Some(dof.force().to_string());
+                warnings.push(Finding { column, ..Finding::new(code, text) }.of_run(&run.name));
             }
         }
     }
@@ -112,12 +112,22 @@ pub(super) fn is_paper_speed(efficiency: &Efficiency) -> bool {
     efficiency.advance_speed == AdvanceSpeed::Vehicle
 }
 
-/// The degrees of freedom that the command of a run excites: at least a tenth of the greatest it is in any run.
-pub(super) fn excited(run: &Run, runs: &[Run], dof: Dof) -> bool {
-    let rms = |run: &Run| {
-        let x = run.signal(dof.force()).map_or(&[][..], Signal::values);
-        (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+/// The degree of freedom that a run shows: the one into which the command puts most power, |τ ν| in W, of means at
+/// constant velocity, else of deviations from them. Power compares translations with rotations without any scale.
+pub(super) fn shown(run: &Run, dofs: &[Dof]) -> Option<Dof> {
+    let size = |name: &str| {
+        let x = run.signal(name).map_or(&[][..], Signal::values);
+        let n = x.len().max(1) as f64;
+        let mean = x.iter().sum::<f64>() / n;
+        match run.kind {
+            RunKind::ConstantVelocity => mean.abs(),
+            _ => (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt(),
+        }
     };
-    let greatest = runs.iter().map(rms).fold(0.0, f64::max);
-    greatest > 0.0 && rms(run) >= 0.1 * greatest
+    let power = |dof: &Dof| match run.kind {
+        RunKind::Bollard => size(dof.load()) * size(dof.force()),
+        RunKind::Towing => size(dof.load()),
+        _ => size(dof.force()) * size(dof.velocity()),
+    };
+    dofs.iter().copied().max_by(|a, b| power(a).total_cmp(&power(b)))
 }

@@ -50,7 +50,7 @@ pub fn filter_table(
         table.extend(result.stages.into_iter().map(|stage| row("staged", stage)));
         let ready = made_ready(runs, model, bench.efficiency, &StagedOptions { filter: None, ..options })?;
         for dof in &model.dofs {
-            let moving: Vec<&Run> = super::of_kind(&ready, twin::kind_of(*dof, &ready), *dof);
+            let moving: Vec<&Run> = super::of_kind(&ready, twin::kind_of(*dof, &ready), *dof, &model.dofs);
             if let Ok((stage, _)) = twin::direct(*dof, &moving, model, &options) {
                 table.push(row("direct", stage));
             }
