@@ -29,6 +29,7 @@ pub mod model;
 pub mod navigation;
 pub mod nearest;
 pub mod procedure;
+pub mod report;
 pub mod run;
 pub mod simulate;
 pub mod symbolic;

@@ -1,0 +1,256 @@
+//! A [`Document`] as one HTML file: no network, readable without its script, on a desk, a phone and paper.
+//!
+//! The page is `templates/report.html` (askama: checked when compiled, escapes all text); style and script stand
+//! beside it. Each figure is drawn twice, wide and narrow, because text in an SVG shrinks with it; the style sheet
+//! shows the one that fits.
+
+use askama::Template;
+
+use super::chart::{Chart, Curves, Figure};
+use super::document::{Block, Cell, Check, Definition, Document, Equation, Light, Table};
+use super::label::{Label, unit};
+use super::number::{Style, estimate, number};
+use super::svg::{NARROW, Sheet, WIDE, inline};
+use super::{data, palette};
+
+/// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 20 bytes
+/// (drawn wide, drawn narrow, packed for the script).
+const POINTS: usize = 60_000;
+
+#[derive(Template)]
+#[template(path = "report.html")]
+struct Page<'a> {
+    document: &'a Document,
+    checks: Vec<CheckLine<'a>>,
+    sections: Vec<SectionView<'a>>,
+    chart_style: String,
+    figure_style: String,
+    page_style: &'static str,
+    script: &'static str,
+}
+
+struct CheckLine<'a> {
+    class: &'static str,
+    sign: &'static str,
+    word: &'static str,
+    check: &'a Check,
+}
+
+struct SectionView<'a> {
+    heading: &'a str,
+    paragraphs: &'a [String],
+    blocks: Vec<BlockView<'a>>,
+}
+
+enum BlockView<'a> {
+    Table(TableView<'a>),
+    Figure(FigureView<'a>),
+    Equations(Vec<(String, &'a Equation)>),
+    Definitions(Vec<(String, &'a Definition)>),
+}
+
+struct TableView<'a> {
+    table: &'a Table,
+    number: usize,
+    heads: Vec<Head>,
+    rows: Vec<Vec<CellView>>,
+    csv: String,
+    latex: String,
+}
+
+struct Head {
+    class: &'static str,
+    html: String,
+    unit: String,
+}
+
+struct CellView {
+    class: &'static str,
+    html: String,
+}
+
+struct FigureView<'a> {
+    figure: &'a Figure,
+    number: usize,
+    wide: String,
+    narrow: String,
+    /// Packed numbers; empty for a figure that does not zoom.
+    data: String,
+}
+
+/// The whole report as HTML text, below 2 MB unless its tables are enormous.
+pub fn render(document: &Document) -> String {
+    let points = points_a_series(document);
+    let (mut tables, mut figures) = (0, 0);
+    let mut view = |block: &'_ Block| -> usize {
+        let count = if matches!(block, Block::Table(_)) { &mut tables } else { &mut figures };
+        *count += usize::from(matches!(block, Block::Table(_) | Block::Figure(_)));
+        *count
+    };
+    let section =
+        |section: &'_ super::document::Section| -> Vec<usize> { section.blocks.iter().map(&mut view).collect() };
+    let numbers: Vec<Vec<usize>> = document.sections.iter().map(section).collect();
+    let sections = document.sections.iter().zip(&numbers).map(|(section, numbers)| SectionView {
+        heading: &section.heading,
+        paragraphs: &section.paragraphs,
+        blocks: section.blocks.iter().zip(numbers).map(|(block, n)| block_view(block, *n, points)).collect(),
+    });
+    let page = Page {
+        document,
+        checks: document.checks.iter().map(check_line).collect(),
+        sections: sections.collect(),
+        chart_style: palette::page_style(),
+        figure_style: palette::standalone_style(),
+        page_style: include_str!("../../templates/report.css"),
+        script: include_str!("../../templates/report.js"),
+    };
+    page.render().expect("writing to a string cannot fail")
+}
+
+/// How many points each series may keep; one with an interval carries three numbers a point.
+fn points_a_series(document: &Document) -> usize {
+    let blocks = document.sections.iter().flat_map(|section| &section.blocks);
+    let series: usize = blocks
+        .filter_map(|block| match block {
+            Block::Figure(Figure { chart: Chart::Curves(Curves { panels, .. }), .. }) => Some(panels),
+            _ => None,
+        })
+        .flatten()
+        .flat_map(|panel| &panel.series)
+        .map(|series| if series.interval.is_empty() { 1 } else { 3 })
+        .sum();
+    (POINTS / series.max(1)).clamp(60, 3000)
+}
+
+fn check_line(check: &Check) -> CheckLine<'_> {
+    let (class, sign, word) = match check.light {
+        Light::Green => ("green", "✓", "in order"),
+        Light::Amber => ("amber", "!", "to be kept in mind"),
+        Light::Red => ("red", "✕", "not to be trusted"),
+    };
+    CheckLine { class, sign, word, check }
+}
+
+fn block_view(block: &Block, number: usize, points: usize) -> BlockView<'_> {
+    match block {
+        Block::Table(table) => BlockView::Table(table_view(table, number)),
+        Block::Figure(figure) => BlockView::Figure(figure_view(figure, number, points)),
+        Block::Equations(list) => {
+            BlockView::Equations(list.iter().map(|e| (Label::symbol(e.formula.as_str()).html(), e)).collect())
+        }
+        Block::Definitions(list) => BlockView::Definitions(list.iter().map(|d| (d.term.html(), d)).collect()),
+    }
+}
+
+fn table_view(table: &Table, number: usize) -> TableView<'_> {
+    let class = |k: usize| if table.is_numeric(k) { "num" } else { "" };
+    let heads = table.columns.iter().enumerate().map(|(k, column)| Head {
+        class: class(k),
+        html: column.name.html(),
+        unit: unit(&column.unit),
+    });
+    let cell =
+        |row: &[Cell], k: usize| CellView { class: class(k), html: cell_html(row.get(k).unwrap_or(&Cell::Empty)) };
+    let rows = table.rows.iter().map(|row| (0..table.columns.len()).map(|k| cell(row, k)).collect());
+    TableView { table, number, heads: heads.collect(), rows: rows.collect(), csv: table.csv(), latex: table.latex() }
+}
+
+fn cell_html(cell: &Cell) -> String {
+    match cell {
+        Cell::Empty => String::new(),
+        Cell::Text(label) => label.html(),
+        Cell::Number { value, digits } => number(*value, *digits, Style::Text),
+        Cell::Estimate { value, std } => {
+            let text = estimate(*value, *std, Style::Text);
+            match (text.starts_with('('), text.split_once(" ± ")) {
+                (false, Some((value, std))) => format!("{value}<span class=\"std\"> ± {std}</span>"),
+                _ => text,
+            }
+        }
+    }
+}
+
+fn figure_view(figure: &Figure, number: usize, points: usize) -> FigureView<'_> {
+    let draw = |kind: &str, width: f64| inline(figure, &Sheet { width, id: format!("{kind}{number}"), points });
+    let data = match &figure.chart {
+        Chart::Curves(chart) => data::packed(chart, points),
+        _ => String::new(),
+    };
+    FigureView { figure, number, wide: draw("w", WIDE), narrow: draw("n", NARROW), data }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{Axis, Column, Input, Origin, Panel, Section, Series, Span};
+
+    const NASTY: &str = "</script><script>alert(1)</script><img src=x onerror='a()'>\"&{{ 1 }}";
+
+    fn curves(series: Vec<Series>) -> Block {
+        let panel = Panel { y: Axis::new(NASTY, NASTY), series, floor: Some(0.1) };
+        let spans = vec![Span { from: 0.0, to: 1.0, label: NASTY.into() }];
+        let chart = Chart::Curves(Curves { x: Axis::new(Label::symbol(NASTY), NASTY), panels: vec![panel], spans });
+        Block::Figure(Figure { title: NASTY.into(), caption: NASTY.into(), chart })
+    }
+
+    fn with(blocks: Vec<Block>) -> Document {
+        let section = Section { heading: NASTY.into(), paragraphs: vec![NASTY.into()], blocks };
+        Document { title: NASTY.into(), sections: vec![section], ..Document::default() }
+    }
+
+    #[test]
+    fn no_text_from_outside_becomes_markup() {
+        let table = Table {
+            title: NASTY.into(),
+            columns: vec![Column::new(Label::symbol(NASTY), NASTY)],
+            rows: vec![vec![NASTY.into()], vec![]],
+            note: NASTY.into(),
+        };
+        let series = vec![Series::line(NASTY, vec![0.0, 1.0], vec![2.0, 3.0])];
+        let equation = Equation { formula: NASTY.into(), note: NASTY.into() };
+        let definition = Definition { term: NASTY.into(), meaning: NASTY.into() };
+        let blocks = vec![
+            Block::Table(table),
+            curves(series),
+            Block::Equations(vec![equation]),
+            Block::Definitions(vec![definition]),
+        ];
+        let input = Input { name: NASTY.into(), sha256: NASTY.into() };
+        let check = Check { light: Light::Red, code: NASTY.into(), text: NASTY.into() };
+        let origin = Origin { version: NASTY.into(), command: NASTY.into(), inputs: vec![input], seed: Some(1) };
+        let document =
+            Document { subtitle: NASTY.into(), verdict: NASTY.into(), checks: vec![check], origin, ..with(blocks) };
+        let page = render(&document);
+        assert!(!page.contains("<script>alert") && !page.contains("<img"));
+        // Opened by this page: the numbers of one figure, the style of figures, the script.
+        assert_eq!(page.matches("<script").count(), 3);
+        assert_eq!(page.matches("</script>").count(), 3);
+    }
+
+    #[test]
+    fn a_report_of_long_runs_stays_below_two_megabytes() {
+        let time: Vec<f64> = (0..200_000).map(|k| 0.005 * f64::from(k)).collect();
+        let wave = |n: usize| time.iter().map(|t| (t * n as f64).sin() * 1e3 + t.cos()).collect::<Vec<f64>>();
+        for figures in [2, 24] {
+            let figure = |n: usize| {
+                let y = wave(n + 1);
+                let interval = y.iter().map(|y| (y - 1.0, y + 1.0)).collect();
+                curves(vec![
+                    Series::points("measured", time.clone(), y.clone()),
+                    Series::line("simulated", time.clone(), y).with_interval(interval),
+                ])
+            };
+            let size = render(&with((0..figures).map(figure).collect())).len();
+            assert!(size < 2_000_000, "{figures} figures: {size} bytes");
+        }
+    }
+
+    #[test]
+    fn an_empty_document_and_empty_figures_are_pages_too() {
+        assert!(render(&Document::default()).ends_with("</html>"));
+        let nothing = vec![Series::line("", vec![], vec![]), Series::points("", vec![f64::NAN], vec![1.0])];
+        let page = render(&with(vec![curves(nothing), curves(vec![]), Block::Table(Table::default())]));
+        let body = page.split("id=\"figure-style\"").next().unwrap_or_default();
+        assert!(!body.contains("NaN") && !body.contains("inf"));
+    }
+}

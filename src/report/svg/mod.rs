@@ -1,0 +1,83 @@
+//! Figures as static SVG.
+//!
+//! Own code, after a look at the libraries: kuva 0.6 and plotters 0.3 write colours into every element (plotters as
+//! `#RRGGBB`, kuva from one of four themes fixed when drawing), so one file cannot be light, dark and printable;
+//! neither has panels over a shared axis nor leaves marks by which a script could zoom. What is needed here is
+//! little: text, lines, rectangles and paths with classes, coloured by the page's style sheet.
+
+mod canvas;
+mod curves;
+mod decimate;
+mod heat_map;
+mod rows;
+mod scale;
+
+use super::chart::{Chart, Figure};
+use super::escape::escape;
+use super::palette;
+
+pub use decimate::{decimate, thin};
+pub(super) use scale::range;
+
+/// Width of a figure on a desk and on paper, px.
+pub const WIDE: f64 = 760.0;
+/// Width of a figure on a phone, px.
+pub const NARROW: f64 = 340.0;
+
+/// What a figure is drawn on.
+#[derive(Debug, Clone)]
+pub struct Sheet {
+    /// Width of the drawing, px.
+    pub width: f64,
+    /// A name that no other figure of the page has; letters, digits and hyphens.
+    pub id: String,
+    /// Most points to draw of one series.
+    pub points: usize,
+}
+
+impl Sheet {
+    /// Whether there is room for less.
+    fn narrow(&self) -> bool {
+        self.width < 500.0
+    }
+}
+
+/// Elements and the height they take, px.
+struct Drawing {
+    elements: String,
+    height: f64,
+}
+
+/// The figure as an `<svg>` element for a page that carries the style sheet of [`palette`].
+pub fn inline(figure: &Figure, sheet: &Sheet) -> String {
+    let Drawing { elements, height } = draw(figure, sheet);
+    let (width, title) = (sheet.width, escape(&figure.title));
+    format!(
+        "<svg class=\"chart\" viewBox=\"0 0 {width} {height:.0}\" width=\"{width}\" height=\"{height:.0}\" \
+         role=\"img\" aria-label=\"{title}\">{elements}</svg>"
+    )
+}
+
+/// The figure as a file of its own: title, style sheet and background included, colours written out, so that
+/// programs that know no style variables show it too.
+pub fn standalone(figure: &Figure) -> String {
+    let sheet = Sheet { width: WIDE, id: "figure".into(), points: 4000 };
+    let Drawing { elements, height } = draw(figure, &sheet);
+    let (width, whole, title) = (WIDE + 32.0, height + 60.0, escape(&figure.title));
+    let style = palette::standalone_style();
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" \
+         viewBox=\"-16 -44 {width} {whole:.0}\" width=\"{width}\" height=\"{whole:.0}\"><title>{title}</title>\
+         <style>{style}</style><rect class=\"sheet\" x=\"-16\" y=\"-44\" width=\"{width}\" height=\"{whole:.0}\"/>\
+         <text class=\"title\" x=\"2\" y=\"-20\">{title}</text>{elements}</svg>\n"
+    )
+}
+
+fn draw(figure: &Figure, sheet: &Sheet) -> Drawing {
+    match &figure.chart {
+        Chart::Curves(chart) => curves::draw(chart, sheet),
+        Chart::Bars(chart) => rows::draw_bars(chart, sheet),
+        Chart::HeatMap(chart) => heat_map::draw(chart, sheet),
+        Chart::Forest(chart) => rows::draw_forest(chart, sheet),
+    }
+}

@@ -1,0 +1,138 @@
+//! A table as CSV for a spreadsheet and as LaTeX for a paper.
+//!
+//! CSV carries all digits, an estimate in two columns (value, standard deviation); words that a spreadsheet would
+//! take for a formula (`=`, `+`, `-`, `@` in front) get an apostrophe. LaTeX carries what the report shows.
+
+use super::document::{Cell, Column, Table};
+use super::label::{Label, unit};
+use super::number::{Style, estimate, exact, number};
+
+impl Table {
+    /// RFC 4180 text with a header line; columns are `name [unit]`.
+    pub fn csv(&self) -> String {
+        let mut out = String::new();
+        let mut head = Vec::new();
+        for (k, column) in self.columns.iter().enumerate() {
+            head.push(quoted(&head_of(column, "")));
+            if self.has_std(k) {
+                head.push(quoted(&head_of(column, " std")));
+            }
+        }
+        out.push_str(&(head.join(",") + "\r\n"));
+        for row in &self.rows {
+            let mut fields = Vec::new();
+            for k in 0..self.columns.len() {
+                let (value, std) = match row.get(k).unwrap_or(&Cell::Empty) {
+                    Cell::Empty => (String::new(), String::new()),
+                    Cell::Text(label) => (quoted(label.text()), String::new()),
+                    Cell::Number { value, .. } => (exact(*value), String::new()),
+                    Cell::Estimate { value, std } => (exact(*value), std.map_or(String::new(), exact)),
+                };
+                fields.push(value);
+                if self.has_std(k) {
+                    fields.push(std);
+                }
+            }
+            out.push_str(&(fields.join(",") + "\r\n"));
+        }
+        out
+    }
+
+    /// A `tabular` with rules of the booktabs package.
+    pub fn latex(&self) -> String {
+        let columns = 0..self.columns.len();
+        let places: String = columns.clone().map(|k| if self.is_numeric(k) { 'r' } else { 'l' }).collect();
+        let line = |cells: Vec<String>| format!("{} \\\\\n", cells.join(" & "));
+        let head = |column: &Column| match column.unit.as_str() {
+            "" => column.name.latex(),
+            text => format!("{} ({})", column.name.latex(), Label::Plain(unit(text)).latex()),
+        };
+        let mut out = format!("\\begin{{tabular}}{{{places}}}\n\\toprule\n");
+        out.push_str(&line(self.columns.iter().map(head).collect()));
+        out.push_str("\\midrule\n");
+        for row in &self.rows {
+            let cell = |k: usize| match row.get(k).unwrap_or(&Cell::Empty) {
+                Cell::Empty => String::new(),
+                Cell::Text(label) => label.latex(),
+                Cell::Number { value, digits } => format!("${}$", number(*value, *digits, Style::Latex)),
+                Cell::Estimate { value, std } => format!("${}$", estimate(*value, *std, Style::Latex)),
+            };
+            out.push_str(&line(columns.clone().map(cell).collect()));
+        }
+        out.push_str("\\bottomrule\n\\end{tabular}\n");
+        out
+    }
+
+    /// Whether column `k` holds a number: those stand on the right.
+    pub fn is_numeric(&self, k: usize) -> bool {
+        self.rows.iter().filter_map(|row| row.get(k)).any(|c| matches!(c, Cell::Number { .. } | Cell::Estimate { .. }))
+    }
+
+    fn has_std(&self, k: usize) -> bool {
+        self.rows.iter().filter_map(|row| row.get(k)).any(|c| matches!(c, Cell::Estimate { std: Some(_), .. }))
+    }
+}
+
+fn head_of(column: &Column, suffix: &str) -> String {
+    match column.unit.as_str() {
+        "" => format!("{}{suffix}", column.name.text()),
+        unit => format!("{}{suffix} [{unit}]", column.name.text()),
+    }
+}
+
+/// Quoted where needed, and never a formula.
+fn quoted(text: &str) -> String {
+    let risky = text.trim_start().starts_with(['=', '+', '-', '@', '\t', '\r', '＝', '＋', '－', '＠'])
+        || text.starts_with(['\t', '\r', '\n']);
+    let text = if risky { format!("'{text}") } else { text.to_string() };
+    if text.contains([',', '"', '\n', '\r', '\'']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        Table {
+            title: "Estimates".into(),
+            columns: vec![Column::new("parameter", ""), Column::new("value", "kg/m"), Column::new("n", "")],
+            rows: vec![
+                vec![
+                    Cell::Text(Label::symbol("k_u|u|")),
+                    Cell::Estimate { value: 309.07, std: Some(18.8) },
+                    Cell::Number { value: 1e7, digits: 3 },
+                ],
+                vec!["=HYPERLINK(\"x\",\"y\")".into(), Cell::Estimate { value: -0.1, std: None }],
+            ],
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn csv_keeps_all_digits_and_defuses_formulas() {
+        let expected = "parameter,value [kg/m],value std [kg/m],n\r\n\
+                        k_u|u|,309.07,18.8,10000000\r\n\
+                        \"'=HYPERLINK(\"\"x\"\",\"\"y\"\")\",-0.1,,\r\n";
+        assert_eq!(table().csv(), expected);
+        for text in ["+1", "-2", "@x", "\t=1", " =1", "＝1"] {
+            assert!(quoted(text).trim_start_matches('"').starts_with('\''), "{text}");
+        }
+    }
+
+    #[test]
+    fn csv_reads_back_with_a_csv_reader() {
+        let text = table().csv();
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
+        assert_eq!(rows[1].get(0), Some("'=HYPERLINK(\"x\",\"y\")"));
+        assert!(rows.iter().all(|row| row.len() == 4));
+    }
+
+    #[test]
+    fn latex_has_a_cell_for_every_column() {
+        let text = table().latex();
+        assert!(text.contains(r"$k_{u|u|}$ & $309 \pm 19$ & $1.00\times 10^{7}$ \\"), "{text}");
+        assert!(text.contains(r"\begin{tabular}{lrr}"));
+        assert!(text.lines().filter(|l| l.ends_with(r"\\")).all(|l| l.matches(" & ").count() == 2));
+    }
+}

@@ -1,0 +1,163 @@
+"""The gallery of the report in a real browser: no errors, no network, zoom and read-out, phone, dark, paper.
+
+    pytest tests/browser
+
+Needs Chromium (skipped without it) and cargo, or the gallery already written: HYDROSYSID_GALLERY=gallery.html.
+"""
+
+import base64
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from chromium import Page, find
+
+ROOT = Path(__file__).resolve().parents[2]
+CURVES = "document.querySelector('#figure-1 .wide svg')"
+LABELS = f"[...{CURVES}.querySelectorAll('.lx text')].map(t => t.textContent).join(' ')"
+PATH = f"{CURVES}.querySelector('[data-k=\"1\"]').getAttribute('d')"
+
+
+@pytest.fixture(scope="session")
+def gallery(tmp_path_factory) -> Path:
+    if written := os.environ.get("HYDROSYSID_GALLERY"):
+        return Path(written)
+    if shutil.which("cargo") is None:
+        pytest.skip("no cargo to write the gallery")
+    file = tmp_path_factory.mktemp("report") / "gallery.html"
+    command = ["cargo", "run", "--quiet", "--example", "report_gallery", "--", str(file)]
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    return file
+
+
+@pytest.fixture(scope="session")
+def browser():
+    program = find()
+    if program is None:
+        pytest.skip("no Chromium on the path")
+    page = Page(program)
+    yield page
+    page.close()
+
+
+def middle(page: Page) -> tuple[float, float]:
+    """Scrolls to the first figure and gives the middle of its first panel."""
+    page.run(f"{CURVES}.scrollIntoView({{block: 'center'}})")
+    box = page.run(f"(() => {{ const b = {CURVES}.querySelector('.frame').getBoundingClientRect();"
+                   "return [b.left + b.width / 2, b.top + b.height / 2, b.width]; })()")
+    return box[0], box[1]
+
+
+def test_it_loads_without_errors_and_without_network(browser, gallery):
+    browser.open(gallery)
+    assert browser.errors == []
+    assert [url for url in browser.urls if not url.startswith(("file:", "data:"))] == []
+    assert gallery.stat().st_size < 2_000_000
+    assert browser.run("document.querySelectorAll('.chart-figure').length") == 6
+    assert browser.run("[...document.querySelectorAll('.wide svg')].every(s => s.getBoundingClientRect().height > 100)")
+    assert browser.run("new Set([...document.querySelectorAll('[id]')].map(e => e.id)).size"
+                       " === document.querySelectorAll('[id]').length")
+
+
+def test_no_number_is_broken(browser, gallery):
+    browser.open(gallery)
+    assert browser.run("/NaN|undefined|Infinity/.test(document.querySelector('main').innerHTML)") is False
+
+
+def test_wheel_zooms_and_double_click_resets(browser, gallery):
+    browser.open(gallery)
+    x, y = middle(browser)
+    labels, path = browser.run(LABELS), browser.run(PATH)
+    for _ in range(4):
+        browser.mouse("mouseWheel", x, y, deltaX=0, deltaY=-120)
+    assert browser.run(LABELS) != labels
+    assert browser.run(PATH) != path and "NaN" not in browser.run(PATH)
+    assert browser.run("document.querySelector('#figure-1 .reset').hidden") is False
+    for count in (1, 2):
+        for kind in ("mousePressed", "mouseReleased"):
+            browser.mouse(kind, x, y, button="left", clickCount=count)
+    assert browser.run(LABELS) == labels
+    assert browser.run(PATH) == path
+    assert browser.errors == []
+
+
+def test_dragging_zooms_to_the_stretch(browser, gallery):
+    browser.open(gallery)
+    x, y = middle(browser)
+    browser.mouse("mousePressed", x - 60, y, button="left", clickCount=1)
+    browser.mouse("mouseMoved", x + 60, y, button="left", buttons=1)
+    assert browser.run(f"{CURVES}.querySelectorAll('.choice').length") == 1
+    browser.mouse("mouseReleased", x + 60, y, button="left", clickCount=1)
+    # 120 of some 700 px of 120 s.
+    seconds = [float(label) for label in browser.run(LABELS).split()]
+    assert 10 < seconds[-1] - seconds[0] < 25 and all(45 < s < 75 for s in seconds)
+
+
+def test_hover_reads_values(browser, gallery):
+    browser.open(gallery)
+    x, y = middle(browser)
+    browser.mouse("mouseMoved", x, y)
+    text = browser.run("document.querySelector('.readout').innerText")
+    assert text.startswith(("Time 60", "Time 59"))
+    assert "measured" in text and "simulated" in text and "Measured − simulated" in text
+    browser.mouse("mouseMoved", 1, 1)
+    assert browser.run("document.querySelector('.readout')") is None
+
+
+def test_the_keyboard_zooms_too(browser, gallery):
+    browser.open(gallery)
+    labels = browser.run(LABELS)
+    browser.run(f"{CURVES}.focus()")
+    for key in ("+", "+", "ArrowRight"):
+        browser.call("Input.dispatchKeyEvent", type="keyDown", key=key)
+    assert browser.run(LABELS) != labels
+    browser.call("Input.dispatchKeyEvent", type="keyDown", key="Escape")
+    assert browser.run(LABELS) == labels
+
+
+@pytest.mark.parametrize("width", [320, 360, 768, 1400])
+def test_nothing_is_wider_than_the_screen(browser, gallery, width):
+    browser.open(gallery, width=width)
+    assert browser.run("document.documentElement.scrollWidth") <= width
+    size = browser.run("(() => { const s = [...document.querySelectorAll('svg.chart')].find(s => s.clientWidth);"
+                       "return 11.5 * s.getBoundingClientRect().width / s.viewBox.baseVal.width; })()")
+    assert size > 9, "text in figures must stay readable"
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_labels_stay_inside_the_figures(browser, gallery, dark):
+    for width in (360, 1000):
+        browser.open(gallery, width=width, dark=dark)
+        outside = browser.run(
+            "[...document.querySelectorAll('svg.chart')].filter(s => s.clientWidth).flatMap(s => {"
+            "const f = s.getBoundingClientRect(); return [...s.querySelectorAll('text')].filter(t => {"
+            "const b = t.getBoundingClientRect(); return b.width && (b.left < f.left - 1 || b.right > f.right + 1"
+            "|| b.top < f.top - 1 || b.bottom > f.bottom + 1); }).map(t => t.textContent); })")
+        assert outside == []
+
+
+def test_dark_is_dark(browser, gallery):
+    browser.open(gallery, dark=True)
+    assert browser.run("getComputedStyle(document.body).backgroundColor") == "rgb(21, 25, 29)"
+
+
+def test_it_is_whole_without_its_script(browser, gallery):
+    browser.open(gallery, script=False)
+    root = browser.call("DOM.getDocument", depth=0)["root"]["nodeId"]
+    lines = browser.call("DOM.querySelectorAll", nodeId=root, selector=".wide .line")["nodeIds"]
+    assert len(lines) >= 3
+
+
+def test_it_prints(browser, gallery):
+    browser.open(gallery)
+    paper = base64.b64decode(browser.call("Page.printToPDF", printBackground=True)["data"])
+    assert paper.startswith(b"%PDF-") and len(paper) > 20_000
+
+
+def test_a_figure_on_its_own_is_a_sound_file(browser, gallery):
+    browser.open(gallery.with_suffix(".svg"))
+    assert browser.run("document.documentElement.nodeName") == "svg"
+    assert browser.run("document.querySelector('parsererror')") is None
+    assert browser.run("getComputedStyle(document.querySelector('.line.t1')).stroke") == "rgb(10, 103, 173)"
