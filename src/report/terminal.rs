@@ -1,8 +1,8 @@
 //! Curves in a terminal: a plot in braille dots that fits its width and needs no colour.
 //!
-//! Own code: textplots 0.8 draws one size of canvas with `structopt`-era dependencies, and kuva's terminal backend
-//! comes with all of kuva. A character holds 2 × 4 dots, U+2800 plus one bit a dot. Lines are braille; points are
-//! `o`, so that measured and simulated stay apart without colour.
+//! Own code: textplots 0.8 draws all series with the same dots, in f32, and kuva's terminal backend comes with all of
+//! kuva. A character holds 2 × 4 dots, U+2800 plus one bit a dot. Lines are braille; points are `o`, so that measured
+//! and simulated stay apart without colour.
 
 use super::chart::{Axis, Curves, Mark, Panel, Series};
 use super::label::unit;

@@ -1,9 +1,9 @@
 //! Figures as static SVG.
 //!
-//! Own code, after a look at the libraries: kuva 0.6 and plotters 0.3 write colours into every element (plotters as
-//! `#RRGGBB`, kuva from one of four themes fixed when drawing), so one file cannot be light, dark and printable;
-//! neither has panels over a shared axis nor leaves marks by which a script could zoom. What is needed here is
-//! little: text, lines, rectangles and paths with classes, coloured by the page's style sheet.
+//! Own code, after a look at the libraries. plotters 0.3 writes `#RRGGBB` into every element and has no hooks for a
+//! script. kuva 0.6 has panels over a shared axis, but it too writes colours into the elements, and its script reads
+//! values without zooming and is given no numbers to draw again from. One figure that is light, dark, printable and
+//! zooms needs classes and marks of its own; the rest is little: text, lines, rectangles and paths.
 
 mod canvas;
 mod curves;
