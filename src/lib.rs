@@ -15,6 +15,7 @@
 
 pub mod campaign;
 pub mod chain;
+pub mod check;
 pub mod compare;
 pub mod discover;
 pub mod dynamics;

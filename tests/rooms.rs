@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["formula"],
     &["effects"],
     &["log"],
-    &["filter", "navigation"],
+    &["filter", "navigation", "check"],
     &["model"],
     &["chain"],
     &["dynamics"],

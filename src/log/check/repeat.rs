@@ -62,7 +62,7 @@ fn held_for(values: &[f64]) -> Option<usize> {
 
 /// First sample at the limit, the limit, and how many samples lie there: at least one in twenty, in stretches of four
 /// or more, while hardly any other value comes twice in a row. A command with a few levels is no such thing.
-fn saturated(values: &[f64]) -> Option<(usize, f64, usize)> {
+pub fn saturated(values: &[f64]) -> Option<(usize, f64, usize)> {
     const STRETCH: usize = 4;
     let (low, high) = range(values.iter().copied())?;
     if low >= high {

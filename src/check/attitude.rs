@@ -1,0 +1,149 @@
+//! Body rates against angles: unit, sign, scale and lag of the gyros.
+//!
+//! ```text
+//! ψ(b) − ψ(a) = c ∫ (r cos φ + q sin φ)/cos θ dt + β (b − a)        f = 1/c = logged rate over dψ/dt
+//! φ(b) − φ(a) = c ∫ (p + tan θ (q sin φ + r cos φ)) dt + β (b − a)
+//! θ(b) − θ(a) = c ∫ (q cos φ − r sin φ) dt + β (b − a)
+//! ```
+//!
+//! over windows [a, b]; β is a constant bias of the gyro, rad/s. Missing angles and rates count as zero. Source: Fossen,
+//! *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), (2.28). Each angle is fitted with the column of
+//! its own rate; what the other two rates add is a second column with a coefficient of its own.
+
+use super::codes;
+use super::factor::{Meaning, RATE, meaning};
+use super::fit::{Fit, fit};
+use super::lag::{self, Lag};
+use super::report::{Agreement, FaultKind, Found};
+use super::samples::{Samples, windows};
+use crate::frame::Dof;
+use crate::log::number::short;
+use crate::run::Run;
+
+/// Shortest window, s.
+const WINDOW: f64 = 0.5;
+/// Least variance of the integrated rate over that of its noise: below it the factor would be pulled to zero.
+pub const CLEAR: f64 = 50.0;
+/// Least part of the motion of the angle that the rate must explain.
+const EXPLAINED: f64 = 0.7;
+
+/// Agreement of each rate with its angle.
+pub fn measure(run: &Run) -> Vec<Agreement> {
+    [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter_map(|dof| agreement(run, dof)).collect()
+}
+
+fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
+    let angle = Samples::of_angle(run.signal(dof.position())?)?;
+    let rate = Samples::of(run.signal(dof.velocity())?)?;
+    let (own, others) = kinematics(run, dof, &rate);
+    let step = angle.step().max(rate.step());
+    let width = WINDOW.max(2.0 * step);
+    let still = windows(&[&angle, &rate], width, 0.0);
+    let column = |s: &Samples, w: &[(f64, f64)], late: f64| -> Vec<f64> {
+        w.iter().map(|(a, b)| s.integral(a - late, b - late)).collect()
+    };
+    let at = |w: &[(f64, f64)], late: f64| -> Option<Fit> {
+        let target: Vec<f64> = w.iter().map(|(a, b)| angle.at(*b) - angle.at(*a)).collect();
+        let length: Vec<f64> = w.iter().map(|(a, b)| b - a).collect();
+        let (mine, rest) = (column(&own, w, late), column(&others, w, late));
+        let visible = rest.iter().map(|x| x * x).sum::<f64>() > 1e-4 * mine.iter().map(|x| x * x).sum::<f64>();
+        if visible { fit(&[&mine, &length, &rest], &target) } else { fit(&[&mine, &length], &target) }
+    };
+    if !clear(&column(&own, &still, 0.0), rate.noise() * (rate.step() * width).sqrt()) {
+        return None;
+    }
+    let inner = windows(&[&angle, &rate], width, lag::REACH);
+    // a positive lag of the angle: it says at t what the rate said at t − d
+    let lag = lag::least(0.05, |d| at(&inner, d).map(|f| (f.cost, f.rows - f.theta.len())));
+    let best = match lag {
+        Some(Lag { seconds, .. }) if seconds.abs() > 0.5 * step => at(&inner, seconds)?,
+        _ => at(&still, 0.0)?,
+    };
+    let c = best.theta[0];
+    if best.explained < EXPLAINED || c == 0.0 {
+        return None;
+    }
+    Some(Agreement {
+        channel: dof.velocity().to_string(),
+        against: format!("d({})/dt", dof.position()),
+        factor: 1.0 / c,
+        std: best.std[0] / (c * c),
+        angle: None,
+        lag: lag.filter(|l| l.std < 0.2),
+    })
+}
+
+/// Whether a column's variance stands clear of that of its noise.
+pub fn clear(column: &[f64], noise: f64) -> bool {
+    let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
+    let variance = column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len().max(1) as f64;
+    variance > CLEAR * noise * noise && variance > 0.0
+}
+
+/// Rate of the angle by the dof's own body rate, and by the two others, at the instants of the own rate.
+fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Samples) {
+    let angle = |name: &str| run.signal(name).and_then(Samples::of_angle);
+    let other = |name: &str| run.signal(name).and_then(Samples::of);
+    let (phi, theta) = (angle("phi"), angle("theta"));
+    let (q, r) = (other("q"), other("r"));
+    let get = |s: &Option<Samples>, t: f64| s.as_ref().map_or(0.0, |s| s.at(t));
+    let roll = |t: f64| get(&phi, t).sin_cos();
+    // a pitch of a right angle has no yaw rate; near it this check has nothing to say
+    let level = |t: f64| get(&theta, t).cos().abs().max(0.1);
+    let own = rate.map(|t, x| match dof {
+        Dof::Yaw => x * roll(t).1 / level(t),
+        Dof::Pitch => x * roll(t).1,
+        _ => x,
+    });
+    let others = rate.map(|t, _| match dof {
+        Dof::Yaw => get(&q, t) * roll(t).0 / level(t),
+        Dof::Pitch => -get(&r, t) * roll(t).0,
+        _ => get(&theta, t).sin() / level(t) * (get(&q, t) * roll(t).0 + get(&r, t) * roll(t).1),
+    });
+    (own, others)
+}
+
+/// What the agreements mean. `steps` gives the usual step of a channel, s.
+pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found> {
+    let mut found = Vec::new();
+    for a in agreements {
+        let (r, rate) = (a.channel.as_str(), format!("{} ± {}", short(a.factor, 4), short(a.std, 2)));
+        let angle = a.against.trim_start_matches("d(").trim_end_matches(")/dt");
+        let channels = [r, angle];
+        match meaning(a.factor, a.std, 0.1, RATE) {
+            Meaning::Agrees | Meaning::Unknown => {}
+            Meaning::Reversed => {
+                let text = format!(
+                    "{r} is {rate} times {}: one of the two has the opposite sign; check body_frame and earth_frame, \
+                     or set columns.{r}.sign = -1",
+                    a.against
+                );
+                found.push(Found::new(&codes::SIGN, &channels, text).fault(FaultKind::Sign, r, -1.0));
+            }
+            Meaning::Unit(name, factor, reversed) => {
+                let sign = if reversed { ", and its sign is opposite" } else { "" };
+                let text = format!(
+                    "{r} is {rate} times {}: most likely {r} is in {name}{sign}; set columns.{r}.unit",
+                    a.against
+                );
+                found.push(Found::new(&codes::UNIT, &channels, text).fault(FaultKind::Unit, r, factor));
+            }
+            Meaning::Scale => {
+                let text = format!("{r} is {rate} times {}: a scale that is no unit's", a.against);
+                found.push(Found::new(&codes::SCALE, &channels, text).fault(FaultKind::Unit, r, a.factor));
+            }
+        }
+        let slowest = steps(r).max(steps(angle));
+        if let Some(lag) = a.lag.filter(|l| l.seconds.abs() > (5.0 * l.std).max(0.75 * slowest).max(0.05)) {
+            let (late, early) = if lag.seconds > 0.0 { (angle, r) } else { (r, angle) };
+            let seconds = lag.seconds.abs();
+            let text = format!(
+                "{late} says {} ± {} s later what {early} says: the latency of its sensor",
+                short(seconds, 3),
+                short(2.0 * lag.std, 2)
+            );
+            found.push(Found::new(&codes::LATENCY, &channels, text).fault(FaultKind::Delay, late, seconds));
+        }
+    }
+    found
+}

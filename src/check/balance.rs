@@ -1,0 +1,166 @@
+//! A quick balance of one degree of freedom: what its velocity does under its commands.
+//!
+//! ```text
+//! ν(b) − ν(a) = Σ gⱼ ∫ τⱼ(t − d) dt − k ∫ ν dt − k₂ ∫ ν|ν| dt + Σ c ∫ (product of two velocities) dt + s ∫ sin(angle) dt + β (b − a)
+//! ```
+//!
+//! over windows [a, b] by the trapezoid; all terms are accelerations: g = 1/m for a force. The velocity's noise stands on
+//! the left, where it does no harm; what is on the right is averaged. It serves to see signs, lags and what a run can
+//! show; its estimates are not ones to use.
+
+use super::fit::{Fit, fit};
+use super::lag;
+use super::rates::number_of;
+use super::samples::{Samples, windows};
+use crate::frame::Dof;
+use crate::run::Run;
+
+/// Shortest window, s.
+const WINDOW: f64 = 0.5;
+
+/// What a column stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Term {
+    /// A command, by its channel.
+    Command(String),
+    /// ∫ν.
+    Linear,
+    /// ∫ν|ν|.
+    Quadratic,
+    /// ∫ of the product of these two velocities.
+    Product(&'static str, &'static str),
+    /// ∫ sin of the angle.
+    Restoring,
+    /// The length of the window.
+    Constant,
+}
+
+/// The balance of one degree of freedom.
+#[derive(Debug, Clone)]
+pub struct Balance {
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Terms, in the order of the columns.
+    pub terms: Vec<Term>,
+    /// The velocity.
+    pub nu: Samples,
+    commands: Vec<Samples>,
+    windows: Vec<(f64, f64)>,
+    others: Vec<Vec<f64>>,
+    target: Vec<f64>,
+}
+
+/// Products of velocities that Coriolis terms have in each degree of freedom, the strongest ones.
+fn products(dof: Dof) -> &'static [(&'static str, &'static str)] {
+    match dof {
+        Dof::Surge => &[("v", "r"), ("w", "q")],
+        Dof::Sway => &[("u", "r")],
+        Dof::Heave => &[("u", "q")],
+        Dof::Roll => &[],
+        Dof::Pitch => &[("u", "w")],
+        Dof::Yaw => &[("u", "v")],
+    }
+}
+
+/// Commands of a degree of freedom: its own nominal force, else those of all thrusters, else their voltages.
+pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
+    let varies = |name: &str| {
+        let signal = run.signal(name)?;
+        let first = signal.values().first()?;
+        signal.values().iter().any(|x| x.to_bits() != first.to_bits()).then(|| name.to_string())
+    };
+    if let Some(own) = varies(dof.force()) {
+        return vec![own];
+    }
+    if run.signal(dof.force()).is_some() {
+        return Vec::new();
+    }
+    for letter in ['F', 'V'] {
+        let of_thrusters = run.signals.keys().filter(|n| n.starts_with(letter) && number_of(n).is_some());
+        let names: Vec<String> = of_thrusters.filter_map(|n| varies(n)).collect();
+        if !names.is_empty() {
+            return names;
+        }
+    }
+    Vec::new()
+}
+
+impl Balance {
+    /// The balance that this run has of `dof`; `None` without velocity, command or enough windows.
+    pub fn new(run: &Run, dof: Dof) -> Option<Balance> {
+        let nu = Samples::of(run.signal(dof.velocity())?)?;
+        let names = commands(run, dof);
+        let of_command = |n: &String| run.signal(n).and_then(|s| Samples::new(s.time().to_vec(), s.values().to_vec()));
+        let commands: Vec<Samples> = names.iter().filter_map(of_command).collect();
+        if commands.is_empty() || commands.len() != names.len() {
+            return None;
+        }
+        let step = commands.iter().map(Samples::step).fold(nu.step(), f64::max);
+        let mut all: Vec<&Samples> = commands.iter().collect();
+        all.push(&nu);
+        let windows = windows(&all, WINDOW.max(2.0 * step), lag::REACH);
+        let over = |s: &Samples| -> Vec<f64> { windows.iter().map(|(a, b)| s.integral(*a, *b)).collect() };
+        let mut terms: Vec<Term> = names.into_iter().map(Term::Command).collect();
+        terms.extend([Term::Linear, Term::Quadratic]);
+        let mut others = vec![over(&nu), over(&nu.map(|_, x| x * x.abs()))];
+        let other = |name: &str| run.signal(name).and_then(Samples::of);
+        for (a, b) in products(dof) {
+            let (Some(x), Some(y)) = (other(a), other(b)) else { continue };
+            terms.push(Term::Product(a, b));
+            others.push(over(&nu.map(|t, _| x.at(t) * y.at(t))));
+        }
+        if matches!(dof, Dof::Roll | Dof::Pitch)
+            && let Some(angle) = run.signal(dof.position()).and_then(Samples::of_angle)
+        {
+            terms.push(Term::Restoring);
+            others.push(over(&nu.map(|t, _| angle.at(t).sin())));
+        }
+        terms.push(Term::Constant);
+        others.push(windows.iter().map(|(a, b)| b - a).collect());
+        let target = windows.iter().map(|(a, b)| nu.at(*b) - nu.at(*a)).collect();
+        Some(Balance { dof, terms, nu, commands, windows, others, target })
+    }
+
+    /// The columns with the commands `delay` s late.
+    fn columns(&self, delay: f64) -> Vec<Vec<f64>> {
+        let late = |s: &Samples| self.windows.iter().map(|(a, b)| s.integral(a - delay, b - delay)).collect();
+        self.commands.iter().map(late).chain(self.others.iter().cloned()).collect()
+    }
+
+    /// The fit with the commands `delay` s late.
+    pub fn fit(&self, delay: f64) -> Option<Fit> {
+        let columns = self.columns(delay);
+        fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
+    }
+
+    /// Part of the changes of velocity that the commands add to what the other terms explain.
+    pub fn owed_to_commands(&self, full: &Fit) -> f64 {
+        let others: Vec<&[f64]> = self.others.iter().map(Vec::as_slice).collect();
+        let without = fit(&others, &self.target).map_or(self.target.iter().map(|x| x * x).sum(), |f| f.cost);
+        if without > 0.0 { 1.0 - full.cost / without } else { 0.0 }
+    }
+
+    /// Root mean square of each column.
+    pub fn sizes(&self, delay: f64) -> Vec<f64> {
+        self.columns(delay).iter().map(|c| rms(c)).collect()
+    }
+
+    /// Root mean square of the changes of velocity.
+    pub fn change(&self) -> f64 {
+        rms(&self.target)
+    }
+
+    /// Usual step of the slowest of velocity and commands, s.
+    pub fn step(&self) -> f64 {
+        self.commands.iter().map(Samples::step).fold(self.nu.step(), f64::max)
+    }
+
+    /// Channels of the commands.
+    pub fn channels(&self) -> Vec<&str> {
+        self.terms.iter().filter_map(|t| if let Term::Command(name) = t { Some(name.as_str()) } else { None }).collect()
+    }
+}
+
+fn rms(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,115 @@
+//! A second clock in the log: nominal counters that drift, clocks that were set.
+//!
+//! ```text
+//! drift = (s_n − s_0)/(t_n − t_0) − 1        step: |Δs − (1 + drift) Δt| > 0.2 s and more than five usual steps
+//! ```
+//!
+//! A second clock is an auxiliary column that is named like one (`time`, `stamp`, `clock`, `t_…`), never falls and
+//! advances between half and twice as fast as t, or the same in ms, µs or ns.
+
+use super::codes;
+use super::report::Found;
+use crate::log::check::is_measured;
+use crate::log::check::statistics::median;
+use crate::log::check::time::usual_step;
+use crate::log::number::short;
+use crate::run::{Run, Signal};
+
+use super::rates::is_command;
+
+/// Drift that two honest clocks do not have over one run.
+const DRIFT: f64 = 0.002;
+/// Smallest step of a clock that is spoken of, s.
+const STEP: f64 = 0.2;
+
+/// All second clocks.
+pub fn check(run: &Run) -> Vec<Found> {
+    let auxiliary = run.signals.iter().filter(|(name, _)| !is_measured(name) && !is_command(name) && is_named(name));
+    auxiliary.filter_map(|(name, signal)| second(name, signal)).flatten().collect()
+}
+
+/// Whether the name is that of a clock: a distance run at 1 m/s advances like one.
+fn is_named(name: &str) -> bool {
+    let name = name.to_lowercase();
+    name.starts_with("t_") || ["time", "stamp", "clock", "utc", "epoch"].iter().any(|word| name.contains(word))
+}
+
+/// `None` when the column is no clock.
+fn second(name: &str, signal: &Signal) -> Option<Vec<Found>> {
+    let (time, x) = (signal.time(), signal.values());
+    let step = usual_step(time).filter(|s| *s > 0.0)?;
+    if x.len() < 20 || x.windows(2).any(|w| w[1] < w[0]) {
+        return None;
+    }
+    let rates = || x.windows(2).zip(time.windows(2)).map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0]));
+    let usual = median(rates())?;
+    let whole = (x[x.len() - 1] - x[0]) / (time[time.len() - 1] - time[0]);
+    let unit = [1.0, 1e3, 1e6, 1e9].into_iter().find(|unit| (0.5..=2.0).contains(&(usual / unit)))?;
+    // a clock ticks evenly; a distance run at about 1 m/s does not
+    let odd = rates().filter(|r| (r / usual - 1.0).abs() > 0.5).count();
+    if 10 * odd > x.len() {
+        return None;
+    }
+    let jumps: Vec<usize> = (1..x.len())
+        .filter(|&k| {
+            let jump = (x[k] - x[k - 1]) / unit - (time[k] - time[k - 1]);
+            jump.abs() > STEP.max(5.0 * step)
+        })
+        .collect();
+    let mut found = Vec::new();
+    if let Some(&k) = jumps.first() {
+        let jump = (x[k] - x[k - 1]) / unit - (time[k] - time[k - 1]);
+        let text = format!(
+            "{name} jumps by {} s against t at t = {} s ({} such jumps): one of the two clocks was set",
+            short(jump, 4),
+            short(time[k], 6),
+            jumps.len()
+        );
+        found.push(Found::new(&codes::CLOCK_STEP, &[name], text));
+    } else if (whole / unit - 1.0).abs() > DRIFT {
+        let drift = whole / unit - 1.0;
+        let text = format!(
+            "{name} advances {} s while t advances {} s, {} % {}: one of the two is a nominal counter; \
+             take the one that a clock measured as t",
+            short((x[x.len() - 1] - x[0]) / unit, 5),
+            short(time[time.len() - 1] - time[0], 5),
+            short(100.0 * drift.abs(), 3),
+            if drift < 0.0 { "short" } else { "long" }
+        );
+        found.push(Found::new(&codes::CLOCK_DRIFT, &[name], text));
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(f: impl Fn(usize, f64) -> f64) -> Run {
+        let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1095 * f64::from(k)).collect();
+        let values: Vec<f64> = time.iter().enumerate().map(|(k, t)| f(k, *t)).collect();
+        let mut run = Run::default();
+        run.signals.insert("stamp".into(), Signal::new(time, values));
+        run
+    }
+
+    #[test]
+    fn a_nominal_counter_is_short() {
+        let found = check(&with(|k, _| 0.1 * k as f64));
+        assert_eq!((found.len(), found[0].code.code), (1, codes::CLOCK_DRIFT.code));
+        assert!(found[0].text.contains("8.68 % short"), "{}", found[0].text);
+    }
+
+    #[test]
+    fn a_set_clock_steps() {
+        let found = check(&with(|k, t| 1e9 * (t + if k > 300 { 3.0 } else { 0.0 })));
+        assert_eq!((found.len(), found[0].code.code), (1, codes::CLOCK_STEP.code));
+    }
+
+    #[test]
+    fn honest_clocks_and_other_columns_are_silent() {
+        assert!(check(&with(|_, t| 1e3 * t + 17.0)).is_empty());
+        assert!(check(&with(|_, t| t.sin())).is_empty());
+        assert!(check(&with(|k, t| if k % 2 == 0 { t } else { t + 0.09 })).is_empty());
+    }
+}

@@ -1,0 +1,123 @@
+//! Commands against the motion: the sign of each, and how late the vehicle answers.
+//!
+//! The fit is that of [`Balance`](super::balance). A command whose gain is negative pushes the wrong way; the delay is the
+//! one at which the fit leaves least. A lag of the thrusters looks like a delay of about its time constant. In roll and
+//! pitch a sine cannot tell a delay from the righting moment: there none is sought.
+
+use super::balance::{Balance, Term};
+use super::codes;
+use super::lag;
+use super::report::{Answer, FaultKind, Found};
+use crate::frame::Dof;
+use crate::log::number::short;
+use crate::thrust::thruster::Thruster;
+
+/// How many standard deviations a gain must be from zero to speak of its sign or its delay.
+const CERTAIN: f64 = 8.0;
+/// Least part of the changes of velocity that the commands must explain.
+const OWED: f64 = 0.3;
+
+/// Answers of one degree of freedom to its commands; none where the motion does not depend on them clearly.
+pub fn measure(balance: &Balance) -> Vec<Answer> {
+    let free = |f: &super::fit::Fit| f.rows - f.theta.len();
+    let righting = balance.terms.contains(&Term::Restoring);
+    let least = || lag::least(0.05, |d| balance.fit(d).map(|f| (f.cost, free(&f))));
+    let delay = if righting { None } else { least() };
+    let Some(fit) = balance.fit(delay.map_or(0.0, |d| d.seconds)) else { return Vec::new() };
+    if balance.owed_to_commands(&fit) < OWED {
+        return Vec::new();
+    }
+    let channels = balance.channels();
+    let answer = |(k, channel): (usize, &&str)| Answer {
+        channel: (*channel).to_string(),
+        velocity: balance.dof.velocity().to_string(),
+        gain: fit.theta[k],
+        std: fit.std[k],
+        delay,
+    };
+    let clear = |a: &Answer| a.gain.abs() > CERTAIN * a.std;
+    channels.iter().enumerate().map(answer).filter(clear).collect()
+}
+
+/// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
+pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
+    let mut found: Vec<Found> = Vec::new();
+    for a in answers {
+        let Some(right) = expected(a, thrusters) else { continue };
+        // one thruster can show in several degrees of freedom
+        if a.gain * right > 0.0 || found.iter().any(|f| f.channels[0] == a.channel) {
+            continue;
+        }
+        let text = format!(
+            "{} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite; \
+             check body_frame, or set columns.{}.sign = -1",
+            a.channel,
+            a.velocity,
+            short(a.gain, 3),
+            short(a.std, 2),
+            a.channel
+        );
+        found.push(Found::new(&codes::COMMAND_SIGN, &[&a.channel, &a.velocity], text).fault(
+            FaultKind::Sign,
+            &a.channel,
+            -1.0,
+        ));
+    }
+    found
+}
+
+/// The sign that the gain should have; `None` when it is not known.
+fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
+    let dof = Dof::ALL.into_iter().find(|d| d.velocity() == answer.velocity)?;
+    if answer.channel == dof.force() {
+        return Some(1.0);
+    }
+    let number = super::rates::number_of(&answer.channel)?;
+    let thruster = thrusters.get(number.checked_sub(1)?)?;
+    thruster.validate().ok()?;
+    let share = thruster.unit_wrench()[dof.index()];
+    // a hair's breadth of leverage has no sign to rely on
+    (share.abs() > 0.05).then_some(share)
+}
+
+/// Delays, those of all degrees of freedom in one finding. `steps` are the usual steps of their channels, s.
+pub fn judge_delays(answers: &[(Vec<Answer>, f64)]) -> Vec<Found> {
+    let late: Vec<&Answer> = answers
+        .iter()
+        .filter_map(|(of_dof, step)| of_dof.first().map(|a| (a, *step)))
+        .filter(|(a, step)| a.delay.is_some_and(|d| d.seconds.abs() > (6.0 * d.std).max(1.25 * step).max(0.15)))
+        .map(|(a, _)| a)
+        .collect();
+    if late.is_empty() {
+        return Vec::new();
+    }
+    let says = |a: &&Answer| {
+        let d = a.delay.unwrap_or(lag::Lag { seconds: 0.0, std: 0.0 });
+        format!(
+            "{} answers {} {} ± {} s {}",
+            a.velocity,
+            a.channel,
+            short(d.seconds.abs(), 3),
+            short(2.0 * d.std, 2),
+            if d.seconds > 0.0 { "late" } else { "early" }
+        )
+    };
+    let early = late.iter().all(|a| a.delay.is_some_and(|d| d.seconds < 0.0));
+    let cause = if early {
+        "the commands are logged later than they act"
+    } else {
+        "a delay of the commands, or a lag of the thrusters of about this size"
+    };
+    let text = format!("{}: {cause}", late.iter().map(says).collect::<Vec<_>>().join(", "));
+    let channels: Vec<&str> = late.iter().map(|a| a.channel.as_str()).collect();
+    let mut found = Found::new(&codes::COMMAND_DELAY, &channels, text);
+    for a in &late {
+        found = found.fault(FaultKind::Delay, &a.channel, a.delay.map_or(0.0, |d| d.seconds));
+    }
+    vec![found]
+}
+
+/// Whether a term is a command's.
+pub fn is_command(term: &Term) -> bool {
+    matches!(term, Term::Command(_))
+}

@@ -1,0 +1,143 @@
+//! Excitation: what a run can show of each degree of freedom.
+//!
+//! ```text
+//! smallest visible share of term j = 3 σ_j rms(column j)/rms(Δν)
+//! ```
+//!
+//! σ_j is the standard deviation of its coefficient in the quick [`Balance`](super::balance), which grows with the noise
+//! and with what the columns have in common. A share below 0.2 is shown well; above 1 the term could be as large as the
+//! whole motion and not be seen.
+
+use serde::Serialize;
+
+use super::balance::{Balance, Term};
+use super::codes;
+use super::commands::is_command;
+use super::report::Found;
+use crate::frame::Dof;
+use crate::log::number::short;
+use crate::run::Run;
+
+/// A share up to this is shown.
+const SHOWN: f64 = 0.5;
+/// Least part of the changes of velocity that the commands must explain.
+const OWED: f64 = 0.2;
+
+/// What a run can show of one term.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Visible {
+    /// `inertia`, `linear`, `quadratic`, `coriolis v·r`, `restoring`.
+    pub term: String,
+    /// Smallest part of the motion that this term could be and still be seen.
+    pub smallest_share: f64,
+}
+
+/// What a run can show of one degree of freedom.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Excitation {
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Its commands.
+    pub commands: Vec<String>,
+    /// Change of velocity over a window against the noise of the velocity.
+    pub signal_to_noise: f64,
+    /// Mean of the velocity, and standard deviation about it, SI.
+    pub speed: [f64; 2],
+    /// Part of the changes of velocity that the commands explain beyond the other terms.
+    pub explained: f64,
+    /// Condition number of the scaled columns.
+    pub condition: f64,
+    /// Each term.
+    pub terms: Vec<Visible>,
+    /// One plain sentence.
+    pub sentence: String,
+    /// Whether inertia and drag can be told from this run.
+    pub enough: bool,
+}
+
+/// What the balance can show.
+pub fn measure(balance: &Balance) -> Option<Excitation> {
+    let fit = balance.fit(0.0)?;
+    let (sizes, change, noise) = (balance.sizes(0.0), balance.change(), balance.nu.noise());
+    if change <= 0.0 {
+        return None;
+    }
+    let share = |k: usize| 3.0 * fit.std[k] * sizes[k] / change;
+    let commands: Vec<usize> = (0..balance.terms.len()).filter(|k| is_command(&balance.terms[*k])).collect();
+    let mut terms = vec![Visible {
+        term: "inertia".into(),
+        smallest_share: commands.iter().map(|k| share(*k)).fold(f64::INFINITY, f64::min),
+    }];
+    for (k, term) in balance.terms.iter().enumerate() {
+        let name = match term {
+            Term::Command(_) | Term::Constant => continue,
+            Term::Linear => "linear drag".to_string(),
+            Term::Quadratic => "quadratic drag".to_string(),
+            Term::Product(a, b) => format!("Coriolis {a} {b}"),
+            Term::Restoring => "restoring".to_string(),
+        };
+        terms.push(Visible { term: name, smallest_share: share(k) });
+    }
+    let explained = balance.owed_to_commands(&fit);
+    let values = balance.nu.values();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let spread = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
+    let drag = terms[1].smallest_share.min(terms[2].smallest_share);
+    let enough = explained >= OWED && terms[0].smallest_share <= SHOWN && drag <= 2.0 * SHOWN;
+    let dof = balance.dof;
+    let sentence = sentence(dof, [mean, spread], explained, &terms, enough);
+    Some(Excitation {
+        dof,
+        commands: balance.channels().iter().map(ToString::to_string).collect(),
+        signal_to_noise: if noise > 0.0 { change / (noise * 2f64.sqrt()) } else { f64::INFINITY },
+        speed: [mean, spread],
+        explained,
+        condition: fit.condition,
+        terms,
+        sentence,
+        enough,
+    })
+}
+
+fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible], enough: bool) -> String {
+    let list =
+        |f: &dyn Fn(&&Visible) -> bool| terms.iter().filter(f).map(|t| t.term.as_str()).collect::<Vec<_>>().join(", ");
+    if enough {
+        let (well, weak) = (list(&|t| t.smallest_share <= SHOWN), list(&|t| t.smallest_share > SHOWN));
+        let rest = if weak.is_empty() { String::new() } else { format!("; not {weak}") };
+        return format!("{dof}: this run can show {well}{rest}");
+    }
+    let held = if mean.abs() > 3.0 * spread {
+        format!("{} stays at {} ± {}", dof.velocity(), short(mean, 2), short(spread, 2))
+    } else {
+        format!("{} moves by {} about {}", dof.velocity(), short(spread, 2), short(mean, 2))
+    };
+    format!(
+        "{dof} is not excited enough: {held} and its commands explain {} % of how it changes, so that inertia and drag \
+         cannot be told from this run; make the command of {dof} vary (a sine or steps) without a controller",
+        short(100.0 * explained.max(0.0), 2)
+    )
+}
+
+/// Degrees of freedom that were asked for, or whose own command varies, and cannot be shown. Where no degree of freedom
+/// has a command of its own, those with a velocity are looked at: surge before the others.
+pub fn judge(run: &Run, excitation: &[Excitation], asked: &[Dof]) -> Vec<Found> {
+    let is_asked = |e: &&Excitation| {
+        if asked.is_empty() {
+            e.commands.iter().any(|c| c == e.dof.force()) || run.signal(e.dof.force()).is_none()
+        } else {
+            asked.contains(&e.dof)
+        }
+    };
+    let short_of = excitation.iter().filter(is_asked).filter(|e| !e.enough);
+    let mut found: Vec<Found> =
+        short_of.map(|e| Found::new(&codes::EXCITATION, &[e.dof.velocity()], e.sentence.clone())).collect();
+    for dof in asked.iter().filter(|d| excitation.iter().all(|e| e.dof != **d)) {
+        let text = format!(
+            "{dof} is asked for and this run has no velocity {} with a command that varies: it shows nothing of it",
+            dof.velocity()
+        );
+        found.push(Found::new(&codes::EXCITATION, &[dof.velocity()], text));
+    }
+    found
+}

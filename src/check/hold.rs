@@ -1,0 +1,75 @@
+//! Sample and hold: a slower sensor written at the rate of the log, each value repeated until the next.
+//!
+//! ```text
+//! ρ = mean length of a stretch of equal values     held:  var(length) < ½ ρ (ρ − 1),  ρ > 1.3
+//! ```
+//!
+//! Values that repeat by chance, as coarse ones do, give lengths with the geometric law's variance ρ (ρ − 1); a clock
+//! gives lengths that differ by one at most. Long stretches, in which nothing moved, do not count.
+
+/// A signal that is held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hold {
+    /// Mean number of rows for which a value is held.
+    pub rows: f64,
+}
+
+/// The hold of these values, `None` when each row is a sample of its own.
+pub fn of(values: &[f64]) -> Option<Hold> {
+    let lengths: Vec<usize> = values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(<[f64]>::len).collect();
+    // the first and the last stretch are cut by the log
+    let inner = lengths.get(1..lengths.len().checked_sub(1)?)?;
+    let mut sorted = inner.to_vec();
+    sorted.sort_unstable();
+    let usual = *sorted.get(sorted.len() / 2)?;
+    let short: Vec<f64> = inner.iter().filter(|n| **n <= 3 * usual + 2).map(|n| *n as f64).collect();
+    if short.len() < 8 {
+        return None;
+    }
+    let mean = short.iter().sum::<f64>() / short.len() as f64;
+    let variance = short.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / short.len() as f64;
+    (mean > 1.3 && variance < 0.5 * mean * (mean - 1.0)).then_some(Hold { rows: mean })
+}
+
+impl Hold {
+    /// Indices of the true samples: where the value changes, and in a long stretch as often as usual.
+    pub fn samples(self, values: &[f64]) -> Vec<usize> {
+        let most = self.rows.ceil() as usize;
+        let mut kept = Vec::new();
+        for k in 0..values.len() {
+            let due = kept.last().is_none_or(|&l: &usize| values[l].to_bits() != values[k].to_bits() || k - l > most);
+            if due {
+                kept.push(k);
+            }
+        }
+        kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tank::Noise;
+
+    #[test]
+    fn a_clock_of_its_own_is_seen_and_coarse_values_are_not() {
+        let slow = |rate: f64| -> Vec<f64> { (0..600).map(|k| (f64::from(k) * rate).floor().sin()).collect() };
+        for (rate, rows) in [(0.55, 1.82), (0.2, 5.0), (0.5, 2.0)] {
+            // the mean length is the ratio of the rates, but for the cut at both ends
+            assert!((of(&slow(rate)).unwrap().rows - rows).abs() < 0.05, "{rate}");
+        }
+        let mut noise = Noise::new(3, 1);
+        for quantum in [0.05, 0.3, 1.0, 2.0] {
+            let coarse: Vec<f64> = (0..600).map(|_| (noise.normal() / quantum).round() * quantum).collect();
+            assert_eq!(of(&coarse), None, "{quantum}");
+        }
+        assert_eq!(of(&vec![1.0; 100]), None);
+        assert_eq!(of(&slow(1.0)), None);
+    }
+
+    #[test]
+    fn samples_are_the_changes() {
+        let values = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 4.0];
+        assert_eq!(Hold { rows: 2.0 }.samples(&values), [0, 2, 4, 7, 10]);
+    }
+}

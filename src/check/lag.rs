@@ -1,0 +1,54 @@
+//! The lag at which a fit leaves least: how much later one channel says what another one says.
+//!
+//! ```text
+//! d̂ = argmin SSE(d),      σ_d² = 2 s² / SSE″(d̂),      s² = SSE(d̂)/(n − p)
+//! ```
+//!
+//! On a grid, refined by the parabola through the three lowest points.
+
+use serde::Serialize;
+
+/// A lag with its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Lag {
+    /// Lag, s; positive when the second channel is late.
+    pub seconds: f64,
+    /// Standard deviation, s; residuals taken as white.
+    pub std: f64,
+}
+
+/// Longest lag looked for, s.
+pub const REACH: f64 = 1.5;
+
+/// The lag between −[`REACH`] and [`REACH`] with the least cost, in steps of `step` s; `cost` gives the sum of squares
+/// and the degrees of freedom left. `None` when the least lies at an end: then it is not a lag that was found.
+pub fn least(step: f64, cost: impl Fn(f64) -> Option<(f64, usize)>) -> Option<Lag> {
+    let half = (REACH / step).floor() as i32;
+    let costs: Vec<(f64, usize)> = (-half..=half).map(|k| cost(f64::from(k) * step)).collect::<Option<_>>()?;
+    let best = (0..costs.len()).min_by(|a, b| costs[*a].0.total_cmp(&costs[*b].0))?;
+    let (before, after) = (costs.get(best.checked_sub(1)?)?.0, costs.get(best + 1)?.0);
+    let (least, free) = costs[best];
+    let bend = before - 2.0 * least + after;
+    if bend <= 0.0 {
+        return None;
+    }
+    let shift = (0.5 * (before - after) / bend).clamp(-0.5, 0.5);
+    let at = (best as f64 - f64::from(half) + shift) * step;
+    let lowest = least - 0.125 * (before - after).powi(2) / bend;
+    let variance = 2.0 * lowest.max(0.0) / free.max(1) as f64 / (bend / (step * step));
+    Some(Lag { seconds: at, std: variance.sqrt() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_parabola_has_its_minimum_found_between_the_points() {
+        let lag = least(0.1, |d| Some((2.0 + 8.0 * (d - 0.234).powi(2), 100))).unwrap();
+        assert!((lag.seconds - 0.234).abs() < 1e-9);
+        // σ² = 2 · 0.02 / 16
+        assert!((lag.std - 0.05).abs() < 1e-9, "{}", lag.std);
+        assert_eq!(least(0.1, |d| Some((d, 100))), None);
+    }
+}

@@ -1,0 +1,173 @@
+//! What a log says about itself: rates, clocks, units, signs, frames, delays, and whether it can show what is asked.
+//!
+//! [`run()`] looks at one run, [`log()`] at a log with what reading it found. Each check is a small file with its
+//! equation in the heading: it measures (`measure`, figures with standard deviations) and judges (`judge`, findings).
+//! Nothing is changed, dropped or rescaled. Two channels are held against each other only where both move clearly above
+//! their noise; where the data say nothing the light stays off.
+
+pub mod attitude;
+pub mod balance;
+pub mod clock;
+pub mod closed_loop;
+pub mod codes;
+pub mod commands;
+pub mod coupling;
+pub mod excitation;
+pub mod factor;
+pub mod fit;
+pub mod geodetic;
+pub mod hold;
+pub mod lag;
+pub mod options;
+pub mod path;
+pub mod rates;
+pub mod report;
+pub mod samples;
+pub mod values;
+
+pub use options::{CheckOptions, Geodetic};
+pub use report::{Agreement, Answer, CheckReport, FaultKind, Found, Light, LogFault, Topic, TopicLight};
+
+use balance::Balance;
+
+use crate::finding::{Finding, Severity};
+use crate::frame::Dof;
+use crate::log::LogFile;
+use crate::log::codes as reading;
+use crate::run::Run;
+
+/// Checks one run.
+pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
+    let mut found = clock::check(run);
+    let rates = rates::measure(run);
+    found.extend(rates::judge(&rates));
+    found.extend(values::check(run));
+    let steps = |channel: &str| rates.iter().find(|r| r.channel == channel).map_or(0.0, |r| 1.0 / r.rate_hz);
+
+    let geodetic = Geodetic::of(run, options);
+    let mut agreements = attitude::measure(run);
+    found.extend(attitude::judge(&agreements, steps));
+    let position = [&geodetic.north, &geodetic.east].map(|n| n.clone().unwrap_or_default());
+    if let Some(path) = path::measure(run, position.each_ref().map(String::as_str)) {
+        found.extend(path::judge(&path, steps));
+        agreements.extend(path.agreements);
+    }
+    let degrees = geodetic::measure(run, &geodetic);
+    found.extend(geodetic::judge(&degrees));
+    if !degrees.is_empty() && !geodetic.guessed.is_empty() {
+        let names: Vec<&str> = geodetic.guessed.iter().map(String::as_str).collect();
+        let text = format!(
+            "{} were taken for what their names suggest; name them in the options to be sure",
+            names.join(", ")
+        );
+        found.push(Found::new(&codes::GUESSED, &names, text));
+    }
+    agreements.extend(degrees);
+
+    let balances: Vec<Balance> = Dof::ALL.into_iter().filter_map(|dof| Balance::new(run, dof)).collect();
+    let answers: Vec<(Vec<Answer>, f64)> = balances.iter().map(|b| (commands::measure(b), b.step())).collect();
+    found.extend(commands::judge_delays(&answers));
+    let answers: Vec<Answer> = answers.into_iter().flat_map(|(a, _)| a).collect();
+    found.extend(commands::judge_signs(&answers, &options.thrusters));
+    let of = |dof: Dof| balances.iter().find(|b| b.dof == dof);
+    if let (Some(surge), Some(sway)) = (of(Dof::Surge), of(Dof::Sway)) {
+        let ratios = coupling::measure(surge, sway);
+        found.extend(coupling::judge(&ratios));
+        agreements.extend(ratios);
+    }
+    let excitation: Vec<_> = balances.iter().filter_map(excitation::measure).collect();
+    found.extend(excitation::judge(run, &excitation, &options.dofs));
+    let loops = closed_loop::measure(run);
+    found.extend(closed_loop::judge(&loops));
+
+    let examined = |topic: Topic| match topic {
+        Topic::Consistency => !agreements.is_empty(),
+        Topic::Commands => !answers.is_empty(),
+        Topic::Excitation => !excitation.is_empty() || !options.dofs.is_empty(),
+        Topic::Loop => !loops.is_empty(),
+        Topic::Reading => false,
+        Topic::Clock | Topic::Sampling | Topic::Values => !rates.is_empty(),
+    };
+    let lights = Topic::ALL.map(|topic| TopicLight { topic, light: examined(topic).then_some(Light::Green) });
+    let mut log_findings: Vec<LogFault> = Vec::new();
+    for fault in found.iter().flat_map(|f| &f.faults) {
+        // two checks may see one fault
+        if !log_findings.iter().any(|l| (l.kind, &l.channel) == (fault.kind, &fault.channel)) {
+            log_findings.push(fault.clone());
+        }
+    }
+    let findings = found.into_iter().map(|f| in_words(f, &run.name)).collect();
+    let (run, lights) = (run.name.clone(), lights.to_vec());
+    let mut report = CheckReport { run, lights, findings, log_findings, rates, agreements, answers, excitation, loops };
+    report.light_up();
+    report
+}
+
+/// Checks a log that was read, with what reading it found.
+pub fn log(log: &LogFile, options: &CheckOptions) -> CheckReport {
+    let as_run = Run { name: log.file.clone(), gaps: log.gaps.clone(), signals: log.signals.clone(), ..Run::default() };
+    let mut report = run(&as_run, options);
+    let said_better = |of_reading: &Finding| {
+        of_reading.code == reading::HELD.code && report.findings.iter().any(|f| f.code == codes::HELD.code)
+    };
+    let of_reading: Vec<Finding> = log.warnings.iter().filter(|f| !said_better(f)).chain(&log.notes).cloned().collect();
+    let wrong_sign = of_reading.iter().any(|f| f.code == reading::NON_PHYSICAL.code);
+    report.findings.retain(|f| !(wrong_sign && f.code == codes::COMMAND_SIGN.code));
+    for light in report.lights.iter_mut().filter(|l| matches!(l.topic, Topic::Reading)) {
+        light.light = Some(Light::Green);
+    }
+    report.findings = of_reading.into_iter().chain(report.findings).collect();
+    for finding in &mut report.findings {
+        finding.file.get_or_insert_with(|| log.file.clone());
+    }
+    report.light_up();
+    report
+}
+
+fn in_words(found: Found, run: &str) -> Finding {
+    let column = if let [only] = &found.channels[..] { Some(only.clone()) } else { None };
+    let message = if run.is_empty() { found.text } else { format!("{run}: {}", found.text) };
+    let finding = Finding { column, ..Finding::new(found.code, message) };
+    if run.is_empty() { finding } else { finding.of_run(run) }
+}
+
+/// Topic and light of any finding, of this room or of reading.
+fn place(finding: &Finding) -> (Topic, Light) {
+    if let Some(place) = codes::place(finding.code) {
+        return place;
+    }
+    let is = |list: &[crate::finding::Code]| list.iter().any(|c| c.code == finding.code);
+    if finding.severity == Severity::Error {
+        (Topic::Reading, Light::Red)
+    } else if is(&[reading::UNIT, reading::FRAME]) {
+        (Topic::Consistency, Light::Red)
+    } else if is(&[reading::NON_PHYSICAL]) {
+        (Topic::Commands, Light::Red)
+    } else if is(&[reading::GAP]) {
+        (Topic::Clock, Light::Amber)
+    } else if is(&[reading::TIME_UNIT]) {
+        (Topic::Clock, Light::Red)
+    } else if is(&[reading::HELD]) {
+        (Topic::Sampling, Light::Amber)
+    } else if is(&[reading::SENTINEL, reading::MAGNITUDE]) {
+        (Topic::Values, Light::Red)
+    } else if is(&[reading::OUTLIER, reading::CONSTANT, reading::SATURATION]) {
+        (Topic::Values, Light::Amber)
+    } else if finding.severity == Severity::Note {
+        (Topic::Reading, Light::Green)
+    } else {
+        (Topic::Reading, Light::Amber)
+    }
+}
+
+impl CheckReport {
+    /// Each light at the worst of its findings.
+    fn light_up(&mut self) {
+        for finding in &self.findings {
+            let (topic, light) = place(finding);
+            for l in self.lights.iter_mut().filter(|l| l.topic == topic) {
+                l.light = Some(l.light.map_or(light, |old| old.max(light)));
+            }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! Velocity against position: units, signs, axes and lag of the velocity sensor.
+//!
+//! ```text
+//! Δ(x, y) = ∫ R(±ψ) G (u, v) dt + c (b − a)          G = [ g₁₁ g₁₂ ]   = [ a_u cos α_u   −a_v sin α_v ]
+//!                                                        [ g₂₁ g₂₂ ]     [ a_u sin α_u    a_v cos α_v ]
+//! ```
+//!
+//! over windows [a, b], with c the current (m/s) where velocity is measured against water. G = 1 when all agrees: a_u,
+//! a_v are scales, α_u, α_v the angles (rad) by which each axis is turned. A misalignment of the sensor and an offset of
+//! the heading are the same here. −ψ with det G < 0 is a swap of x and y, with det G > 0 a heading that counts the wrong
+//! way. Roll and pitch, where logged, take the velocity to the horizontal plane first.
+
+use std::f64::consts::PI;
+
+use super::attitude::clear;
+use super::codes;
+use super::factor::{Meaning, VELOCITY, meaning};
+use super::fit::{Fit, fit};
+use super::lag;
+use super::report::{Agreement, FaultKind, Found};
+use super::samples::{Samples, windows};
+use crate::log::number::short;
+use crate::run::Run;
+
+/// Shortest window, s: long against the noise of a position, short against the motion.
+const WINDOW: f64 = 2.0;
+/// The heading must turn by this much, rad, before a wrong sense of it can be told.
+const TURNED: f64 = 0.5;
+/// Least part of the displacement that must be explained.
+const EXPLAINED: f64 = 0.5;
+
+/// What velocity, heading and position say of each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// Scale and angle of each velocity that moved enough: u, v.
+    pub agreements: Vec<Agreement>,
+    /// Whether the position fits the heading with its sense reversed.
+    pub mirrored: bool,
+    /// Names of the two channels of the position.
+    pub position: [String; 2],
+}
+
+/// Compares; `None` without heading, position or motion.
+pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
+    let psi = Samples::of_angle(run.signal("psi")?)?;
+    let x = Samples::of(run.signal(position[0])?)?;
+    let y = Samples::of(run.signal(position[1])?)?;
+    let get = |name: &str| run.signal(name).and_then(Samples::of);
+    let angle = |name: &str| run.signal(name).and_then(Samples::of_angle);
+    let [u, v, w] = ["u", "v", "w"].map(get);
+    let (phi, theta) = (angle("phi"), angle("theta"));
+    let at = |s: &Option<Samples>, t: f64| s.as_ref().map_or(0.0, |s| s.at(t));
+    let step = [Some(&x), Some(&psi), u.as_ref(), v.as_ref()].into_iter().flatten().map(Samples::step);
+    let width = WINDOW.max(4.0 * step.fold(0.0, f64::max));
+    let mut all = vec![&x, &y, &psi];
+    all.extend(u.iter().chain(&v));
+    // velocities carried to the horizontal plane by roll and pitch; forward takes its part of heave
+    let forward = u.as_ref().map(|u| {
+        u.map(|t, u| {
+            let ((sp, cp), (st, ct)) = (at(&phi, t).sin_cos(), at(&theta, t).sin_cos());
+            u * ct + if v.is_some() { at(&v, t) * sp * st } else { 0.0 } + at(&w, t) * cp * st
+        })
+    });
+    let starboard = v.as_ref().map(|v| v.map(|t, v| v * at(&phi, t).cos() - at(&w, t) * at(&phi, t).sin()));
+    let inner = windows(&all, width, 0.0);
+    let moves = |s: &Samples| {
+        let column: Vec<f64> = inner.iter().flat_map(|(a, b)| [s.integral(*a, *b), 0.0]).collect();
+        clear(&column, s.noise() * (s.step() * width).sqrt())
+    };
+    let moving: Vec<(&str, &Samples, f64)> = [("u", forward.as_ref(), 0.0), ("v", starboard.as_ref(), PI / 2.0)]
+        .into_iter()
+        .filter_map(|(name, s, turn)| Some((name, s.filter(|s| moves(s))?, turn)))
+        .collect();
+    let first = moving.first()?;
+    let quiet = if moving.len() == 2 { None } else { [&forward, &starboard][usize::from(first.0 == "u")].as_ref() };
+    let quiet_turn = if first.0 == "u" { PI / 2.0 } else { 0.0 };
+
+    let fit_with = |sense: f64, late: f64, windows: &[(f64, f64)]| -> Option<Fit> {
+        let (mut target, mut columns) = (Vec::new(), vec![Vec::new(); 2 * moving.len() + 2]);
+        // velocity `s` turned to earth, as (north, east) columns of its two coefficients
+        let earth = |s: &Samples, turn: f64| {
+            let along = s.map(|t, s| s * (sense * psi.at(t) + turn).cos());
+            let across = s.map(|t, s| s * (sense * psi.at(t) + turn).sin());
+            (along, across)
+        };
+        let turned: Vec<_> = moving.iter().map(|(_, s, turn)| earth(s, *turn)).collect();
+        let still = quiet.map(|s| earth(s, quiet_turn));
+        for (a, b) in windows {
+            let (from, to) = (a - late, b - late);
+            for axis in 0..2 {
+                let p = [&x, &y][axis];
+                let carried = still.as_ref().map_or(0.0, |(c, s)| if axis == 0 { c } else { s }.integral(from, to));
+                target.push(p.at(*b) - p.at(*a) - carried);
+                for (k, (c, s)) in turned.iter().enumerate() {
+                    let (c, s) = (c.integral(from, to), s.integral(from, to));
+                    columns[2 * k].push(if axis == 0 { c } else { s });
+                    columns[2 * k + 1].push(if axis == 0 { -s } else { c });
+                }
+                let n = 2 * moving.len();
+                columns[n].push(if axis == 0 { b - a } else { 0.0 });
+                columns[n + 1].push(if axis == 1 { b - a } else { 0.0 });
+            }
+        }
+        fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &target)
+    };
+    let straight = fit_with(1.0, 0.0, &inner)?;
+    let spread =
+        psi.values().iter().map(|p| p - psi.at(inner[0].0)).fold((0.0f64, 0.0f64), |r, p| (r.0.min(p), r.1.max(p)));
+    let reversed = if spread.1 - spread.0 > TURNED { fit_with(-1.0, 0.0, &inner) } else { None };
+    let mirrored = reversed.as_ref().is_some_and(|r| r.cost < 0.25 * straight.cost && r.explained > EXPLAINED);
+    let best = if mirrored { reversed? } else { straight };
+    if best.explained < EXPLAINED {
+        return None;
+    }
+    let sense = if mirrored { -1.0 } else { 1.0 };
+    let shorter = windows(&all, WINDOW.min(1.0).max(0.5 * width), lag::REACH);
+    let lag = lag::least(0.05, |d| fit_with(sense, d, &shorter).map(|f| (f.cost, f.rows - f.theta.len())));
+    let agreements = moving.iter().enumerate().map(|(k, (name, ..))| {
+        let (g, h) = (best.theta[2 * k], best.theta[2 * k + 1]);
+        let size = g.hypot(h);
+        let std = best.std[2 * k].max(best.std[2 * k + 1]);
+        Agreement {
+            channel: (*name).to_string(),
+            against: format!("d({}, {})/dt", position[0], position[1]),
+            factor: 1.0 / size,
+            std: std / (size * size),
+            angle: Some(h.atan2(g)),
+            lag: lag.filter(|l| l.std < 0.2),
+        }
+    });
+    Some(Path { agreements: agreements.collect(), mirrored, position: position.map(str::to_string) })
+}
+
+/// What it means. `steps` gives the usual step of a channel, s.
+pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
+    let mut found = axes(path);
+    let [x, y] = path.position.each_ref().map(String::as_str);
+    for a in &path.agreements {
+        let c = a.channel.as_str();
+        let text = |rest: String| {
+            format!("{c} is {} ± {} times the speed over {x}, {y}: {rest}", short(a.factor, 4), short(a.std, 2))
+        };
+        match meaning(a.factor, a.std, 0.05, VELOCITY) {
+            Meaning::Unit(name, factor, _) => {
+                let text = text(format!("most likely {c} is in {name}; set columns.{c}.unit"));
+                found.push(Found::new(&codes::UNIT, &[c, x, y], text).fault(FaultKind::Unit, c, factor));
+            }
+            Meaning::Scale => {
+                let text = text(format!("the scale of {c} or of {x}, {y} is wrong"));
+                found.push(Found::new(&codes::SCALE, &[c, x, y], text).fault(FaultKind::Unit, c, a.factor));
+            }
+            Meaning::Agrees | Meaning::Reversed | Meaning::Unknown => {}
+        }
+    }
+    let Some(a) = path.agreements.first() else { return found };
+    let slowest = steps(&a.channel).max(steps(x)).max(steps("psi"));
+    if let Some(lag) = a.lag.filter(|l| l.seconds.abs() > (5.0 * l.std).max(slowest).max(0.1)) {
+        let (late, early) = if lag.seconds > 0.0 { (x, a.channel.as_str()) } else { (a.channel.as_str(), x) };
+        let seconds = lag.seconds.abs();
+        let text = format!(
+            "{late} says {} ± {} s later what {early} says: the latency of its sensor",
+            short(seconds, 3),
+            short(2.0 * lag.std, 2)
+        );
+        found.push(Found::new(&codes::LATENCY, &[&a.channel, x, y], text).fault(FaultKind::Delay, late, seconds));
+    }
+    found
+}
+
+/// Signs and directions of the axes.
+fn axes(path: &Path) -> Vec<Found> {
+    let [x, y] = path.position.each_ref().map(String::as_str);
+    let angle = |name: &str| {
+        let a = path.agreements.iter().find(|a| a.channel == name)?;
+        Some((a.angle?, a.std / a.factor))
+    };
+    let (u, v) = (angle("u"), angle("v"));
+    let back = |a: Option<(f64, f64)>| a.map(|(angle, _)| angle.abs() > 0.75 * PI);
+    let both = u.is_some() && v.is_some();
+    let handed = u.zip(v).is_none_or(|(u, v)| (u.0 - v.0).cos() > 0.0);
+    let sign = |c: &str| {
+        let text = format!(
+            "{c} points the other way than the position goes: its sign is opposite; check body_frame, \
+             or set columns.{c}.sign = -1"
+        );
+        Found::new(&codes::SIGN, &[c], text).fault(FaultKind::Sign, c, -1.0)
+    };
+    if path.mirrored {
+        let text = if both && !handed {
+            format!(
+                "{x} and {y} fit heading and velocity only when they are swapped: check earth_frame (enu instead of ned)"
+            )
+        } else {
+            format!(
+                "the path over {x}, {y} turns the other way than psi: psi counts the wrong way round, or {y} has the opposite sign; check earth_frame"
+            )
+        };
+        return vec![Found::new(&codes::FRAME, &["psi", x, y], text).fault(FaultKind::Frame, "psi", PI)];
+    }
+    match (back(u), back(v)) {
+        (Some(true), Some(true)) => {
+            let text = format!(
+                "u and v point the other way than {x}, {y} go: the heading is off by half a turn, or both have the opposite sign"
+            );
+            return vec![Found::new(&codes::FRAME, &["u", "v", "psi"], text).fault(FaultKind::Frame, "psi", PI)];
+        }
+        (Some(true), _) if !handed || !both => return vec![sign("u")],
+        (_, Some(true)) if !handed || !both => return vec![sign("v")],
+        _ => {}
+    }
+    let Some((offset, std)) = u.or(v) else { return Vec::new() };
+    // a few degrees are a mounting, a right angle is a frame
+    if offset.abs() < (5.0 * std).max(0.05) {
+        return Vec::new();
+    }
+    let code = if offset.abs() > 0.35 { &codes::FRAME } else { &codes::MISALIGNED };
+    let text = format!(
+        "velocity turned by psi points {} deg beside the way over {x}, {y}: the sensor is mounted at this angle, \
+         or psi has this offset",
+        short(offset.to_degrees(), 3)
+    );
+    vec![Found::new(code, &["u", "v", "psi"], text).fault(FaultKind::Frame, "psi", offset)]
+}

@@ -1,0 +1,170 @@
+//! Checks of whole logs: faults put into runs of the virtual tank, clean runs, and the reference data.
+
+mod shared;
+
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_6;
+
+use hydrosysid::check::{self, CheckOptions, CheckReport, FaultKind, Light, LogFault, Topic};
+use hydrosysid::finding::Finding;
+use hydrosysid::log::{self, LogOptions, PLANAR};
+use hydrosysid::run::{Run, Signal};
+use hydrosysid::tank::{Blind, BlindOptions, CraftKind, blind};
+
+fn codes(report: &CheckReport) -> Vec<&str> {
+    report.findings.iter().map(|f| f.code).collect()
+}
+
+fn campaign(seed: u64, six: bool) -> Blind {
+    let craft = if seed.is_multiple_of(2) { CraftKind::Large } else { CraftKind::Small };
+    blind(&BlindOptions { seed, craft, six, ..BlindOptions::default() }).expect("a campaign without anything hidden")
+}
+
+/// A run with one channel changed.
+fn with(run: &Run, channel: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> Run {
+    let signal = &run.signals[channel];
+    let (time, values): (Vec<f64>, Vec<f64>) =
+        signal.time().iter().zip(signal.values()).map(|(t, x)| change(*t, *x)).unzip();
+    let mut changed = run.clone();
+    changed.signals.insert(channel.to_string(), Signal::new(time.into(), values));
+    changed
+}
+
+fn fault(report: &CheckReport, kind: FaultKind, channel: &str) -> Option<f64> {
+    let is = |f: &&LogFault| f.kind == kind && f.channel == channel;
+    report.log_findings.iter().find(is).map(|f| f.factor)
+}
+
+/// No fault is found in logs that have none. Excitation and loops are no faults of a log: runs that move one degree of
+/// freedom show little of the others.
+#[test]
+fn clean_runs_raise_no_alarm() {
+    let (mut runs, mut alarms) = (0, Vec::new());
+    for seed in 0..12 {
+        for run in &campaign(seed, seed % 3 == 0).runs {
+            let report = check::run(run, &CheckOptions::default());
+            runs += 1;
+            alarms.extend(report.log_findings.iter().map(|f| format!("{seed} {}: {f:?}", run.name)));
+            let of_values = ["K101", "K102", "K104", "K105", "K132"];
+            // with six degrees of freedom the pilot does hold the depth
+            let held = |f: &&Finding| f.column.as_deref() != Some("w");
+            let alarm = report.findings.iter().filter(|f| of_values.contains(&f.code)).filter(held);
+            alarms.extend(alarm.map(|f| format!("{seed} {f}")));
+        }
+    }
+    assert!(runs >= 100, "{runs}");
+    assert!(alarms.is_empty(), "{} alarms in {runs} runs:\n{}", alarms.len(), alarms.join("\n"));
+}
+
+/// Each fault in each of several campaigns: how often it is found in a run that shows it, with the right figure.
+#[test]
+fn faults_put_in_are_found() {
+    type Change = fn(&Run) -> Run;
+    let faults: [(&str, Change, FaultKind, &str, f64); 9] = [
+        ("r in deg/s", |r| with(r, "r", |t, x| (t, x.to_degrees())), FaultKind::Unit, "r", 57.296),
+        ("u in mm/s", |r| with(r, "u", |t, x| (t, 1e3 * x)), FaultKind::Unit, "u", 1e3),
+        ("v in cm/s", |r| with(r, "v", |t, x| (t, 1e2 * x)), FaultKind::Unit, "v", 1e2),
+        ("r reversed", |r| with(r, "r", |t, x| (t, -x)), FaultKind::Sign, "r", -1.0),
+        ("v reversed", |r| with(r, "v", |t, x| (t, -x)), FaultKind::Sign, "v", -1.0),
+        ("tau_r reversed", |r| with(r, "tau_r", |t, x| (t, -x)), FaultKind::Sign, "tau_r", -1.0),
+        ("heading off by 30 deg", |r| with(r, "psi", |t, x| (t, x - FRAC_PI_6)), FaultKind::Frame, "psi", FRAC_PI_6),
+        ("heading 0.4 s late", |r| with(r, "psi", |t, x| (t + 0.4, x)), FaultKind::Delay, "psi", 0.4),
+        ("command 0.5 s early in the log", |r| with(r, "tau_r", |t, x| (t - 0.5, x)), FaultKind::Delay, "tau_r", 0.5),
+    ];
+    let mut missed = Vec::new();
+    for seed in 20..24 {
+        // everything moves in run 5
+        let run = &campaign(seed, false).runs[5];
+        for (name, change, kind, channel, factor) in faults {
+            let report = check::run(&change(run), &CheckOptions::default());
+            // a lag is known to some hundredths of a second, a factor to some percent
+            let right =
+                fault(&report, kind, channel).is_some_and(|f| (f - factor).abs() < (0.1 * factor.abs()).max(0.08));
+            if !right {
+                missed.push(format!("{seed} {name}: {:?}", report.log_findings));
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+/// A whole frame upside down: v, r and their forces reversed together. Only the coupling can tell.
+#[test]
+fn a_frame_upside_down_is_seen_in_the_coupling() {
+    for seed in 30..34 {
+        let mut run = campaign(seed, false).runs[5].clone();
+        for channel in ["r", "tau_r"] {
+            run = with(&run, channel, |t, x| (t, -x));
+        }
+        run.signals.retain(|name, _| !["x", "y", "z", "phi", "theta", "psi"].contains(&name.as_str()));
+        let report = check::run(&run, &CheckOptions::default());
+        assert_eq!(fault(&report, FaultKind::Sign, "r"), Some(-1.0), "{seed}: {:?}", report.agreements);
+    }
+}
+
+fn badlog(name: &str) -> Option<CheckReport> {
+    let path = shared::path("badlogs")?.join(name);
+    let log = log::read(path, &LogOptions::default(), &PLANAR).expect("it reads with warnings");
+    Some(check::log(&log, &CheckOptions::default()))
+}
+
+#[test]
+fn bad_logs_of_units_and_frames_show_their_light() {
+    let expected = [
+        ("good.csv", None),
+        ("yaw_rate_deg.csv", Some((Topic::Consistency, Light::Red))),
+        ("velocity_mm.csv", Some((Topic::Consistency, Light::Red))),
+        ("yaw_sign_flipped.csv", Some((Topic::Commands, Light::Red))),
+        ("command_delay.csv", Some((Topic::Commands, Light::Amber))),
+        ("multirate_held.csv", Some((Topic::Sampling, Light::Amber))),
+    ];
+    for (name, light) in expected {
+        let Some(report) = badlog(name) else { return };
+        match light {
+            Some((topic, light)) => assert_eq!(report.light(topic), Some(light), "{name}: {:#?}", report.findings),
+            None => assert_eq!(report.worst(), Light::Green, "{name}: {:#?}", report.findings),
+        }
+    }
+    let Some(late) = badlog("command_delay.csv") else { return };
+    let delay = fault(&late, FaultKind::Delay, "tau_r").unwrap();
+    // logged half a second late: the motion comes first
+    assert!((delay + 0.5).abs() < 0.08, "{delay}");
+    let Some(held) = badlog("multirate_held.csv") else { return };
+    let u = held.rates.iter().find(|r| r.channel == "u").unwrap();
+    assert!((u.rate_hz - 2.0).abs() < 0.01 && (u.logged_hz - 10.0).abs() < 0.01, "{u:?}");
+}
+
+/// The field log of a small surface craft: metres 11.1 % too long, 5 Hz held in a 9 Hz log, the speed held.
+#[test]
+fn the_field_log_shows_its_three_faults() {
+    let Some(folder) = shared::path("realdata/usv-bad-log") else { return };
+    let columns = r#"
+        t = "time_s"
+        x = "north_m_file"
+        y = "east_m_file"
+        psi = { name = "heading_deg", unit = "deg" }
+        u = { name = "speed_over_ground_mps", unit = "m/s" }
+        V1 = { name = "pwm_left_us", unit = "us" }
+        V2 = { name = "pwm_right_us", unit = "us" }
+    "#;
+    let options = LogOptions { columns: toml::from_str(columns).unwrap(), ..LogOptions::default() };
+    let mut scales = BTreeMap::new();
+    for name in ["boat1_2_circle.csv", "boat1_2_sin.csv"] {
+        let log = log::read(folder.join("derived").join(name), &options, &["t", "u", "x", "y", "psi"]).unwrap();
+        let report = check::log(&log, &CheckOptions::default());
+        for f in &report.findings {
+            println!("{f}");
+        }
+        let found = codes(&report);
+        for code in ["K117", "K101", "K131"] {
+            assert!(found.contains(&code), "{name} {code}: {:#?}", report.findings);
+        }
+        let x = fault(&report, FaultKind::Unit, "x").unwrap();
+        // 123 416 m a degree instead of 111 016 at this latitude
+        assert!((x - 1.1117).abs() < 0.003, "{name}: {x}");
+        let u = report.rates.iter().find(|r| r.channel == "u").unwrap();
+        assert!((u.rate_hz - 5.0).abs() < 0.1 && (u.logged_hz - 9.1).abs() < 0.1, "{u:?}");
+        scales.insert(name, x);
+    }
+    assert_eq!(scales.len(), 2);
+}
