@@ -17,6 +17,8 @@ pub mod campaign;
 pub mod chain;
 pub mod check;
 pub mod compare;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod discover;
 pub mod dynamics;
 pub mod effects;

@@ -1,5 +1,5 @@
 //! The `hydrosysid` command: reads arguments, calls the library, prints.
 
-fn main() {
-    println!("hydrosysid {}", env!("CARGO_PKG_VERSION"));
+fn main() -> std::process::ExitCode {
+    hydrosysid::cli::run()
 }

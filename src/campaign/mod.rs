@@ -1,5 +1,33 @@
 //! A campaign: one vehicle, its runs, and what is asked of them.
 //!
-//! [`file`] reads and writes its TOML.
+//! [`file`] reads and writes its TOML; [`Campaign`] is that file with its logs read, made ready for work. Every verb is
+//! a plain function on it ([`fit()`], [`simulate()`], …) that returns a result which serialises as its JSON; the command
+//! line and Python call the same ones.
 
+mod baseline;
+mod check;
+pub mod codes;
+mod compare;
+mod derived;
+mod error;
 pub mod file;
+mod fit;
+mod forces;
+mod init;
+mod load;
+mod logs;
+mod model_file;
+mod simulate;
+mod window;
+
+pub use baseline::Own;
+pub use check::{Check, CheckedLog, Light, check_campaign, check_logs};
+pub use compare::{Comparison, compare};
+pub use error::Error;
+pub use file::Estimator;
+pub use fit::{Fit, FitOptions, FitParameter, FitStage, fit};
+pub use forces::nominal;
+pub use init::{InitFacts, init};
+pub use load::{Campaign, LoadOptions, Options};
+pub use model_file::{ModelFile, ModelFileError, ModelParameter};
+pub use simulate::{Simulated, Simulation, simulate};

@@ -142,7 +142,8 @@ fn invert(p: usize, r: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
     inverse
 }
 
-fn singular_ratio(m: &Mat<f64>) -> f64 {
+/// Greatest over smallest singular value.
+pub(super) fn singular_ratio(m: &Mat<f64>) -> f64 {
     let Ok(svd) = m.thin_svd() else { return f64::INFINITY };
     let s = svd.S().column_vector();
     s[0] / s[s.nrows() - 1]

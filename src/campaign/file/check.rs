@@ -57,6 +57,7 @@ impl Check<'_> {
         self.own_effects();
         self.parameters();
         self.efficiency();
+        self.fit();
         self.stages();
         self.discover();
         self.log("log", &self.campaign.log);
@@ -256,6 +257,12 @@ impl Check<'_> {
                 self.report.at(&path, Problem::UnknownWord { word: name.clone(), nearest, known });
             }
         }
+    }
+
+    fn fit(&mut self) {
+        let fit = &self.campaign.fit;
+        self.range("fit.segment", fit.segment, fit.segment > 0.0, "a length of time above 0 s");
+        self.range("fit.longest_step", fit.longest_step, fit.longest_step > 0.0, "a length of time above 0 s");
     }
 
     fn stages(&mut self) {

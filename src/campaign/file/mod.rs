@@ -7,6 +7,7 @@
 mod check;
 mod discover;
 mod error;
+mod fit;
 mod model;
 mod paths;
 mod report;
@@ -21,6 +22,7 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 pub use discover::DiscoverTable;
+pub use fit::{Estimator, FitTable};
 pub use error::{CampaignError, CampaignErrors, Location, Problem};
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
 pub use report::Source;
@@ -73,6 +75,9 @@ pub struct CampaignFile {
     /// Reading options of all runs.
     #[serde(skip_serializing_if = "is_default")]
     pub log: LogOptions,
+    /// Options of the fit.
+    #[serde(skip_serializing_if = "is_default")]
+    pub fit: FitTable,
     /// Options of the staged procedure.
     #[serde(skip_serializing_if = "is_default")]
     pub stage: StageTable,
@@ -102,6 +107,7 @@ impl Default for CampaignFile {
             thrusters: Vec::new(),
             efficiency: Efficiency::default(),
             log: LogOptions::default(),
+            fit: FitTable::default(),
             stage: StageTable::default(),
             discover: DiscoverTable::default(),
             runs: Vec::new(),

@@ -8,9 +8,11 @@
 //! J is the Jacobian by the unknowns after the initial states are projected out. The second form (Liang and Zeger 1986)
 //! asks only that residuals of different clusters, stretches of some 24 s, be independent.
 
+use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-use super::{Linearised, OutputErrorError, OutputErrorOptions, Problem, normal_factor};
+use super::{Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor};
+use crate::estimate::linear::singular_ratio;
 use crate::model::Model;
 
 /// How standard deviations were found.
@@ -71,6 +73,22 @@ pub(super) fn of(
     let correction = clusters / (clusters - 1.0) * samples as f64 / freedom;
     let sandwich = (0..p * p).map(|k| correction * half.chunks(p).map(|g| g[k / p] * g[k % p]).sum::<f64>()).collect();
     Ok((sandwich, StdMethod::Clusters))
+}
+
+impl OutputErrorFit {
+    /// cond(JᵀJ), as the paper prints of its regressors, and cond(J) with columns of unit length; J by the unknowns,
+    /// the initial states projected out.
+    pub fn condition_numbers(&self) -> (f64, f64) {
+        let p = self.problem.unknowns.len();
+        if p == 0 {
+            return (1.0, 1.0);
+        }
+        let factor = normal_factor(&self.problem, &self.model, &self.linearised);
+        let at = |i: usize, j: usize| if i <= j { factor.at(i, j)[0] } else { 0.0 };
+        let length: Vec<f64> = (0..p).map(|j| (0..=j).map(|i| at(i, j).powi(2)).sum::<f64>().sqrt()).collect();
+        let plain = singular_ratio(&Mat::from_fn(p, p, at));
+        (plain.powi(2), singular_ratio(&Mat::from_fn(p, p, |i, j| at(i, j) / length[j])))
+    }
 }
 
 /// Jᵀr of each cluster: stretches of about `length` seconds of one run.

@@ -1,0 +1,155 @@
+//! From the tables of a campaign file to the baseline model and the user's own candidates.
+
+use std::sync::Arc;
+
+use super::error::Error;
+use super::file::{CampaignErrors, CampaignFile, EffectRole, Problem};
+use crate::effects::{Effect, FormulaEffect, Place};
+use crate::formula::Formula;
+use crate::model::{Model, name_of};
+
+/// An effect at a place, as the discovery tries it.
+pub type Own = (Arc<dyn Effect>, Place);
+
+/// The baseline with what is known of its parameters, and the user's own candidates.
+///
+/// W − B starts from the figures of the vehicle; it is estimated unless a `[[parameter]]` table fixes it, for it is the
+/// small difference of two large numbers.
+///
+/// # Errors
+/// [`Error::File`] with the place in the campaign file.
+pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
+    let mut model = Model::new(&file.model.dofs, file.model.coriolis);
+    model.input = file.model.input;
+    model.weight = file.vehicle.weight.unwrap_or(0.0);
+    let mut candidates = Vec::new();
+    let own = file.effects.iter().enumerate();
+    let own = own.map(|(i, table)| {
+        let formula = Formula::parse(&table.formula).map_err(|e| wrong(file, &format!("effect[{i}].formula"), &e))?;
+        let effect: Arc<dyn Effect> = Arc::new(FormulaEffect::new(&table.id, table.dof, formula, table.unit));
+        Ok((table, effect))
+    });
+    let own = own.collect::<Result<Vec<_>, Error>>()?;
+    for (i, name) in file.model.effects.iter().enumerate() {
+        let at = format!("model.effects[{i}]");
+        let added = match own.iter().find(|(table, _)| table.id == name.id) {
+            Some((table, effect)) => model.add(effect.clone(), Place::at(table.dof)).map(|_| ()),
+            None => model.add_named(&name.to_string()).map(|_| ()),
+        };
+        added.map_err(|e| wrong(file, &at, &e))?;
+    }
+    for (i, (table, effect)) in own.into_iter().enumerate() {
+        let place = Place::at(table.dof);
+        let there = model.term(&name_of(&table.id, place)).is_some();
+        match table.role {
+            EffectRole::Baseline if !there => {
+                model.add(effect, place).map_err(|e| wrong(file, &format!("effect[{i}].id"), &e))?;
+            }
+            EffectRole::Candidate if !there => candidates.push((effect, place)),
+            _ => {}
+        }
+    }
+    model.check().map_err(|e| wrong(file, "model.effects", &e))?;
+    known(file, &mut model)?;
+    Ok((model, candidates))
+}
+
+/// Writes what the vehicle and the `[[parameter]]` tables say of the parameters.
+fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
+    if let Some(net) = file.vehicle.net_weight() {
+        for p in model.parameters.iter_mut().filter(|p| p.spec.shared == Some("net_weight")) {
+            p.value = net;
+        }
+    }
+    for (i, table) in file.parameters.iter().enumerate() {
+        let mut found = false;
+        for k in 0..model.parameters.len() {
+            let meant = model.terms.iter().any(|term| {
+                let same = term.effect.about().id == table.effect.id;
+                let place = table.effect.dof.is_none() || table.effect.place() == term.place;
+                same && place && term.parameters.contains(&k)
+            });
+            let parameter = &mut model.parameters[k];
+            if !meant || table.name.as_ref().is_some_and(|name| *name != parameter.spec.name) {
+                continue;
+            }
+            found = true;
+            parameter.fixed = table.fixed;
+            parameter.min = table.min.unwrap_or(parameter.min);
+            parameter.max = table.max.unwrap_or(parameter.max);
+            if let Some(value) = table.value {
+                parameter.value = value;
+                parameter.prior = table.std.map(|std| (value, std));
+            }
+            parameter.value = parameter.value.clamp(parameter.min, parameter.max);
+        }
+        if !found {
+            let text = format!("the model has no such parameter: {} is not among its effects{}", table.effect, match &table.name {
+                Some(name) => format!(", or has no parameter `{name}`"),
+                None => String::new(),
+            });
+            return Err(wrong(file, &format!("parameter[{i}].effect"), &text));
+        }
+    }
+    Ok(())
+}
+
+/// What is wrong with the value of a key, with its place in the file.
+pub(super) fn wrong(file: &CampaignFile, path: &str, what: &dyn std::fmt::Display) -> Error {
+    let problem = Problem::Unreadable { message: what.to_string() };
+    let (name, text, error) = match &file.source {
+        Some(source) => (source.file.clone(), source.text.clone(), source.error_at(path, problem)),
+        None => {
+            let error =
+                super::file::CampaignError { file: "campaign".into(), location: None, key: path.into(), value: None, problem };
+            ("campaign".into(), "".into(), error)
+        }
+    };
+    Error::File(CampaignErrors { file: name, text, errors: vec![error], more: false })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::campaign::file::ReadOptions;
+
+    fn read(text: &str) -> CampaignFile {
+        let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+        let text = format!("format = 1\n{text}\n[[run]]\nfile = 'a.csv'\n");
+        CampaignFile::from_bytes(text.as_bytes(), Path::new("c.toml"), &options).unwrap()
+    }
+
+    const MODEL: &str = "[vehicle]\nweight = 100.0\nbuoyancy = 90.0\n[model]\ndofs = ['surge']\neffects = ['inertia', 'linear_drag', 'restoring_surge']\n";
+
+    #[test]
+    fn parameters_are_written_where_they_are_meant() {
+        let text = format!("{MODEL}[[parameter]]\neffect = 'linear_drag@surge'\nvalue = 3.0\nfixed = true\n[[parameter]]\neffect = 'inertia'\nvalue = 20.0\nstd = 1.0\nmin = 5.0\n");
+        let (model, _) = build(&read(&text)).unwrap();
+        let drag = &model.parameters[model.parameter_of("linear_drag@surge").unwrap()];
+        assert!(drag.fixed && drag.value == 3.0);
+        let inertia = &model.parameters[model.parameter_of("inertia@surge").unwrap()];
+        assert_eq!((inertia.prior, inertia.min), (Some((20.0, 1.0)), 5.0));
+        assert_eq!(model.value("restoring_surge"), Some(10.0));
+        assert_eq!(model.weight, 100.0);
+    }
+
+    #[test]
+    fn own_effects_are_baseline_or_candidates() {
+        let effect = |role: &str| format!("{MODEL}[[effect]]\nid = 'wind'\ndof = 'surge'\nformula = 'W^2'\nunit = 'kg/m'\nrole = '{role}'\n");
+        let (model, own) = build(&read(&effect("candidate"))).unwrap();
+        assert!(model.term("wind@surge").is_none() && own.len() == 1);
+        let (model, own) = build(&read(&effect("baseline"))).unwrap();
+        assert!(model.term("wind@surge").is_some() && own.is_empty());
+    }
+
+    #[test]
+    fn what_cannot_stand_is_told_with_its_line() {
+        let text = MODEL.replace("'restoring_surge'", "'coriolis_yaw'");
+        let message = build(&read(&text)).unwrap_err().to_string();
+        assert!(message.starts_with("c.toml:7:") && message.contains("coriolis_yaw"), "{message}");
+        let text = format!("{MODEL}[[parameter]]\neffect = 'quadratic_drag@surge'\nvalue = 3.0\n");
+        assert!(build(&read(&text)).unwrap_err().to_string().contains("no such parameter"));
+    }
+}

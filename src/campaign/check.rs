@@ -1,0 +1,163 @@
+//! The verb `check`: what logs and campaigns have to say of themselves before anything is fitted.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::error::Error;
+use super::load::{Campaign, LoadOptions};
+use crate::finding::{Finding, Severity};
+use crate::log::{self, LogError, LogOptions};
+use crate::run::{Role, RunKind};
+
+/// The one word of a check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Light {
+    /// Nothing is wrong.
+    Green,
+    /// It can be worked with; read the warnings.
+    Amber,
+    /// It was refused.
+    Red,
+}
+
+/// What was found. Serialises as `hydrosysid check --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Check {
+    /// Format of the result: 1.
+    pub format: u32,
+    /// The worst of `logs`.
+    pub verdict: Light,
+    /// One entry a log or run.
+    pub logs: Vec<CheckedLog>,
+    /// Warnings and notes of all.
+    pub warnings: Vec<Finding>,
+    /// Why what is refused is refused.
+    pub errors: Vec<Finding>,
+}
+
+/// One log or run.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckedLog {
+    /// File, or name of the run in its campaign.
+    pub file: String,
+    /// Its own verdict.
+    pub verdict: Light,
+    /// Kind of experiment, in a campaign.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<RunKind>,
+    /// Fit or validation, in a campaign.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub role: Option<Role>,
+    /// Number of samples of the longest channel.
+    pub rows: usize,
+    /// Last less first time stamp, s.
+    pub duration: f64,
+    /// Stretches without a gap.
+    pub segments: usize,
+    /// Channels that were kept.
+    pub channels: Vec<String>,
+}
+
+/// Checks bare logs; `required` names the columns that must be there.
+///
+/// # Errors
+/// [`Error::Log`] for a file that is not there and for options that cannot be; data that is refused is a result.
+pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> Result<Check, Error> {
+    let mut check = Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
+    for path in paths {
+        let file = path.display().to_string();
+        match log::read(path, options, required) {
+            Ok(read) => {
+                let findings: Vec<Finding> = read.warnings.iter().chain(&read.notes).cloned().collect();
+                let (first, last) = (read.time.first().copied(), read.time.last().copied());
+                check.logs.push(CheckedLog {
+                    verdict: light(&findings),
+                    kind: None,
+                    role: None,
+                    rows: read.rows,
+                    duration: last.zip(first).map_or(0.0, |(b, a)| b - a),
+                    segments: read.segments(),
+                    channels: read.signals.keys().cloned().collect(),
+                    file,
+                });
+                check.warnings.extend(findings);
+            }
+            Err(LogError::Refused { findings, .. }) => {
+                check.logs.push(CheckedLog::refused(file));
+                check.errors.extend(findings);
+            }
+            Err(source) => return Err(Error::Log { run: file, source }),
+        }
+    }
+    check.judge();
+    Ok(check)
+}
+
+/// Checks a campaign with all its logs.
+///
+/// # Errors
+/// [`Error`] for a campaign file that is wrong; data that is refused is a result.
+pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error> {
+    let mut check = Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
+    match Campaign::load(path, options) {
+        Ok(campaign) => {
+            for run in &campaign.runs {
+                let own: Vec<Finding> =
+                    campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned().collect();
+                check.logs.push(CheckedLog {
+                    file: run.name.clone(),
+                    verdict: light(&own),
+                    kind: Some(run.kind),
+                    role: Some(run.role),
+                    rows: run.signals.values().map(|s| s.len()).max().unwrap_or(0),
+                    duration: run.span().map_or(0.0, |(a, b)| b - a),
+                    segments: run.gaps.len() + 1,
+                    channels: run.signals.keys().cloned().collect(),
+                });
+            }
+            check.warnings = campaign.findings;
+        }
+        Err(error) if error.is_wrong_use() => return Err(error),
+        Err(error) => {
+            check.errors = error.findings().to_vec();
+            let mut names: Vec<String> = check.errors.iter().filter_map(|f| f.run.clone()).collect();
+            names.dedup();
+            check.logs = names.into_iter().map(CheckedLog::refused).collect();
+            check.verdict = Light::Red;
+        }
+    }
+    check.judge();
+    Ok(check)
+}
+
+impl CheckedLog {
+    fn refused(file: String) -> CheckedLog {
+        CheckedLog {
+            file,
+            verdict: Light::Red,
+            kind: None,
+            role: None,
+            rows: 0,
+            duration: 0.0,
+            segments: 0,
+            channels: Vec::new(),
+        }
+    }
+}
+
+impl Check {
+    fn judge(&mut self) {
+        let logs = self.logs.iter().map(|log| log.verdict).max().unwrap_or(Light::Green);
+        self.verdict = self.verdict.max(logs).max(light(&self.warnings));
+    }
+}
+
+fn light(findings: &[Finding]) -> Light {
+    match findings.iter().map(|f| f.severity).max() {
+        Some(Severity::Error) => Light::Red,
+        Some(Severity::Warning) => Light::Amber,
+        _ => Light::Green,
+    }
+}

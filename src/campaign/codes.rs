@@ -1,0 +1,52 @@
+//! The codes of this room: what putting a campaign together, fitting and comparing can find.
+
+use crate::finding::{Code, Severity};
+
+macro_rules! codes {
+    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
+        $(#[doc = $meaning] pub const $name: Code =
+            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
+        /// All codes of this room, for `hydrosysid explain`.
+        pub const ALL: &[Code] = &[$($name),*];
+    };
+}
+
+codes! {
+    TWICE = "M001" "channel-twice" Error "Two logs of one run hold the same channel: leave it out of one of them with `columns`, or make them two runs.";
+    NO_FORCE = "M002" "missing-column" Error "A run has no force for a degree of freedom of the model: neither its own column, nor thruster forces or commands that give it.";
+    NO_THRUSTER = "M003" "thruster-missing" Error "A run logs thruster commands or forces but no [[thruster]] table says where they push.";
+    THRUSTER_COLUMN = "M004" "missing-column" Error "A run logs some of the thrusters but not all of them.";
+    NO_PULSE = "M005" "unit" Error "A command in us needs the thruster's `neutral` and `span`.";
+    NOTHING_LEFT = "M006" "empty-window" Error "No sample is left of a run after `from`, `to` and `where`.";
+    NOT_ON_CHANNEL = "M007" "missing-column" Error "The model or an option reads a channel that a run does not have.";
+    NO_TRAINING = "M008" "no-training-run" Error "No run takes part in the fit: at least one needs role = \"train\".";
+
+    NOT_CONVERGED = "M101" "not-converged" Warning "The estimation stopped before it converged: the start may be far off, or some parameters are nearly tied.";
+    UNPHYSICAL = "M102" "non-physical" Warning "An estimate that no vehicle has: drag dissipates and virtual mass is not below the dry mass. A sign, a frame or a scale of thrust is wrong, or the data do not determine it.";
+    AT_BOUND = "M103" "at-bound" Warning "An estimate stands at its bound: its standard deviation does not count.";
+    OUT_OF_ENVELOPE = "M106" "out-of-envelope" Warning "A run goes beyond the speeds at which the model was fitted: there it extrapolates.";
+    LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
+
+    FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
+    NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
+    LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
+    NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
+}
+
+/// Everything that any room can find, for `hydrosysid explain`.
+pub fn everywhere() -> impl Iterator<Item = &'static Code> {
+    crate::log::codes::ALL.iter().chain(crate::procedure::codes::ALL).chain(&crate::compare::CODES).chain(ALL)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn codes_are_unique_in_the_house() {
+        let codes: BTreeSet<_> = everywhere().map(|c| c.code).collect();
+        assert_eq!(codes.len(), everywhere().count());
+    }
+}

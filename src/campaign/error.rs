@@ -1,0 +1,69 @@
+//! Why a campaign cannot be put together, or a verb not be carried out.
+
+use thiserror::Error;
+
+use super::file::CampaignErrors;
+use crate::compare::CompareError;
+use crate::estimate::output_error::OutputErrorError;
+use crate::estimate::IntegralError;
+use crate::finding::Finding;
+use crate::log::LogError;
+use crate::model::ModelError;
+use crate::procedure::ProcedureError;
+
+/// Why a campaign cannot be worked with.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// The campaign file is wrong: wrong use.
+    #[error(transparent)]
+    File(#[from] CampaignErrors),
+    /// A log cannot be opened, or an option of reading cannot be: wrong use.
+    #[error("run `{run}`: {source}")]
+    Log {
+        /// Name of the run.
+        run: String,
+        /// What is wrong.
+        source: LogError,
+    },
+    /// The data was refused.
+    #[error("{}", .findings.iter().map(|f| f.message.as_str()).collect::<Vec<_>>().join("\n"))]
+    Refused {
+        /// All that is wrong, over all runs.
+        findings: Vec<Finding>,
+    },
+    /// The model cannot be: wrong use.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Output error cannot fit this data.
+    #[error(transparent)]
+    OutputError(#[from] OutputErrorError),
+    /// The staged procedure cannot fit this data.
+    #[error(transparent)]
+    Procedure(#[from] ProcedureError),
+    /// Integral least squares cannot fit this data.
+    #[error(transparent)]
+    Integral(#[from] IntegralError),
+    /// A model cannot be held against a run.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+}
+
+impl Error {
+    /// Whether the call was wrong (exit code 2), not the data (exit code 1).
+    pub fn is_wrong_use(&self) -> bool {
+        match self {
+            Error::File(_) | Error::Model(_) => true,
+            Error::Log { source, .. } => !matches!(source, LogError::Refused { .. }),
+            _ => false,
+        }
+    }
+
+    /// The findings behind it, where there are such.
+    pub fn findings(&self) -> &[Finding] {
+        match self {
+            Error::Refused { findings } => findings,
+            Error::Log { source, .. } => source.findings(),
+            _ => &[],
+        }
+    }
+}

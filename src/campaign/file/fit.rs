@@ -1,0 +1,58 @@
+//! The `[fit]` table: which estimator, and how it works.
+
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::output_error::OutputErrorOptions;
+
+/// How parameters are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Estimator {
+    /// Output error on segments: simulation against measurement.
+    OutputError,
+    /// The paper's procedure, stage by stage.
+    Staged,
+    /// Integral least squares on all runs at once.
+    Integral,
+}
+
+impl Estimator {
+    /// Name as in a campaign and in results.
+    pub const fn name(self) -> &'static str {
+        ["output_error", "staged", "integral"][self as usize]
+    }
+}
+
+/// Options of the fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FitTable {
+    /// The estimator. When absent: `staged` where bollard or towing runs take part, for it alone reads load cells;
+    /// `output_error` otherwise, for its intervals hold.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<Estimator>,
+    /// Length of the segments of output error, s.
+    pub segment: f64,
+    /// Longest step of the integrator, s.
+    pub longest_step: f64,
+}
+
+impl Default for FitTable {
+    fn default() -> FitTable {
+        let OutputErrorOptions { segment, longest_step, .. } = OutputErrorOptions::default();
+        FitTable { estimator: None, segment, longest_step }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_estimator_reads_by_name() {
+        let table: FitTable = toml::from_str("estimator = 'staged'\nsegment = 5.0").unwrap();
+        assert_eq!(table.estimator.map(Estimator::name), Some("staged"));
+        assert_eq!(toml::from_str::<FitTable>(&toml::to_string(&table).unwrap()).unwrap(), table);
+        assert!(toml::from_str::<FitTable>("estimator = 'magic'").is_err());
+    }
+}

@@ -1,0 +1,401 @@
+//! The verb `fit`: parameters from the training runs, with what is needed to believe them or not.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::codes;
+use super::error::Error;
+use super::file::{Estimator, StageTable};
+use super::load::{Campaign, moves};
+use crate::effects::Place;
+use crate::estimate::output_error::{OutputErrorFit, output_error};
+use crate::estimate::{IntegralOptions, RegressorOptions, Span, StdMethod, integral_least_squares, started};
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::model::{Model, Parameter};
+use crate::procedure::{Bench, StagedOptions, staged};
+use crate::run::{Role, Run, RunKind};
+use crate::thrust::efficiency::Efficiency;
+use crate::thrust::interaction::Interaction;
+use crate::vehicle::Vehicle;
+
+/// Options of the verb.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FitOptions {
+    /// The estimator; that of the campaign, else the one that suits its runs, when absent.
+    pub estimator: Option<Estimator>,
+}
+
+/// A fitted campaign. Serialises as `hydrosysid fit --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Fit {
+    /// Format of the result: 1.
+    pub format: u32,
+    /// Parameters, in the order of the model.
+    pub parameters: Vec<FitParameter>,
+    /// What estimated them.
+    pub estimator: Estimator,
+    /// How `std` was found.
+    pub std_method: String,
+    /// Covariance in the order of `parameters`, SI; 0 for those that were held.
+    pub covariance: Vec<Vec<f64>>,
+    /// Fits of which it is made.
+    pub stages: Vec<FitStage>,
+    /// What there is to say.
+    pub warnings: Vec<Finding>,
+    /// The model with the estimates in place.
+    #[serde(skip)]
+    pub model: Model,
+    /// Losses of thrust that the values go with: those of the campaign, and what bollard runs have shown.
+    #[serde(skip)]
+    pub efficiency: Efficiency,
+    /// Smallest and greatest value of each velocity in the runs that took part, SI.
+    #[serde(skip)]
+    pub envelope: BTreeMap<String, [f64; 2]>,
+}
+
+/// One parameter of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitParameter {
+    /// Id of the effect.
+    pub effect: String,
+    /// Degree of freedom in whose balance it stands; `null` for the whole vehicle.
+    pub dof: Option<Dof>,
+    /// The other degree of freedom of a coupling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other: Option<Dof>,
+    /// Symbol.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI; 0 for one that was held.
+    pub std: Option<f64>,
+    /// Standard deviation by the paper's (14), SI; `null` where no linear regressor has it.
+    pub std_paper: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// SNAME's name of the same quantity.
+    pub sname: Option<String>,
+    /// SNAME's value: the opposite sign; of an inertia the added part alone where the dry mass is known.
+    pub sname_value: Option<f64>,
+    /// Whether it was held.
+    pub fixed: bool,
+    /// Values of a parameter with one in each run, by the name of the run.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub per_run: BTreeMap<String, f64>,
+}
+
+/// One fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitStage {
+    /// What was done.
+    pub name: String,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Names of the runs that took part.
+    pub runs: Vec<String>,
+    /// Number of rows or samples.
+    pub rows: usize,
+    /// Standard deviation of the residual, in the unit of what was fitted.
+    pub residual_std: f64,
+    /// cond(HᵀH), as the paper prints.
+    pub condition_number: f64,
+    /// cond(H) with columns of unit length.
+    pub condition_number_scaled: f64,
+}
+
+/// What an estimator hands over before it is put into one form.
+struct Raw {
+    model: Model,
+    std_method: String,
+    covariance: Vec<Vec<f64>>,
+    std_paper: Vec<Option<f64>>,
+    stages: Vec<FitStage>,
+    efficiency: Efficiency,
+    warnings: Vec<Finding>,
+}
+
+/// Fits the free parameters of the campaign's model to its training runs.
+///
+/// # Errors
+/// [`Error`] when there is no run to fit or the data does not determine the parameters.
+pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
+    let estimator = options.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign));
+    let used = |run: &&Run| run.role == Role::Train && (moves(run.kind) || estimator == Estimator::Staged);
+    let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
+    if runs.is_empty() {
+        let text = match campaign.runs.iter().any(|run| run.role == Role::Train) {
+            false => "no run takes part in the fit: at least one needs role = \"train\"".to_string(),
+            true => format!("`{}` works on runs of free motion, and no such run has role = \"train\"", estimator.name()),
+        };
+        return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
+    }
+    let mut raw = match estimator {
+        Estimator::OutputError => by_output_error(campaign, &runs)?,
+        Estimator::Staged => by_stages(campaign)?,
+        Estimator::Integral => by_integral(campaign, &runs)?,
+    };
+    let left_out: Vec<&str> = campaign
+        .runs
+        .iter()
+        .filter(|run| run.role == Role::Train && !runs.iter().any(|used| used.name == run.name))
+        .map(|run| run.name.as_str())
+        .collect();
+    if !left_out.is_empty() {
+        let text = format!("{}: left out, `{}` cannot use bollard and towing runs", left_out.join(", "), estimator.name());
+        raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
+    }
+    place_runs(&mut raw.model, campaign, &runs);
+    judge(&raw.model, &campaign.vehicle, &mut raw.warnings);
+    let mut warnings = campaign.findings.clone();
+    warnings.extend(raw.warnings);
+    let parameters = raw
+        .model
+        .parameters
+        .iter()
+        .zip(&raw.std_paper)
+        .map(|(p, paper)| described(p, *paper, &campaign.vehicle, &campaign.runs))
+        .collect();
+    Ok(Fit {
+        format: 1,
+        parameters,
+        estimator,
+        std_method: raw.std_method,
+        covariance: raw.covariance,
+        stages: raw.stages,
+        warnings,
+        model: raw.model,
+        efficiency: raw.efficiency,
+        envelope: envelope(&runs),
+    })
+}
+
+/// Load cells can be read by the staged procedure alone; everything else is best fitted by output error.
+fn suitable(campaign: &Campaign) -> Estimator {
+    let training = || campaign.runs.iter().filter(|run| run.role == Role::Train);
+    let cells = training().any(|run| matches!(run.kind, RunKind::Bollard | RunKind::Towing));
+    if cells { Estimator::Staged } else { Estimator::OutputError }
+}
+
+fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
+    let fitted = output_error(&started(&campaign.model, runs), runs, &campaign.options.output_error)?;
+    let mut warnings = Vec::new();
+    if !fitted.converged {
+        let text = format!("output error stopped after {} steps without having converged", fitted.iterations);
+        warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
+    }
+    let std_paper = paper(&campaign.model, runs);
+    if std_paper.iter().all(Option::is_none) {
+        warnings.push(Finding::new(&codes::NOT_AT_START, codes::NOT_AT_START.meaning));
+    }
+    let count = fitted.model.parameters.len();
+    let mut covariance = vec![vec![0.0; count]; count];
+    let unknowns = &fitted.problem.unknowns;
+    let p = unknowns.len();
+    for (i, a) in unknowns.iter().enumerate() {
+        for (j, b) in unknowns.iter().enumerate().filter(|(_, b)| a.run.is_none() && b.run.is_none()) {
+            covariance[a.parameter][b.parameter] = fitted.covariance[i * p + j];
+        }
+        if a.run.is_some() {
+            let own = &mut covariance[a.parameter][a.parameter];
+            *own = own.max(fitted.covariance[i * p + i]);
+        }
+    }
+    let std_method = match fitted.std_method {
+        crate::estimate::output_error::StdMethod::Information => "information",
+        crate::estimate::output_error::StdMethod::Clusters => "clusters",
+    };
+    let stages = output_error_stages(&fitted, runs);
+    Ok(Raw { model: fitted.model, std_method: std_method.into(), covariance, std_paper, stages, efficiency: campaign.file.efficiency.clone(), warnings })
+}
+
+fn output_error_stages(fitted: &OutputErrorFit, runs: &[Run]) -> Vec<FitStage> {
+    let (condition_number, condition_number_scaled) = fitted.condition_numbers();
+    let outputs = fitted.problem.dynamics.outputs.iter().enumerate();
+    outputs
+        .filter_map(|(k, channel)| Some((k, Dof::ALL.into_iter().find(|dof| dof.velocity() == *channel)?)))
+        .map(|(k, dof)| FitStage {
+            name: Estimator::OutputError.name().into(),
+            dof,
+            runs: runs.iter().map(|run| run.name.clone()).collect(),
+            rows: fitted.problem.samples_of(k),
+            residual_std: fitted.residual_rms[k],
+            condition_number,
+            condition_number_scaled,
+        })
+        .collect()
+}
+
+/// Standard deviations by (14), of the one-sample trapezoid; `None` where there is no such regressor.
+fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
+    let mut std = vec![None; model.parameters.len()];
+    let all: Vec<&Run> = runs.iter().collect();
+    let options = IntegralOptions { regressor: RegressorOptions::default(), std: StdMethod::Paper };
+    if let Ok((_, fits)) = integral_least_squares(&all, model, options) {
+        for fit in &fits {
+            for (column, value) in fit.parameters.iter().zip(&fit.std_paper) {
+                std[column.parameter] = Some(*value);
+            }
+        }
+    }
+    std
+}
+
+fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
+    let all: Vec<&Run> = runs.iter().collect();
+    let stage = &campaign.file.stage.oscillatory;
+    let regressor = RegressorOptions { span: Span::Samples(stage.window), ..RegressorOptions::default() };
+    let (model, fits) =
+        integral_least_squares(&all, &campaign.model, IntegralOptions { regressor, ..IntegralOptions::default() })?;
+    let count = model.parameters.len();
+    let mut covariance = vec![vec![0.0; count]; count];
+    let mut std_paper = vec![None; count];
+    let mut stages = Vec::new();
+    for fit in &fits {
+        for (i, a) in fit.parameters.iter().enumerate() {
+            std_paper[a.parameter] = Some(fit.std_paper[i]);
+            for (j, b) in fit.parameters.iter().enumerate() {
+                covariance[a.parameter][b.parameter] = fit.covariance[i][j];
+            }
+        }
+        stages.extend(fit.dofs.iter().map(|dof| FitStage {
+            name: Estimator::Integral.name().into(),
+            dof: *dof,
+            runs: runs.iter().map(|run| run.name.clone()).collect(),
+            rows: fit.rows,
+            residual_std: fit.residual_std,
+            condition_number: fit.condition_number,
+            condition_number_scaled: fit.condition_number_scaled,
+        }));
+    }
+    let efficiency = campaign.file.efficiency.clone();
+    Ok(Raw { model, std_method: "hac".into(), covariance, std_paper, stages, efficiency, warnings: Vec::new() })
+}
+
+/// The `[stage.*]` tables as options of the procedure.
+fn staged_options(table: &StageTable) -> StagedOptions {
+    let mut options = StagedOptions::default();
+    let usual = StageTable::default();
+    if table.steady.drift != usual.steady.drift {
+        options.steady.drift = table.steady.drift;
+    }
+    options.regressor.span = Span::Samples(table.oscillatory.window);
+    options.filter = table.oscillatory.filter.or(table.zigzag.filter);
+    if table.direct.filter != usual.direct.filter {
+        options.differentiation = table.direct.filter;
+    }
+    options
+}
+
+fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
+    let bench =
+        Bench { vehicle: &campaign.vehicle, water: &campaign.water, efficiency: &campaign.file.efficiency };
+    let options = staged_options(&campaign.file.stage);
+    let result = staged(&campaign.nominal_runs(), &campaign.model, bench, &options)?;
+    let count = result.model.parameters.len();
+    let mut covariance = vec![vec![0.0; count]; count];
+    let mut std_paper = vec![None; count];
+    for (k, p) in result.model.parameters.iter().enumerate() {
+        covariance[k][k] = p.std.unwrap_or(0.0).powi(2);
+        let named = |e: &&crate::procedure::Estimate| e.name == p.spec.name && e.effect == p.effect;
+        let last = result.stages.iter().rev().find_map(|s| s.estimates.iter().find(named));
+        std_paper[k] = last.map(|e| e.std_paper);
+    }
+    let mut efficiency = campaign.file.efficiency.clone();
+    for stage in result.stages.iter().filter(|s| s.name == "bollard") {
+        let known = efficiency.eta_inter.0.iter().any(|entry| entry.dof == stage.dof);
+        if let Some(eta) = stage.estimate("eta_inter").filter(|_| !known) {
+            let entry = Interaction { dof: stage.dof, thrusters: Vec::new(), value: eta.value, std: Some(eta.std) };
+            efficiency.eta_inter.0.push(entry);
+        }
+    }
+    let mut warnings = result.warnings;
+    warnings.extend(result.stages.iter().flat_map(|s| s.warnings.iter().cloned()));
+    let stages = result
+        .stages
+        .into_iter()
+        .map(|s| FitStage {
+            name: s.name,
+            dof: s.dof,
+            runs: s.runs,
+            rows: s.rows,
+            residual_std: s.residual_std,
+            condition_number: s.condition_number,
+            condition_number_scaled: s.condition_number_scaled,
+        })
+        .collect();
+    let std_method = "hac, with what earlier stages leave uncertain by the delta method";
+    Ok(Raw { model: result.model, std_method: std_method.into(), covariance, std_paper, stages, efficiency, warnings })
+}
+
+/// Values per run by the index of the run in the campaign: a run that took no part has the mean of those that did.
+fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run]) {
+    for p in model.parameters.iter_mut().filter(|p| !p.per_run.is_empty()) {
+        let mean = p.per_run.iter().sum::<f64>() / p.per_run.len() as f64;
+        let of = |run: &Run| used.iter().position(|u| u.name == run.name).and_then(|k| p.per_run.get(k).copied());
+        p.per_run = campaign.runs.iter().map(|run| of(run).unwrap_or(mean)).collect();
+        p.value = mean;
+    }
+}
+
+/// Says what cannot be, stands at a bound, or is hardly seen.
+fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding>) {
+    for p in model.parameters.iter().filter(|p| !p.fixed) {
+        let std = p.std.unwrap_or(0.0);
+        let shown = format!("{} of `{}` = {:.4} ± {:.2} {}", p.spec.name, p.term, p.value, std, p.spec.dimension);
+        let least = match (p.effect.as_str(), p.place.dof) {
+            ("inertia", Some(dof)) if !dof.is_rotation() => vehicle.mass.map(|mass| (mass, "the dry mass")),
+            ("inertia" | "linear_drag" | "quadratic_drag" | "cubic_drag", _) => Some((0.0, "0")),
+            _ => None,
+        };
+        if let Some((least, words)) = least.filter(|(least, _)| p.value < least - 2.0 * std) {
+            let text = format!("{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data does not show it");
+            warnings.push(Finding::new(&codes::UNPHYSICAL, text));
+        }
+        if p.value <= p.min || p.value >= p.max {
+            warnings.push(Finding::new(&codes::AT_BOUND, format!("{shown} stands at its bound")));
+        } else if std > p.value.abs() && !p.spec.name.starts_with("b_") {
+            warnings.push(Finding::new(&codes::LOOSE, format!("{shown}: this data hardly shows it")));
+        }
+    }
+}
+
+/// Degree of freedom of an effect of the whole vehicle that stands in one balance: `coriolis_yaw` is of yaw.
+fn row_of(effect: &str, place: Place) -> Option<Dof> {
+    place.dof.or_else(|| Dof::ALL.into_iter().find(|dof| effect.ends_with(&format!("_{dof}"))))
+}
+
+fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
+    let dry = match p.place.dof {
+        Some(dof) if p.effect == "inertia" && !dof.is_rotation() => vehicle.mass,
+        _ => Some(0.0),
+    };
+    FitParameter {
+        effect: p.effect.clone(),
+        dof: row_of(&p.effect, p.place),
+        other: p.place.other,
+        name: p.spec.name.clone(),
+        value: p.value,
+        std: if p.fixed { Some(0.0) } else { p.std },
+        std_paper: if p.fixed { Some(0.0) } else { paper },
+        unit: p.spec.dimension.to_string(),
+        sname: p.spec.sname.clone(),
+        sname_value: p.spec.sname.as_ref().and(dry).map(|dry| dry - p.value),
+        fixed: p.fixed,
+        per_run: runs.iter().zip(&p.per_run).map(|(run, value)| (run.name.clone(), *value)).collect(),
+    }
+}
+
+fn envelope(runs: &[Run]) -> BTreeMap<String, [f64; 2]> {
+    let mut seen: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    for run in runs.iter().filter(|run| moves(run.kind)) {
+        for channel in Dof::ALL.map(Dof::velocity) {
+            for x in run.signal(channel).map_or(&[][..], |s| s.values()) {
+                let range = seen.entry(channel.into()).or_insert([*x, *x]);
+                *range = [range[0].min(*x), range[1].max(*x)];
+            }
+        }
+    }
+    seen
+}

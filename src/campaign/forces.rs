@@ -1,0 +1,274 @@
+//! From what was commanded to the force on each degree of freedom.
+//!
+//! ```text
+//! V → F_nom = curve(V),   τ_nom = B F_nom,   τ = η_inter η_adv τ_nom          thruster forces > voltages > wrenches
+//! ```
+//!
+//! `tau_u` … hold the force that acts, `nominal_tau_u` … the nominal one where [`Efficiency`] makes a difference. A
+//! vehicle that is held or towed loses nothing by its own advance. Avila et al. (2013), eq. (16) and (17).
+
+use std::sync::Arc;
+
+use nalgebra::Vector6;
+
+use super::codes;
+use super::derived::supply;
+use super::logs::Logged;
+use super::window::numbered;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::procedure::{self, acting_forces};
+use crate::run::{Run, RunKind, Signal};
+use crate::thrust::advance::Coverage;
+use crate::thrust::allocation::Allocation;
+use crate::thrust::efficiency::Efficiency;
+use crate::thrust::thruster::Thruster;
+
+/// Name of the channel with the nominal force of `dof`.
+pub fn nominal(dof: Dof) -> String {
+    format!("nominal_{}", dof.force())
+}
+
+/// Puts the forces that act into the run of `logged`; what there is to say goes to its findings.
+///
+/// # Errors
+/// Findings, where the log does not give the forces.
+pub(super) fn apply(
+    logged: &mut Logged,
+    dofs: &[Dof],
+    thrusters: &[Thruster],
+    efficiency: &Efficiency,
+) -> Result<(), Vec<Finding>> {
+    let name = logged.run.name.clone();
+    let refuse = |code, column: Option<&str>, text: String| vec![Finding::at(code, &name, None, column, &text).of_run(&name)];
+    let has = |letter: &str| logged.run.signals.keys().any(|c| numbered(c, letter));
+    let wrenches = dofs.iter().any(|dof| logged.run.signals.contains_key(dof.force()));
+    let source = match (has("F"), has("V")) {
+        (true, _) => Some("F"),
+        (false, true) => Some("V"),
+        _ => None,
+    };
+    let mut from_thrusters = false;
+    match source {
+        Some(letter) if !thrusters.is_empty() => {
+            let forces = thruster_forces(logged, thrusters, letter)?;
+            let others: Vec<&str> = [("V", has("V") && letter == "F"), ("tau_*", wrenches)]
+                .into_iter()
+                .filter_map(|(other, there)| there.then_some(other))
+                .collect();
+            if !others.is_empty() {
+                let text = format!("the forces are those of {letter}1 to {letter}{}; {} not used", thrusters.len(), others.join(" and "));
+                logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
+            }
+            wrench(logged, thrusters, &forces, efficiency).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
+            from_thrusters = true;
+        }
+        Some(letter) if wrenches => {
+            let text = format!("the forces are those of tau_*: {letter}1 … need [[thruster]] tables to be used");
+            logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
+        }
+        // a bollard table of one thruster is fitted as it is
+        Some(letter) if logged.run.kind != RunKind::Bollard => {
+            let text = format!("add a [[thruster]] table for each of {letter}1 …, or log tau_* instead");
+            return Err(refuse(&codes::NO_THRUSTER, Some(&format!("{letter}1")), text));
+        }
+        _ => {}
+    }
+    let needs = !matches!(logged.run.kind, RunKind::Bollard | RunKind::Towing);
+    let absent: Vec<Finding> = dofs
+        .iter()
+        .filter(|dof| needs && !logged.run.signals.contains_key(dof.force()))
+        .map(|dof| {
+            let text = "no such column, and no thruster forces F1 … or commands V1 … that would give it";
+            Finding::at(&codes::NO_FORCE, &name, None, Some(dof.force()), text).of_run(&name)
+        })
+        .collect();
+    if !absent.is_empty() {
+        return Err(absent);
+    }
+    let lossless = *efficiency == Efficiency::default();
+    if needs && !lossless && !from_thrusters {
+        let (acting, findings) = acting_forces(&logged.run, efficiency);
+        let before = std::mem::replace(&mut logged.run, acting);
+        for dof in Dof::ALL {
+            if let Some(signal) = before.signal(dof.force()) {
+                logged.run.signals.insert(nominal(dof), signal.clone());
+            }
+        }
+        logged.findings.extend(findings);
+    }
+    Ok(())
+}
+
+/// Nominal force of each thruster, N, at the stamps of the first one.
+fn thruster_forces(logged: &Logged, thrusters: &[Thruster], letter: &str) -> Result<Vec<Signal>, Vec<Finding>> {
+    let run = &logged.run;
+    let volts = supply(run);
+    let (mut forces, mut wrong): (Vec<Signal>, Vec<Finding>) = (Vec::new(), Vec::new());
+    for (k, thruster) in thrusters.iter().enumerate() {
+        let column = format!("{letter}{}", k + 1);
+        let Some(signal) = run.signal(&column).filter(|s| !s.is_empty()) else {
+            let text = format!("no such column; {letter} is logged, so thruster {:?} needs it", thruster.name);
+            wrong.push(Finding::at(&codes::THRUSTER_COLUMN, &run.name, None, Some(&column), &text).of_run(&run.name));
+            continue;
+        };
+        let clock = forces.first().map_or(signal.shared_time(), Signal::shared_time).clone();
+        let curve = thruster.curve();
+        let pulses = letter == "V" && logged.units.get(&column) == Some(&"us");
+        let force = |t: f64| -> Result<f64, String> {
+            let x = at(signal, t);
+            let command = if pulses { thruster.command_of_pulse(x).map_err(|e| e.to_string())? } else { x };
+            Ok(match (letter, volts, curve.supply) {
+                ("F", ..) => x,
+                (_, Some(volts), Some(_)) => curve.force_at(command, at(volts, t)),
+                _ => curve.force(command),
+            })
+        };
+        match clock.iter().map(|t| force(*t)).collect::<Result<Vec<f64>, String>>() {
+            Ok(values) => forces.push(Signal::new(clock, values)),
+            Err(text) => {
+                wrong.push(Finding::at(&codes::NO_PULSE, &run.name, None, Some(&column), &text).of_run(&run.name));
+            }
+        }
+    }
+    if wrong.is_empty() { Ok(forces) } else { Err(wrong) }
+}
+
+/// Writes the wrench of thruster forces, nominal and acting, into the run.
+fn wrench(
+    logged: &mut Logged,
+    thrusters: &[Thruster],
+    forces: &[Signal],
+    efficiency: &Efficiency,
+) -> Result<(), String> {
+    let run = &mut logged.run;
+    let Some(clock) = forces.first().map(|f| f.shared_time().clone()) else { return Ok(()) };
+    let allocation = Allocation::new(thrusters).map_err(|e| e.to_string())?;
+    let moves = !matches!(run.kind, RunKind::Bollard | RunKind::Towing) && *efficiency != Efficiency::default();
+    let (mut acting, mut plain) = (vec![Vec::with_capacity(clock.len()); 6], vec![Vec::with_capacity(clock.len()); 6]);
+    let mut coverage = [0_usize; 3];
+    for (k, t) in clock.iter().enumerate() {
+        let now: Vec<f64> = forces.iter().map(|f| f.values()[k]).collect();
+        let nominal = allocation.wrench(&now);
+        let mut force = nominal;
+        if moves {
+            let nu = Vector6::from_fn(|i, _| run.signal(Dof::ALL[i].velocity()).map_or(0.0, |s| at(s, *t)));
+            let delivered = efficiency.wrench(thrusters, &now, &nu);
+            coverage[delivered.coverage as usize] += 1;
+            force = delivered.force;
+        }
+        for i in 0..6 {
+            acting[i].push(force[i]);
+            plain[i].push(nominal[i]);
+        }
+    }
+    for (dof, (acting, plain)) in Dof::ALL.into_iter().zip(acting.into_iter().zip(plain)) {
+        // what these thrusters cannot give is no command of that degree of freedom
+        if allocation.columns().iter().all(|c| c[dof.index()].abs() <= 1e-12) {
+            continue;
+        }
+        run.signals.insert(dof.force().into(), Signal::new(clock.clone(), acting));
+        if moves {
+            run.signals.insert(nominal(dof), Signal::new(clock.clone(), plain));
+        }
+    }
+    silent(run, &clock);
+    let part = |c: Coverage| 100.0 * coverage[c as usize] as f64 / clock.len().max(1) as f64;
+    let told = [
+        (Coverage::OutOfRange, &procedure::codes::ADVANCE_RANGE),
+        (Coverage::AgainstMotion, &procedure::codes::ADVANCE_AGAINST),
+    ];
+    for (c, code) in told {
+        if efficiency.eta_adv.is_some() && part(c) > 1.0 {
+            let text = format!("{}: {:.0} % of the samples", code.meaning, part(c));
+            logged.findings.push(Finding::new(code, text).of_run(&run.name));
+        }
+    }
+    Ok(())
+}
+
+/// Degrees of freedom that no thruster drives have a force of 0, not an unknown one.
+fn silent(run: &mut Run, clock: &Arc<[f64]>) {
+    for dof in Dof::ALL {
+        run.signals.entry(dof.force().into()).or_insert_with(|| Signal::new(clock.clone(), vec![0.0; clock.len()]));
+    }
+}
+
+/// The straight line between samples, constant outside them; 0 for a signal without samples.
+pub(super) fn at(signal: &Signal, t: f64) -> f64 {
+    let (time, x) = (signal.time(), signal.values());
+    match time.partition_point(|s| *s <= t) {
+        0 => x.first().copied().unwrap_or(0.0),
+        k if k == x.len() => x[k - 1],
+        k => x[k - 1] + (x[k] - x[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thrust::advance::AdvanceLoss;
+    use crate::thrust::interaction::{Interaction, InteractionTable};
+
+    fn logged(columns: &[(&str, f64)]) -> Logged {
+        let clock: Arc<[f64]> = vec![0.0, 1.0].into();
+        let mut run = Run { name: "a.csv".into(), ..Run::default() };
+        for (name, value) in columns {
+            run.signals.insert((*name).into(), Signal::new(clock.clone(), vec![*value; 2]));
+        }
+        Logged { run, ..Logged::default() }
+    }
+
+    fn pair() -> Vec<Thruster> {
+        let text = |name: &str, y: f64| {
+            format!("name = '{name}'\nposition = [0, {y}, 0]\naxis = [1, 0, 0]\nforward = {{a = 2.0, b = 0.0}}\nreverse = {{a = 1.0, b = 0.0}}\n")
+        };
+        vec![toml::from_str(&text("port", -0.5)).unwrap(), toml::from_str(&text("starboard", 0.5)).unwrap()]
+    }
+
+    const PLANAR: [Dof; 2] = [Dof::Surge, Dof::Yaw];
+
+    #[test]
+    fn exact_voltages_become_a_wrench_and_win_over_tau() {
+        let mut run = logged(&[("V1", 3.0), ("V2", -3.0), ("tau_u", 99.0), ("tau_r", 99.0)]);
+        apply(&mut run, &PLANAR, &pair(), &Efficiency::default()).unwrap();
+        // 2·9 ahead at port and 1·9 astern at starboard by the paper's F = a V² + b V (b = 0)
+        let force = |name: &str| run.run.signals[name].values()[0];
+        let (surge, yaw) = (force("tau_u"), force("tau_r"));
+        assert!(surge > 0.0 && yaw > 0.0 && surge < 99.0, "{surge} {yaw}");
+        assert!(run.findings.iter().any(|f| f.code == codes::FORCE_SOURCE.code));
+    }
+
+    #[test]
+    fn absent_columns_are_named() {
+        let mut half = logged(&[("V1", 3.0)]);
+        let wrong = apply(&mut half, &PLANAR, &pair(), &Efficiency::default()).unwrap_err();
+        assert_eq!(wrong[0].column.as_deref(), Some("V2"));
+        let mut none = logged(&[("V1", 3.0)]);
+        assert_eq!(apply(&mut none, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].code, "M003");
+        let mut bare = logged(&[("tau_u", 3.0)]);
+        assert_eq!(apply(&mut bare, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].column.as_deref(), Some("tau_r"));
+    }
+
+    #[test]
+    fn efficiencies_scale_what_acts_and_keep_what_was_asked() {
+        let entry = Interaction { dof: Dof::Surge, thrusters: Vec::new(), value: 0.9, std: None };
+        let loss = Efficiency {
+            eta_inter: InteractionTable(vec![entry]),
+            eta_adv: Some(AdvanceLoss { slope: -0.2, intercept: 1.0, valid: [0.0, 1.0] }),
+            ..Efficiency::default()
+        };
+        let mut run = logged(&[("tau_u", 100.0), ("tau_r", 0.0), ("u", 0.5)]);
+        apply(&mut run, &PLANAR, &[], &loss).unwrap();
+        assert!((run.run.signals["tau_u"].values()[0] - 100.0 * 0.9 * 0.9).abs() < 1e-12);
+        assert_eq!(run.run.signals["nominal_tau_u"].values()[0], 100.0);
+        assert!(run.findings.is_empty());
+        let mut fast = logged(&[("tau_u", 100.0), ("tau_r", 0.0), ("u", 1.5)]);
+        apply(&mut fast, &PLANAR, &[], &loss).unwrap();
+        assert!(fast.findings.iter().any(|f| f.kind == "advance-out-of-range"));
+        let mut held = logged(&[("tau_u", 100.0), ("tau_r", 0.0), ("u", 0.5)]);
+        held.run.kind = RunKind::Bollard;
+        apply(&mut held, &PLANAR, &[], &loss).unwrap();
+        assert_eq!(held.run.signals["tau_u"].values()[0], 100.0);
+    }
+}

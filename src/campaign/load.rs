@@ -1,0 +1,300 @@
+//! A campaign ready for work: from its file, or from runs in memory.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::baseline::{self, Own, wrong};
+use super::codes;
+use super::derived;
+use super::error::Error;
+use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
+use super::forces;
+use super::logs::{self, Logged};
+use super::window;
+use crate::effects::channel;
+use crate::estimate::output_error::OutputErrorOptions;
+use crate::finding::Finding;
+use crate::formula::Formula;
+use crate::frame::Dof;
+use crate::log::options::PositionSource;
+use crate::model::{Interpolation, Model};
+use crate::navigation::unwrap;
+use crate::procedure::acting_forces;
+use crate::run::{Role, Run, RunKind, Signal};
+use crate::thrust::efficiency::Efficiency;
+use crate::vehicle::{Vehicle, Water};
+
+/// How a campaign is loaded.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Let logs lie outside the campaign's folder.
+    pub allow_outside: bool,
+}
+
+/// What the estimators are told.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The estimator that the campaign asks for.
+    pub estimator: Option<Estimator>,
+    /// Output error: segments, noise, whether the position is measured apart.
+    pub output_error: OutputErrorOptions,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// One vehicle, its runs, the baseline: what every verb works on.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    /// The campaign as its file says it.
+    pub file: CampaignFile,
+    /// Dry figures.
+    pub vehicle: Vehicle,
+    /// The water.
+    pub water: Water,
+    /// The baseline, with what is known of its parameters beforehand.
+    pub model: Model,
+    /// The runs, in the order of the file: SI units, forces that act, derived channels in place.
+    pub runs: Vec<Run>,
+    /// The user's own effects that the discovery may add.
+    pub candidates: Vec<Own>,
+    /// Options of the estimators.
+    pub options: Options,
+    /// What reading and preparing found.
+    pub findings: Vec<Finding>,
+    /// Files that were read: the campaign and its logs.
+    pub sources: Vec<PathBuf>,
+}
+
+impl Campaign {
+    /// Reads a campaign file and its logs.
+    ///
+    /// # Errors
+    /// [`Error`]; what is wrong with the logs is told for all runs at once.
+    pub fn load(path: &Path, options: LoadOptions) -> Result<Campaign, Error> {
+        let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
+        Campaign::from_file(CampaignFile::read(path, &read)?)
+    }
+
+    /// Reads the logs of a campaign file.
+    ///
+    /// # Errors
+    /// As [`Campaign::load`].
+    pub fn from_file(file: CampaignFile) -> Result<Campaign, Error> {
+        let names = names(&file.runs);
+        let logged: Vec<Result<Logged, Error>> =
+            file.runs.par_iter().zip(&names).map(|(table, name)| logs::read(&file, table, name)).collect();
+        let mut good = Vec::new();
+        let mut findings = Vec::new();
+        for logged in logged {
+            match logged {
+                Ok(logged) => good.push(logged),
+                Err(error) if error.is_wrong_use() => return Err(error),
+                Err(error) => findings.extend(named(error)),
+            }
+        }
+        if !findings.is_empty() {
+            return Err(Error::Refused { findings });
+        }
+        let logs = file.runs.iter().flat_map(|run| &run.files).map(|log| file.path_of(log));
+        let sources: Vec<PathBuf> = file.source.iter().map(|s| s.file.clone()).chain(logs).collect();
+        let tables = file.runs.clone();
+        assemble(file, good, &tables, sources)
+    }
+
+    /// A campaign of runs in memory: signals in SI units under their canonical names, `tau_*` or thruster channels
+    /// among them. The `[[run]]` tables of `file` are not read; kind and role are those of the runs.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn from_runs(file: CampaignFile, runs: Vec<Run>) -> Result<Campaign, Error> {
+        let tables: Vec<RunTable> =
+            runs.iter().map(|run| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
+        let position = file.log.position_source == Some(PositionSource::Independent);
+        let logged = runs.into_iter().map(|run| Logged { run, position, ..Logged::default() }).collect();
+        assemble(file, logged, &tables, Vec::new())
+    }
+
+    /// Runs of free motion, all or of one role: what output error and simulation work on.
+    pub fn motion(&self, role: Option<Role>) -> Vec<Run> {
+        self.runs.iter().filter(|r| moves(r.kind) && role.is_none_or(|role| r.role == role)).cloned().collect()
+    }
+
+    /// The runs with nominal instead of acting forces, for procedures that apply efficiencies themselves.
+    pub fn nominal_runs(&self) -> Vec<Run> {
+        let mut runs = self.runs.clone();
+        for run in &mut runs {
+            for dof in Dof::ALL {
+                if let Some(signal) = run.signals.remove(&forces::nominal(dof)) {
+                    run.signals.insert(dof.force().into(), signal);
+                }
+            }
+        }
+        runs
+    }
+
+    /// The campaign with the forces that act under other losses of thrust than its own, as a fitted model brings them.
+    #[must_use]
+    pub fn under(&self, efficiency: &Efficiency) -> Campaign {
+        if *efficiency == self.file.efficiency {
+            return self.clone();
+        }
+        let mut campaign = self.clone();
+        let acting = |run: Run| if moves(run.kind) { acting_forces(&run, efficiency).0 } else { run };
+        campaign.runs = self.nominal_runs().into_iter().map(acting).collect();
+        campaign.file.efficiency = efficiency.clone();
+        campaign
+    }
+
+    /// Whether some run takes no part in the fit.
+    pub fn validates(&self) -> bool {
+        self.runs.iter().any(|run| run.role == Role::Validate)
+    }
+}
+
+/// Whether a vehicle moves freely in a run of this kind.
+pub(super) fn moves(kind: RunKind) -> bool {
+    !matches!(kind, RunKind::Bollard | RunKind::Towing)
+}
+
+/// Names of the runs: their first file; a number behind it where two are of one file.
+fn names(tables: &[RunTable]) -> Vec<String> {
+    let first = |table: &RunTable| table.files.first().map_or_else(String::new, |f| f.file.clone());
+    let mut names: Vec<String> = Vec::new();
+    for table in tables {
+        let name = first(table);
+        let same = tables[..names.len()].iter().filter(|t| first(t) == name).count();
+        names.push(if same > 0 { format!("{name} #{}", same + 1) } else { name });
+    }
+    names
+}
+
+/// The findings of a refusal, each with its run.
+fn named(error: Error) -> Vec<Finding> {
+    match error {
+        Error::Log { run, source } => source.findings().iter().map(|f| f.clone().of_run(&run)).collect(),
+        Error::Refused { findings } => findings,
+        _ => Vec::new(),
+    }
+}
+
+fn assemble(
+    file: CampaignFile,
+    logged: Vec<Logged>,
+    tables: &[RunTable],
+    sources: Vec<PathBuf>,
+) -> Result<Campaign, Error> {
+    let (mut model, candidates) = baseline::build(&file)?;
+    let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
+    // runs of both kinds stand together as lines, held commands as lines with steps
+    let mixed = held.iter().any(|h| *h != held[0]);
+    model.input = if !mixed && held.first() == Some(&true) { Interpolation::Hold } else { Interpolation::Linear };
+    let (mut runs, mut findings, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    let mut position = true;
+    for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
+        prepare(&file, &mut logged, table, k)?;
+        if held[k] && mixed {
+            window::steps(&mut logged.run);
+        }
+        if let Err(wrong) = forces::apply(&mut logged, &model.dofs, &file.thrusters, &file.efficiency) {
+            refused.extend(wrong);
+        }
+        position &= logged.position || !moves(logged.run.kind);
+        findings.append(&mut logged.findings);
+        if logged.run.span().is_none() {
+            let text = "no sample is left; widen `from`, `to` or `where`";
+            refused.push(Finding::at(&codes::NOTHING_LEFT, &logged.run.name, None, None, text).of_run(&logged.run.name));
+        }
+        runs.push(logged.run);
+    }
+    derived::add(&mut runs, &file.vehicle, &model.dofs);
+    refused.extend(absent_channels(&model, &runs));
+    if !refused.is_empty() {
+        return Err(Error::Refused { findings: refused });
+    }
+    own_formulas(&file, &model, &runs)?;
+    if !runs.iter().any(|run| run.role == Role::Validate) {
+        let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
+        findings.push(Finding::new(&codes::NO_VALIDATION, text));
+    }
+    let output_error = OutputErrorOptions {
+        segment: file.fit.segment,
+        longest_step: file.fit.longest_step,
+        position: position && runs.iter().any(|run| moves(run.kind)),
+        sigma: (!file.noise.is_empty()).then(|| file.noise.clone()),
+        ..OutputErrorOptions::default()
+    };
+    let options = Options { estimator: file.fit.estimator, output_error, seed: file.seed };
+    Ok(Campaign {
+        vehicle: file.vehicle.clone(),
+        water: file.water,
+        model,
+        runs,
+        candidates,
+        options,
+        findings,
+        sources,
+        file,
+    })
+}
+
+/// Window, condition, rate and headings of a run.
+fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: usize) -> Result<(), Error> {
+    window::cut(&mut logged.run, table);
+    if let Some(text) = &table.condition {
+        let at = format!("run[{index}].where");
+        let condition = Formula::parse(text).map_err(|e| wrong(file, &at, &e))?;
+        window::keep_where(&mut logged.run, &condition).map_err(|e| wrong(file, &at, &e))?;
+    }
+    if let Some(rate) = table.resample {
+        let held = table.input.unwrap_or(file.model.input) == Interpolation::Hold;
+        window::resample(&mut logged.run, rate, held);
+    }
+    for angle in [Dof::Roll, Dof::Yaw].map(Dof::position) {
+        if let Some(signal) = logged.run.signals.get_mut(angle) {
+            *signal = Signal::new(signal.shared_time().clone(), unwrap(signal.values()));
+        }
+    }
+    logged.run.signals.retain(|_, signal| !signal.is_empty());
+    Ok(())
+}
+
+/// Channels that effects of the model read and runs of free motion lack.
+fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
+    let read: BTreeSet<(String, String)> = model
+        .terms
+        .iter()
+        .flat_map(|term| term.effect.channels(term.place).into_iter().map(|channel| (channel, term.name())))
+        .collect();
+    let mut findings = Vec::new();
+    for run in runs.iter().filter(|run| moves(run.kind)) {
+        for (name, term) in read.iter().filter(|(name, _)| !run.signals.contains_key(name)) {
+            let what = match name.as_str() {
+                channel::SUPPLY_RATIO => "a column with the supply voltage, such as supply_V",
+                channel::ANCHOR_NORTH | channel::ANCHOR_EAST => "the position x, y",
+                name if name.starts_with("KC_") => "[vehicle] length or volume",
+                _ => "this column",
+            };
+            let text = format!("`{term}` reads it: it needs {what}, or take `{term}` out of the model");
+            findings.push(Finding::at(&codes::NOT_ON_CHANNEL, &run.name, None, Some(name), &text).of_run(&run.name));
+        }
+    }
+    findings
+}
+
+/// Refuses a user's formula that reads a state which is neither modelled nor logged.
+fn own_formulas(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<(), Error> {
+    for (i, table) in file.effects.iter().enumerate() {
+        let at = format!("effect[{i}].formula");
+        let formula = Formula::parse(&table.formula).map_err(|e| wrong(file, &at, &e))?;
+        let simulated = |dof: &Dof| [Some(dof.velocity()), dof.is_rotation().then(|| dof.position())];
+        let states: Vec<&str> = model.dofs.iter().flat_map(simulated).flatten().collect();
+        for run in runs.iter().filter(|run| moves(run.kind)) {
+            let known: Vec<&str> =
+                run.signals.keys().map(String::as_str).chain(states.iter().copied()).chain(["t"]).collect();
+            formula.check(known).map_err(|e| wrong(file, &at, &format!("run `{}`: {e}", run.name)))?;
+        }
+    }
+    Ok(())
+}

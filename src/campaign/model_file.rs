@@ -1,0 +1,246 @@
+//! A fitted model as a file: values with what is known of them, where they come from, and where they hold.
+//!
+//! TOML, or JSON where the name ends in `.json`. It is written by `fit` and read back by `simulate` and `compare`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::baseline;
+use super::error::Error;
+use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable};
+use super::fit::Fit;
+use super::load::Campaign;
+use crate::effects::EffectName;
+use crate::model::Model;
+use crate::run::Run;
+use crate::thrust::efficiency::Efficiency;
+use crate::units::Dimension;
+use crate::vehicle::{Vehicle, Water};
+
+/// The format this version reads and writes.
+pub const FORMAT: u32 = 1;
+
+/// A model with its provenance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelFile {
+    /// Format of the file: 1.
+    pub format: u32,
+    /// Version that wrote it.
+    pub hydrosysid: String,
+    /// Campaign that it comes from.
+    pub campaign: String,
+    /// What estimated it.
+    pub estimator: Estimator,
+    /// How the standard deviations were found.
+    pub std_method: String,
+    /// Dry figures.
+    pub vehicle: Vehicle,
+    /// The water.
+    pub water: Water,
+    /// Degrees of freedom, terms, what inputs do between samples.
+    pub model: ModelTable,
+    /// Losses of thrust that the values go with.
+    #[serde(default)]
+    pub efficiency: Efficiency,
+    /// Smallest and greatest value of each velocity in the runs of the fit, SI: beyond them the model extrapolates.
+    #[serde(default)]
+    pub envelope: BTreeMap<String, [f64; 2]>,
+    /// The user's own effects among the terms.
+    #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectTable>,
+    /// The parameters.
+    #[serde(rename = "parameter")]
+    pub parameters: Vec<ModelParameter>,
+    /// Covariance in the order of the parameters, SI.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+/// One parameter of a model file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelParameter {
+    /// Term that reads it: `quadratic_drag@surge`.
+    pub effect: String,
+    /// Symbol.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std: Option<f64>,
+    /// Unit.
+    pub unit: Dimension,
+    /// Whether it was held.
+    #[serde(default)]
+    pub fixed: bool,
+    /// Values of a parameter with one in each run, by the name of the run.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub per_run: BTreeMap<String, f64>,
+}
+
+/// Why a model file cannot be used.
+#[derive(Debug, Error)]
+pub enum ModelFileError {
+    /// It cannot be read.
+    #[error("{}: {}", .file.display(), std::io::Error::from(*.kind))]
+    CannotRead {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        kind: std::io::ErrorKind,
+    },
+    /// It is no model file.
+    #[error("{}: {message}", .file.display())]
+    Syntax {
+        /// The file.
+        file: PathBuf,
+        /// What its reader says, with line and column.
+        message: String,
+    },
+    /// A format that this version does not know.
+    #[error("{}: format {found} is not known: this version reads format 1", .file.display())]
+    Format {
+        /// The file.
+        file: PathBuf,
+        /// The format found.
+        found: u32,
+    },
+    /// Its terms make no model.
+    #[error("{}: {source}", .file.display())]
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: Box<Error>,
+    },
+    /// A parameter that none of its terms has, or one that is missing.
+    #[error("{}: `{effect}` has no parameter `{name}` in this file and in this version alike", .file.display())]
+    Parameter {
+        /// The file.
+        file: PathBuf,
+        /// The term.
+        effect: String,
+        /// The symbol.
+        name: String,
+    },
+}
+
+impl ModelFile {
+    /// The model of a fit.
+    pub fn of(campaign: &Campaign, fit: &Fit) -> ModelFile {
+        let model = &fit.model;
+        let effects: Vec<EffectName> = model.terms.iter().filter_map(|t| t.name().parse().ok()).collect();
+        let own = campaign.file.effects.iter();
+        let own: Vec<EffectTable> = own
+            .filter(|e| effects.iter().any(|name| name.id == e.id))
+            .map(|e| EffectTable { role: EffectRole::Baseline, ..e.clone() })
+            .collect();
+        let parameters = model.parameters.iter().zip(&fit.parameters).map(|(p, told)| ModelParameter {
+            effect: p.term.clone(),
+            name: p.spec.name.clone(),
+            value: p.value,
+            std: told.std,
+            unit: p.spec.dimension,
+            fixed: p.fixed,
+            per_run: told.per_run.clone(),
+        });
+        ModelFile {
+            format: FORMAT,
+            hydrosysid: env!("CARGO_PKG_VERSION").into(),
+            campaign: campaign.file.source.as_ref().map_or_else(String::new, |s| s.file.display().to_string()),
+            estimator: fit.estimator,
+            std_method: fit.std_method.clone(),
+            vehicle: campaign.vehicle.clone(),
+            water: campaign.water,
+            model: ModelTable { dofs: model.dofs.clone(), effects, coriolis: model.coriolis, input: model.input },
+            efficiency: fit.efficiency.clone(),
+            envelope: fit.envelope.clone(),
+            effects: own,
+            parameters: parameters.collect(),
+            covariance: fit.covariance.clone(),
+        }
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// [`ModelFileError`].
+    pub fn read(path: &Path) -> Result<ModelFile, ModelFileError> {
+        let file = path.to_path_buf();
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| ModelFileError::CannotRead { file: file.clone(), kind: e.kind() })?;
+        let syntax = |message: String| ModelFileError::Syntax { file: file.clone(), message };
+        let model: ModelFile = match is_json(path) {
+            true => serde_json::from_str(&text).map_err(|e| syntax(e.to_string()))?,
+            false => toml::from_str(&text).map_err(|e| syntax(e.to_string()))?,
+        };
+        if model.format == FORMAT { Ok(model) } else { Err(ModelFileError::Format { file, found: model.format }) }
+    }
+
+    /// The text of the file of this name: JSON where it ends in `.json`, else TOML.
+    ///
+    /// # Errors
+    /// Never for a model that was fitted; what the writer says otherwise.
+    pub fn to_text(&self, path: &Path) -> Result<String, ModelFileError> {
+        let syntax = |message: String| ModelFileError::Syntax { file: path.to_path_buf(), message };
+        match is_json(path) {
+            true => serde_json::to_string_pretty(self).map_err(|e| syntax(e.to_string())),
+            false => toml::to_string(self).map_err(|e| syntax(e.to_string())),
+        }
+    }
+
+    /// The model, for runs of these names; `path` is named in messages.
+    ///
+    /// # Errors
+    /// [`ModelFileError`] when this version has another idea of a term.
+    pub fn model(&self, runs: &[Run], path: &Path) -> Result<Model, ModelFileError> {
+        let file = path.to_path_buf();
+        let campaign = CampaignFile {
+            vehicle: self.vehicle.clone(),
+            water: self.water,
+            model: self.model.clone(),
+            effects: self.effects.clone(),
+            ..CampaignFile::default()
+        };
+        let (mut model, _) = baseline::build(&campaign)
+            .map_err(|e| ModelFileError::Model { file: file.clone(), source: Box::new(e) })?;
+        let mut known = 0;
+        for told in &self.parameters {
+            let absent = || ModelFileError::Parameter {
+                file: file.clone(),
+                effect: told.effect.clone(),
+                name: told.name.clone(),
+            };
+            let parameter = &mut model
+                .parameters
+                .iter_mut()
+                .find(|p| p.term == told.effect && p.spec.name == told.name)
+                .ok_or_else(absent)?;
+            known += 1;
+            parameter.value = told.value;
+            parameter.std = told.std;
+            parameter.fixed = told.fixed;
+            if !told.per_run.is_empty() {
+                parameter.per_run =
+                    runs.iter().map(|run| told.per_run.get(&run.name).copied().unwrap_or(told.value)).collect();
+            }
+        }
+        if known < model.parameters.len() {
+            let told = |p: &&crate::model::Parameter| {
+                !self.parameters.iter().any(|t| t.effect == p.term && t.name == p.spec.name)
+            };
+            if let Some(p) = model.parameters.iter().find(told) {
+                return Err(ModelFileError::Parameter { file, effect: p.term.clone(), name: p.spec.name.clone() });
+            }
+        }
+        Ok(model)
+    }
+}
+
+fn is_json(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}

@@ -1,0 +1,235 @@
+//! What may be typed: verbs, arguments, options.
+
+use std::path::PathBuf;
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::campaign::Estimator;
+
+/// Plain colours of the terminal's own scheme.
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// Identification of underwater vehicles: from logs to a model that can be trusted.
+#[derive(Debug, Parser)]
+#[command(name = "hydrosysid", version, styles = STYLES, subcommand_required = true, arg_required_else_help = true,
+    after_help = "Examples:\n  hydrosysid init run1.csv run2.csv --mass 189 -o campaign.toml\n  hydrosysid check campaign.toml\n  hydrosysid fit campaign.toml --model model.toml\n  hydrosysid compare campaign.toml --model model.toml\n\nExit codes: 0 done, 1 the data was refused, 2 wrong use.")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    pub shared: Shared,
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// Options of every verb.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Shared {
+    /// Write the result as JSON to FILE, or to standard output with `-` (then no table).
+    #[arg(long, value_name = "FILE", global = true)]
+    pub json: Option<PathBuf>,
+    /// Take warnings as errors.
+    #[arg(long, global = true)]
+    pub strict: bool,
+    /// Replace output files that exist.
+    #[arg(long, global = true)]
+    pub force: bool,
+    /// Print nothing but errors.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// No colours; the environment variable NO_COLOR does the same.
+    #[arg(long, global = true)]
+    pub no_color: bool,
+    /// Number of threads; all cores when absent.
+    #[arg(short, long, value_name = "N", global = true, value_parser = threads)]
+    pub jobs: Option<usize>,
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err("a number of threads, 1 or more".into()),
+    }
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// Write a commented campaign file from a set of logs.
+    Init(Init),
+    /// Look at logs or a campaign before anything is fitted: green, amber or red.
+    Check(Check),
+    /// Read a log with its options and write it as plain CSV in SI units.
+    Convert(Convert),
+    /// Estimate the model's parameters from the training runs.
+    Fit(Fit),
+    /// Simulate the runs with a model.
+    Simulate(Simulate),
+    /// Hold a model against every run, those of the fit and those that took no part.
+    Compare(Compare),
+    /// List the effects that a model may hold, or tell all of one.
+    Effects(Effects),
+    /// Tell what the code of a warning or an error means.
+    Explain(Explain),
+    /// Write completions for a shell.
+    Completions(Completions),
+    /// Write the manual page.
+    Man,
+}
+
+/// How bare logs are read.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Reading {
+    /// A reading option as in the campaign's [log] table, such as 'missing = "drop"'; may be repeated.
+    #[arg(long = "log", value_name = "KEY=VALUE")]
+    pub options: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml")]
+pub(super) struct Init {
+    /// Logs.
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// Campaign file to write; standard output when absent.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Name of the vehicle.
+    #[arg(long, default_value = "vehicle")]
+    pub name: String,
+    /// Dry mass, kg.
+    #[arg(long, value_name = "KG")]
+    pub mass: Option<f64>,
+    /// Displaced volume, m3.
+    #[arg(long, value_name = "M3")]
+    pub volume: Option<f64>,
+    /// Weight in air, N.
+    #[arg(long, value_name = "N")]
+    pub weight: Option<f64>,
+    /// Buoyancy, N.
+    #[arg(long, value_name = "N")]
+    pub buoyancy: Option<f64>,
+    /// Characteristic length, m.
+    #[arg(long, value_name = "M")]
+    pub length: Option<f64>,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  hydrosysid check campaign.toml\n  hydrosysid check dive.csv --log 'delimiter = \";\"' --log 'decimal = \",\"'")]
+pub(super) struct Check {
+    /// A campaign (.toml), or logs.
+    #[arg(required = true, value_name = "CAMPAIGN|LOG")]
+    pub files: Vec<PathBuf>,
+    /// Columns that a bare log must have, separated by commas.
+    #[arg(long, value_delimiter = ',', value_name = "COLUMNS", default_value = "t,u,v,r,tau_u,tau_v,tau_r")]
+    pub columns: Vec<String>,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub campaign: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid convert dive.csv plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'")]
+pub(super) struct Convert {
+    /// Log to read.
+    pub log: PathBuf,
+    /// File to write.
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+/// How a campaign is loaded.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Loading {
+    /// Let logs lie outside the campaign's folder.
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(super) enum EstimatorName {
+    /// Simulation against measurement on segments.
+    OutputError,
+    /// The paper's procedure, stage by stage.
+    Staged,
+    /// Integral least squares on all runs at once.
+    Integral,
+}
+
+impl From<EstimatorName> for Estimator {
+    fn from(name: EstimatorName) -> Estimator {
+        match name {
+            EstimatorName::OutputError => Estimator::OutputError,
+            EstimatorName::Staged => Estimator::Staged,
+            EstimatorName::Integral => Estimator::Integral,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid fit campaign.toml --json fit.json --model model.toml")]
+pub(super) struct Fit {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part and output
+    /// error otherwise.
+    #[arg(long, value_enum)]
+    pub estimator: Option<EstimatorName>,
+    /// Write the fitted model to FILE (TOML, or JSON where it ends in .json).
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid simulate campaign.toml --model model.toml --output simulated")]
+pub(super) struct Simulate {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Model to simulate; the campaign is fitted when absent.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Folder in which each run is written as CSV.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid compare campaign.toml --model model.toml --json compare.json")]
+pub(super) struct Compare {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Model to compare; the campaign is fitted when absent.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Effects {
+    /// Id of one effect.
+    pub id: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Explain {
+    /// Code of a finding, such as L105; all of them when absent.
+    pub code: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Completions {
+    /// Shell.
+    pub shell: clap_complete::Shell,
+}

@@ -1,0 +1,142 @@
+//! `effects` and `explain`: what there is to know without any data.
+
+use serde::Serialize;
+
+use super::arguments::{Effects, Explain};
+use super::failure::Failure;
+use super::output::Output;
+use super::table::table;
+use crate::campaign::codes;
+use crate::effects::{Coriolis, Effect, Place, Scope, catalogue};
+use crate::frame::Dof;
+use crate::model::places_of;
+use crate::nearest::nearest;
+
+/// An effect as it is listed.
+#[derive(Debug, Serialize)]
+struct Entry {
+    id: String,
+    family: &'static str,
+    #[serde(rename = "where")]
+    place: String,
+    formula: String,
+    meaning: String,
+    parameters: Vec<Symbol>,
+    source: String,
+    shown_by: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Symbol {
+    name: String,
+    unit: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sname: Option<String>,
+    linear: bool,
+}
+
+pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failure> {
+    output.may_write(None)?;
+    let all = catalogue(Coriolis::Free);
+    let Some(id) = &arguments.id else {
+        let entries: Vec<Entry> = all.iter().map(|e| entry(e.as_ref())).collect();
+        let rows: Vec<Vec<String>> = entries
+            .iter()
+            .map(|e| vec![e.id.clone(), e.family.into(), e.place.clone(), e.formula.clone(), units(e)])
+            .collect();
+        output.print(&table(&["effect", "family", "where", "formula", "unit"], &rows));
+        output.print("`hydrosysid effects ID` tells the source and what data can show it.");
+        return output.json(&entries);
+    };
+    let id = id.split('@').next().unwrap_or(id);
+    let Some(effect) = all.iter().find(|e| e.about().id == id) else {
+        let near = nearest(id, all.iter().map(|e| e.about().id)).map(|n| format!(", did you mean `{n}`?"));
+        return Err(Failure::Argument(format!("no effect is called `{id}`{}", near.unwrap_or_default())));
+    };
+    let e = entry(effect.as_ref());
+    let symbols: Vec<String> = e
+        .parameters
+        .iter()
+        .map(|p| {
+            let sname = p.sname.as_ref().map(|s| format!(", SNAME {s}")).unwrap_or_default();
+            format!("{} [{}]{sname}{}", p.name, p.unit, if p.linear { "" } else { ", a shape parameter" })
+        })
+        .collect();
+    output.print(&format!(
+        "{}: {}\n\n  formula     {}\n  where       {} ({})\n  parameters  {}\n  shown by    {}\n  source      {}",
+        e.id,
+        e.meaning,
+        e.formula,
+        e.place,
+        e.family,
+        if symbols.is_empty() { "none".into() } else { symbols.join("; ") },
+        e.shown_by,
+        e.source
+    ));
+    output.json(&e)
+}
+
+fn entry(effect: &dyn Effect) -> Entry {
+    let about = effect.about();
+    let place = match about.scope {
+        Scope::Each(list) if list.len() == 6 => "@ each dof".to_string(),
+        Scope::Each(list) => format!("@ {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ")),
+        Scope::Pairs => "@ dof:other".to_string(),
+        Scope::Vehicle(list) => format!("vehicle; needs {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ")),
+        Scope::Everywhere => "vehicle".to_string(),
+    };
+    let first = places_of(effect, &Dof::ALL).first().copied().unwrap_or(Place::VEHICLE);
+    let parameters = effect.parameters(first).into_iter().map(|p| Symbol {
+        unit: p.dimension.to_string(),
+        linear: p.is_linear(),
+        sname: p.sname,
+        name: p.name,
+    });
+    Entry {
+        id: about.id.into(),
+        family: about.family.name(),
+        place,
+        formula: about.formula.into(),
+        meaning: about.meaning.into(),
+        parameters: parameters.collect(),
+        source: about.source.into(),
+        shown_by: about.shown_by.into(),
+    }
+}
+
+fn units(entry: &Entry) -> String {
+    let mut units: Vec<&str> = entry.parameters.iter().map(|p| p.unit.as_str()).collect();
+    units.dedup();
+    units.join(", ")
+}
+
+/// A code as it is told.
+#[derive(Debug, Serialize)]
+struct Told {
+    code: &'static str,
+    kind: &'static str,
+    severity: crate::finding::Severity,
+    meaning: &'static str,
+}
+
+pub(super) fn explain(arguments: &Explain, output: &Output) -> Result<(), Failure> {
+    output.may_write(None)?;
+    let all: Vec<Told> = codes::everywhere()
+        .map(|c| Told { code: c.code, kind: c.kind, severity: c.severity, meaning: c.meaning })
+        .collect();
+    let severity = |told: &Told| format!("{:?}", told.severity).to_lowercase();
+    let Some(code) = &arguments.code else {
+        let rows: Vec<Vec<String>> =
+            all.iter().map(|t| vec![t.code.into(), t.kind.into(), severity(t), t.meaning.into()]).collect();
+        output.print(&table(&["code", "kind", "severity", "meaning"], &rows));
+        return output.json(&all);
+    };
+    let meant: Vec<&Told> = all.iter().filter(|t| t.code.eq_ignore_ascii_case(code) || t.kind == code).collect();
+    if meant.is_empty() {
+        return Err(Failure::Argument(format!("no finding has the code `{code}`; `hydrosysid explain` lists them")));
+    }
+    for told in &meant {
+        output.print(&format!("{} {} ({})\n  {}", told.code, told.kind, severity(told), told.meaning));
+    }
+    output.json(&meant)
+}

@@ -1,0 +1,55 @@
+//! Why the command did not do its work, and with which exit code it says so.
+
+use std::path::PathBuf;
+
+use crate::campaign::{Error, ModelFileError};
+use crate::finding::Finding;
+
+/// Why the command failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Failure {
+    /// The library refused.
+    #[error(transparent)]
+    Library(#[from] Error),
+    /// A model file cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelFileError),
+    /// An output is there already.
+    #[error("{} exists: choose another name, or replace it with --force", .0.display())]
+    Exists(PathBuf),
+    /// An output cannot be written.
+    #[error("{} cannot be written: {source}", .file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// An argument that clap cannot judge.
+    #[error("{0}")]
+    Argument(String),
+    /// A log beside a campaign where one of them is wanted, and the like.
+    #[error("{} of {what} was refused", .refused)]
+    Refused {
+        /// How many.
+        refused: usize,
+        /// Of what.
+        what: &'static str,
+        /// Findings that say why.
+        findings: Vec<Finding>,
+    },
+    /// Warnings, where `--strict` takes them as errors.
+    #[error("{0} warnings, and --strict takes them as errors")]
+    Strict(usize),
+}
+
+impl Failure {
+    /// 1: the data; 2: the call.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Failure::Library(error) if !error.is_wrong_use() => 1,
+            Failure::Refused { .. } | Failure::Strict(_) => 1,
+            _ => 2,
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Findings and errors as people read them: the place, the line with a caret, what to do.
+
+use std::fmt::Write;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+
+use super::failure::Failure;
+use super::output::Output;
+use crate::campaign::Error;
+use crate::campaign::file::{CampaignError, CampaignErrors};
+use crate::finding::{Finding, Severity};
+
+const RED: &str = "\x1b[1;31m";
+const YELLOW: &str = "\x1b[1;33m";
+const BLUE: &str = "\x1b[1;34m";
+const BOLD: &str = "\x1b[1m";
+const PLAIN: &str = "\x1b[0m";
+
+/// Longest line of a log that is shown, in characters: a wider one is cut around the offending cell.
+const WIDTH: usize = 100;
+
+/// One finding: `warning: message [L105 gap]`.
+pub(super) fn finding(finding: &Finding) -> String {
+    let (colour, word) = match finding.severity {
+        Severity::Error => (RED, "error"),
+        Severity::Warning => (YELLOW, "warning"),
+        Severity::Note => (BLUE, "note"),
+    };
+    format!("{colour}{word}{PLAIN}: {finding}")
+}
+
+/// Tells why the command failed.
+pub(super) fn failure(failure: &Failure, output: &Output) {
+    let text = match failure {
+        Failure::Library(Error::File(errors)) => campaign(errors),
+        Failure::Library(error) if !error.findings().is_empty() => refused(error.findings()),
+        Failure::Refused { findings, .. } => refused(findings),
+        other => format!("{RED}error{PLAIN}: {other}"),
+    };
+    output.complain(&text);
+}
+
+/// Everything that is wrong with a campaign file, each with its line.
+fn campaign(errors: &CampaignErrors) -> String {
+    let mut text = String::new();
+    for error in &errors.errors {
+        text += &in_campaign(error, &errors.text);
+    }
+    if errors.more {
+        let _ = writeln!(text, "{}: and more", errors.file.display());
+    }
+    text.trim_end().to_string()
+}
+
+fn in_campaign(error: &CampaignError, text: &str) -> String {
+    let mut out = format!("{RED}error{PLAIN}: {BOLD}{error}{PLAIN}\n");
+    if let Some(location) = &error.location
+        && let Some(line) = text.lines().nth(location.line - 1)
+    {
+        let length = text.get(location.span.clone()).map_or(1, |t| t.lines().next().unwrap_or("").chars().count());
+        out += &caret(line, location.line as u64, location.column, length.max(1));
+    }
+    out
+}
+
+/// Findings that made the data be refused, each with its cell where it has one.
+fn refused(findings: &[Finding]) -> String {
+    let mut text = String::new();
+    for one in findings {
+        let _ = writeln!(text, "{}", finding(one));
+        if let Some(shown) = cell(one) {
+            text += &shown;
+        }
+    }
+    text.trim_end().to_string()
+}
+
+/// The line of a log with a caret under the offending cell, or under the whole line where no column is named.
+fn cell(finding: &Finding) -> Option<String> {
+    let (file, number) = (finding.file.as_ref()?, finding.line?);
+    let mut lines = BufReader::new(File::open(file).ok()?).lines();
+    let header = lines.next()?.ok()?;
+    let line = if number == 1 { header.clone() } else { lines.nth(usize::try_from(number).ok()?.checked_sub(2)?)?.ok()? };
+    let column = finding.column.as_deref();
+    let name = |field: &str| field.trim().trim_matches('"').split('[').next().unwrap_or("").trim().to_string();
+    let index = column.and_then(|column| header.split(',').position(|field| name(field) == column));
+    let fields: Vec<&str> = line.split(',').collect();
+    let (start, length) = match index.filter(|k| number > 1 && *k < fields.len()) {
+        Some(k) => (fields[..k].iter().map(|f| f.chars().count() + 1).sum(), fields[k].chars().count().max(1)),
+        None => (0, line.chars().count().max(1)),
+    };
+    let from = if start + length > WIDTH { start.saturating_sub(WIDTH / 2) } else { 0 };
+    let shown: String = line.chars().skip(from).take(WIDTH).collect();
+    let length = length.min(shown.chars().count().saturating_sub(start - from)).max(1);
+    Some(caret(&shown, number, start - from + 1, length))
+}
+
+/// A line, and `^^^` under `length` characters from `column` on (from 1).
+fn caret(line: &str, number: u64, column: usize, length: usize) -> String {
+    let margin = number.to_string();
+    let blank = " ".repeat(margin.len());
+    let clean: String = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let under = format!("{}{}", " ".repeat(column - 1), "^".repeat(length));
+    format!("{BLUE}{blank} |\n{margin} |{PLAIN} {clean}\n{BLUE}{blank} |{PLAIN} {RED}{under}{PLAIN}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_caret_stands_under_what_is_wrong() {
+        let text = caret("mass = -1", 3, 8, 2);
+        let plain = [RED, BLUE, PLAIN].iter().fold(text, |t, code| t.replace(code, ""));
+        assert_eq!(plain, "  |\n3 | mass = -1\n  |        ^^\n");
+    }
+}

@@ -1,0 +1,54 @@
+//! The `hydrosysid` command: reads arguments, calls one function of the library, prints what it returns.
+//!
+//! People get tables on standard output, programs get JSON by `--json`; progress and messages go to standard error.
+//! Exit codes: 0 done, 1 the data was refused or the work not possible with it, 2 wrong use.
+
+mod arguments;
+mod catalogue;
+mod failure;
+mod message;
+mod output;
+mod shell;
+mod table;
+mod verbs;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Verb};
+use failure::Failure;
+use output::Output;
+
+/// Runs the command with the arguments of the process.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    let output = Output::new(&arguments.shared);
+    if let Some(jobs) = arguments.shared.jobs {
+        // the pool is made at its first use; where one is there already, it stays as it is
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+    }
+    match dispatch(&arguments, &output) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            message::failure(&failure, &output);
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// One line a verb.
+fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
+    match &arguments.verb {
+        Verb::Init(a) => verbs::init(a, output),
+        Verb::Check(a) => verbs::check(a, output),
+        Verb::Convert(a) => verbs::convert(a, output),
+        Verb::Fit(a) => verbs::fit(a, output),
+        Verb::Simulate(a) => verbs::simulate(a, output),
+        Verb::Compare(a) => verbs::compare(a, output),
+        Verb::Effects(a) => catalogue::effects(a, output),
+        Verb::Explain(a) => catalogue::explain(a, output),
+        Verb::Completions(a) => shell::completions(a, output),
+        Verb::Man => shell::man(output),
+    }
+}

@@ -1,0 +1,121 @@
+//! Where results go: standard output, files written whole or not at all, and progress on a terminal.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anstream::ColorChoice;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::arguments::Shared;
+use super::failure::Failure;
+use crate::finding::{Finding, Severity};
+
+/// The outlets of one call.
+pub(super) struct Output {
+    json: Option<PathBuf>,
+    pub strict: bool,
+    force: bool,
+    quiet: bool,
+}
+
+impl Output {
+    pub fn new(shared: &Shared) -> Output {
+        if shared.no_color {
+            ColorChoice::Never.write_global();
+        }
+        Output { json: shared.json.clone(), strict: shared.strict, force: shared.force, quiet: shared.quiet }
+    }
+
+    /// Whether JSON takes standard output.
+    fn json_on_stdout(&self) -> bool {
+        self.json.as_deref() == Some(Path::new("-"))
+    }
+
+    /// Text for people, on standard output. A reader that has gone is no error.
+    pub fn print(&self, text: &str) {
+        if !self.quiet && !self.json_on_stdout() {
+            let _ = writeln!(anstream::stdout(), "{text}");
+        }
+    }
+
+    /// What the call was for, on standard output whatever is quiet.
+    pub fn hand_over(&self, text: &str) {
+        let _ = write!(anstream::stdout(), "{text}");
+    }
+
+    /// A remark on standard error.
+    pub fn remark(&self, text: &str) {
+        if !self.quiet {
+            let _ = writeln!(anstream::stderr(), "{text}");
+        }
+    }
+
+    /// An error, on standard error whatever is quiet.
+    pub fn complain(&self, text: &str) {
+        let _ = writeln!(anstream::stderr(), "{text}");
+    }
+
+    /// Refuses, before any work, an output that must not be replaced.
+    pub fn may_write(&self, path: Option<&Path>) -> Result<(), Failure> {
+        let json = self.json.as_deref().filter(|_| !self.json_on_stdout());
+        let there = [path, json].into_iter().flatten().find(|p| !self.force && p.exists());
+        there.map_or(Ok(()), |p| Err(Failure::Exists(p.to_path_buf())))
+    }
+
+    /// Writes the JSON that was asked for.
+    pub fn json<T: Serialize>(&self, result: &T) -> Result<(), Failure> {
+        let Some(path) = &self.json else { return Ok(()) };
+        let text = serde_json::to_string_pretty(result)
+            .map_err(|e| Failure::Write { file: path.clone(), source: std::io::Error::other(e) })?;
+        if self.json_on_stdout() {
+            self.hand_over(&(text + "\n"));
+            return Ok(());
+        }
+        self.write(path, (text + "\n").as_bytes())
+    }
+
+    /// Writes a file whole or not at all: beside its place first, then under its name.
+    pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+        let failed = |source| Failure::Write { file: path.to_path_buf(), source };
+        if !self.force && path.exists() {
+            return Err(Failure::Exists(path.to_path_buf()));
+        }
+        let mut name = OsString::from(".");
+        name.push(path.file_name().unwrap_or_default());
+        name.push(format!(".{}", std::process::id()));
+        let beside = path.with_file_name(name);
+        let written = fs::File::create(&beside)
+            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+            .and_then(|()| fs::rename(&beside, path));
+        written.map_err(|source| {
+            let _ = fs::remove_file(&beside);
+            failed(source)
+        })
+    }
+
+    /// Turns until it is dropped, where standard error is a terminal.
+    pub fn busy(&self, what: &str) -> ProgressBar {
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new_spinner().with_message(what.to_string());
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        bar
+    }
+
+    /// Tells findings, and refuses them where `--strict` asks for it.
+    pub fn tell(&self, findings: &[Finding]) -> Result<(), Failure> {
+        for finding in findings {
+            self.remark(&super::message::finding(finding));
+        }
+        let warnings = findings.iter().filter(|f| f.severity == Severity::Warning).count();
+        if self.strict && warnings > 0 { Err(Failure::Strict(warnings)) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,258 @@
+//! The verbs that work on logs and campaigns: arguments in, one call of the library, the result out.
+
+use std::path::{Path, PathBuf};
+
+use super::arguments::{self as typed, Loading, Reading};
+use super::failure::Failure;
+use super::output::Output;
+use super::table::{measured, number, table};
+use crate::campaign::{self, Campaign, Check, Fit, FitOptions, InitFacts, Light, LoadOptions, ModelFile};
+use crate::log::{self, LogOptions};
+use crate::run::Run;
+
+/// The `[log]` options that were typed.
+fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
+    let text = reading.options.join("\n");
+    toml::from_str(&text).map_err(|e| Failure::Argument(format!("--log: {}", e.message())))
+}
+
+fn load(path: &Path, loading: &Loading, output: &Output) -> Result<Campaign, Failure> {
+    let busy = output.busy("reading logs");
+    let campaign = Campaign::load(path, LoadOptions { allow_outside: loading.allow_outside })?;
+    busy.finish_and_clear();
+    Ok(campaign)
+}
+
+pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
+    output.may_write(a.output.as_deref())?;
+    let options = reading(&a.reading)?;
+    let folder = a.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    let mut logs = Vec::new();
+    for path in &a.logs {
+        let shown = path.strip_prefix(folder).unwrap_or(path);
+        if shown.is_absolute() || shown.starts_with("..") {
+            let text = format!("{}: a log lies in the campaign's folder or below it; write the campaign there with --output", path.display());
+            return Err(Failure::Argument(text));
+        }
+        logs.push((path.as_path(), shown.display().to_string()));
+    }
+    let facts = InitFacts {
+        name: a.name.clone(),
+        mass: a.mass,
+        volume: a.volume,
+        weight: a.weight,
+        buoyancy: a.buoyancy,
+        length: a.length,
+    };
+    let text = campaign::init(&logs, &facts, &options)?;
+    match &a.output {
+        None => output.hand_over(&text),
+        Some(path) => {
+            output.write(path, text.as_bytes())?;
+            output.print(&format!("{} written; read it through, then: hydrosysid check {0}", path.display()));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
+    output.may_write(None)?;
+    let campaigns = a.files.iter().filter(|f| f.extension().is_some_and(|e| e == "toml")).count();
+    let busy = output.busy("reading logs");
+    let found = match (campaigns, a.files.as_slice()) {
+        (1, [campaign]) => {
+            campaign::check_campaign(campaign, LoadOptions { allow_outside: a.campaign.allow_outside })?
+        }
+        (0, logs) => {
+            let paths: Vec<&Path> = logs.iter().map(PathBuf::as_path).collect();
+            let columns: Vec<&str> = a.columns.iter().map(String::as_str).collect();
+            campaign::check_logs(&paths, &reading(&a.reading)?, &columns)?
+        }
+        _ => return Err(Failure::Argument("give one campaign, or logs".into())),
+    };
+    busy.finish_and_clear();
+    print_check(&found, output);
+    output.json(&found)?;
+    let told = output.tell(&found.warnings);
+    if found.errors.is_empty() {
+        return told;
+    }
+    let refused = found.logs.iter().filter(|log| log.verdict == Light::Red).count();
+    Err(Failure::Refused { refused, what: "the logs", findings: found.errors })
+}
+
+fn print_check(found: &Check, output: &Output) {
+    let light = |light: Light| match light {
+        Light::Green => "\x1b[1;32mgreen\x1b[0m",
+        Light::Amber => "\x1b[1;33mamber\x1b[0m",
+        Light::Red => "\x1b[1;31mred\x1b[0m",
+    };
+    let rows: Vec<Vec<String>> = found
+        .logs
+        .iter()
+        .map(|log| {
+            vec![
+                log.file.clone(),
+                format!("{:?}", log.verdict).to_lowercase(),
+                log.rows.to_string(),
+                number(log.duration),
+                log.segments.to_string(),
+                log.channels.join(" "),
+            ]
+        })
+        .collect();
+    output.print(&table(&["log", "check", "rows", "s", "stretches", "channels"], &rows));
+    let (warnings, errors) = (found.warnings.len(), found.errors.len());
+    output.print(&format!("{}: {errors} errors, {warnings} warnings and notes", light(found.verdict)));
+}
+
+pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure> {
+    output.may_write(Some(&a.output))?;
+    let options = reading(&a.reading)?;
+    let name = a.log.display().to_string();
+    let read = log::read(&a.log, &options, &[])
+        .map_err(|source| campaign::Error::Log { run: name.clone(), source })?;
+    let run = Run { name, signals: read.signals, ..Run::default() };
+    let mut bytes = Vec::new();
+    log::write_to(&run, &mut bytes).map_err(|source| Failure::Write { file: a.output.clone(), source })?;
+    output.write(&a.output, &bytes)?;
+    let findings: Vec<_> = read.warnings.into_iter().chain(read.notes).collect();
+    output.print(&format!("{}: {} rows, {} channels", a.output.display(), read.rows, run.signals.len()));
+    output.tell(&findings)
+}
+
+pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
+    output.may_write(a.model.as_deref())?;
+    let loaded = load(&a.campaign, &a.loading, output)?;
+    let busy = output.busy("fitting");
+    let fitted = campaign::fit(&loaded, FitOptions { estimator: a.estimator.map(Into::into) })?;
+    busy.finish_and_clear();
+    print_fit(&fitted, output);
+    output.tell(&fitted.warnings)?;
+    output.json(&fitted)?;
+    if let Some(path) = &a.model {
+        let text = ModelFile::of(&loaded, &fitted).to_text(path)?;
+        output.write(path, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn print_fit(fitted: &Fit, output: &Output) {
+    let rows: Vec<Vec<String>> = fitted
+        .parameters
+        .iter()
+        .map(|p| {
+            let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
+            let sname = p.sname.as_ref().zip(p.sname_value).map(|(s, v)| format!("{s} = {}", number(v)));
+            vec![
+                p.effect.clone(),
+                place,
+                p.name.clone(),
+                if p.fixed { format!("{} (held)", number(p.value)) } else { measured(p.value, p.std) },
+                p.std_paper.filter(|s| *s > 0.0).map(|s| format!("± {}", number(s))).unwrap_or_default(),
+                p.unit.clone(),
+                sname.unwrap_or_default(),
+            ]
+        })
+        .collect();
+    output.print(&table(&["effect", "dof", "symbol", "value ± std", "(14)", "unit", "SNAME"], &rows));
+    let rows: Vec<Vec<String>> = fitted
+        .stages
+        .iter()
+        .map(|s| {
+            vec![
+                s.name.clone(),
+                s.dof.to_string(),
+                s.runs.len().to_string(),
+                s.rows.to_string(),
+                number(s.residual_std),
+                number(s.condition_number),
+                number(s.condition_number_scaled),
+            ]
+        })
+        .collect();
+    output.print(&table(&["stage", "dof", "runs", "rows", "residual", "cond(HᵀH)", "cond scaled"], &rows));
+    output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
+}
+
+/// The campaign under the model that was asked for: from a file, or fitted now.
+struct Chosen {
+    campaign: Campaign,
+    model: crate::model::Model,
+    envelope: std::collections::BTreeMap<String, [f64; 2]>,
+}
+
+fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
+    // the model first: a wrong name is better told before the logs are read
+    let file = model.map(ModelFile::read).transpose()?;
+    let loaded = load(path, loading, output)?;
+    Ok(match (file, model) {
+        (Some(file), Some(path)) => Chosen {
+            model: file.model(&loaded.runs, path)?,
+            campaign: loaded.under(&file.efficiency),
+            envelope: file.envelope,
+        },
+        _ => {
+            let busy = output.busy("fitting");
+            let fitted = campaign::fit(&loaded, FitOptions::default())?;
+            busy.finish_and_clear();
+            Chosen { campaign: loaded.under(&fitted.efficiency), model: fitted.model, envelope: fitted.envelope }
+        }
+    })
+}
+
+pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failure> {
+    output.may_write(a.output.as_deref())?;
+    let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
+    let busy = output.busy("simulating");
+    let result = campaign::simulate(&chosen.campaign, &chosen.model)?;
+    busy.finish_and_clear();
+    output.tell(&result.warnings)?;
+    let rows: Vec<Vec<String>> = result
+        .runs
+        .iter()
+        .map(|run| {
+            let channels: Vec<&str> = run.simulated.keys().map(String::as_str).collect();
+            vec![run.run.clone(), run.time.len().to_string(), channels.join(" ")]
+        })
+        .collect();
+    output.print(&table(&["run", "instants", "simulated"], &rows));
+    if let Some(folder) = &a.output {
+        std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.clone(), source })?;
+        for run in &result.runs {
+            let file = folder.join(run.run.replace(['/', '\\', ' ', '#'], "_")).with_extension("csv");
+            let signals = Run { name: run.run.clone(), signals: run.signals(), ..Run::default() };
+            let mut bytes = Vec::new();
+            log::write_to(&signals, &mut bytes).map_err(|source| Failure::Write { file: file.clone(), source })?;
+            output.write(&file, &bytes)?;
+        }
+    }
+    output.json(&result)
+}
+
+pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure> {
+    output.may_write(None)?;
+    let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
+    let busy = output.busy("simulating");
+    let result = campaign::compare(&chosen.campaign, &chosen.model, &chosen.envelope)?;
+    busy.finish_and_clear();
+    let rows: Vec<Vec<String>> = result
+        .runs
+        .iter()
+        .map(|r| {
+            vec![
+                r.run.clone(),
+                format!("{:?}", r.role).to_lowercase(),
+                r.dof.to_string(),
+                format!("{} ± {}", number(r.mean_abs), number(r.std_abs)),
+                number(r.rms),
+                number(r.noise_floor),
+                format!("{:.1}", r.fit_percent),
+                r.unit.into(),
+            ]
+        })
+        .collect();
+    output.print(&table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows));
+    output.tell(&result.warnings)?;
+    output.json(&result)
+}
