@@ -19,6 +19,7 @@ pub mod check;
 pub mod compare;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod compare;
 pub mod discover;
 pub mod dynamics;
 pub mod effects;

@@ -84,10 +84,14 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
             parameter.value = parameter.value.clamp(parameter.min, parameter.max);
         }
         if !found {
-            let text = format!("the model has no such parameter: {} is not among its effects{}", table.effect, match &table.name {
-                Some(name) => format!(", or has no parameter `{name}`"),
-                None => String::new(),
-            });
+            let text = format!(
+                "the model has no such parameter: {} is not among its effects{}",
+                table.effect,
+                match &table.name {
+                    Some(name) => format!(", or has no parameter `{name}`"),
+                    None => String::new(),
+                }
+            );
             return Err(wrong(file, &format!("parameter[{i}].effect"), &text));
         }
     }
@@ -100,8 +104,13 @@ pub(super) fn wrong(file: &CampaignFile, path: &str, what: &dyn std::fmt::Displa
     let (name, text, error) = match &file.source {
         Some(source) => (source.file.clone(), source.text.clone(), source.error_at(path, problem)),
         None => {
-            let error =
-                super::file::CampaignError { file: "campaign".into(), location: None, key: path.into(), value: None, problem };
+            let error = super::file::CampaignError {
+                file: "campaign".into(),
+                location: None,
+                key: path.into(),
+                value: None,
+                problem,
+            };
             ("campaign".into(), "".into(), error)
         }
     };
@@ -125,7 +134,9 @@ mod tests {
 
     #[test]
     fn parameters_are_written_where_they_are_meant() {
-        let text = format!("{MODEL}[[parameter]]\neffect = 'linear_drag@surge'\nvalue = 3.0\nfixed = true\n[[parameter]]\neffect = 'inertia'\nvalue = 20.0\nstd = 1.0\nmin = 5.0\n");
+        let text = format!(
+            "{MODEL}[[parameter]]\neffect = 'linear_drag@surge'\nvalue = 3.0\nfixed = true\n[[parameter]]\neffect = 'inertia'\nvalue = 20.0\nstd = 1.0\nmin = 5.0\n"
+        );
         let (model, _) = build(&read(&text)).unwrap();
         let drag = &model.parameters[model.parameter_of("linear_drag@surge").unwrap()];
         assert!(drag.fixed && drag.value == 3.0);
@@ -137,7 +148,9 @@ mod tests {
 
     #[test]
     fn own_effects_are_baseline_or_candidates() {
-        let effect = |role: &str| format!("{MODEL}[[effect]]\nid = 'wind'\ndof = 'surge'\nformula = 'W^2'\nunit = 'kg/m'\nrole = '{role}'\n");
+        let effect = |role: &str| {
+            format!("{MODEL}[[effect]]\nid = 'wind'\ndof = 'surge'\nformula = 'W^2'\nunit = 'kg/m'\nrole = '{role}'\n")
+        };
         let (model, own) = build(&read(&effect("candidate"))).unwrap();
         assert!(model.term("wind@surge").is_none() && own.len() == 1);
         let (model, own) = build(&read(&effect("baseline"))).unwrap();

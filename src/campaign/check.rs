@@ -65,7 +65,8 @@ pub struct CheckedLog {
 /// # Errors
 /// [`Error::Log`] for a file that is not there and for options that cannot be; data that is refused is a result.
 pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> Result<Check, Error> {
-    let mut check = Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
+    let mut check =
+        Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
     for path in paths {
         let file = path.display().to_string();
         match log::read(path, options, required) {
@@ -100,7 +101,8 @@ pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> R
 /// # Errors
 /// [`Error`] for a campaign file that is wrong; data that is refused is a result.
 pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error> {
-    let mut check = Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
+    let mut check =
+        Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
     match Campaign::load(path, options) {
         Ok(campaign) => {
             for run in &campaign.runs {

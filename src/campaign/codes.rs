@@ -35,7 +35,12 @@ codes! {
 
 /// Everything that any room can find, for `hydrosysid explain`.
 pub fn everywhere() -> impl Iterator<Item = &'static Code> {
-    crate::log::codes::ALL.iter().chain(crate::procedure::codes::ALL).chain(&crate::compare::CODES).chain(ALL)
+    crate::log::codes::ALL
+        .iter()
+        .chain(crate::procedure::codes::ALL)
+        .chain(&crate::compare::CODES)
+        .chain(crate::discover::CODES)
+        .chain(ALL)
 }
 
 #[cfg(test)]

@@ -28,11 +28,7 @@ pub struct Comparison {
 ///
 /// # Errors
 /// [`Error`] when a run lacks what the model reads.
-pub fn compare(
-    campaign: &Campaign,
-    model: &Model,
-    envelope: &BTreeMap<String, [f64; 2]>,
-) -> Result<Comparison, Error> {
+pub fn compare(campaign: &Campaign, model: &Model, envelope: &BTreeMap<String, [f64; 2]>) -> Result<Comparison, Error> {
     let fitting = &campaign.options.output_error;
     let options = CompareOptions {
         longest_step: fitting.longest_step,

@@ -133,9 +133,13 @@ mod tests {
         let mut run = Run::default();
         run.signals.insert("tau_u".into(), sine(8.0));
         let time = run.signals["tau_u"].shared_time().clone();
-        run.signals.insert("u".into(), Signal::new(time.clone(), time.iter().map(|t| 0.5 * t.sin()).collect::<Vec<_>>()));
+        run.signals
+            .insert("u".into(), Signal::new(time.clone(), time.iter().map(|t| 0.5 * t.sin()).collect::<Vec<_>>()));
         run.signals.insert("x".into(), Signal::new(time.clone(), vec![7.0; 900]));
-        run.signals.insert("battery_V".into(), Signal::new(time, (0..900).map(|k| 16.0 + f64::from(k % 2)).collect::<Vec<_>>()));
+        run.signals.insert(
+            "battery_V".into(),
+            Signal::new(time, (0..900).map(|k| 16.0 + f64::from(k % 2)).collect::<Vec<_>>()),
+        );
         let vehicle = Vehicle { length: Some(0.5), ..Vehicle::default() };
         let mut runs = [run];
         add(&mut runs, &vehicle, &[Dof::Surge]);

@@ -4,8 +4,8 @@ use thiserror::Error;
 
 use super::file::CampaignErrors;
 use crate::compare::CompareError;
-use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::IntegralError;
+use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::log::LogError;
 use crate::model::ModelError;

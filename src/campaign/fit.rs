@@ -127,7 +127,9 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     if runs.is_empty() {
         let text = match campaign.runs.iter().any(|run| run.role == Role::Train) {
             false => "no run takes part in the fit: at least one needs role = \"train\"".to_string(),
-            true => format!("`{}` works on runs of free motion, and no such run has role = \"train\"", estimator.name()),
+            true => {
+                format!("`{}` works on runs of free motion, and no such run has role = \"train\"", estimator.name())
+            }
         };
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
     }
@@ -143,7 +145,8 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         .map(|run| run.name.as_str())
         .collect();
     if !left_out.is_empty() {
-        let text = format!("{}: left out, `{}` cannot use bollard and towing runs", left_out.join(", "), estimator.name());
+        let text =
+            format!("{}: left out, `{}` cannot use bollard and towing runs", left_out.join(", "), estimator.name());
         raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
     }
     place_runs(&mut raw.model, campaign, &runs);
@@ -207,7 +210,15 @@ fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
         crate::estimate::output_error::StdMethod::Clusters => "clusters",
     };
     let stages = output_error_stages(&fitted, runs);
-    Ok(Raw { model: fitted.model, std_method: std_method.into(), covariance, std_paper, stages, efficiency: campaign.file.efficiency.clone(), warnings })
+    Ok(Raw {
+        model: fitted.model,
+        std_method: std_method.into(),
+        covariance,
+        std_paper,
+        stages,
+        efficiency: campaign.file.efficiency.clone(),
+        warnings,
+    })
 }
 
 fn output_error_stages(fitted: &OutputErrorFit, runs: &[Run]) -> Vec<FitStage> {
@@ -289,8 +300,7 @@ fn staged_options(table: &StageTable) -> StagedOptions {
 }
 
 fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
-    let bench =
-        Bench { vehicle: &campaign.vehicle, water: &campaign.water, efficiency: &campaign.file.efficiency };
+    let bench = Bench { vehicle: &campaign.vehicle, water: &campaign.water, efficiency: &campaign.file.efficiency };
     let options = staged_options(&campaign.file.stage);
     let result = staged(&campaign.nominal_runs(), &campaign.model, bench, &options)?;
     let count = result.model.parameters.len();
@@ -350,7 +360,9 @@ fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding>) {
             _ => None,
         };
         if let Some((least, words)) = least.filter(|(least, _)| p.value < least - 2.0 * std) {
-            let text = format!("{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data does not show it");
+            let text = format!(
+                "{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data does not show it"
+            );
             warnings.push(Finding::new(&codes::UNPHYSICAL, text));
         }
         if p.value <= p.min || p.value >= p.max {

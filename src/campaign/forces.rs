@@ -40,7 +40,8 @@ pub(super) fn apply(
     efficiency: &Efficiency,
 ) -> Result<(), Vec<Finding>> {
     let name = logged.run.name.clone();
-    let refuse = |code, column: Option<&str>, text: String| vec![Finding::at(code, &name, None, column, &text).of_run(&name)];
+    let refuse =
+        |code, column: Option<&str>, text: String| vec![Finding::at(code, &name, None, column, &text).of_run(&name)];
     let has = |letter: &str| logged.run.signals.keys().any(|c| numbered(c, letter));
     let wrenches = dofs.iter().any(|dof| logged.run.signals.contains_key(dof.force()));
     let source = match (has("F"), has("V")) {
@@ -57,7 +58,11 @@ pub(super) fn apply(
                 .filter_map(|(other, there)| there.then_some(other))
                 .collect();
             if !others.is_empty() {
-                let text = format!("the forces are those of {letter}1 to {letter}{}; {} not used", thrusters.len(), others.join(" and "));
+                let text = format!(
+                    "the forces are those of {letter}1 to {letter}{}; {} not used",
+                    thrusters.len(),
+                    others.join(" and ")
+                );
                 logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
             }
             wrench(logged, thrusters, &forces, efficiency).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
@@ -221,7 +226,9 @@ mod tests {
 
     fn pair() -> Vec<Thruster> {
         let text = |name: &str, y: f64| {
-            format!("name = '{name}'\nposition = [0, {y}, 0]\naxis = [1, 0, 0]\nforward = {{a = 2.0, b = 0.0}}\nreverse = {{a = 1.0, b = 0.0}}\n")
+            format!(
+                "name = '{name}'\nposition = [0, {y}, 0]\naxis = [1, 0, 0]\nforward = {{a = 2.0, b = 0.0}}\nreverse = {{a = 1.0, b = 0.0}}\n"
+            )
         };
         vec![toml::from_str(&text("port", -0.5)).unwrap(), toml::from_str(&text("starboard", 0.5)).unwrap()]
     }
@@ -247,7 +254,10 @@ mod tests {
         let mut none = logged(&[("V1", 3.0)]);
         assert_eq!(apply(&mut none, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].code, "M003");
         let mut bare = logged(&[("tau_u", 3.0)]);
-        assert_eq!(apply(&mut bare, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].column.as_deref(), Some("tau_r"));
+        assert_eq!(
+            apply(&mut bare, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].column.as_deref(),
+            Some("tau_r")
+        );
     }
 
     #[test]

@@ -57,7 +57,9 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
     let names: Vec<String> = dofs.iter().map(|dof| format!("\"{dof}\"")).collect();
     let mut effects = vec!["inertia".to_string(), "linear_drag".into(), "quadratic_drag".into()];
     let has = |dof| dofs.contains(&dof);
-    for (dof, needed) in [(Dof::Surge, [Dof::Sway, Dof::Yaw]), (Dof::Sway, [Dof::Surge, Dof::Yaw]), (Dof::Yaw, [Dof::Surge, Dof::Sway])] {
+    for (dof, needed) in
+        [(Dof::Surge, [Dof::Sway, Dof::Yaw]), (Dof::Sway, [Dof::Surge, Dof::Yaw]), (Dof::Yaw, [Dof::Surge, Dof::Sway])]
+    {
         if has(dof) && needed.into_iter().all(has) {
             effects.push(format!("coriolis_{dof}"));
         }
@@ -70,7 +72,10 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
         ("buoyancy", facts.buoyancy, "buoyancy, N"),
         ("length", facts.length, "characteristic length, m; volume^(1/3) when absent"),
     ];
-    let mut text = format!("# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units.\nformat = 1\n\n[vehicle]\nname = {:?}\n", facts.name);
+    let mut text = format!(
+        "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units.\nformat = 1\n\n[vehicle]\nname = {:?}\n",
+        facts.name
+    );
     for (key, value, meaning) in figures {
         let _ = match value {
             Some(value) => writeln!(text, "{key} = {value:?}   # {meaning}"),

@@ -204,7 +204,8 @@ fn assemble(
         findings.append(&mut logged.findings);
         if logged.run.span().is_none() {
             let text = "no sample is left; widen `from`, `to` or `where`";
-            refused.push(Finding::at(&codes::NOTHING_LEFT, &logged.run.name, None, None, text).of_run(&logged.run.name));
+            refused
+                .push(Finding::at(&codes::NOTHING_LEFT, &logged.run.name, None, None, text).of_run(&logged.run.name));
         }
         runs.push(logged.run);
     }

@@ -7,7 +7,6 @@ use super::codes;
 use super::error::Error;
 use super::file::{CampaignFile, RunTable};
 use crate::finding::Finding;
-use crate::frame::Dof;
 use crate::log::options::PositionSource;
 use crate::log::{self, LogError, LogOptions};
 use crate::run::{Run, RunKind, Signal};
@@ -59,7 +58,9 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         let absent: Vec<Finding> = needed
             .into_iter()
             .filter(|c| *c != "t" && !logged.run.signals.contains_key(*c))
-            .map(|c| Finding::at(&codes::NOT_ON_CHANNEL, name, None, Some(c), "none of the run's logs has it").of_run(name))
+            .map(|c| {
+                Finding::at(&codes::NOT_ON_CHANNEL, name, None, Some(c), "none of the run's logs has it").of_run(name)
+            })
             .collect();
         if !absent.is_empty() {
             return Err(Error::Refused { findings: absent });

@@ -69,6 +69,8 @@ pub(super) enum Verb {
     Simulate(Simulate),
     /// Hold a model against every run, those of the fit and those that took no part.
     Compare(Compare),
+    /// Find what the model lacks, and show it on runs that took no part.
+    Discover(Discover),
     /// List the effects that a model may hold, or tell all of one.
     Effects(Effects),
     /// Tell what the code of a warning or an error means.
@@ -88,7 +90,9 @@ pub(super) struct Reading {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml")]
+#[command(
+    after_help = "Example:\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml"
+)]
 pub(super) struct Init {
     /// Logs.
     #[arg(required = true, value_name = "LOG")]
@@ -119,7 +123,9 @@ pub(super) struct Init {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  hydrosysid check campaign.toml\n  hydrosysid check dive.csv --log 'delimiter = \";\"' --log 'decimal = \",\"'")]
+#[command(
+    after_help = "Examples:\n  hydrosysid check campaign.toml\n  hydrosysid check dive.csv --log 'delimiter = \";\"' --log 'decimal = \",\"'"
+)]
 pub(super) struct Check {
     /// A campaign (.toml), or logs.
     #[arg(required = true, value_name = "CAMPAIGN|LOG")]
@@ -134,7 +140,9 @@ pub(super) struct Check {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hydrosysid convert dive.csv plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'")]
+#[command(
+    after_help = "Example:\n  hydrosysid convert dive.csv plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'"
+)]
 pub(super) struct Convert {
     /// Log to read.
     pub log: PathBuf,
@@ -212,6 +220,15 @@ pub(super) struct Compare {
     /// Model to compare; the campaign is fitted when absent.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid discover campaign.toml --json discovery.json")]
+pub(super) struct Discover {
+    /// Campaign file.
+    pub campaign: PathBuf,
     #[command(flatten)]
     pub loading: Loading,
 }

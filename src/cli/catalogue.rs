@@ -82,7 +82,9 @@ fn entry(effect: &dyn Effect) -> Entry {
         Scope::Each(list) if list.len() == 6 => "@ each dof".to_string(),
         Scope::Each(list) => format!("@ {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ")),
         Scope::Pairs => "@ dof:other".to_string(),
-        Scope::Vehicle(list) => format!("vehicle; needs {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ")),
+        Scope::Vehicle(list) => {
+            format!("vehicle; needs {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", "))
+        }
         Scope::Everywhere => "vehicle".to_string(),
     };
     let first = places_of(effect, &Dof::ALL).first().copied().unwrap_or(Place::VEHICLE);

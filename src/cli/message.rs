@@ -80,7 +80,8 @@ fn cell(finding: &Finding) -> Option<String> {
     let (file, number) = (finding.file.as_ref()?, finding.line?);
     let mut lines = BufReader::new(File::open(file).ok()?).lines();
     let header = lines.next()?.ok()?;
-    let line = if number == 1 { header.clone() } else { lines.nth(usize::try_from(number).ok()?.checked_sub(2)?)?.ok()? };
+    let line =
+        if number == 1 { header.clone() } else { lines.nth(usize::try_from(number).ok()?.checked_sub(2)?)?.ok()? };
     let column = finding.column.as_deref();
     let name = |field: &str| field.trim().trim_matches('"').split('[').next().unwrap_or("").trim().to_string();
     let index = column.and_then(|column| header.split(',').position(|field| name(field) == column));

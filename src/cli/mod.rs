@@ -46,6 +46,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Fit(a) => verbs::fit(a, output),
         Verb::Simulate(a) => verbs::simulate(a, output),
         Verb::Compare(a) => verbs::compare(a, output),
+        Verb::Discover(a) => verbs::discover(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
         Verb::Explain(a) => catalogue::explain(a, output),
         Verb::Completions(a) => shell::completions(a, output),

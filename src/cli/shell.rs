@@ -20,7 +20,7 @@ pub(super) fn man(output: &Output) -> Result<(), Failure> {
     clap_mangen::Man::new(command.clone()).render(&mut text).map_err(failed)?;
     command.build();
     for verb in command.get_subcommands().filter(|c| c.get_name() != "help") {
-        let verb = verb.clone().name(format!("hydrosysid-{}", verb.get_name()));
+        let verb = verb.clone().display_name(format!("hydrosysid-{}", verb.get_name()));
         clap_mangen::Man::new(verb).render(&mut text).map_err(failed)?;
     }
     output.hand_over(&String::from_utf8_lossy(&text));

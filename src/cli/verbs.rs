@@ -7,6 +7,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Check, Fit, FitOptions, InitFacts, Light, LoadOptions, ModelFile};
+use crate::discover::Discovery;
 use crate::log::{self, LogOptions};
 use crate::run::Run;
 
@@ -31,7 +32,10 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     for path in &a.logs {
         let shown = path.strip_prefix(folder).unwrap_or(path);
         if shown.is_absolute() || shown.starts_with("..") {
-            let text = format!("{}: a log lies in the campaign's folder or below it; write the campaign there with --output", path.display());
+            let text = format!(
+                "{}: a log lies in the campaign's folder or below it; write the campaign there with --output",
+                path.display()
+            );
             return Err(Failure::Argument(text));
         }
         logs.push((path.as_path(), shown.display().to_string()));
@@ -60,9 +64,7 @@ pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
     let campaigns = a.files.iter().filter(|f| f.extension().is_some_and(|e| e == "toml")).count();
     let busy = output.busy("reading logs");
     let found = match (campaigns, a.files.as_slice()) {
-        (1, [campaign]) => {
-            campaign::check_campaign(campaign, LoadOptions { allow_outside: a.campaign.allow_outside })?
-        }
+        (1, [campaign]) => campaign::check_campaign(campaign, LoadOptions { allow_outside: a.campaign.allow_outside })?,
         (0, logs) => {
             let paths: Vec<&Path> = logs.iter().map(PathBuf::as_path).collect();
             let columns: Vec<&str> = a.columns.iter().map(String::as_str).collect();
@@ -110,8 +112,7 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     output.may_write(Some(&a.output))?;
     let options = reading(&a.reading)?;
     let name = a.log.display().to_string();
-    let read = log::read(&a.log, &options, &[])
-        .map_err(|source| campaign::Error::Log { run: name.clone(), source })?;
+    let read = log::read(&a.log, &options, &[]).map_err(|source| campaign::Error::Log { run: name.clone(), source })?;
     let run = Run { name, signals: read.signals, ..Run::default() };
     let mut bytes = Vec::new();
     log::write_to(&run, &mut bytes).map_err(|source| Failure::Write { file: a.output.clone(), source })?;
@@ -255,4 +256,59 @@ pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure
     output.print(&table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows));
     output.tell(&result.warnings)?;
     output.json(&result)
+}
+
+pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failure> {
+    output.may_write(None)?;
+    let loaded = load(&a.campaign, &a.loading, output)?;
+    let busy = output.busy("searching");
+    let found = campaign::discover(&loaded)?;
+    busy.finish_and_clear();
+    print_discovery(&found, output);
+    output.tell(&found.warnings)?;
+    output.json(&found)
+}
+
+fn print_discovery(found: &Discovery, output: &Output) {
+    let verdict = serde_json::to_value(found.verdict).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " ")));
+    output.print(&format!("verdict: {}", verdict.unwrap_or_default()));
+    let rows: Vec<Vec<String>> = found
+        .effects
+        .iter()
+        .map(|e| {
+            let values: Vec<String> = e
+                .parameters
+                .iter()
+                .map(|p| format!("{} = {} {}", p.name, measured(p.value, Some(p.std)), p.unit))
+                .collect();
+            vec![e.id.clone(), values.join("; "), format!("{:.1e}", e.p_value), e.also_possible.join(", ")]
+        })
+        .collect();
+    if !rows.is_empty() {
+        output.print(&table(&["missing", "value ± std", "p", "also possible"], &rows));
+    }
+    let rows: Vec<Vec<String>> = found
+        .gap
+        .iter()
+        .flat_map(|step| {
+            step.held_out_rms.iter().map(|(dof, rms)| {
+                let floor = step.noise_floor.get(dof).copied().map(number).unwrap_or_default();
+                vec![step.added.clone().unwrap_or_else(|| "baseline".into()), dof.to_string(), number(*rms), floor]
+            })
+        })
+        .collect();
+    output.print(&table(&["with", "dof", "held-out rms", "noise"], &rows));
+    for place in &found.places {
+        output.print(&format!(
+            "{} {}, {} to {} s: {}",
+            place.run,
+            place.dof,
+            number(place.from),
+            number(place.to),
+            place.condition
+        ));
+    }
+    if let Some(next) = &found.next_experiment {
+        output.print(&format!("next: {next}"));
+    }
 }

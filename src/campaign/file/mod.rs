@@ -22,8 +22,8 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 pub use discover::DiscoverTable;
-pub use fit::{Estimator, FitTable};
 pub use error::{CampaignError, CampaignErrors, Location, Problem};
+pub use fit::{Estimator, FitTable};
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
 pub use report::Source;
 pub use runs::{RunFile, RunTable};
