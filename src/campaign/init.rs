@@ -32,6 +32,7 @@ pub struct InitFacts {
 /// [`Error::Log`] for a log that cannot be read at all.
 pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -> Result<String, Error> {
     let mut dofs: Vec<Dof> = Dof::ALL.to_vec();
+    let mut driven: Vec<Dof> = Vec::new();
     let mut runs = String::new();
     for (path, shown) in logs {
         let read = log::read(path, options, &["t"]).map_err(|source| Error::Log { run: shown.clone(), source })?;
@@ -41,16 +42,20 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
         if !towed {
             dofs.retain(|dof| has(dof.velocity()) && (thrusters || has(dof.force())));
         }
+        // a column of zeros is no command
+        let pushes = |dof: &Dof| read.signals.get(dof.force()).is_some_and(|s| s.values().iter().any(|x| *x != 0.0));
+        driven.extend(Dof::ALL.into_iter().filter(|dof| thrusters || pushes(dof)));
         let last = read.time.last().zip(read.time.first()).map_or(0.0, |(b, a)| b - a);
         let kind = if towed { "bollard" } else { "free" };
         let _ = write!(
             runs,
-            "\n[[run]]\nfile = {:?}   # {} rows, {last:.1} s\nkind = \"{kind}\"   # bollard | towing | constant_velocity | oscillatory | zigzag | free\nrole = \"{}\"\n",
+            "\n[[run]]\nfile = {:?}   # {} rows, {last:.1} s\nkind = \"{kind}\"   # bollard | towing | constant_velocity | oscillatory | zigzag | free\nrole = \"{}\"   # train | validate: takes no part in the fit\n",
             shown,
             read.rows,
             if logs.len() > 2 && shown == &logs[logs.len() - 1].1 { "validate" } else { "train" },
         );
     }
+    dofs.retain(|dof| driven.contains(dof));
     if dofs.is_empty() {
         dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
     }

@@ -9,7 +9,7 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     table.set_header(headers.to_vec());
     for row in rows {
         table.add_row(row.iter().map(|text| {
-            let number = text.starts_with(|c: char| c.is_ascii_digit() || "-−+±".contains(c));
+            let number = text.trim_start_matches("± ").split(' ').next().is_some_and(|n| n.parse::<f64>().is_ok());
             Cell::new(text).set_alignment(if number { CellAlignment::Right } else { CellAlignment::Left })
         }));
     }

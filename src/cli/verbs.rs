@@ -129,8 +129,8 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     let fitted = campaign::fit(&loaded, FitOptions { estimator: a.estimator.map(Into::into) })?;
     busy.finish_and_clear();
     print_fit(&fitted, output);
-    output.tell(&fitted.warnings)?;
     output.json(&fitted)?;
+    output.tell(&fitted.warnings)?;
     if let Some(path) = &a.model {
         let text = ModelFile::of(&loaded, &fitted).to_text(path)?;
         output.write(path, text.as_bytes())?;
@@ -254,8 +254,8 @@ pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure
         })
         .collect();
     output.print(&table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows));
-    output.tell(&result.warnings)?;
-    output.json(&result)
+    output.json(&result)?;
+    output.tell(&result.warnings)
 }
 
 pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failure> {
@@ -265,8 +265,8 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let found = campaign::discover(&loaded)?;
     busy.finish_and_clear();
     print_discovery(&found, output);
-    output.tell(&found.warnings)?;
-    output.json(&found)
+    output.json(&found)?;
+    output.tell(&found.warnings)
 }
 
 fn print_discovery(found: &Discovery, output: &Output) {
