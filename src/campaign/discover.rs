@@ -14,7 +14,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let usual = DiscoverTable::default();
     let mut options = SearchOptions::default();
     // what the file does not ask for is left as the search was calibrated
-    if table.level != usual.level {
+    if table.level.to_bits() != usual.level.to_bits() {
         options.level = table.level;
     }
     if table.max_effects != usual.max_effects {

@@ -288,7 +288,7 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
 fn staged_options(table: &StageTable) -> StagedOptions {
     let mut options = StagedOptions::default();
     let usual = StageTable::default();
-    if table.steady.drift != usual.steady.drift {
+    if table.steady.drift.to_bits() != usual.steady.drift.to_bits() {
         options.steady.drift = table.steady.drift;
     }
     options.regressor.span = Span::Samples(table.oscillatory.window);

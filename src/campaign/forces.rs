@@ -150,7 +150,7 @@ fn wrench(
     let Some(clock) = forces.first().map(|f| f.shared_time().clone()) else { return Ok(()) };
     let allocation = Allocation::new(thrusters).map_err(|e| e.to_string())?;
     let moves = !matches!(run.kind, RunKind::Bollard | RunKind::Towing) && *efficiency != Efficiency::default();
-    let (mut acting, mut plain) = (vec![Vec::with_capacity(clock.len()); 6], vec![Vec::with_capacity(clock.len()); 6]);
+    let (mut acting, mut plain) = (vec![Vec::new(); 6], vec![Vec::new(); 6]);
     let mut coverage = [0_usize; 3];
     for (k, t) in clock.iter().enumerate() {
         let now: Vec<f64> = forces.iter().map(|f| f.values()[k]).collect();

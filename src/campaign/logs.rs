@@ -42,7 +42,7 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         logged.findings.extend(findings);
         logged.run.gaps.extend(read.gaps.iter().map(|t| t + one.clock_offset));
         logged.units.extend(read.units);
-        let mut clocks: Vec<(Arc<[f64]>, Arc<[f64]>)> = Vec::new();
+        let mut clocks = Clocks::new();
         for (channel, signal) in read.signals {
             let signal = shifted(&signal, one.clock_offset, &mut clocks);
             if logged.run.signals.insert(channel.clone(), signal).is_some() {
@@ -85,8 +85,11 @@ fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     }
 }
 
-/// The signal on a clock that is `offset` seconds ahead; signals that share stamps still do.
-fn shifted(signal: &Signal, offset: f64, clocks: &mut Vec<(Arc<[f64]>, Arc<[f64]>)>) -> Signal {
+/// Stamps before and after a shift, so that signals that share them still do.
+type Clocks = Vec<(Arc<[f64]>, Arc<[f64]>)>;
+
+/// The signal on a clock that is `offset` seconds ahead.
+fn shifted(signal: &Signal, offset: f64, clocks: &mut Clocks) -> Signal {
     if offset == 0.0 {
         return signal.clone();
     }

@@ -87,7 +87,7 @@ pub(super) fn steps(run: &mut Run) {
         let mut stamps = Vec::with_capacity(2 * time.len());
         let mut values = Vec::with_capacity(2 * time.len());
         for k in 0..time.len() {
-            if k > 0 && x[k] != x[k - 1] && time[k] - time[k - 1] > 2.0 * WIDTH {
+            if k > 0 && x[k].to_bits() != x[k - 1].to_bits() && time[k] - time[k - 1] > 2.0 * WIDTH {
                 stamps.push(time[k] - WIDTH);
                 values.push(x[k - 1]);
             }
