@@ -16,7 +16,6 @@
 pub mod campaign;
 pub mod chain;
 pub mod check;
-pub mod compare;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
