@@ -6,21 +6,11 @@ use serde::Serialize;
 
 use super::error::Error;
 use super::load::{Campaign, LoadOptions};
+use crate::check::{self, CheckOptions, CheckReport, Light, LogFault, TopicLight};
 use crate::finding::{Finding, Severity};
 use crate::log::{self, LogError, LogOptions};
-use crate::run::{Role, RunKind};
-
-/// The one word of a check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Light {
-    /// Nothing is wrong.
-    Green,
-    /// It can be worked with; read the warnings.
-    Amber,
-    /// It was refused.
-    Red,
-}
+use crate::run::{Role, Run, RunKind};
+use crate::tank::derived;
 
 /// What was found. Serialises as `hydrosysid check --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -58,6 +48,10 @@ pub struct CheckedLog {
     pub segments: usize,
     /// Channels that were kept.
     pub channels: Vec<String>,
+    /// One light a topic.
+    pub lights: Vec<TopicLight>,
+    /// Faults of the log that a model could mistake for an effect.
+    pub log_findings: Vec<LogFault>,
 }
 
 /// Checks bare logs; `required` names the columns that must be there.
@@ -71,19 +65,21 @@ pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> R
         let file = path.display().to_string();
         match log::read(path, options, required) {
             Ok(read) => {
-                let findings: Vec<Finding> = read.warnings.iter().chain(&read.notes).cloned().collect();
+                let report = check::log(&read, &CheckOptions::default());
                 let (first, last) = (read.time.first().copied(), read.time.last().copied());
                 check.logs.push(CheckedLog {
-                    verdict: light(&findings),
+                    verdict: report.worst().max(light(&report.findings)),
                     kind: None,
                     role: None,
                     rows: read.rows,
                     duration: last.zip(first).map_or(0.0, |(b, a)| b - a),
                     segments: read.segments(),
                     channels: read.signals.keys().cloned().collect(),
+                    lights: report.lights,
+                    log_findings: report.log_findings,
                     file,
                 });
-                check.warnings.extend(findings);
+                check.warnings.extend(report.findings);
             }
             Err(LogError::Refused { findings, .. }) => {
                 check.logs.push(CheckedLog::refused(file));
@@ -105,21 +101,25 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
         Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
     match Campaign::load(path, options) {
         Ok(campaign) => {
+            check.warnings.clone_from(&campaign.findings);
             for run in &campaign.runs {
-                let own: Vec<Finding> =
-                    campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned().collect();
+                let report = of_run(run, &campaign);
+                let own = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name));
+                let own: Vec<Finding> = own.chain(&report.findings).cloned().collect();
                 check.logs.push(CheckedLog {
                     file: run.name.clone(),
-                    verdict: light(&own),
+                    verdict: report.worst().max(light(&own)),
                     kind: Some(run.kind),
                     role: Some(run.role),
                     rows: run.signals.values().map(|s| s.len()).max().unwrap_or(0),
                     duration: run.span().map_or(0.0, |(a, b)| b - a),
                     segments: run.gaps.len() + 1,
-                    channels: run.signals.keys().cloned().collect(),
+                    channels: logged(run).signals.into_keys().collect(),
+                    lights: report.lights,
+                    log_findings: report.log_findings,
                 });
+                check.warnings.extend(report.findings.into_iter().map(|f| f.of_run(&run.name)));
             }
-            check.warnings = campaign.findings;
         }
         Err(error) if error.is_wrong_use() => return Err(error),
         Err(error) => {
@@ -134,6 +134,18 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
     Ok(check)
 }
 
+/// A run without the channels that the campaign has made.
+fn logged(run: &Run) -> Run {
+    let mut logged = run.clone();
+    logged.signals.retain(|name, _| !derived(name) && !name.starts_with("nominal_"));
+    logged
+}
+
+fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
+    let options = CheckOptions { thrusters: campaign.file.thrusters.clone(), ..CheckOptions::default() };
+    check::run(&logged(run), &options)
+}
+
 impl CheckedLog {
     fn refused(file: String) -> CheckedLog {
         CheckedLog {
@@ -145,6 +157,8 @@ impl CheckedLog {
             duration: 0.0,
             segments: 0,
             channels: Vec::new(),
+            lights: Vec::new(),
+            log_findings: Vec::new(),
         }
     }
 }

@@ -26,6 +26,8 @@ codes! {
     AT_BOUND = "M103" "at-bound" Warning "An estimate stands at its bound: its standard deviation does not count.";
     OUT_OF_ENVELOPE = "M106" "out-of-envelope" Warning "A run goes beyond the speeds at which the model was fitted: there it extrapolates.";
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
+    OBSERVE = "M108" "observe-not-used" Warning "The campaign has [[observe]] tables, which this version reads but does not compare with the model.";
+    FAMILIES = "M109" "families-not-used" Warning "The campaign restricts the families of [discover], and this version searches all of them.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
@@ -38,6 +40,7 @@ pub fn everywhere() -> impl Iterator<Item = &'static Code> {
     crate::log::codes::ALL
         .iter()
         .chain(crate::procedure::codes::ALL)
+        .chain(crate::check::codes::ALL)
         .chain(&crate::compare::CODES)
         .chain(crate::discover::CODES)
         .chain(ALL)

@@ -1,9 +1,11 @@
 //! The verb `discover`: what the campaign's baseline lacks, if anything.
 
+use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
 use super::load::Campaign;
 use crate::discover::{self, Discovery, SearchOptions};
+use crate::finding::Finding;
 
 /// Looks for what the baseline of a campaign lacks on its runs of free motion.
 ///
@@ -24,8 +26,10 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let fitting = &campaign.options.output_error;
     let mut found = discover::discover(&campaign.model, &runs, &campaign.candidates, fitting, &options)?;
     found.seed = table.seed.unwrap_or(campaign.options.seed);
-    let told: Vec<_> =
-        campaign.findings.iter().filter(|f| f.code != super::codes::NO_VALIDATION.code).cloned().collect();
+    let told: Vec<_> = campaign.findings.iter().filter(|f| f.code != codes::NO_VALIDATION.code).cloned().collect();
+    if table.families != usual.families {
+        found.warnings.push(Finding::new(&codes::FAMILIES, codes::FAMILIES.meaning));
+    }
     found.warnings.splice(0..0, told);
     Ok(found)
 }

@@ -219,6 +219,9 @@ fn assemble(
         let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
         findings.push(Finding::new(&codes::NO_VALIDATION, text));
     }
+    if !file.observed.is_empty() {
+        findings.push(Finding::new(&codes::OBSERVE, codes::OBSERVE.meaning));
+    }
     let output_error = OutputErrorOptions {
         segment: file.fit.segment,
         longest_step: file.fit.longest_step,

@@ -22,7 +22,7 @@ mod simulate;
 mod window;
 
 pub use baseline::Own;
-pub use check::{Check, CheckedLog, Light, check_campaign, check_logs};
+pub use check::{Check, CheckedLog, check_campaign, check_logs};
 pub use compare::{Comparison, compare};
 pub use discover::discover;
 pub use error::Error;

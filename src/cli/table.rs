@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn numbers_have_the_digits_they_deserve() {
         assert_eq!(number(309.0712), "309.1");
-        assert_eq!(number(0.012345), "0.01234");
+        assert_eq!(number(0.012344), "0.01234");
         assert_eq!(number(-1.5e9), "-1.500e9");
         assert_eq!(measured(309.07, Some(18.8)), "309 ± 19");
         assert_eq!(measured(0.123456, Some(0.0012)), "0.1235 ± 0.0012");
