@@ -11,9 +11,9 @@ pub mod output_error;
 mod pivoted;
 mod refine;
 mod regressor;
-mod start;
 mod scale;
 mod singular;
+mod start;
 mod steady;
 mod system;
 

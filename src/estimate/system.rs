@@ -167,7 +167,7 @@ pub(super) fn check_apart(h: &[&[f64]], names: &Names) -> Result<(), LeastSquare
 
 /// Whether all values are the same; without rows they are.
 pub(super) fn is_constant(x: &[f64]) -> bool {
-    x.iter().all(|value| *value == x[0])
+    x.iter().all(|value| value.to_bits() == x[0].to_bits())
 }
 
 /// Whether b is a multiple of a, to the rounding of one product.
