@@ -12,6 +12,7 @@ mod shell;
 mod table;
 mod verbs;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -22,17 +23,29 @@ use output::Output;
 
 /// Runs the command with the arguments of the process.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse();
+    ExitCode::from(run_with(std::env::args_os()))
+}
+
+/// Runs the command with these arguments, the first of which is its name; returns the exit code.
+pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(told) => {
+            // a closed pipe is nobody's fault here
+            let _ = told.print();
+            return u8::try_from(told.exit_code()).unwrap_or(2);
+        }
+    };
     let output = Output::new(&arguments.shared);
     if let Some(jobs) = arguments.shared.jobs {
         // the pool is made at its first use; where one is there already, it stays as it is
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
     }
     match dispatch(&arguments, &output) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             message::failure(&failure, &output);
-            ExitCode::from(failure.exit_code())
+            failure.exit_code()
         }
     }
 }

@@ -1,0 +1,83 @@
+"""Experimental identification of underwater vehicles.
+
+From logs of bollard-pull, constant-velocity, oscillatory and zig-zag runs to a model that can be trusted, and to the
+name of what it still lacks. The verbs of the command are functions here::
+
+    import hydrosysid as hs
+
+    campaign = hs.Campaign.from_file("campaign.toml")
+    fit = hs.fit(campaign)
+    print(fit.summary())
+    hs.compare(campaign, fit).plot()
+
+Arrays are NumPy arrays in SI units; body axes are forward, starboard, down, earth axes north, east, down. Results are
+plain typed data: they pickle, and so do campaigns, so that a list of campaigns maps over any
+`concurrent.futures.Executor`.
+"""
+
+from ._campaign import Campaign
+from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
+from ._discovery import (
+    Discovery,
+    FoundEffect,
+    FoundParameter,
+    GapOfRun,
+    GapStep,
+    LogFinding,
+    SmallestVisible,
+    Where,
+)
+from ._errors import DataError, Finding, HydrosysidError, UsageError
+from ._fit import Fit, Parameter, Stage
+from ._motion import Check, CheckedLog, Comparison, Disagreement, SimulatedRun, Simulation
+from ._native import __version__
+from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
+from ._run import Run
+from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
+from ._verbs import check, compare, discover, fit, simulate, tank_campaign
+
+__all__ = [
+    "Campaign",
+    "Check",
+    "CheckedLog",
+    "Comparison",
+    "DataError",
+    "Disagreement",
+    "Discovery",
+    "Effect",
+    "EffectParameter",
+    "Estimate",
+    "Finding",
+    "Fit",
+    "FoundEffect",
+    "FoundParameter",
+    "GapOfRun",
+    "GapStep",
+    "HydrosysidError",
+    "LeastSquares",
+    "LogFinding",
+    "Parameter",
+    "Regressors",
+    "Run",
+    "SimulatedRun",
+    "Simulation",
+    "SmallestVisible",
+    "Stage",
+    "ThrustDirection",
+    "ThrusterFit",
+    "UsageError",
+    "Where",
+    "__version__",
+    "check",
+    "compare",
+    "discover",
+    "effects",
+    "fit",
+    "fit_thruster",
+    "least_squares",
+    "polynomial_filter",
+    "regressors",
+    "rk4",
+    "simulate",
+    "tank_campaign",
+]

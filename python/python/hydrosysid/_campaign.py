@@ -1,0 +1,129 @@
+"""A campaign: one vehicle, its runs, and what is asked of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike, fspath
+from typing import Any
+
+from . import _native
+from ._errors import Finding, UsageError
+from ._plain import build
+from ._run import Run
+from ._view import html_table
+
+
+class Campaign:
+    """One vehicle, its runs, and the baseline model: what every verb works on.
+
+    The arguments are the tables of a campaign file, as mappings; the runs are in memory. Logs are read and checked at
+    once. A campaign pickles as what it was made from and is made anew where it is unpickled.
+
+    Args:
+        vehicle: ``name``, ``mass``, ``volume``, ``weight``, ``buoyancy``, ``length``, ``cg``, ``cb`` in SI units.
+        dofs: degrees of freedom: ``surge``, ``sway``, ``heave``, ``roll``, ``pitch``, ``yaw``.
+        effects: the baseline, ids of the catalogue: ``id`` or ``id@dof``.
+        runs: the runs.
+        coriolis: ``tied`` to the inertias, or ``free`` coefficients.
+        input: inputs between samples: ``linear`` or ``hold``.
+        water: ``density``, ``kinematic_viscosity``.
+        noise: standard deviation of the noise of each channel; estimated from the data when absent.
+        parameters: start, bounds, held value or prior: ``{"effect": "quadratic_drag@surge", "value": 309.0}``.
+        own_effects: effects of your own: ``{"id", "dof", "formula", "unit", "role"}``.
+        tables: further tables of a campaign file by name: ``thruster``, ``efficiency``, ``fit``, ``stage``, …
+
+    Raises:
+        UsageError: a table that cannot be; the message names the key.
+        DataError: runs that lack what the model reads.
+    """
+
+    def __init__(
+        self,
+        *,
+        vehicle: Mapping[str, Any] | None = None,
+        dofs: Sequence[str],
+        effects: Sequence[str],
+        runs: Iterable[Run],
+        coriolis: str = "tied",
+        input: str = "linear",
+        water: Mapping[str, float] | None = None,
+        noise: Mapping[str, float] | None = None,
+        parameters: Sequence[Mapping[str, Any]] = (),
+        own_effects: Sequence[Mapping[str, Any]] = (),
+        **tables: Any,
+    ) -> None:
+        kept = tuple(runs)
+        model = {"dofs": list(dofs), "effects": list(effects), "coriolis": coriolis, "input": input}
+        # a campaign file names a log for each run; here the runs are at hand
+        listed = [{"file": f"run{k}.csv", "kind": r.kind, "role": r.role} for k, r in enumerate(kept)]
+        whole = {
+            "format": 1,
+            "vehicle": dict(vehicle or {}),
+            "water": dict(water or {}),
+            "noise": dict(noise or {}),
+            "model": model,
+            "parameter": [dict(p) for p in parameters],
+            "effect": [dict(e) for e in own_effects],
+            **tables,
+            "run": listed,
+        }
+        text = json.dumps({key: value for key, value in whole.items() if value or key == "vehicle"})
+        self._make(("runs", text, kept))
+
+    @classmethod
+    def from_file(cls, path: str | PathLike[str], *, allow_outside: bool = False) -> Campaign:
+        """Reads a campaign file and its logs.
+
+        Args:
+            path: the TOML file.
+            allow_outside: let logs lie outside the campaign's folder.
+        """
+        campaign = object.__new__(cls)
+        campaign._make(("file", fspath(path), allow_outside))
+        return campaign
+
+    def _make(self, source: tuple[Any, ...]) -> None:
+        self._source = source
+        if source[0] == "file":
+            self._native = _native.NativeCampaign.load(source[1], source[2])
+        else:
+            self._native = _native.NativeCampaign.from_runs(source[1], [run._native() for run in source[2]])
+        self.name, self.dofs, self.effects, self.runs, findings = json.loads(self._native.about())
+        self.findings = tuple(build(Finding, entry) for entry in findings)
+
+    name: str
+    """Name of the vehicle."""
+    dofs: list[str]
+    """Degrees of freedom of the model."""
+    effects: list[str]
+    """Terms of the baseline."""
+    runs: list[list[str]]
+    """Name, kind and role of each run."""
+    findings: tuple[Finding, ...]
+    """What reading and preparing found."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_unpickled, (type(self), self._source))
+
+    def __repr__(self) -> str:
+        return f"<Campaign {self.name!r}: {len(self.runs)} runs, {' '.join(self.dofs)}, {len(self.effects)} terms>"
+
+    def _repr_html_(self) -> str:
+        rows = [{"run": name, "kind": kind, "role": role} for name, kind, role in self.runs]
+        return html_table(rows, f"{self.name}: {', '.join(self.effects)}")
+
+
+def _unpickled(kind: type[Campaign], source: tuple[Any, ...]) -> Campaign:
+    campaign = object.__new__(kind)
+    campaign._make(source)
+    return campaign
+
+
+def campaign_of(given: Campaign | str | PathLike[str]) -> Campaign:
+    """A campaign, or the one in this file."""
+    if isinstance(given, Campaign):
+        return given
+    if isinstance(given, str | PathLike):
+        return Campaign.from_file(given)
+    raise UsageError(f"a campaign or the path of one is expected, not {type(given).__name__}")

@@ -1,0 +1,184 @@
+"""The result of `discover`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ._errors import Finding
+from ._result import Result
+from ._view import Rows, axes, html_table, text_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class FoundParameter:
+    """A parameter of an effect that was found, SI units."""
+
+    name: str
+    value: float
+    std: float
+    unit: str
+    per_run: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that the data asks for.
+
+    Attributes:
+        id: ``id``, ``id@dof`` or ``id@dof:other``.
+        dofs: degrees of freedom in which it acts.
+        parameters: its parameters in the final fit.
+        p_value: probability of as much by chance, over all candidates.
+        also_possible: other names that this data allows.
+        evidence: one sentence.
+    """
+
+    id: str
+    dofs: tuple[str, ...]
+    parameters: tuple[FoundParameter, ...]
+    p_value: float
+    also_possible: tuple[str, ...]
+    evidence: str
+
+
+@dataclass(frozen=True)
+class Where:
+    """A stretch, `from_` to `to` in s, where the baseline disagrees with the data."""
+
+    run: str
+    dof: str
+    from_: float = field(metadata={"key": "from"})
+    to: float
+    times_noise: float
+    condition: str
+
+
+@dataclass(frozen=True)
+class GapOfRun:
+    """Root mean square error on one run, by degree of freedom."""
+
+    run: str
+    held_out_rms: dict[str, float]
+
+
+@dataclass(frozen=True)
+class GapStep:
+    """Error on held-out runs after `added` came in; `None` for the refitted baseline."""
+
+    added: str | None
+    held_out_rms: dict[str, float]
+    noise_floor: dict[str, float]
+    runs: tuple[GapOfRun, ...]
+
+
+@dataclass(frozen=True)
+class LogFinding:
+    """A fault of the log that looks like missing physics."""
+
+    kind: str
+    channel: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class SmallestVisible:
+    """The smallest size of an effect that this data would have shown."""
+
+    id: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Discovery(Result):
+    """What the baseline lacks, if anything.
+
+    Attributes:
+        format: 1.
+        verdict: ``nothing_missing``, ``explained``, ``partly_explained`` or ``unexplained``.
+        effects: what was added, in order.
+        where: where the baseline disagrees with the data.
+        gap: error on held-out runs before and after each step.
+        removed: what was added and dropped again.
+        log_findings: what looks like a fault of the log.
+        smallest_visible: what this data could have shown.
+        next_experiment: the run that would tell more.
+        seed: seed of anything random.
+        warnings: what there is to say.
+    """
+
+    format: int
+    verdict: str
+    effects: tuple[FoundEffect, ...]
+    where: tuple[Where, ...]
+    gap: tuple[GapStep, ...]
+    removed: tuple[str, ...]
+    log_findings: tuple[LogFinding, ...]
+    smallest_visible: tuple[SmallestVisible, ...]
+    next_experiment: str | None
+    seed: int
+    warnings: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Missing effects"
+
+    def rows(self) -> Rows:
+        """One row a parameter of an effect that was found."""
+        return [
+            {
+                "effect": effect.id,
+                "name": p.name,
+                "value": p.value,
+                "std": p.std,
+                "unit": p.unit,
+                "p_value": effect.p_value,
+                "also_possible": ", ".join(effect.also_possible),
+            }
+            for effect in self.effects
+            for p in effect.parameters
+        ]
+
+    def _gap_rows(self) -> Rows:
+        return [
+            {
+                "with": step.added or "baseline",
+                "dof": dof,
+                "held-out rms": rms,
+                "noise": step.noise_floor.get(dof),
+            }
+            for step in self.gap
+            for dof, rms in step.held_out_rms.items()
+        ]
+
+    def summary(self) -> str:
+        """Verdict, what was found, the gap on held-out runs, and what to do next."""
+        found = [text_table(self.rows(), self.title)] if self.effects else []
+        following = [f"next: {self.next_experiment}"] if self.next_experiment else []
+        gap = text_table(self._gap_rows(), "Gap on held-out runs")
+        return "\n".join([f"verdict: {self.verdict.replace('_', ' ')}", *found, gap, *following, *self._remarks()])
+
+    def _repr_html_(self) -> str:
+        head = f"<p><b>{self.verdict.replace('_', ' ')}</b></p>"
+        return head + super()._repr_html_() + html_table(self._gap_rows(), "Gap on held-out runs")
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Error on held-out runs over the noise floor, step by step.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.plot`.
+        """
+        ax = axes(ax)
+        steps = [step.added or "baseline" for step in self.gap]
+        for dof in self.gap[0].held_out_rms if self.gap else ():
+            ratio = [step.held_out_rms[dof] / step.noise_floor[dof] for step in self.gap]
+            ax.plot(range(len(steps)), ratio, **({"marker": "o", "label": dof} | style))
+        ax.axhline(1.0, color="0.3", linewidth=0.8)
+        ax.set_xticks(range(len(steps)), steps)
+        ax.set_ylabel("held-out rms over sensor noise")
+        if self.gap:
+            ax.legend()
+        return ax

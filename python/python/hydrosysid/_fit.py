@@ -1,0 +1,173 @@
+"""The result of `fit`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import Finding
+from ._result import Result
+from ._view import Rows, axes, html_table, number, text_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a fit, in SI units.
+
+    Attributes:
+        effect: id of the effect.
+        dof: degree of freedom in whose balance it stands; `None` for the whole vehicle.
+        name: symbol, ``k_u|u|``.
+        value: value.
+        std: standard deviation; 0 for one that was held.
+        std_paper: standard deviation by equation (14) of the paper.
+        unit: unit.
+        sname: SNAME's name of the same quantity, ``X_u|u|``.
+        sname_value: SNAME's value, which has the opposite sign.
+        fixed: whether it was held.
+        other: the other degree of freedom of a coupling.
+        per_run: values of a parameter with one in each run.
+    """
+
+    effect: str
+    dof: str | None
+    name: str
+    value: float
+    std: float | None
+    std_paper: float | None
+    unit: str
+    sname: str | None
+    sname_value: float | None
+    fixed: bool
+    other: str | None = None
+    per_run: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def term(self) -> str:
+        """``id``, ``id@dof`` or ``id@dof:other``."""
+        place = ":".join(d for d in (self.dof, self.other) if d)
+        return f"{self.effect}@{place}" if place else self.effect
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One fit of which a result is made; residual in the unit of what was fitted."""
+
+    name: str
+    dof: str
+    runs: tuple[str, ...]
+    rows: int
+    residual_std: float
+    condition_number: float
+    condition_number_scaled: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
+    """A fitted campaign.
+
+    Attributes:
+        format: 1.
+        parameters: the parameters, in the order of the model.
+        estimator: ``output_error``, ``staged`` or ``integral``.
+        std_method: how `Parameter.std` was found.
+        covariance: covariance in the order of `parameters`, SI, (p, p).
+        stages: the fits of which it is made.
+        warnings: what there is to say.
+        model: the model as TOML; what `simulate` and `compare` take, and what the command's ``--model`` reads.
+    """
+
+    format: int
+    parameters: tuple[Parameter, ...]
+    estimator: str
+    std_method: str
+    covariance: NDArray[np.float64]
+    stages: tuple[Stage, ...]
+    warnings: tuple[Finding, ...]
+    model: str = field(default="", metadata={"own": True})
+
+    title: ClassVar[str] = "Fit"
+
+    def rows(self) -> Rows:
+        """One row a parameter."""
+        return [
+            {
+                "effect": p.term,
+                "name": p.name,
+                "value": p.value,
+                "std": p.std,
+                "std_paper": p.std_paper,
+                "unit": p.unit,
+                "sname": p.sname,
+                "sname_value": p.sname_value,
+                "fixed": p.fixed,
+            }
+            for p in self.parameters
+        ]
+
+    def __getitem__(self, name: str) -> Parameter:
+        """The parameter of the term ``id@dof``, or of this symbol."""
+        found = [p for p in self.parameters if name in (p.term, p.name)]
+        if len(found) != 1:
+            names = ", ".join(p.term for p in found or self.parameters)
+            raise KeyError(f"{name!r} names {len(found)} parameters; there are {names}")
+        return found[0]
+
+    def summary(self) -> str:
+        """The parameters with 95 % intervals, then the stages, in the shape of statsmodels' summaries."""
+        parameters = [
+            {
+                "": f"{p.term} {p.name}",
+                "coef": p.value,
+                "std err": "held" if p.fixed else p.std,
+                "[0.025": None if p.std is None or p.fixed else p.value - 1.96 * p.std,
+                "0.975]": None if p.std is None or p.fixed else p.value + 1.96 * p.std,
+                "unit": p.unit,
+            }
+            for p in self.parameters
+        ]
+        title = f"Fit by {self.estimator.replace('_', ' ')}"
+        parts = [text_table(parameters, title), f"standard errors: {self.std_method}"]
+        if self.stages:
+            parts.append(text_table(self._stage_rows(), "Stages"))
+        return "\n".join([*parts, *self._remarks()])
+
+    def _stage_rows(self) -> Rows:
+        return [
+            {
+                "stage": s.name,
+                "dof": s.dof,
+                "rows": s.rows,
+                "residual": s.residual_std,
+                "cond(HᵀH)": s.condition_number,
+                "cond scaled": s.condition_number_scaled,
+            }
+            for s in self.stages
+        ]
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + html_table(self._stage_rows(), "Stages")
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Estimates over their own size with 95 % intervals: which are known, and which are not.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.errorbar`.
+        """
+        ax = axes(ax)
+        free = [p for p in self.parameters if not p.fixed and p.std is not None and p.value != 0.0]
+        place = np.arange(len(free))[::-1]
+        half = [1.96 * (p.std or 0.0) / abs(p.value) for p in free]
+        look: dict[str, Any] = {"fmt": "o", "capsize": 3} | style
+        ax.errorbar([np.sign(p.value) for p in free], place, xerr=half, **look)
+        ax.axvline(0.0, color="0.6", linewidth=0.8)
+        ax.set_yticks(place, [f"{p.term}: {number(p.value)} {p.unit}" for p in free])
+        ax.set_xlabel("estimate over its own size, 95 % interval")
+        return ax

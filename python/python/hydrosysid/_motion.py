@@ -1,0 +1,206 @@
+"""The results of `simulate`, `compare` and `check`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import Finding
+from ._result import Result
+from ._view import Rows, axes, html_table, latex_table, text_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedRun:
+    """One simulated run, SI units; `measured` is NaN where a sensor has no sample."""
+
+    run: str
+    role: str
+    time: NDArray[np.float64]
+    simulated: dict[str, NDArray[np.float64]]
+    measured: dict[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation(Result):
+    """Simulated runs beside what was measured.
+
+    Attributes:
+        format: 1.
+        runs: the runs of free motion.
+        warnings: what there is to say.
+    """
+
+    format: int
+    runs: tuple[SimulatedRun, ...]
+    warnings: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Simulation"
+
+    def __getitem__(self, name: str) -> SimulatedRun:
+        """The run of this name."""
+        for run in self.runs:
+            if run.run == name:
+                return run
+        raise KeyError(f"no run {name!r}; there are {', '.join(run.run for run in self.runs)}")
+
+    def rows(self) -> Rows:
+        """One row an instant and channel."""
+        return [
+            {"run": run.run, "t": t, "channel": channel, "simulated": s, "measured": m}
+            for run in self.runs
+            for channel, values in run.simulated.items()
+            for t, s, m in zip(run.time.tolist(), values.tolist(), run.measured[channel].tolist(), strict=True)
+        ]
+
+    def _brief_rows(self) -> Rows:
+        return [
+            {
+                "run": run.run,
+                "role": run.role,
+                "channel": channel,
+                "instants": len(run.time),
+                "rms": float(np.sqrt(np.nanmean((values - run.measured[channel]) ** 2))),
+            }
+            for run in self.runs
+            for channel, values in run.simulated.items()
+            if np.isfinite(run.measured[channel]).any()
+        ]
+
+    def summary(self) -> str:
+        """One line a run and channel."""
+        return "\n".join([text_table(self._brief_rows(), self.title), *self._remarks()])
+
+    def _repr_html_(self) -> str:
+        return html_table(self._brief_rows(), self.title)
+
+    def to_latex(self) -> str:
+        """One line a run and channel."""
+        return latex_table(self._brief_rows())
+
+    def plot(self, run: str | None = None, channel: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
+        """Measured and simulated channel of a run over time; the first of each when not named.
+
+        Args:
+            run: name of the run.
+            channel: name of the channel, ``u``.
+            ax: axes to draw into; new ones when absent.
+            style: passed on to the line of the simulation.
+        """
+        ax = axes(ax)
+        shown = self.runs[0] if run is None else self[run]
+        name = next(iter(shown.simulated)) if channel is None else channel
+        there = np.isfinite(shown.measured[name])
+        ax.plot(shown.time[there], shown.measured[name][there], ".", color="0.6", label="measured")
+        ax.plot(shown.time, shown.simulated[name], **({"label": "simulated"} | style))
+        ax.set(xlabel="t, s", ylabel=name, title=shown.run)
+        ax.legend()
+        return ax
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A model against one run in one degree of freedom, in `unit`.
+
+    Attributes:
+        run: name of the run.
+        role: ``train`` or ``validate``.
+        dof: degree of freedom.
+        mean_abs: mean of the absolute error, equation (25) of the paper.
+        std_abs: its standard deviation, equation (25).
+        rms: root mean square of the error.
+        noise_floor: standard deviation of the sensor's noise.
+        fit_percent: 100 for a perfect simulation, 0 for one no better than the mean.
+        unit: ``m/s`` or ``rad/s``.
+    """
+
+    run: str
+    role: str
+    dof: str
+    mean_abs: float
+    std_abs: float
+    rms: float
+    noise_floor: float
+    fit_percent: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Result):
+    """A model held against runs.
+
+    Attributes:
+        format: 1.
+        runs: one entry a run and degree of freedom.
+        warnings: what there is to say.
+    """
+
+    format: int
+    runs: tuple[Disagreement, ...]
+    warnings: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Model against measurement"
+
+    def rows(self) -> Rows:
+        """One row a run and degree of freedom."""
+        return [dict(vars(entry)) for entry in self.runs]
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Root mean square error of each run over the noise floor.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        ax = axes(ax)
+        place = np.arange(len(self.runs))[::-1]
+        ax.barh(place, [entry.rms / entry.noise_floor for entry in self.runs], **style)
+        ax.axvline(1.0, color="0.3", linewidth=0.8)
+        ax.set_yticks(place, [f"{entry.run} {entry.dof}" for entry in self.runs])
+        ax.set_xlabel("rms error over sensor noise")
+        return ax
+
+
+@dataclass(frozen=True)
+class CheckedLog:
+    """One log or run that was checked; `rows` samples over `duration` s."""
+
+    file: str
+    verdict: str
+    rows: int
+    duration: float
+    segments: int
+    channels: tuple[str, ...]
+    kind: str | None = None
+    role: str | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Result):
+    """What logs have to say of themselves.
+
+    Attributes:
+        format: 1.
+        verdict: ``green``, ``amber`` or ``red``.
+        logs: one entry a log or run.
+        warnings: warnings and notes.
+        errors: why what is refused is refused.
+    """
+
+    format: int
+    verdict: str
+    logs: tuple[CheckedLog, ...]
+    warnings: tuple[Finding, ...]
+    errors: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Check"
+
+    def rows(self) -> Rows:
+        """One row a log."""
+        return [dict(vars(log)) for log in self.logs]

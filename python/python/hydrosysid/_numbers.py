@@ -1,0 +1,167 @@
+"""Building blocks: least squares, Runge-Kutta, the polynomial filter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._arrays import array
+from ._errors import UsageError
+from ._view import html_table, text_table
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LeastSquares:
+    """A solved system of n rows and p unknowns.
+
+    Attributes:
+        coefficients: θ̂, (p).
+        standard_errors: σ_θ = √diag((HᵀH)⁻¹ σ̂²), equation (14) of the paper, (p).
+        residual_std: σ̂ = √(|e|²/(n − p)), equation (15), unit of y.
+        r_squared: 1 − |e|²/Σ(y − ȳ)² where H has a constant column, else 1 − |e|²/Σy².
+        condition_number: cond(HᵀH), as the paper prints it.
+        condition_number_scaled: cond(H) with columns of unit length.
+        rank: rank of H: p, since less is an error.
+        covariance: (HᵀH)⁻¹ σ̂², (p, p).
+        residuals: e = y − H θ̂, (n).
+        names: names of the columns.
+    """
+
+    coefficients: Array
+    standard_errors: Array
+    residual_std: float
+    r_squared: float
+    condition_number: float
+    condition_number_scaled: float
+    rank: int
+    covariance: Array
+    residuals: Array
+    names: tuple[str, ...]
+
+    def _rows(self) -> list[dict[str, Any]]:
+        columns = zip(self.names, self.coefficients.tolist(), self.standard_errors.tolist(), strict=True)
+        return [
+            {
+                "": n,
+                "coef": c,
+                "std err": s,
+                "t": c / s if s else None,
+                "[0.025": c - 1.96 * s,
+                "0.975]": c + 1.96 * s,
+            }
+            for n, c, s in columns
+        ]
+
+    def summary(self) -> str:
+        """The coefficients with 95 % intervals, in the shape of statsmodels' summaries."""
+        foot = (
+            f"rows {len(self.residuals)}, rank {self.rank}, residual std {self.residual_std:.4g}, "
+            f"R² {self.r_squared:.4g}, cond(HᵀH) {self.condition_number:.4g}, "
+            f"cond scaled {self.condition_number_scaled:.4g}"
+        )
+        return text_table(self._rows(), "Least squares") + "\n" + foot
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        return html_table(self._rows(), "Least squares")
+
+
+def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None) -> LeastSquares:
+    """Solves H θ = y by Householder QR; HᵀH is never formed.
+
+    Args:
+        H: columns of regressors, (n, p).
+        y: right-hand side, (n).
+        names: names of the columns, for messages and tables; ``column 0``, … when absent.
+
+    Raises:
+        DataError: not more rows than columns, columns that depend on each other, values that are not finite.
+        UsageError: shapes that do not fit.
+
+    >>> fit = least_squares([[1, 0], [1, 1], [1, 2], [1, 3], [1, 4]], [1, 3, 2, 5, 4])
+    >>> fit.coefficients.round(12).tolist()
+    [1.4, 0.8]
+    """
+    h, right = array(H, "H", 2), array(y, "y")
+    called = tuple(names) if names is not None else tuple(f"column {k}" for k in range(h.shape[1]))
+    if len(called) != h.shape[1]:
+        raise UsageError(f"{len(called)} names for the {h.shape[1]} columns of H")
+    if h.shape[0] != len(right):
+        raise UsageError(f"H has {h.shape[0]} rows, y has {len(right)}")
+    if h.shape[1] == 0:
+        raise UsageError("H has no column: nothing to estimate")
+    found = _native.least_squares(h, right, list(called))
+    return LeastSquares(names=called, rank=h.shape[1], r_squared=_r_squared(h, right, found["residuals"]), **found)
+
+
+def _r_squared(h: Array, y: Array, e: Array) -> float:
+    centred = bool((np.ptp(h, axis=0) == 0.0).any())
+    total = float(np.sum((y - y.mean()) ** 2 if centred else y**2))
+    return 1.0 - float(e @ e) / total if total > 0.0 else float("nan")
+
+
+def rk4(f: Callable[[float, Array], ArrayLike], t: ArrayLike, y0: ArrayLike, substeps: int = 1) -> Array:
+    """Solves ẏ = f(t, y) by the classical Runge-Kutta scheme of fourth order.
+
+    Args:
+        f: rate of y, (p), at the time t.
+        t: instants, s, (n).
+        y0: y at the first instant, (p).
+        substeps: equal steps from one instant to the next.
+
+    Returns:
+        y at the instants, (n, p); whatever `f` raises passes through.
+
+    Raises:
+        DataError: the solution left the finite numbers.
+
+    >>> y = rk4(lambda t, y: -y, [0.0, 0.5, 1.0], [1.0], substeps=20)
+    >>> bool(abs(y[-1, 0] - np.exp(-1.0)) < 1e-7)
+    True
+    """
+    if substeps < 1:
+        raise UsageError(f"substeps = {substeps}: at least one step from instant to instant is needed")
+
+    def rate(at: float, y: Array) -> Array:
+        return np.ascontiguousarray(f(at, y), dtype=np.float64)
+
+    return _native.rk4(rate, array(t, "t"), array(y0, "y0"), substeps)
+
+
+def polynomial_filter(
+    t: ArrayLike,
+    x: ArrayLike,
+    *,
+    samples: int | None = None,
+    seconds: float | None = None,
+    degree: int = 2,
+    gaps: Sequence[float] = (),
+) -> tuple[Array, Array]:
+    """Savitzky-Golay filter for even and uneven time: a polynomial fitted to the window about each sample.
+
+    Args:
+        t: time stamps, s, (n).
+        x: values, (n).
+        samples: width of the window as an odd number of samples, or
+        seconds: as a time.
+        degree: degree of the polynomial.
+        gaps: time stamps at which a gap ends; no window reaches over one.
+
+    Returns:
+        The filtered values and their first derivative by time.
+
+    >>> t = np.linspace(0.0, 1.0, 11)
+    >>> x, rate = polynomial_filter(t, t**2, samples=5)
+    >>> bool(np.allclose(x, t**2) and np.allclose(rate, 2 * t))
+    True
+    """
+    return _native.polynomial_filter(array(t, "t"), array(x, "x"), samples, seconds, degree, list(gaps))

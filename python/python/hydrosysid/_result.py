@@ -1,0 +1,71 @@
+"""What all results can do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Literal
+
+from ._errors import Finding
+from ._plain import plain
+from ._view import Rows, frame, html_table, latex_table, text_table
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A result: plain data that can be pickled, compared, tabulated and shown.
+
+    Two results are equal when their `to_dict()` are.
+    """
+
+    title: ClassVar[str] = ""
+
+    def rows(self) -> Rows:
+        """The main table, one dictionary a row."""
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data with the keys of the command's ``--json``; what is not a number is `None`."""
+        data: dict[str, Any] = plain(self)
+        return data
+
+    def to_frame(self, library: Literal["pandas", "polars"] | None = None) -> Any:
+        """The main table as a data frame of pandas or polars, whichever is in use or installed."""
+        return frame(self.rows(), library)
+
+    def to_latex(self) -> str:
+        """The main table as a LaTeX ``tabular``."""
+        return latex_table(self.rows())
+
+    def summary(self) -> str:
+        """Tables and remarks as text."""
+        return "\n".join([text_table(self.rows(), self.title), *self._remarks()])
+
+    def _remarks(self) -> list[str]:
+        return [f"{f.severity}: {f}" for f in self._findings()]
+
+    def _findings(self) -> tuple[Finding, ...]:
+        found: tuple[Finding, ...] = getattr(self, "errors", ()) + getattr(self, "warnings", ())
+        return found
+
+    def _repr_html_(self) -> str:
+        remarks = "".join(html_table([{"": remark}]) for remark in self._remarks())
+        return html_table(self.rows(), self.title) + remarks
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and plain(self) == plain(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        shown = (f"{f.name}={_brief(getattr(self, f.name))}" for f in fields(self))
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+
+def _brief(value: Any) -> str:
+    text = repr(value)
+    return (
+        text if len(text) <= 60 else f"<{type(value).__name__} of {len(value)}>" if hasattr(value, "__len__") else text
+    )

@@ -1,0 +1,248 @@
+"""A run: what the sensors of one experiment said, each at its own instants."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from os import PathLike, fspath
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._arrays import array, increasing
+from ._errors import DataError, Finding, UsageError
+from ._plain import build
+from ._view import frame, html_table
+
+Array = NDArray[np.float64]
+KINDS = ("bollard", "towing", "constant_velocity", "oscillatory", "zigzag", "free")
+ROLES = ("train", "validate")
+
+
+class Run:
+    """One run in SI units, under the names of the log format: ``u``, ``tau_u``, ``psi``, …
+
+    Args:
+        data: channels by name; keywords add to it.
+        t: time stamps, s, of all channels that have none of their own.
+        name: name shown to people.
+        kind: ``bollard``, ``towing``, ``constant_velocity``, ``oscillatory``, ``zigzag`` or ``free``.
+        role: ``train`` takes part in the fit, ``validate`` does not.
+        gaps: time stamps at which a gap ends; nothing is integrated across one.
+        missing: what NaN means: ``error``, or ``no_sample`` where a sensor has no new sample at this instant.
+        channels: values, one a time stamp, or a pair (time stamps, values).
+
+    Raises:
+        DataError: time that does not increase, values that are not finite.
+        UsageError: shapes or words that do not fit.
+
+    >>> run = Run(t=[0.0, 0.1, 0.2], u=[0.0, 0.1, 0.15], tau_u=([0.0, 0.2], [5.0, 5.0]))
+    >>> run.channels
+    ('tau_u', 'u')
+    >>> run["tau_u"][0].tolist()
+    [0.0, 0.2]
+    """
+
+    __slots__ = ("findings", "gaps", "kind", "name", "role", "signals")
+
+    name: str
+    kind: str
+    role: str
+    gaps: tuple[float, ...]
+    signals: Mapping[str, tuple[Array, Array]]
+    findings: tuple[Finding, ...]
+
+    def __init__(
+        self,
+        data: Mapping[str, Any] | None = None,
+        /,
+        *,
+        t: Any = None,
+        name: str = "run",
+        kind: str = "free",
+        role: str = "train",
+        gaps: Iterable[float] = (),
+        missing: Literal["error", "no_sample"] = "error",
+        **channels: Any,
+    ) -> None:
+        given = dict(data or {}) | channels
+        stamps = given.pop("t", None) if t is None else t
+        for word, words, what in (
+            (kind, KINDS, "kind"),
+            (role, ROLES, "role"),
+            (missing, MISSING, "missing"),
+        ):
+            if word not in words:
+                raise UsageError(f"run {name!r}: {what} = {word!r} is none of {', '.join(words)}")
+        time = None if stamps is None else _time(stamps, f"run {name!r}: t")
+        signals = {}
+        for channel, values in given.items():
+            label = f"run {name!r}: {channel}"
+            if isinstance(values, tuple) and len(values) == 2 and np.ndim(values[0]) == 1:
+                own, values = _time(values[0], f"{label} (its time)"), values[1]
+            elif time is not None:
+                own = time
+            else:
+                raise UsageError(f"{label} has no time stamps: give t, or a pair (t, {channel})")
+            signals[channel] = _signal(own, values, label, missing == "no_sample")
+        if not signals:
+            raise UsageError(f"run {name!r} has no channel")
+        self._set(name, kind, role, tuple(float(g) for g in gaps), signals, ())
+
+    def _set(
+        self,
+        name: str,
+        kind: str,
+        role: str,
+        gaps: tuple[float, ...],
+        signals: dict[str, tuple[Array, Array]],
+        findings: tuple[Finding, ...],
+    ) -> None:
+        shown = MappingProxyType(dict(sorted(signals.items())))
+        for key, value in zip(self.__slots__, (findings, gaps, kind, name, role, shown), strict=True):
+            object.__setattr__(self, key, value)
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Any], **options: Any) -> Run:
+        """A run from a mapping of channels, ``t`` among them; options as for `Run`."""
+        return cls(arrays, **options)
+
+    @classmethod
+    def from_frame(cls, frame: Any, *, columns: Mapping[str, str] | None = None, **options: Any) -> Run:
+        """A run from a data frame of pandas or polars in SI units; options as for `Run`.
+
+        Args:
+            frame: a column a channel, ``t`` among them.
+            columns: canonical name = name in the frame; only these are taken. All columns when absent.
+            options: as for `Run`.
+        """
+        there = [str(name) for name in frame.columns]
+        taken = {name: name for name in there} if columns is None else dict(columns)
+        absent = [source for source in taken.values() if source not in there]
+        if absent:
+            raise UsageError(f"the frame has no column {', '.join(map(repr, absent))}; it has {', '.join(there)}")
+        return cls({name: frame[source].to_numpy() for name, source in taken.items()}, **options)
+
+    @classmethod
+    def from_csv(
+        cls,
+        path: str | PathLike[str],
+        *,
+        name: str | None = None,
+        kind: str = "free",
+        role: str = "train",
+        required: Iterable[str] = (),
+        **log: Any,
+    ) -> Run:
+        """A run from a log; units and frames are converted on reading.
+
+        Args:
+            path: the CSV file.
+            name: name shown to people; that of the file when absent.
+            kind: as for `Run`.
+            role: as for `Run`.
+            required: columns that must be there.
+            log: the reading options of ``[log]`` in a campaign: ``delimiter``, ``columns``, ``missing``, …
+
+        Raises:
+            DataError: the log was refused; its `findings` name file, line and column.
+        """
+        signals, _, gaps, found = _native.read_log(fspath(path), json.dumps(log), list(required))
+        findings = tuple(build(Finding, entry) for entry in json.loads(found))
+        run = cls(signals, name=name or fspath(path), kind=kind, role=role, gaps=gaps)
+        run._set(run.name, kind, role, run.gaps, dict(run.signals), findings)
+        return run
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels."""
+        return tuple(self.signals)
+
+    def __getitem__(self, channel: str) -> tuple[Array, Array]:
+        """Time stamps and values of a channel, both read-only."""
+        return self.signals[channel]
+
+    def to_frame(self, library: Literal["pandas", "polars"] | None = None) -> Any:
+        """A data frame with a row for each instant at which some channel has a sample; NaN where one has none."""
+        time = np.unique(np.concatenate([stamps for stamps, _ in self.signals.values()]))
+        table = {"t": time}
+        for channel, (stamps, values) in self.signals.items():
+            table[channel] = np.full(len(time), np.nan)
+            table[channel][np.searchsorted(time, stamps)] = values
+        rows = [dict(zip(table, row, strict=True)) for row in zip(*(c.tolist() for c in table.values()), strict=True)]
+        return frame(rows, library)
+
+    def _native(self) -> tuple[str, str, str, list[float], dict[str, tuple[Array, Array]]]:
+        return (self.name, self.kind, self.role, list(self.gaps), dict(self.signals))
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Run does not change: {name} cannot be set")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_unpickled, (self.name, self.kind, self.role, self.gaps, dict(self.signals), self.findings))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Run):
+            return NotImplemented
+        same = (self.name, self.kind, self.role, self.gaps) == (
+            other.name,
+            other.kind,
+            other.role,
+            other.gaps,
+        )
+        return (
+            same
+            and self.channels == other.channels
+            and all(np.array_equal(a, b) for c in self.channels for a, b in zip(self[c], other[c], strict=True))
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        longest = max(len(stamps) for stamps, _ in self.signals.values())
+        return f"<Run {self.name!r}: {self.kind}, {self.role}, {longest} samples of {' '.join(self.channels)}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            {"channel": c, "samples": len(t), "from, s": t[0].item(), "to, s": t[-1].item()}
+            for c, (t, _) in self.signals.items()
+            if len(t)
+        ]
+        return html_table(rows, repr(self))
+
+
+MISSING = ("error", "no_sample")
+
+
+def _unpickled(*state: Any) -> Run:
+    run = object.__new__(Run)
+    run._set(*state)
+    return run
+
+
+def _time(values: Any, label: str) -> Array:
+    time = _frozen(array(values, label))
+    increasing(time, label)
+    return time
+
+
+def _signal(time: Array, values: Any, label: str, no_sample: bool) -> tuple[Array, Array]:
+    if no_sample:
+        raw = np.asarray(values, dtype=np.float64)
+        there = ~np.isnan(raw)
+        if raw.shape == time.shape:
+            time, values = _frozen(time[there]), raw[there]
+    found = _frozen(array(values, label))
+    if len(found) != len(time):
+        raise DataError(f"{label} has {len(found)} values for {len(time)} time stamps")
+    return time, found
+
+
+def _frozen(values: Array) -> Array:
+    """A copy that nobody else can change."""
+    values = values.copy()
+    values.flags.writeable = False
+    return values

@@ -1,0 +1,87 @@
+"""A thruster's curve from a bollard-pull table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._arrays import array
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its standard deviation; 0 for a held number."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True)
+class ThrustDirection:
+    """One direction of a thruster: |F| = a x² + b x, N, with x = max(0, |V| − deadband)."""
+
+    a: Estimate
+    b: Estimate
+    rows: int
+    residual_std: float
+
+
+@dataclass(frozen=True)
+class ThrusterFit:
+    """A thruster's curve, |F| = (a x² + b x) (V_s/V_ref)ⁿ with x = max(0, |V| − deadband).
+
+    Attributes:
+        forward: coefficients for positive commands.
+        reverse: coefficients for negative commands.
+        deadband: dead band, unit of the command.
+        exponent: n of the supply voltage; `None` where the table holds fewer than two.
+    """
+
+    forward: ThrustDirection
+    reverse: ThrustDirection
+    deadband: Estimate
+    exponent: Estimate | None
+
+
+def fit_thruster(
+    command: ArrayLike,
+    force: ArrayLike,
+    *,
+    deadband: float | None = 0.0,
+    supply: ArrayLike | None = None,
+    reference_supply: float | None = None,
+) -> ThrusterFit:
+    """Fits a thruster's curve, equation (1) of the paper, to a bollard-pull table.
+
+    Args:
+        command: control voltage or normalised command of each row, (n).
+        force: measured force, N, of the sign of the command, (n).
+        deadband: held at this value, as in the paper at 0; `None`: found from the table.
+        supply: supply voltage of each row, V.
+        reference_supply: supply voltage at which the coefficients hold, V; the median when absent.
+
+    Raises:
+        DataError: a table that determines no curve.
+
+    >>> import numpy as np
+    >>> v = np.linspace(-1.0, 1.0, 21)
+    >>> fit = fit_thruster(v, 30.0 * v * abs(v) + 10.0 * v)
+    >>> round(fit.forward.a.value, 9), round(fit.reverse.b.value, 9)
+    (30.0, 10.0)
+    """
+    volts = None if supply is None else array(supply, "supply")
+    found = _native.fit_thruster(array(command, "command"), array(force, "force"), deadband, volts, reference_supply)
+
+    def direction(entry: tuple[tuple[float, float], tuple[float, float], int, float]) -> ThrustDirection:
+        a, b, rows, residual = entry
+        return ThrustDirection(Estimate(*a), Estimate(*b), rows, residual)
+
+    exponent = found["exponent"]
+    return ThrusterFit(
+        forward=direction(found["forward"]),
+        reverse=direction(found["reverse"]),
+        deadband=Estimate(*found["deadband"]),
+        exponent=None if exponent is None else Estimate(*exponent),
+    )

@@ -1,0 +1,102 @@
+"""How results show themselves: text tables, HTML, LaTeX, data frames."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import importlib.util
+import math
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Rows = list[dict[str, Any]]
+
+
+def frame(rows: Rows, library: Literal["pandas", "polars"] | None = None) -> Any:
+    """A data frame of rows: of the library asked for, else of the one that is in use or installed, pandas first."""
+    names = ("pandas", "polars") if library is None else (library,)
+    loaded = [name for name in names if name in sys.modules]
+    there = loaded or [name for name in names if importlib.util.find_spec(name) is not None]
+    if not there:
+        raise ImportError(f"a data frame needs {' or '.join(names)}: pip install {names[0]}")
+    made = importlib.import_module(there[0]).DataFrame
+    # polars looks at a hundred rows only unless told otherwise
+    return made(rows) if there[0] == "pandas" else made(rows, infer_schema_length=None)
+
+
+def number(value: Any) -> str:
+    """Four significant digits; a blank for what is absent."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else ""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(number(v) for v in value)
+    return str(value)
+
+
+def text_table(rows: Rows, title: str = "") -> str:
+    """A table in the shape that statsmodels' users know: rules above, below and under the heads."""
+    if not rows:
+        return title
+    heads = list(rows[0])
+    cells = [[number(row.get(head)) for head in heads] for row in rows]
+    numeric = [all(isinstance(row.get(h), int | float | None) for row in rows) for h in heads]
+    widths = [max(len(h), *(len(line[k]) for line in cells)) for k, h in enumerate(heads)]
+
+    def line(entries: Sequence[str]) -> str:
+        parts = [e.rjust(w) if n else e.ljust(w) for e, w, n in zip(entries, widths, numeric, strict=True)]
+        return "  ".join(parts).rstrip()
+
+    width = sum(widths) + 2 * (len(widths) - 1)
+    body = ["=" * width, line(heads), "-" * width, *(line(c) for c in cells), "=" * width]
+    return "\n".join(([title.center(width).rstrip()] if title else []) + body)
+
+
+def html_table(rows: Rows, title: str = "") -> str:
+    """A plain HTML table; the notebook brings its own colours."""
+    if not rows:
+        return f"<p>{html.escape(title)}</p>"
+    heads = list(rows[0])
+    top = "".join(f"<th>{html.escape(head)}</th>" for head in heads)
+    lines = (
+        "<tr>" + "".join(f"<td>{html.escape(number(row.get(head)))}</td>" for head in heads) + "</tr>" for row in rows
+    )
+    caption = f"<caption>{html.escape(title)}</caption>" if title else ""
+    return f"<table>{caption}<thead><tr>{top}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+_LATEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"} | {
+    c: "\\" + c for c in "&%$#_{}"
+}
+
+
+def latex(text: str) -> str:
+    """Text with LaTeX's own characters escaped."""
+    return "".join(_LATEX.get(c, c) for c in text)
+
+
+def latex_table(rows: Rows) -> str:
+    """A `tabular` with one line a row."""
+    heads = list(rows[0]) if rows else []
+    lines = [heads, *([number(row.get(head)) for head in heads] for row in rows)]
+    body = [" & ".join(latex(cell) for cell in line) + r" \\" for line in lines]
+    body.insert(1, r"\hline")
+    return "\n".join([rf"\begin{{tabular}}{{{'l' * len(heads)}}}", *body, r"\end{tabular}"])
+
+
+def axes(ax: Axes | None) -> Axes:
+    """The axes given, or new ones. Matplotlib is loaded here and nowhere earlier."""
+    if ax is not None:
+        return ax
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ImportError("plots need matplotlib: pip install 'hydrosysid[plot]'") from error
+    return plt.figure(layout="constrained").add_subplot()

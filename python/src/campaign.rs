@@ -1,0 +1,110 @@
+//! A campaign and its verbs.
+
+use std::path::{Path, PathBuf};
+
+use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
+use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile, ModelFileError};
+use hydrosysid::tank;
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::run::{GivenRun, to_runs};
+use crate::work::detached;
+
+/// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
+#[pyclass(frozen, module = "hydrosysid._native")]
+pub struct NativeCampaign(Campaign);
+
+#[pymethods]
+impl NativeCampaign {
+    /// Reads a campaign file and its logs.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<NativeCampaign> {
+        let loaded = detached(py, || Campaign::load(&path, LoadOptions { allow_outside }))?;
+        loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
+    }
+
+    /// A campaign of runs in memory; `tables` is the campaign file as JSON.
+    #[staticmethod]
+    fn from_runs(py: Python<'_>, tables: &str, runs: Vec<GivenRun<'_>>) -> PyResult<NativeCampaign> {
+        let runs = to_runs(py, &runs)?;
+        let tables: toml::Table = serde_json::from_str(tables).map_err(|e| error::usage(py, &e))?;
+        // by way of its text, so that it is checked as a file is
+        let text = toml::to_string(&tables).map_err(|e| error::usage(py, &e))?;
+        let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+        let loaded = detached(py, || {
+            let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("Campaign(...)"), &options)?;
+            Campaign::from_runs(file, runs)
+        })?;
+        loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
+    }
+
+    /// Names, kinds and roles of the runs, and what reading found: JSON.
+    fn about(&self) -> PyResult<String> {
+        let runs: Vec<_> = self.0.runs.iter().map(|run| (&run.name, run.kind, run.role)).collect();
+        let effects: Vec<String> = self.0.model.terms.iter().map(|term| term.name()).collect();
+        error::to_json(&(&self.0.vehicle.name, &self.0.model.dofs, effects, runs, &self.0.findings))
+    }
+
+    /// The fit as JSON, and the model file that it makes, as TOML.
+    fn fit(&self, py: Python<'_>, estimator: Option<&str>) -> PyResult<(String, String)> {
+        let estimator = estimator.map(|name| serde_json::from_value(name.into()));
+        let estimator = estimator.transpose().map_err(|e| error::usage(py, &e))?;
+        let fitted = detached(py, || campaign::fit(&self.0, FitOptions { estimator }))?;
+        let fitted = fitted.map_err(|e| error::campaign(py, &e))?;
+        let model = ModelFile::of(&self.0, &fitted).to_text(Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
+        Ok((error::to_json(&fitted)?, model))
+    }
+
+    /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON.
+    fn simulate(&self, py: Python<'_>, model: &str) -> PyResult<String> {
+        let (file, model) = self.model(py, model)?;
+        let result = detached(py, || campaign::simulate(&self.0.under(&file.efficiency), &model))?;
+        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// The comparison of a model with the runs as JSON.
+    fn compare(&self, py: Python<'_>, model: &str) -> PyResult<String> {
+        let (file, model) = self.model(py, model)?;
+        let result = detached(py, || campaign::compare(&self.0.under(&file.efficiency), &model, &file.envelope))?;
+        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// The discovery as JSON.
+    fn discover(&self, py: Python<'_>) -> PyResult<String> {
+        let result = detached(py, || campaign::discover(&self.0))?;
+        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+}
+
+/// Name of a model in memory, for messages.
+const MODEL: &str = "model.toml";
+
+fn model_error(py: Python<'_>, error: &ModelFileError) -> PyErr {
+    error::usage(py, error)
+}
+
+impl NativeCampaign {
+    fn model(&self, py: Python<'_>, text: &str) -> PyResult<(ModelFile, hydrosysid::model::Model)> {
+        let file: ModelFile = toml::from_str(text).map_err(|e| error::usage(py, &e))?;
+        let model = file.model(&self.0.runs, Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
+        Ok((file, model))
+    }
+}
+
+/// The check of a campaign as JSON.
+#[pyfunction]
+pub fn check_campaign(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<String> {
+    let found = detached(py, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
+    error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
+}
+
+/// Writes the virtual tank's campaign of the paper into a folder.
+#[pyfunction]
+pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> PyResult<()> {
+    let written = detached(py, || {
+        let made = tank::paper_campaign(seed, noise).map_err(|e| e.to_string())?;
+        made.write(&folder).map_err(|e| e.to_string())
+    })?;
+    written.map_err(|e| error::usage(py, &e))
+}

@@ -1,0 +1,39 @@
+//! The door to Python: converts what comes in, lets go of the interpreter, calls one function of the library, converts
+//! what it returns. No maths and no decisions stand here; names, defaults and classes stand in the package beside it.
+//!
+//! Results of verbs cross as the JSON that the command line writes, so that both doors say the same.
+
+#![allow(missing_docs)] // what is public here is what the macros of PyO3 make so; `_native.pyi` is its documentation
+
+mod campaign;
+mod catalogue;
+mod command;
+mod error;
+mod least_squares;
+mod log;
+mod numbers;
+mod run;
+mod work;
+
+/// Compiled part of the package.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::campaign::{NativeCampaign, check_campaign, tank_campaign};
+    #[pymodule_export]
+    use super::catalogue::{effects, regressors};
+    #[pymodule_export]
+    use super::command::command;
+    #[pymodule_export]
+    use super::least_squares::least_squares;
+    #[pymodule_export]
+    use super::log::{check_logs, read_log};
+    #[pymodule_export]
+    use super::numbers::{fit_thruster, polynomial_filter, rk4};
+
+    #[pymodule_init]
+    fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        use pyo3::types::PyModuleMethods;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

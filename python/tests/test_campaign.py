@@ -1,0 +1,147 @@
+"""The verbs on a small campaign, in memory and from files."""
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import hydrosysid as hs
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+mpl.use("Agg")
+TRUTH = {"inertia@surge": 250.0, "linear_drag@surge": 20.0, "quadratic_drag@surge": 120.0}
+
+
+@pytest.fixture(scope="module")
+def fit(campaign: hs.Campaign) -> hs.Fit:
+    return hs.fit(campaign)
+
+
+def test_fit_finds_the_truth(fit: hs.Fit) -> None:
+    for name, value in TRUTH.items():
+        parameter = fit[name]
+        assert parameter.std is not None
+        # four standard deviations: one in ten thousand by chance, and the seed is fixed
+        assert abs(parameter.value - value) < 4.0 * parameter.std + 0.02 * value
+    assert fit.covariance.shape == (3, 3)
+    assert fit["k_u|u|"].sname == "X_u|u|"
+    with pytest.raises(KeyError, match="quadratic_drag@surge"):
+        fit["drag"]
+
+
+def test_estimators_are_chosen_by_name(campaign: hs.Campaign) -> None:
+    assert hs.fit(campaign, estimator="integral").estimator == "integral"
+    with pytest.raises(hs.UsageError):
+        hs.fit(campaign, estimator="guess")  # type: ignore[arg-type]
+
+
+def test_files_and_memory_are_one_campaign(fit: hs.Fit, folder: Path) -> None:
+    of_files = hs.fit(folder / "campaign.toml")
+    assert [p.value for p in of_files.parameters] == [p.value for p in fit.parameters]
+
+
+def test_the_command_says_the_same(fit: hs.Fit, folder: Path) -> None:
+    command = [sys.executable, "-m", "hydrosysid", "fit", "campaign.toml", "--json", "-"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == hs.fit(folder / "campaign.toml").to_dict()
+    script = Path(sys.executable).with_name("hydrosysid.exe" if os.name == "nt" else "hydrosysid")
+    assert subprocess.run([script, "--help"], capture_output=True, check=False).returncode == 0
+    assert subprocess.run([script, "fit"], capture_output=True, check=False).returncode == 2
+
+
+def test_compare_and_simulate(campaign: hs.Campaign, fit: hs.Fit, tmp_path: Path) -> None:
+    comparison = hs.compare(campaign, fit)
+    assert [entry.role for entry in comparison.runs] == ["train", "train", "validate"]
+    # the model is the truth: what is left is the noise of 2 mm/s
+    assert all(entry.rms < 0.004 and entry.fit_percent > 95.0 for entry in comparison.runs)
+    simulation = hs.simulate(campaign, fit)
+    run = simulation["surge_3"]
+    assert np.sqrt(np.nanmean((run.simulated["u"] - run.measured["u"]) ** 2)) < 0.004
+    path = tmp_path / "model.toml"
+    path.write_text(fit.model, encoding="utf-8")
+    assert hs.compare(campaign, path) == comparison
+
+
+def test_discover_has_nothing_to_add(campaign: hs.Campaign) -> None:
+    found = hs.discover(campaign)
+    assert found.verdict == "nothing_missing"
+    assert found.effects == ()
+    assert "verdict: nothing missing" in found.summary()
+
+
+def test_results_are_plain_data(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    results = [fit, hs.compare(campaign, fit), hs.simulate(campaign, fit)]
+    for result in results:
+        assert pickle.loads(pickle.dumps(result)) == result
+        assert json.loads(json.dumps(result.to_dict(), allow_nan=False)) == result.to_dict()
+        assert len(result.to_frame("pandas")) == len(result.rows())
+        assert "<table>" in result._repr_html_()
+        assert result.to_latex().startswith(r"\begin{tabular}")
+        assert result.summary() == str(result)
+        assert type(result).__name__ in repr(result)
+        axes = result.plot()
+        assert result.plot(ax=axes) is axes
+        axes.figure.clear()
+    assert "std err" in fit.summary()
+
+
+def test_no_plot_library_is_loaded_before_it_is_asked_for() -> None:
+    code = "import sys, hydrosysid; sys.exit('matplotlib' in sys.modules or 'pandas' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_pool_of_processes_gives_what_a_loop_gives(campaign: hs.Campaign, runs: list[hs.Run]) -> None:
+    one = hs.Campaign(
+        vehicle={"name": "small"},
+        dofs=["surge"],
+        effects=["inertia", "linear_drag", "quadratic_drag"],
+        runs=runs[:1],
+    )
+    campaigns = [campaign, one]
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        assert list(pool.map(hs.fit, campaigns)) == [hs.fit(c) for c in campaigns]
+
+
+def test_check_is_a_result(folder: Path) -> None:
+    whole = hs.check(folder / "campaign.toml")
+    assert whole.errors == ()
+    assert [log.role for log in whole.logs] == ["train", "train", "validate"]
+    (folder / "bad.csv").write_text("t,u\n0,1\n0,2\n")
+    bad = hs.check([folder / "surge_1.csv", folder / "bad.csv"])
+    assert bad.verdict == "red"
+    assert bad.errors[0].line == 3
+    assert "bad.csv" in bad.summary()
+
+
+def test_wrong_tables_are_refused(runs: list[hs.Run], folder: Path) -> None:
+    def made(**changes: object) -> hs.Campaign:
+        usual = {"vehicle": {"name": "a"}, "dofs": ["surge"], "effects": ["inertia"], "runs": runs}
+        return hs.Campaign(**(usual | changes))  # type: ignore[arg-type]
+
+    with pytest.raises(hs.UsageError, match="inertias"):
+        made(effects=["inertias"])
+    with pytest.raises(hs.UsageError, match="drift"):
+        made(dofs=["drift"])
+    with pytest.raises(hs.UsageError, match="speed"):
+        made(speed={"a": 1})
+    with pytest.raises(hs.UsageError):
+        made(runs=[])
+    with pytest.raises(hs.DataError):
+        made(dofs=["surge", "sway"], effects=["inertia", "linear_drag"])
+    with pytest.raises(hs.UsageError):
+        hs.Campaign.from_file(folder / "absent.toml")
+    with pytest.raises(hs.UsageError, match="int"):
+        hs.fit(7)  # type: ignore[arg-type]
+
+
+def test_tank_campaign(tmp_path: Path) -> None:
+    campaign = hs.tank_campaign(tmp_path / "tank", seed=3)
+    assert {kind for _, kind, _ in campaign.runs} >= {"towing", "oscillatory", "zigzag"}
+    assert "LAURS" in repr(campaign)
