@@ -127,11 +127,13 @@ fn settle(
     if whole.as_ref().is_ok_and(|fit| noise_level(fit) < ROUGH) {
         return whole.map(|fit| (fit, fitting.clone()));
     }
-    let short = OutputErrorOptions { segment: fitting.segment / 3.0, ..fitting.clone() };
-    match (attempt(&short), whole) {
-        (Ok(fit), _) => Ok((fit, short)),
-        (Err(_), whole) => whole.map(|fit| (fit, fitting.clone())),
+    for parts in [3.0, 8.0] {
+        let short = OutputErrorOptions { segment: fitting.segment / parts, ..fitting.clone() };
+        if let Ok(fit) = attempt(&short) {
+            return Ok((fit, short));
+        }
     }
+    whole.map(|fit| (fit, fitting.clone()))
 }
 
 /// Fall of the cost less what as many parameters of nothing would bring, in units of the inflated noise.

@@ -58,9 +58,16 @@ fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
     if slowest > 0.0 { (window / slowest).round().max(1.0) as usize } else { 1 }
 }
 
-/// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second.
+/// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, and drag
+/// that would feed the motion is left out of the start: a simulation from there would run away.
 fn rough(mut model: Model, runs: &[Run]) -> Model {
     for dof in model.dofs.clone() {
+        for drag in ["linear_drag", "quadratic_drag"] {
+            let index = model.parameter_of(&format!("{drag}@{dof}"));
+            if let Some(p) = index.map(|i| &mut model.parameters[i]).filter(|p| !p.fixed && p.value < 0.0) {
+                p.value = 0.0_f64.clamp(p.min, p.max);
+            }
+        }
         let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
         let parameter = &model.parameters[index];
         if parameter.fixed || (parameter.value.is_finite() && parameter.value > 0.0) {
