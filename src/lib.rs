@@ -19,6 +19,7 @@ pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
+pub mod demo;
 pub mod discover;
 pub mod dynamics;
 pub mod effects;

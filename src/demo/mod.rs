@@ -1,0 +1,359 @@
+//! The demo: the whole procedure on the virtual tank, and the name of an effect that was hidden.
+//!
+//! 1. the paper's vehicle sails the paper's runs; they are written as a campaign and read back;
+//! 2. the staged procedure estimates it, beside it the twin that fits everything at once;
+//! 3. each oscillation's model is simulated on the others' runs;
+//! 4. a second campaign, whose baseline lacks an effect, goes through the discovery.
+//!
+//! Nothing here knows the truth but the column that prints it.
+
+mod folder;
+mod printed;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use thiserror::Error;
+
+pub use folder::FolderError;
+
+use crate::campaign::{Campaign, Error as CampaignError, Fit, FitOptions, LoadOptions, fit};
+use crate::compare::{CompareError, CompareOptions, compare, cross_validate};
+use crate::discover::Discovery;
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::procedure::{Bench, ProcedureError, Stage, StagedOptions, StagedResult, made_ready, staged, twin};
+use crate::run::{Run, RunKind};
+use crate::tank::{
+    BlindOptions, FolderError as TankFolderError, Hidden, PaperCampaign, TankError, paper_campaign, write_blind,
+};
+
+/// What the demo is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DemoOptions {
+    /// Folder to write; an earlier demo's is replaced, nobody else's.
+    pub folder: PathBuf,
+    /// Seed of the tank.
+    pub seed: u64,
+    /// Noise in units of the ordinary one.
+    pub noise: f64,
+    /// Effect to hide: any id of the catalogue.
+    pub hide: String,
+}
+
+impl Default for DemoOptions {
+    fn default() -> DemoOptions {
+        DemoOptions { folder: "demo".into(), seed: 1, noise: 1.0, hide: "coriolis_yaw".into() }
+    }
+}
+
+/// Why the demo cannot be made.
+#[derive(Debug, Error)]
+pub enum DemoError {
+    /// The folder is somebody else's, or cannot be written.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The tank refuses.
+    #[error(transparent)]
+    Tank(#[from] TankError),
+    /// The campaign's files cannot be written.
+    #[error(transparent)]
+    Write(#[from] TankFolderError),
+    /// The hidden campaign cannot be written.
+    #[error(transparent)]
+    Blind(#[from] crate::tank::WriteBlindError),
+    /// A campaign does not load or fit.
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    /// The staged procedure refuses.
+    #[error(transparent)]
+    Procedure(#[from] ProcedureError),
+    /// A model cannot be simulated.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+}
+
+/// An estimate beside the truth of its run and beside what the paper prints.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Held {
+    /// Stage of the procedure.
+    pub stage: String,
+    /// Run, where the stage is of one.
+    pub run: Option<String>,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Symbol.
+    pub name: String,
+    /// Estimate, SI.
+    pub value: f64,
+    /// Standard deviation, SI.
+    pub std: f64,
+    /// Unit.
+    pub unit: String,
+    /// Truth of the run, SI; `None` where several runs with different truths take part.
+    pub truth: Option<f64>,
+    /// What the paper prints, value and standard deviation, SI.
+    pub paper: Option<(f64, f64)>,
+}
+
+/// One line of the table that shows how well each stage is determined.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Conditioned {
+    /// Stage.
+    pub stage: String,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Rows.
+    pub rows: usize,
+    /// cond(HᵀH), as the paper prints.
+    pub condition_number: f64,
+    /// cond(H) with columns of unit length.
+    pub condition_number_scaled: f64,
+}
+
+/// The staged model and its twin on one run: what they say, and how well they simulate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Twins {
+    /// Run.
+    pub run: String,
+    /// Symbol: staged value, all-at-once value and its standard deviation, truth.
+    pub values: Vec<(String, f64, f64, f64, Option<f64>)>,
+    /// Mean |measured − simulated| of the staged model, rad/s.
+    pub staged_error: f64,
+    /// The same of the twin, rad/s.
+    pub twin_error: f64,
+}
+
+/// One cell of the cross-validation matrix, as Table 6 of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Crossed {
+    /// Run that the model was made from.
+    pub model: String,
+    /// Run that it was simulated on.
+    pub run: String,
+    /// Mean |measured − simulated|, m/s.
+    pub mean_abs: f64,
+    /// Its standard deviation, m/s.
+    pub std_abs: f64,
+}
+
+/// Everything the demo has to show.
+#[derive(Debug, Serialize)]
+pub struct Demo {
+    /// Version of this form.
+    pub format: u32,
+    /// Seed.
+    pub seed: u64,
+    /// Estimates of the staged procedure.
+    pub estimates: Vec<Held>,
+    /// Condition numbers.
+    pub conditions: Vec<Conditioned>,
+    /// Staged against all at once.
+    pub twins: Vec<Twins>,
+    /// Cross-validation of the surge oscillations.
+    pub cross_validation: Vec<Crossed>,
+    /// Effect that was hidden.
+    pub hidden: Vec<String>,
+    /// What the discovery says.
+    pub discovery: Discovery,
+    /// Files that were written.
+    pub files: Vec<PathBuf>,
+    /// The paper's campaign as it was read back, for the report.
+    #[serde(skip)]
+    pub campaign: Campaign,
+    /// Its fit.
+    #[serde(skip)]
+    pub fit: Fit,
+    /// The campaign with the hidden effect.
+    #[serde(skip)]
+    pub blind: Campaign,
+}
+
+/// Makes the demo. `progress` is told what is being done.
+///
+/// # Errors
+/// [`DemoError`].
+pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, DemoError> {
+    folder::prepare(&options.folder)?;
+    let (paper_folder, blind_folder) = (options.folder.join("paper"), options.folder.join("hidden"));
+
+    progress("sailing the paper's runs");
+    let tank = paper_campaign(options.seed, options.noise)?;
+    tank.write(&paper_folder)?;
+    let campaign = Campaign::load(&paper_folder.join("campaign.toml"), LoadOptions::default())?;
+
+    progress("the staged procedure");
+    let bench = Bench { vehicle: &campaign.vehicle, water: &campaign.water, efficiency: &campaign.file.efficiency };
+    let nominal = campaign.nominal_runs();
+    let staging = StagedOptions::default();
+    let result = staged(&nominal, &campaign.model, bench, &staging)?;
+    let ready = made_ready(&nominal, &campaign.model, &campaign.file.efficiency, &staging)?;
+    let twins = twins(&ready, &campaign.model, &result, &staging, &tank)?;
+    let cross_validation = cross(&ready, &result)?;
+    let fitted = fit(&campaign, FitOptions { estimator: Some(crate::campaign::Estimator::Staged) })?;
+
+    progress("a campaign with a hidden effect");
+    let hidden = BlindOptions {
+        seed: options.seed,
+        noise: options.noise,
+        hidden: vec![Hidden::new(options.hide.clone(), 1.0)],
+        ..BlindOptions::default()
+    };
+    let secret = write_blind(&blind_folder, &hidden)?;
+    let blind = Campaign::load(&blind_folder.join("campaign.toml"), LoadOptions::default())?;
+    progress("finding it");
+    let discovery = crate::campaign::discover(&blind)?;
+
+    Ok(Demo {
+        format: 1,
+        seed: options.seed,
+        estimates: estimates(&result, &tank),
+        conditions: result.stages.iter().map(conditioned).collect(),
+        twins,
+        cross_validation,
+        hidden: secret.hidden,
+        discovery,
+        files: vec![paper_folder.join("campaign.toml"), blind_folder.join("campaign.toml")],
+        campaign,
+        fit: fitted,
+        blind,
+    })
+}
+
+/// A run's name as the tank has it: without the ending of its file.
+fn stem(run: &str) -> &str {
+    Path::new(run).file_stem().and_then(|s| s.to_str()).unwrap_or(run)
+}
+
+/// True value of a parameter in a run of the tank.
+fn truth_in(tank: &PaperCampaign, run: &str, term: &str) -> Option<f64> {
+    let k = tank.runs.iter().position(|r| stem(&r.name) == stem(run))?;
+    tank.truths[k].value(term)
+}
+
+fn estimates(result: &StagedResult, tank: &PaperCampaign) -> Vec<Held> {
+    let of_stage = |stage: &Stage| -> Vec<Held> {
+        let single = (stage.runs.len() == 1).then(|| stage.runs[0].clone());
+        let one_truth = single.is_some() || stage.name == "towing" || (stage.name == "steady" && stage.dof != Dof::Yaw);
+        stage
+            .estimates
+            .iter()
+            .map(|e| {
+                let term = if e.dof.is_empty() { e.effect.clone() } else { format!("{}@{}", e.effect, e.dof) };
+                let truth = stage.runs.first().filter(|_| one_truth).and_then(|run| truth_in(tank, run, &term));
+                Held {
+                    stage: stage.name.clone(),
+                    run: single.clone(),
+                    dof: stage.dof,
+                    name: e.name.clone(),
+                    value: e.value,
+                    std: e.std,
+                    unit: e.unit.clone(),
+                    truth,
+                    paper: printed::of(&stage.name, stage.dof, &e.name),
+                }
+            })
+            .collect()
+    };
+    result.stages.iter().flat_map(of_stage).collect()
+}
+
+fn conditioned(stage: &Stage) -> Conditioned {
+    Conditioned {
+        stage: stage.name.clone(),
+        dof: stage.dof,
+        rows: stage.rows,
+        condition_number: stage.condition_number,
+        condition_number_scaled: stage.condition_number_scaled,
+    }
+}
+
+/// The model with the estimates of one stage in place.
+fn with_stage(model: &Model, stage: &Stage) -> Model {
+    let mut own = model.clone();
+    for e in &stage.estimates {
+        let found = own.parameters.iter_mut().find(|p| p.effect == e.effect && p.spec.name == e.name);
+        if let Some(parameter) = found {
+            parameter.value = e.value;
+        }
+    }
+    own
+}
+
+fn mean_abs(model: &Model, run: &Run, dof: Dof) -> Result<f64, CompareError> {
+    let result = compare(model, std::slice::from_ref(run), &CompareOptions::default())?;
+    Ok(result.runs.iter().find(|r| r.dof == dof).map_or(f64::NAN, |r| r.mean_abs))
+}
+
+/// Staged beside all at once (30), zig-zag by zig-zag.
+fn twins(
+    ready: &[Run],
+    model: &Model,
+    result: &StagedResult,
+    options: &StagedOptions,
+    tank: &PaperCampaign,
+) -> Result<Vec<Twins>, DemoError> {
+    let mut all = Vec::new();
+    for run in ready.iter().filter(|run| run.kind == RunKind::Zigzag) {
+        let own = result.stages.iter().find(|s| s.dof == Dof::Yaw && s.runs == [run.name.clone()]);
+        let staged_model = own.map_or_else(|| result.model.clone(), |stage| with_stage(&result.model, stage));
+        let (stage, at_once) = twin::direct(Dof::Yaw, &[run], model, options)?;
+        let at_once = with_others(&staged_model, &at_once, &stage);
+        let values = stage
+            .estimates
+            .iter()
+            .map(|e| {
+                let staged_value =
+                    staged_model.parameters.iter().find(|p| p.effect == e.effect && p.spec.name == e.name);
+                let term = if e.dof.is_empty() { e.effect.clone() } else { format!("{}@{}", e.effect, e.dof) };
+                let staged_value = staged_value.map_or(f64::NAN, |p| p.value);
+                (e.name.clone(), staged_value, e.value, e.std, truth_in(tank, &run.name, &term))
+            })
+            .collect();
+        all.push(Twins {
+            run: run.name.clone(),
+            values,
+            staged_error: mean_abs(&staged_model, run, Dof::Yaw)?,
+            twin_error: mean_abs(&at_once, run, Dof::Yaw)?,
+        });
+    }
+    Ok(all)
+}
+
+/// The staged model with the twin's own estimates in it: everything else is the same.
+fn with_others(staged: &Model, twin: &Model, stage: &Stage) -> Model {
+    let mut model = staged.clone();
+    let named = |effect: &str, name: &str| stage.estimates.iter().any(|e| e.effect == effect && e.name == name);
+    for (p, q) in model.parameters.iter_mut().zip(&twin.parameters) {
+        if named(&p.effect, &p.spec.name) {
+            p.value = q.value;
+        }
+    }
+    model
+}
+
+/// Each surge oscillation's model on every other one's run.
+fn cross(ready: &[Run], result: &StagedResult) -> Result<Vec<Crossed>, DemoError> {
+    let stages: BTreeMap<&str, &Stage> = result
+        .stages
+        .iter()
+        .filter(|s| s.name.starts_with("oscillatory") && s.dof == Dof::Surge && s.runs.len() == 1)
+        .map(|s| (s.runs[0].as_str(), s))
+        .collect();
+    let models: Vec<(String, Model)> =
+        stages.iter().map(|(run, stage)| ((*run).to_string(), with_stage(&result.model, stage))).collect();
+    let runs: Vec<Run> = ready.iter().filter(|r| stages.contains_key(r.name.as_str())).cloned().collect();
+    let rows = cross_validate(&models, &runs, &CompareOptions::default())?;
+    Ok(rows
+        .iter()
+        .flat_map(|row| {
+            row.comparison.runs.iter().filter(|r| r.dof == Dof::Surge).map(|r| Crossed {
+                model: row.model.clone(),
+                run: r.run.clone(),
+                mean_abs: r.mean_abs,
+                std_abs: r.std_abs,
+            })
+        })
+        .collect())
+}
