@@ -13,6 +13,7 @@
 // exact comparisons in tests are meant: bits are promised there
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
+pub mod account;
 pub mod campaign;
 pub mod chain;
 pub mod check;

@@ -1,0 +1,292 @@
+//! The account of a campaign: results put into the words, tables and figures of a report.
+//!
+//! First what a reader wants to know (does the model predict runs that took no part, and what is missing), then the
+//! model with its numbers, then the evidence, at the end how it was made.
+
+use std::collections::BTreeMap;
+
+use crate::campaign::{Campaign, Comparison, Fit, Simulation};
+use crate::discover::{Discovery, Verdict};
+use crate::finding::{Finding, Severity};
+use crate::frame::Dof;
+use crate::report::{
+    Axis, Bar, Bars, Block, Cell, Chart, Check, Column, Curves, Document, Equation, Figure, Label, Light, Origin,
+    Panel, Section, Series, Table,
+};
+use crate::run::Role;
+
+/// What a report is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct Results<'a> {
+    /// The campaign.
+    pub campaign: &'a Campaign,
+    /// Its fit.
+    pub fit: &'a Fit,
+    /// The fit held against all runs.
+    pub comparison: &'a Comparison,
+    /// The runs simulated with the fit.
+    pub simulation: &'a Simulation,
+    /// What the model lacks, where it was asked.
+    pub discovery: Option<&'a Discovery>,
+}
+
+/// Puts results into a document; `origin` says how they were made.
+pub fn account(results: &Results<'_>, origin: Origin) -> Document {
+    let name = match results.campaign.vehicle.name.as_str() {
+        "" => "Vehicle",
+        name => name,
+    };
+    let mut sections = vec![model_section(results), comparison_section(results), motion_section(results)];
+    sections.extend(results.discovery.map(|d| discovery_section(results, d)));
+    Document {
+        title: format!("{name}: identification"),
+        subtitle: format!("{} runs, estimator {}", results.campaign.runs.len(), results.fit.estimator.name()),
+        verdict: verdict(results),
+        checks: checks(results),
+        sections,
+        origin,
+    }
+}
+
+/// The sentence at the top.
+fn verdict(results: &Results<'_>) -> String {
+    let held: Vec<_> = results.comparison.runs.iter().filter(|r| r.role == Role::Validate).collect();
+    let judged = if held.is_empty() { results.comparison.runs.iter().collect() } else { held.clone() };
+    let worst = judged.iter().map(|r| r.rms / r.noise_floor.max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
+    let seen = if held.is_empty() { "the runs that it was fitted to" } else { "runs that took no part in the fit" };
+    let first = format!("On {seen} the model's velocities are off by at most {worst:.1} times the sensor noise.");
+    let second = match results.discovery {
+        None => String::new(),
+        Some(d) => {
+            let names: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+            match d.verdict {
+                Verdict::NothingMissing => " Nothing is missing from the model that this data could show.".to_string(),
+                Verdict::Explained => {
+                    format!(" What it lacks is {}: with it the gap closes to the noise.", names.join(" and "))
+                }
+                Verdict::PartlyExplained => {
+                    format!(
+                        " Part of what it lacks is {}; something is left that no known effect explains.",
+                        names.join(" and ")
+                    )
+                }
+                Verdict::Unexplained => " Something is missing that no known effect explains.".to_string(),
+            }
+        }
+    };
+    first + &second
+}
+
+fn checks(results: &Results<'_>) -> Vec<Check> {
+    let told = results.discovery.map(|d| d.warnings.as_slice()).unwrap_or_default();
+    let all = results.fit.warnings.iter().chain(&results.comparison.warnings).chain(told);
+    let mut seen: Vec<&Finding> = Vec::new();
+    for finding in all.filter(|f| f.severity != Severity::Note) {
+        if !seen.contains(&finding) {
+            seen.push(finding);
+        }
+    }
+    let mut checks: Vec<Check> = seen
+        .iter()
+        .map(|f| Check {
+            light: if f.severity == Severity::Error { Light::Red } else { Light::Amber },
+            code: f.code.to_string(),
+            text: f.message.clone(),
+        })
+        .collect();
+    if checks.is_empty() {
+        let text = "Nothing in the logs or the fit asks for attention.".to_string();
+        checks.push(Check { light: Light::Green, code: String::new(), text });
+    }
+    checks
+}
+
+fn model_section(results: &Results<'_>) -> Section {
+    let rows = results
+        .fit
+        .parameters
+        .iter()
+        .map(|p| {
+            let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
+            vec![
+                Cell::from(p.effect.as_str()),
+                Cell::from(place.as_str()),
+                Cell::Text(Label::symbol(&p.name)),
+                Cell::Estimate { value: p.value, std: p.std.filter(|_| !p.fixed) },
+                Cell::from(crate::report::unit(&p.unit).as_str()),
+                p.sname.as_ref().map_or(Cell::Empty, |s| Cell::Text(Label::symbol(s))),
+                p.sname_value.map_or(Cell::Empty, |value| Cell::Number { value, digits: 5 }),
+            ]
+        })
+        .collect();
+    let columns = ["effect", "degree of freedom", "symbol", "value ± std", "unit", "SNAME", "value"];
+    let table = Table {
+        title: "Parameters".into(),
+        columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+        rows,
+        note: format!(
+            "Standard deviations: {}. SNAME's values have the opposite sign; an inertia's is its added part.",
+            results.fit.std_method
+        ),
+    };
+    let equations = results.fit.model.dofs.iter().map(|dof| equation(results, *dof)).collect();
+    Section {
+        heading: "The model".into(),
+        paragraphs: vec![
+            "Balance of momentum in body axes, forward-starboard-down; drag and bias stand with a minus.".into(),
+        ],
+        blocks: vec![Block::Equations(equations), Block::Table(table)],
+    }
+}
+
+/// The balance of one degree of freedom, with the formulas of its effects.
+fn equation(results: &Results<'_>, dof: Dof) -> Equation {
+    let model = &results.fit.model;
+    let terms: Vec<String> = model
+        .terms
+        .iter()
+        .filter(|t| t.place.dof == Some(dof) || (t.place.dof.is_none() && t.effect.about().id.ends_with(dof.name())))
+        .filter(|t| t.effect.about().id != "inertia")
+        .map(|t| t.effect.about().formula.to_string())
+        .collect();
+    let rate = format!("m_{0} {0}̇", dof.velocity());
+    Equation { formula: format!("{rate} = τ_{} {}", dof.velocity(), terms.join("  ")), note: dof.name().into() }
+}
+
+fn comparison_section(results: &Results<'_>) -> Section {
+    let rows = results
+        .comparison
+        .runs
+        .iter()
+        .map(|r| {
+            let number = |value| Cell::Number { value, digits: 3 };
+            vec![
+                Cell::from(r.run.as_str()),
+                Cell::from(if r.role == Role::Train { "fit" } else { "held out" }),
+                Cell::from(r.dof.name()),
+                number(r.mean_abs),
+                number(r.std_abs),
+                number(r.rms),
+                number(r.noise_floor),
+                number(r.fit_percent),
+                Cell::from(r.unit),
+            ]
+        })
+        .collect();
+    let columns = ["run", "role", "degree of freedom", "mean |error|", "std |error|", "rms", "noise", "fit, %", "unit"];
+    let table = Table {
+        title: "Simulation against measurement, equation (25)".into(),
+        columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+        rows,
+        note: String::new(),
+    };
+    Section { heading: "How well it predicts".into(), paragraphs: Vec::new(), blocks: vec![Block::Table(table)] }
+}
+
+/// Measured and simulated velocities with the residual below, of held-out runs first; a handful of runs.
+fn motion_section(results: &Results<'_>) -> Section {
+    const SHOWN: usize = 4;
+    let mut runs: Vec<_> = results.simulation.runs.iter().collect();
+    let held: BTreeMap<&str, bool> =
+        results.campaign.runs.iter().map(|r| (r.name.as_str(), r.role == Role::Validate)).collect();
+    runs.sort_by_key(|r| !held.get(r.run.as_str()).copied().unwrap_or(false));
+    let mut blocks = Vec::new();
+    for run in runs.into_iter().take(SHOWN) {
+        for dof in &results.fit.model.dofs {
+            let channel = dof.velocity();
+            let (Some(simulated), Some(measured)) = (run.simulated.get(channel), run.measured.get(channel)) else {
+                continue;
+            };
+            let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
+            let samples: Vec<(f64, f64, f64)> =
+                run.time.iter().zip(measured).zip(simulated).filter_map(|((t, y), x)| y.map(|y| (*t, y, *x))).collect();
+            let column = |f: &dyn Fn(&(f64, f64, f64)) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
+            let t = column(&|s| s.0);
+            let top = Panel {
+                y: Axis::new(Label::symbol(channel), unit),
+                series: vec![
+                    Series::points("measured", t.clone(), column(&|s| s.1)),
+                    Series::line("simulated", run.time.clone(), simulated.clone()),
+                ],
+                floor: None,
+            };
+            let noise =
+                results.comparison.runs.iter().find(|r| r.run == run.run && r.dof == *dof).map(|r| r.noise_floor);
+            let strip = Panel {
+                y: Axis::new("residual", unit),
+                series: vec![Series::points("residual", t, column(&|s| s.1 - s.2)), Series::line("", vec![], vec![])],
+                floor: noise,
+            };
+            let chart =
+                Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![top, strip], spans: Vec::new() });
+            let role =
+                if held.get(run.run.as_str()) == Some(&true) { "took no part in the fit" } else { "part of the fit" };
+            blocks.push(Block::Figure(Figure {
+                title: format!("{}, {dof}", run.run),
+                caption: format!("This run {role}. The simulation starts from a state estimated on the first seconds."),
+                chart,
+            }));
+        }
+    }
+    Section { heading: "Measured and simulated".into(), paragraphs: Vec::new(), blocks }
+}
+
+fn discovery_section(results: &Results<'_>, found: &Discovery) -> Section {
+    let mut paragraphs: Vec<String> = found.effects.iter().map(|e| format!("{}: {}.", e.id, e.evidence)).collect();
+    paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
+    let mut blocks = Vec::new();
+    if !found.effects.is_empty() {
+        let rows = found
+            .effects
+            .iter()
+            .flat_map(|e| {
+                e.parameters.iter().map(move |p| {
+                    vec![
+                        Cell::from(e.id.as_str()),
+                        Cell::Text(Label::symbol(&p.name)),
+                        Cell::Estimate { value: p.value, std: Some(p.std) },
+                        Cell::from(crate::report::unit(&p.unit).as_str()),
+                        Cell::Number { value: e.p_value, digits: 2 },
+                        Cell::from(e.also_possible.join(", ").as_str()),
+                    ]
+                })
+            })
+            .collect();
+        let columns = ["effect", "symbol", "value ± std", "unit", "p", "also possible"];
+        blocks.push(Block::Table(Table {
+            title: "What was missing".into(),
+            columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+            rows,
+            note: "p: probability of as much by chance, over all candidates.".into(),
+        }));
+    }
+    for dof in &results.fit.model.dofs {
+        blocks.extend(waterfall(found, *dof).map(Block::Figure));
+    }
+    Section { heading: "What is missing".into(), paragraphs, blocks }
+}
+
+/// The held-out gap of one degree of freedom, step by step, against the noise.
+fn waterfall(found: &Discovery, dof: Dof) -> Option<Figure> {
+    let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
+    let mut bars: Vec<Bar> = Vec::new();
+    let mut before: Option<f64> = None;
+    for step in &found.gap {
+        let rms = *step.held_out_rms.get(&dof)?;
+        let label = step.added.clone().unwrap_or_else(|| "baseline".into());
+        let (value, total) = before.map_or((rms, true), |known| (rms - known, false));
+        bars.push(Bar { label: label.into(), value, std: None, total });
+        before = Some(rms);
+    }
+    bars.push(Bar { label: "with all".into(), value: before?, std: None, total: true });
+    let noise = found.gap.first().and_then(|s| s.noise_floor.get(&dof)).copied()?;
+    let axis = Axis::new("held-out rms", unit);
+    let chart = Chart::Bars(Bars { axis, bars, waterfall: true, reference: Some(("sensor noise".into(), noise)) });
+    Some(Figure {
+        title: format!("The gap in {dof}"),
+        caption:
+            "Root mean square of simulated less measured velocity on runs that took no part, as effects are added."
+                .into(),
+        chart,
+    })
+}
