@@ -57,6 +57,8 @@ fn threads(text: &str) -> Result<usize, String> {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
+    /// Show the whole procedure on a virtual tank, and an effect that was hidden found again.
+    Demo(Demo),
     /// Write a commented campaign file from a set of logs.
     Init(Init),
     /// Look at logs or a campaign before anything is fitted: green, amber or red.
@@ -71,6 +73,8 @@ pub(super) enum Verb {
     Compare(Compare),
     /// Find what the model lacks, and show it on runs that took no part.
     Discover(Discover),
+    /// Write everything about a campaign as one HTML page.
+    Report(Report),
     /// List the effects that a model may hold, or tell all of one.
     Effects(Effects),
     /// Tell what the code of a warning or an error means.
@@ -229,6 +233,38 @@ pub(super) struct Compare {
 pub(super) struct Discover {
     /// Campaign file.
     pub campaign: PathBuf,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  hydrosysid demo\n  hydrosysid demo --hide current --seed 7")]
+pub(super) struct Demo {
+    /// Folder to write; an earlier demo's is replaced, nobody else's.
+    #[arg(long, value_name = "FOLDER", default_value = "demo")]
+    pub folder: PathBuf,
+    /// Seed of the tank.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Noise of the sensors, in units of the ordinary one.
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    pub noise: f64,
+    /// Effect that the second campaign hides: any id of `hydrosysid effects`.
+    #[arg(long, value_name = "EFFECT", default_value = "coriolis_yaw")]
+    pub hide: String,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid report campaign.toml -o report.html")]
+pub(super) struct Report {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Page to write.
+    #[arg(short, long, value_name = "FILE", default_value = "report.html")]
+    pub output: PathBuf,
+    /// Leave out the search for what is missing.
+    #[arg(long)]
+    pub no_discovery: bool,
     #[command(flatten)]
     pub loading: Loading,
 }

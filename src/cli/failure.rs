@@ -25,6 +25,17 @@ pub(super) enum Failure {
         /// Why.
         source: std::io::Error,
     },
+    /// An input cannot be read.
+    #[error("{} cannot be read: {source}", .file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The demo cannot be made.
+    #[error(transparent)]
+    Demo(#[from] crate::demo::DemoError),
     /// An argument that clap cannot judge.
     #[error("{0}")]
     Argument(String),

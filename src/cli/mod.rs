@@ -9,6 +9,7 @@ mod failure;
 mod message;
 mod output;
 mod shell;
+mod show;
 mod table;
 mod verbs;
 
@@ -53,6 +54,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
 /// One line a verb.
 fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
     match &arguments.verb {
+        Verb::Demo(a) => show::demo(a, output),
         Verb::Init(a) => verbs::init(a, output),
         Verb::Check(a) => verbs::check(a, output),
         Verb::Convert(a) => verbs::convert(a, output),
@@ -60,6 +62,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Simulate(a) => verbs::simulate(a, output),
         Verb::Compare(a) => verbs::compare(a, output),
         Verb::Discover(a) => verbs::discover(a, output),
+        Verb::Report(a) => show::report(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
         Verb::Explain(a) => catalogue::explain(a, output),
         Verb::Completions(a) => shell::completions(a, output),

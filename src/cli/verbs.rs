@@ -18,7 +18,7 @@ fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
     toml::from_str(&text).map_err(|e| Failure::Argument(format!("--log: {}", e.message())))
 }
 
-fn load(path: &Path, loading: &Loading, output: &Output) -> Result<Campaign, Failure> {
+pub(super) fn load(path: &Path, loading: &Loading, output: &Output) -> Result<Campaign, Failure> {
     let busy = output.busy("reading logs");
     let campaign = Campaign::load(path, LoadOptions { allow_outside: loading.allow_outside })?;
     busy.finish_and_clear();
@@ -270,7 +270,7 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     output.tell(&found.warnings)
 }
 
-fn print_discovery(found: &Discovery, output: &Output) {
+pub(super) fn print_discovery(found: &Discovery, output: &Output) {
     let verdict = serde_json::to_value(found.verdict).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " ")));
     output.print(&format!("verdict: {}", verdict.unwrap_or_default()));
     let rows: Vec<Vec<String>> = found

@@ -1,0 +1,141 @@
+//! The verbs that show everything at once: the demo and the report.
+
+use std::path::{Path, PathBuf};
+
+use super::arguments as typed;
+use super::failure::Failure;
+use super::output::Output;
+use super::table::{measured, number, table};
+use super::verbs::{load, print_discovery};
+use crate::account::{Results, account};
+use crate::campaign::{self, Campaign, FitOptions, ModelFile};
+use crate::demo::{self, Demo, DemoOptions};
+use crate::discover::Discovery;
+use crate::report::{Input, Origin, render};
+
+pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
+    output.may_write(None)?;
+    let options = DemoOptions { folder: a.folder.clone(), seed: a.seed, noise: a.noise, hide: a.hide.clone() };
+    let busy = output.busy("sailing");
+    let mut made = demo::demo(&options, &|what| busy.set_message(what.to_string()))?;
+    busy.set_message("writing");
+    let model = options.folder.join("model.toml");
+    output.write(&model, ModelFile::of(&made.campaign, &made.fit).to_text(&model)?.as_bytes())?;
+    let page = options.folder.join("report.html");
+    let found = made.discovery.model().cloned();
+    let html = page_of(&made.blind, found.as_ref().map(|_| &made.discovery), Some(made.seed))?;
+    output.write(&page, html.as_bytes())?;
+    let numbers = options.folder.join("demo.json");
+    made.files.extend([model, page, numbers.clone()]);
+    let text = serde_json::to_string_pretty(&made)
+        .map_err(|e| Failure::Write { file: numbers.clone(), source: std::io::Error::other(e) })?;
+    output.write(&numbers, text.as_bytes())?;
+    busy.finish_and_clear();
+    print_demo(&made, output);
+    output.json(&made)
+}
+
+fn print_demo(made: &Demo, output: &Output) {
+    output.print(&format!("The staged procedure on the paper's runs, seed {}:", made.seed));
+    let rows: Vec<Vec<String>> = made
+        .estimates
+        .iter()
+        .map(|e| {
+            vec![
+                e.stage.clone(),
+                e.run.clone().unwrap_or_default(),
+                e.dof.to_string(),
+                e.name.clone(),
+                measured(e.value, Some(e.std)),
+                e.truth.map(number).unwrap_or_default(),
+                e.paper.map(|(value, std)| measured(value, Some(std))).unwrap_or_default(),
+                e.unit.clone(),
+            ]
+        })
+        .collect();
+    output.print(&table(&["stage", "run", "dof", "symbol", "estimate ± std", "truth", "paper", "unit"], &rows));
+    let rows: Vec<Vec<String>> = made
+        .conditions
+        .iter()
+        .map(|c| {
+            let [plain, scaled] = [c.condition_number, c.condition_number_scaled].map(number);
+            vec![c.stage.clone(), c.dof.to_string(), c.rows.to_string(), plain, scaled]
+        })
+        .collect();
+    output.print(&table(&["stage", "dof", "rows", "cond(HᵀH)", "cond scaled"], &rows));
+    output.print("Staged against all at once with a differentiated yaw rate: a good match is not a true value.");
+    let rows: Vec<Vec<String>> = made
+        .twins
+        .iter()
+        .flat_map(|t| {
+            t.values.iter().map(|(name, staged, value, std, truth)| {
+                let truth = truth.map(number).unwrap_or_default();
+                vec![t.run.clone(), name.clone(), number(*staged), measured(*value, Some(*std)), truth]
+            })
+        })
+        .collect();
+    output.print(&table(&["run", "symbol", "staged", "all at once ± std", "truth"], &rows));
+    let rows: Vec<Vec<String>> =
+        made.twins.iter().map(|t| vec![t.run.clone(), number(t.staged_error), number(t.twin_error)]).collect();
+    output.print(&table(&["run", "|error| staged, rad/s", "|error| all at once, rad/s"], &rows));
+    output.print("Each oscillation's model on every other run, mean |error| ± std in surge, m/s:");
+    let mut names: Vec<&str> = made.cross_validation.iter().map(|c| c.run.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let rows: Vec<Vec<String>> = names
+        .iter()
+        .map(|model| {
+            let cell = |run: &&str| {
+                let found = made.cross_validation.iter().find(|c| c.model == *model && c.run == **run);
+                found.map_or_else(String::new, |c| format!("{} ± {}", number(c.mean_abs), number(c.std_abs)))
+            };
+            std::iter::once((*model).to_string()).chain(names.iter().map(cell)).collect()
+        })
+        .collect();
+    let heads: Vec<&str> = std::iter::once("model of").chain(names.iter().copied()).collect();
+    output.print(&table(&heads, &rows));
+    output.print(&format!("A second campaign, whose baseline lacks {}:", made.hidden.join(", ")));
+    print_discovery(&made.discovery, output);
+    for file in &made.files {
+        output.print(&format!("written: {}", file.display()));
+    }
+}
+
+pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> {
+    output.may_write(Some(&a.output))?;
+    let loaded = load(&a.campaign, &a.loading, output)?;
+    let busy = output.busy("searching");
+    let found = if a.no_discovery { None } else { Some(campaign::discover(&loaded)?) };
+    busy.set_message("writing the report");
+    let html = page_of(&loaded, found.as_ref(), None)?;
+    busy.finish_and_clear();
+    output.write(&a.output, html.as_bytes())?;
+    output.print(&format!("{} written, {} kB", a.output.display(), html.len() / 1000));
+    Ok(())
+}
+
+/// The report of a campaign: fit, comparison, simulation, and what the discovery found.
+fn page_of(loaded: &Campaign, found: Option<&Discovery>, seed: Option<u64>) -> Result<String, Failure> {
+    let fitted = campaign::fit(loaded, FitOptions::default())?;
+    let under = loaded.under(&fitted.efficiency);
+    let comparison = campaign::compare(&under, &fitted.model, &fitted.envelope)?;
+    let simulation = campaign::simulate(&under, &fitted.model)?;
+    let origin = Origin {
+        version: format!("hydrosysid {}", env!("CARGO_PKG_VERSION")),
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        inputs: loaded.sources.iter().map(|path| input(path)).collect::<Result<_, _>>()?,
+        seed,
+    };
+    let results =
+        Results { campaign: loaded, fit: &fitted, comparison: &comparison, simulation: &simulation, discovery: found };
+    Ok(render(&account(&results, origin)))
+}
+
+/// A file with the hash of what is in it.
+fn input(path: &Path) -> Result<Input, Failure> {
+    use sha2::{Digest, Sha256};
+    let failed = |source| Failure::Read { file: PathBuf::from(path), source };
+    let bytes = std::fs::read(path).map_err(failed)?;
+    let sha256 = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
+    Ok(Input { name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(), sha256 })
+}
