@@ -28,6 +28,7 @@ const FLOORS: &[&[&str]] = &[
     &["procedure"],
     &["campaign"],
     &["report", "export"],
+    &["account", "demo"],
     &["cli"],
     &["main"],
 ];
