@@ -1,6 +1,7 @@
 //! Steady stretches of a log: where a velocity neither trends nor wanders.
 //!
-//! A window is steady when the straight line through it has a small slope and the scatter about that line is small.
+//! A window is steady when the straight line through it has a small slope and the scatter about that line is small;
+//! white noise of the sensor, as the second differences of the samples show it, is no unsteadiness.
 //! The mean of a window is known to
 //!
 //! ```text
@@ -59,13 +60,16 @@ pub struct Mean {
 pub fn steady_windows(run: &Run, channel: &str, force: Option<&str>, options: SteadyOptions) -> Vec<SteadyWindow> {
     let Some(velocity) = run.signal(channel).filter(|s| s.len() > 2) else { return Vec::new() };
     let signals: Vec<&Signal> = std::iter::once(velocity).chain(force.and_then(|name| run.signal(name))).collect();
-    let scales: Vec<f64> = signals.iter().map(|s| greatest(s.values())).collect();
+    let scales: Vec<(f64, f64)> = signals.iter().map(|s| (greatest(s.values()), white_noise(s.values()))).collect();
     let steady = |from: f64, to: f64| {
         let gap = run.gaps.iter().any(|g| *g > from && *g <= to);
-        let calm = |(signal, scale): (&&Signal, &f64)| {
+        let calm = |(signal, (scale, noise)): (&&Signal, &(f64, f64))| {
             let (t, x) = part(signal, from, to);
+            // of white noise alone: the line's change over the window has the deviation σ sqrt(12/n)
+            let by_chance = 2.0 * noise * (12.0 / t.len().max(1) as f64).sqrt();
             line(t, x).is_some_and(|(slope, scatter)| {
-                (slope * (to - from)).abs() <= options.drift * scale && scatter <= options.scatter * scale
+                (slope * (to - from)).abs() <= (options.drift * scale).max(by_chance)
+                    && scatter <= (options.scatter * scale).max(1.5 * noise)
             })
         };
         !gap && signals.iter().zip(&scales).all(calm)
@@ -120,6 +124,12 @@ pub fn mean_of(run: &Run, channel: &str, window: SteadyWindow) -> Option<Mean> {
     }
     let std = (variance / n as f64 * inflation).sqrt();
     Some(Mean { value, std, scatter: variance.sqrt(), samples: n })
+}
+
+/// Standard deviation of white noise on a slow signal: that of the second differences over sqrt(6).
+fn white_noise(x: &[f64]) -> f64 {
+    let sum: f64 = x.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).powi(2)).sum();
+    (sum / (6.0 * x.len().saturating_sub(2).max(1) as f64)).sqrt()
 }
 
 fn greatest(x: &[f64]) -> f64 {
