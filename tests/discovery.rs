@@ -1,0 +1,105 @@
+//! Discovery on campaigns in which an effect is hidden, and on campaigns in which nothing is.
+//!
+//! Seeds here were never looked at while the method was made; the statistics over many of them are in `docs/blind.md`.
+
+mod shared;
+
+use hydrosysid::campaign::{self, Campaign, LoadOptions};
+use hydrosysid::discover::{Discovery, SearchOptions, Verdict, discover};
+use hydrosysid::estimate::output_error::OutputErrorOptions;
+use hydrosysid::tank::{Blind, BlindOptions, CraftKind, Hidden, blind};
+
+fn answer(options: &BlindOptions) -> (Blind, Discovery) {
+    let campaign = blind(options).unwrap();
+    let model = campaign.model().unwrap();
+    let fitting = OutputErrorOptions { position: true, ..OutputErrorOptions::default() };
+    let found = discover(&model, &campaign.runs, &[], &fitting, &SearchOptions::default()).unwrap();
+    (campaign, found)
+}
+
+fn hiding(name: &str, craft: CraftKind, seed: u64) -> (Blind, Discovery) {
+    answer(&BlindOptions { seed, craft, hidden: vec![Hidden::new(name, 1.0)], ..BlindOptions::default() })
+}
+
+/// The largest held-out gap over the noise after step `k`.
+fn gap(found: &Discovery, k: usize) -> f64 {
+    let step = &found.gap[k];
+    step.held_out_rms.iter().map(|(dof, rms)| rms / step.noise_floor[dof]).fold(0.0, f64::max)
+}
+
+#[test]
+fn blind_nothing_hidden_is_nothing_missing() {
+    let (_, found) = answer(&BlindOptions { seed: 101, ..BlindOptions::default() });
+    assert_eq!(found.verdict, Verdict::NothingMissing);
+    assert!(found.effects.is_empty() && found.gap.len() == 1);
+    assert!(!found.smallest_visible.is_empty(), "a null says what it could have shown");
+}
+
+#[test]
+fn blind_coloured_noise_is_no_effect() {
+    let (_, found) = answer(&BlindOptions { seed: 102, colour: 0.8, ..BlindOptions::default() });
+    assert!(found.effects.is_empty(), "{:?}", found.effects);
+}
+
+/// One effect of each family: named, with a value within four of its standard deviations, and the gap closed.
+#[test]
+fn blind_one_hidden_effect_of_each_family_is_named() {
+    for (name, craft, seed) in [
+        ("coriolis_yaw", CraftKind::Large, 103),
+        ("thrust_deadband@surge", CraftKind::Small, 104),
+        ("current", CraftKind::Large, 105),
+        ("sensor_dvl_misalignment", CraftKind::Small, 106),
+    ] {
+        let (campaign, found) = hiding(name, craft, seed);
+        let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+        assert_eq!(names, [name]);
+        assert_eq!(found.verdict, Verdict::Explained, "{name}");
+        let (before, after) = (gap(&found, 0), gap(&found, 1));
+        assert!(before > 1.5 && after < 1.2, "{name}: from {before} to {after} times the noise");
+        let index = campaign.truth.term(name).unwrap();
+        for (p, q) in campaign.truth.terms[index].parameters.iter().zip(&found.effects[0].parameters) {
+            let truth = campaign.truth.parameters[*p].value;
+            assert!((q.value - truth).abs() < 4.0 * q.std, "{name} {}: {} ± {}, true {truth}", q.name, q.value, q.std);
+        }
+    }
+}
+
+#[test]
+fn blind_a_delay_lists_what_no_data_can_tell_from_it() {
+    let (_, found) = hiding("sensor_delay", CraftKind::Large, 107);
+    assert_eq!(found.effects[0].id, "thrust_delay");
+    assert!(found.effects[0].also_possible.contains(&"sensor_delay".to_string()));
+    assert!(found.next_experiment.is_some());
+}
+
+#[test]
+fn blind_two_effects_are_both_named() {
+    let hidden = vec![Hidden::new("coulomb_friction@surge", 1.0), Hidden::new("sensor_gyro_bias", 1.0)];
+    let (_, found) = answer(&BlindOptions { seed: 108, hidden, ..BlindOptions::default() });
+    let mut names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["coulomb_friction@surge", "sensor_gyro_bias"]);
+}
+
+/// What no catalogue holds may get a neighbour's name, but not the verdict that it is explained by a stranger.
+#[test]
+fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {
+    let (_, found) = hiding("vortex_shedding", CraftKind::Large, 109);
+    assert_ne!(found.verdict, Verdict::Explained, "{:?}", found.effects);
+}
+
+#[test]
+fn example_campaigns_have_their_verdicts() {
+    let Some(folder) = shared::path("example_campaigns") else { return };
+    let verdict = |name: &str| {
+        let loaded = Campaign::load(&folder.join(name).join("campaign.toml"), LoadOptions::default()).unwrap();
+        campaign::discover(&loaded).unwrap()
+    };
+    let munk = verdict("munk_hidden");
+    assert_eq!(munk.effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>(), ["coriolis_yaw"]);
+    assert_eq!(munk.verdict, Verdict::Explained);
+    // k_uv of the truth: 19.2734 − 17.0003 kg
+    let k = &munk.effects[0].parameters[0];
+    assert!((k.value - 2.2731).abs() < 4.0 * k.std, "{} ± {}", k.value, k.std);
+    assert_eq!(verdict("nothing_hidden").verdict, Verdict::NothingMissing);
+}
