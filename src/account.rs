@@ -266,6 +266,14 @@ fn discovery_section(results: &Results<'_>, found: &Discovery) -> Section {
     Section { heading: "What is missing".into(), paragraphs, blocks }
 }
 
+/// The waterfall of the degree of freedom whose gap was widest against the noise.
+pub fn gap_figure(found: &Discovery) -> Option<Figure> {
+    let first = found.gap.first()?;
+    let ratio = |(dof, rms): (&Dof, &f64)| Some((*dof, rms / first.noise_floor.get(dof)?));
+    let widest = first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    waterfall(found, widest.0)
+}
+
 /// The held-out gap of one degree of freedom, step by step, against the noise.
 fn waterfall(found: &Discovery, dof: Dof) -> Option<Figure> {
     let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };

@@ -7,10 +7,11 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
 use super::verbs::{load, print_discovery};
-use crate::account::{Results, account};
+use crate::account::{Results, account, gap_figure};
 use crate::campaign::{self, Campaign, FitOptions, ModelFile};
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
+use crate::report::svg::standalone;
 use crate::report::{Input, Origin, render};
 
 pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
@@ -27,6 +28,11 @@ pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.write(&page, html.as_bytes())?;
     let numbers = options.folder.join("demo.json");
     made.files.extend([model, page, numbers.clone()]);
+    if let Some(figure) = gap_figure(&made.discovery) {
+        let gap = options.folder.join("gap.svg");
+        output.write(&gap, standalone(&figure).as_bytes())?;
+        made.files.push(gap);
+    }
     let text = serde_json::to_string_pretty(&made)
         .map_err(|e| Failure::Write { file: numbers.clone(), source: std::io::Error::other(e) })?;
     output.write(&numbers, text.as_bytes())?;
@@ -116,6 +122,12 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
 
 /// The report of a campaign: fit, comparison, simulation, and what the discovery found.
 fn page_of(loaded: &Campaign, found: Option<&Discovery>, seed: Option<u64>) -> Result<String, Failure> {
+    // the page is of the best model that there is: with what the discovery has added
+    let mut loaded = loaded.clone();
+    if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
+        loaded.model = model.clone();
+    }
+    let loaded = &loaded;
     let fitted = campaign::fit(loaded, FitOptions::default())?;
     let under = loaded.under(&fitted.efficiency);
     let comparison = campaign::compare(&under, &fitted.model, &fitted.envelope)?;

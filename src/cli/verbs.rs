@@ -299,7 +299,8 @@ pub(super) fn print_discovery(found: &Discovery, output: &Output) {
         })
         .collect();
     output.print(&table(&["with", "dof", "held-out rms", "noise"], &rows));
-    for place in &found.places {
+    const SHOWN: usize = 5;
+    for place in found.places.iter().take(SHOWN) {
         output.print(&format!(
             "{} {}, {} to {} s: {}",
             place.run,
@@ -308,6 +309,9 @@ pub(super) fn print_discovery(found: &Discovery, output: &Output) {
             number(place.to),
             place.condition
         ));
+    }
+    if found.places.len() > SHOWN {
+        output.print(&format!("and {} more places: --json has them all", found.places.len() - SHOWN));
     }
     if let Some(next) = &found.next_experiment {
         output.print(&format!("next: {next}"));
