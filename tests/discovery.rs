@@ -10,10 +10,10 @@ use hydrosysid::estimate::output_error::OutputErrorOptions;
 use hydrosysid::tank::{Blind, BlindOptions, CraftKind, Hidden, blind};
 
 fn answer(options: &BlindOptions) -> (Blind, Discovery) {
-    let campaign = blind(options).unwrap();
-    let model = campaign.model().unwrap();
+    let campaign = blind(options).expect("the tank sails");
+    let model = campaign.model().expect("the baseline is a model");
     let fitting = OutputErrorOptions { position: true, ..OutputErrorOptions::default() };
-    let found = discover(&model, &campaign.runs, &[], &fitting, &SearchOptions::default()).unwrap();
+    let found = discover(&model, &campaign.runs, &[], &fitting, &SearchOptions::default()).expect("a fit");
     (campaign, found)
 }
 
