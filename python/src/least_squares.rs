@@ -1,6 +1,6 @@
 //! Linear least squares on NumPy arrays.
 
-use hydrosysid::estimate::{StdMethod, solve};
+use hydrosysid::estimate::{LeastSquaresOptions, Names, least_squares_with};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use crate::error;
 use crate::work::detached;
 
-/// Solves H θ = y. The arrays are C-contiguous and finite.
+/// Solves H θ = y.
 #[pyfunction]
 pub fn least_squares<'py>(
     py: Python<'py>,
@@ -18,20 +18,24 @@ pub fn least_squares<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (h, y) = (h.as_array(), y.as_slice()?);
     let columns: Vec<Vec<f64>> = h.columns().into_iter().map(|column| column.to_vec()).collect();
-    let fit = detached(py, || {
-        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        // one block: rows are not from runs here
-        solve(&slices, y, &names, std::slice::from_ref(&(0..y.len())), StdMethod::Paper)
+    let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let names = Names { columns: names, response: None };
+    let options = LeastSquaresOptions { names, ..LeastSquaresOptions::default() };
+    let (fit, residuals) = detached(py, || {
+        let fit = least_squares_with(&slices, y, &options)?;
+        let residuals = fit.residuals(&slices, y)?;
+        Ok::<_, hydrosysid::estimate::LeastSquaresError>((fit, residuals))
     })?
     .map_err(|e| error::data(py, &e))?;
     let result = PyDict::new(py);
-    let std: Vec<f64> = (0..columns.len()).map(|k| fit.covariance[k][k].sqrt()).collect();
     result.set_item("coefficients", PyArray1::from_vec(py, fit.coefficients))?;
-    result.set_item("standard_errors", PyArray1::from_vec(py, std))?;
+    result.set_item("standard_errors", PyArray1::from_vec(py, fit.standard_errors))?;
     result.set_item("covariance", PyArray2::from_vec2(py, &fit.covariance)?)?;
-    result.set_item("residuals", PyArray1::from_vec(py, fit.residuals))?;
+    result.set_item("residuals", PyArray1::from_vec(py, residuals))?;
     result.set_item("residual_std", fit.residual_std)?;
+    result.set_item("r_squared", fit.r_squared)?;
     result.set_item("condition_number", fit.condition_number)?;
     result.set_item("condition_number_scaled", fit.condition_number_scaled)?;
+    result.set_item("rank", fit.rank)?;
     Ok(result)
 }

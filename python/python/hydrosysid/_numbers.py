@@ -99,14 +99,7 @@ def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None
         raise UsageError(f"H has {h.shape[0]} rows, y has {len(right)}")
     if h.shape[1] == 0:
         raise UsageError("H has no column: nothing to estimate")
-    found = _native.least_squares(h, right, list(called))
-    return LeastSquares(names=called, rank=h.shape[1], r_squared=_r_squared(h, right, found["residuals"]), **found)
-
-
-def _r_squared(h: Array, y: Array, e: Array) -> float:
-    centred = bool((np.ptp(h, axis=0) == 0.0).any())
-    total = float(np.sum((y - y.mean()) ** 2 if centred else y**2))
-    return 1.0 - float(e @ e) / total if total > 0.0 else float("nan")
+    return LeastSquares(names=called, **_native.least_squares(h, right, list(called)))
 
 
 def rk4(f: Callable[[float, Array], ArrayLike], t: ArrayLike, y0: ArrayLike, substeps: int = 1) -> Array:
