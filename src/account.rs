@@ -139,18 +139,35 @@ fn model_section(results: &Results<'_>) -> Section {
     }
 }
 
-/// The balance of one degree of freedom, with the formulas of its effects.
+/// The balance of one degree of freedom, with its numbers where an effect has one parameter.
 fn equation(results: &Results<'_>, dof: Dof) -> Equation {
     let model = &results.fit.model;
-    let terms: Vec<String> = model
-        .terms
-        .iter()
-        .filter(|t| t.place.dof == Some(dof) || (t.place.dof.is_none() && t.effect.about().id.ends_with(dof.name())))
-        .filter(|t| t.effect.about().id != "inertia")
-        .map(|t| t.effect.about().formula.to_string())
-        .collect();
-    let rate = format!("m_{0} {0}̇", dof.velocity());
-    Equation { formula: format!("{rate} = τ_{} {}", dof.velocity(), terms.join("  ")), note: dof.name().into() }
+    let v = dof.velocity();
+    let value = |p: usize| crate::report::number(model.parameters[p].value.abs(), 4, crate::report::Style::Text);
+    let here = |t: &&crate::model::Term| {
+        t.place.dof == Some(dof) || (t.place.dof.is_none() && t.effect.about().id.ends_with(dof.name()))
+    };
+    let mut inertia = format!("m_{v}");
+    let mut right = format!("τ_{v}");
+    for term in model.terms.iter().filter(here) {
+        let about = term.effect.about();
+        let formula = about.formula.split(',').next().unwrap_or_default().replace("νᵢ", v);
+        match (about.id, term.parameters.as_slice()) {
+            ("inertia", [p]) => inertia = value(*p),
+            // one coefficient, written first after its sign
+            (_, [p]) if formula.starts_with("−d ") || formula.starts_with("− k_uv ") => {
+                let sign = if model.parameters[*p].value < 0.0 { '+' } else { '−' };
+                let product = formula.trim_start_matches("−d ").trim_start_matches("− k_uv ");
+                right += &format!(" {sign} {} {product}", value(*p));
+            }
+            (_, [p]) if formula == "−b" => {
+                let sign = if model.parameters[*p].value < 0.0 { '+' } else { '−' };
+                right += &format!(" {sign} {}", value(*p));
+            }
+            _ => right += &format!(" {formula}"),
+        }
+    }
+    Equation { formula: format!("{inertia} {v}̇ = {right}"), note: dof.name().into() }
 }
 
 fn comparison_section(results: &Results<'_>) -> Section {

@@ -383,6 +383,8 @@ fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run])
         Some(dof) if p.effect == "inertia" && !dof.is_rotation() => vehicle.mass,
         _ => Some(0.0),
     };
+    // SNAME's N_ṙ is the added part of an inertia alone, which nobody knows without the dry one
+    let sname = p.spec.sname.clone().filter(|_| p.effect != "inertia" || dry.is_some_and(|d| d > 0.0));
     FitParameter {
         effect: p.effect.clone(),
         dof: row_of(&p.effect, p.place),
@@ -392,8 +394,8 @@ fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run])
         std: if p.fixed { Some(0.0) } else { p.std },
         std_paper: if p.fixed { Some(0.0) } else { paper },
         unit: p.spec.dimension.to_string(),
-        sname: p.spec.sname.clone(),
-        sname_value: p.spec.sname.as_ref().and(dry).map(|dry| dry - p.value),
+        sname_value: sname.as_ref().and(dry).map(|dry| dry - p.value),
+        sname,
         fixed: p.fixed,
         per_run: runs.iter().zip(&p.per_run).map(|(run, value)| (run.name.clone(), *value)).collect(),
     }
