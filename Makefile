@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint wheel blind bench coverage clean
+.PHONY: test test-rust test-python lint wheel blind bench clean
 
 test: test-rust test-python
 

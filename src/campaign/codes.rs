@@ -28,6 +28,7 @@ codes! {
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
     OBSERVE = "M108" "observe-not-used" Warning "The campaign has [[observe]] tables, which this version reads but does not compare with the model.";
     FAMILIES = "M109" "families-not-used" Warning "The campaign restricts the families of [discover], and this version searches all of them.";
+    CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit or with a wrong sign; the discovery worked on the corrected channel. Say the unit or the sign in [log] columns.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";

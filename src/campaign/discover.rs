@@ -4,8 +4,13 @@ use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
 use super::load::Campaign;
-use crate::discover::{self, Discovery, SearchOptions};
+use std::collections::BTreeMap;
+
+use crate::check::{self, CheckOptions, FaultKind};
+use crate::discover::{self, Discovery, LogFinding, SearchOptions};
 use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::run::{Run, Signal};
 
 /// Looks for what the baseline of a campaign lacks on its runs of free motion.
 ///
@@ -22,7 +27,11 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     if table.max_effects != usual.max_effects {
         options.most = table.max_effects;
     }
-    let runs = campaign.motion(None);
+    let mut runs = campaign.motion(None);
+    let faults = faults(&runs, &campaign.model.dofs);
+    for fault in &faults {
+        correct(&mut runs, fault);
+    }
     let fitting = &campaign.options.output_error;
     let mut found = discover::discover(&campaign.model, &runs, &campaign.candidates, fitting, &options)?;
     found.seed = table.seed.unwrap_or(campaign.options.seed);
@@ -31,5 +40,53 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         found.warnings.push(Finding::new(&codes::FAMILIES, codes::FAMILIES.meaning));
     }
     found.warnings.splice(0..0, told);
+    let corrected = faults.iter().map(|fault| {
+        let text = format!(
+            "{}: the log is off by a factor of {:.4} ({}); the search worked on the corrected channel, the files are as they were",
+            fault.channel, fault.factor, fault.kind
+        );
+        Finding::new(&codes::CORRECTED, text)
+    });
+    found.warnings.extend(corrected);
+    found.log_findings = faults;
     Ok(found)
+}
+
+/// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
+const WRONG_UNIT: f64 = 5.0;
+
+/// Wrong units and signs on which more than half of the runs agree that say anything of the channel.
+fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<LogFinding> {
+    let options = CheckOptions { dofs: dofs.to_vec(), ..CheckOptions::default() };
+    let mut seen: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for run in runs {
+        for fault in check::run(run, &options).log_findings {
+            let unit = fault.kind == FaultKind::Unit && !(1.0 / WRONG_UNIT..=WRONG_UNIT).contains(&fault.factor.abs());
+            if unit || fault.kind == FaultKind::Sign {
+                seen.entry(fault.channel).or_default().push(fault.factor);
+            }
+        }
+    }
+    let agreed = |(channel, mut factors): (String, Vec<f64>)| {
+        factors.sort_by(f64::total_cmp);
+        let factor = factors[factors.len() / 2];
+        let alike = factors.iter().filter(|f| (*f / factor - 1.0).abs() < 0.1).count();
+        // one run may deceive; commands and velocities in a straight line say nothing of yaw
+        (alike >= 2 && 2 * alike > factors.len()).then(|| LogFinding {
+            kind: if factor < 0.0 && factor > -1.5 { "sign" } else { "unit" }.to_string(),
+            channel,
+            factor,
+        })
+    };
+    seen.into_iter().filter_map(agreed).collect()
+}
+
+/// Divides a channel by the factor by which it is off.
+fn correct(runs: &mut [Run], fault: &LogFinding) {
+    for run in runs {
+        if let Some(signal) = run.signals.get_mut(&fault.channel) {
+            let values: Vec<f64> = signal.values().iter().map(|x| x / fault.factor).collect();
+            *signal = Signal::new(signal.shared_time().clone(), values);
+        }
+    }
 }

@@ -104,6 +104,7 @@ pub fn search(
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
         prune(&mut found, runs, &at)?;
+        exchange(&mut found, runs, own, &at, options)?;
     }
     Ok(found)
 }
@@ -241,6 +242,50 @@ fn refit(
     fit_from(&model, problem, x0, fitting).ok().filter(|fit| fit.cost.is_finite())
 }
 
+/// Puts earlier effects to the test again: with a later one known, another name may fit better than the first that came.
+fn exchange(
+    found: &mut Search,
+    runs: &[Run],
+    own: &[(Arc<dyn Effect>, Place)],
+    fitting: &OutputErrorOptions,
+    options: &SearchOptions,
+) -> Result<(), OutputErrorError> {
+    for k in 0..found.added.len().saturating_sub(1) {
+        let current = found.last_fit().clone();
+        let known = found.added[k].candidate.name();
+        let model = without(&current.model, &found.added[k].candidate);
+        let problem = Problem::new(&model, runs, fitting)?;
+        let problem = Problem { sigma: current.problem.sigma.clone(), ..problem };
+        let x0 = problem.initial_states(&model);
+        let Ok(before) = fit_from(&model, problem, x0, fitting) else { continue };
+        let list = candidates(&before.model, runs, own);
+        let (probes, products) = score(&before, runs, &list, fitting)?;
+        let mut evidence = judge(&before.problem, &products, &probes);
+        evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+        let Some((added, fit)) = best(&before, runs, &list, &evidence, fitting, options) else { continue };
+        let gain = current.cost - fit.cost;
+        if added.candidate.name() != known && gain > noise_level(&fit).max(1.0) * options.tie {
+            found.removed.push(known);
+            found.added[k] = added;
+            if let Some(step) = found.steps.last_mut() {
+                step.fit = fit;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The model without the terms of a candidate.
+fn without(model: &Model, candidate: &Candidate) -> Model {
+    let mut model = model.clone();
+    for (effect, place) in &candidate.terms {
+        if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {
+            model.remove(term);
+        }
+    }
+    model
+}
+
 /// Drops effects without which the fit is hardly worse.
 fn prune(found: &mut Search, runs: &[Run], fitting: &OutputErrorOptions) -> Result<(), OutputErrorError> {
     loop {
@@ -249,12 +294,7 @@ fn prune(found: &mut Search, runs: &[Run], fitting: &OutputErrorOptions) -> Resu
         let mut weakest: Option<(usize, OutputErrorFit)> = None;
         // the effect that has just come is not questioned
         for (k, added) in found.added.iter().enumerate().take(found.added.len().saturating_sub(1)) {
-            let mut model = current.model.clone();
-            for (effect, place) in &added.candidate.terms {
-                if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {
-                    model.remove(term);
-                }
-            }
+            let model = without(&current.model, &added.candidate);
             let problem = Problem::new(&model, runs, fitting)?;
             let problem = Problem { sigma: current.problem.sigma.clone(), ..problem };
             let x0 = problem.initial_states(&model);
