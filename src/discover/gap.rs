@@ -41,7 +41,7 @@ pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<
         let track = problem.tracks[0].clone();
         problem.segments.retain(|s| track.starts.contains(&s.first));
         let x0 = problem.initial_states(&held);
-        let settled = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 4, ..options.clone() })?;
+        let settled = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 15, ..options.clone() })?;
         let dynamics = &settled.problem.dynamics;
         let theta = values_in_run(&held, 0);
         let mut own: BTreeMap<Dof, (f64, f64)> = BTreeMap::new();
@@ -92,7 +92,7 @@ pub fn segment_gap(
         let held = held_for(model, run, options)?;
         let problem = Problem::new(&held, std::slice::from_ref(run), options)?;
         let x0 = problem.initial_states(&held);
-        let fit = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 4, ..options.clone() })?;
+        let fit = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 15, ..options.clone() })?;
         let freedom = spare(&fit);
         for dof in &model.dofs {
             let Some(column) = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.velocity()) else { continue };
