@@ -1,6 +1,6 @@
 //! A campaign: one vehicle, its runs, and what is asked of them.
 //!
-//! [`file`] reads and writes its TOML; [`Campaign`] is that file with its logs read, made ready for work. Every verb is
+//! [`mod@file`] reads and writes its TOML; [`Campaign`] is that file with its logs read, made ready for work. Every verb is
 //! a plain function on it ([`fit()`], [`simulate()`], …) that returns a result which serialises as its JSON; the command
 //! line and Python call the same ones.
 

@@ -5,7 +5,10 @@ use crate::finding::{Code, Severity};
 
 macro_rules! codes {
     ($($name:ident = $code:literal $kind:literal $severity:ident $topic:ident $light:ident $meaning:literal;)*) => {
-        $(#[doc = $meaning] pub const $name: Code =
+        $(#[doc = $meaning]
+        // the meanings are for users, who write [tables] in square brackets
+        #[allow(rustdoc::broken_intra_doc_links)]
+        pub const $name: Code =
             Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
         /// All codes of this room, for `hydrosysid explain`.
         pub const ALL: &[Code] = &[$($name),*];

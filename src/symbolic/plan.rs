@@ -70,7 +70,7 @@ impl Plan {
         &self.leaves
     }
 
-    /// Slot of a leaf for [`Registers::set`], `None` when no formula reads it.
+    /// Slot of a leaf for [`Plan::set`], `None` when no formula reads it.
     pub fn slot(&self, leaf: Leaf) -> Option<usize> {
         self.leaves.binary_search(&leaf).ok()
     }

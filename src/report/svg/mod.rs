@@ -48,7 +48,7 @@ struct Drawing {
     height: f64,
 }
 
-/// The figure as an `<svg>` element for a page that carries the style sheet of [`palette`].
+/// The figure as an `<svg>` element for a page that carries the style sheet of the palette.
 pub fn inline(figure: &Figure, sheet: &Sheet) -> String {
     let Drawing { elements, height } = draw(figure, sheet);
     let (width, title) = (sheet.width, escape(&figure.title));
