@@ -17,7 +17,7 @@ use crate::dynamics::Dynamics;
 use crate::estimate::output_error::{LANES, OutputErrorFit, OutputErrorOptions, Problem};
 use crate::model::{Model, Term, name_of};
 use crate::run::{Run, Signal};
-use crate::simulate::{Emission, Track, TrackError, free_run, integrate, values_in_run};
+use crate::simulate::{Emission, Track, TrackError, free_run, integrate, values_in_run, widest};
 
 /// Columns that are integrated together: as many as keep the sensitivities in the second-level cache.
 const CHUNK: usize = 96;
@@ -281,7 +281,7 @@ fn score_chunk(
     let parts: Vec<Vec<(Own, Vec<Products>)>> = batches
         .into_par_iter()
         .map(|batch| {
-            pulp::Arch::new().dispatch(
+            widest(
                 #[inline(always)]
                 || batch_products::<LANES>(&problem, &model, &fit.initial_states, batch, own.len(), &groups),
             )

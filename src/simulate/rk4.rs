@@ -137,7 +137,7 @@ pub fn integrate_fast<const L: usize>(
     sensitivities: bool,
     emit: &mut (impl FnMut(&Emission<'_, L>) + ?Sized),
 ) {
-    pulp::Arch::new().dispatch(
+    super::widest(
         #[inline(always)]
         || integrate(dynamics, tracks, stretches, theta, x0, sensitivities, emit),
     );

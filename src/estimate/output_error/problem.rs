@@ -10,7 +10,7 @@ use crate::chain::{Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::model::Model;
 use crate::run::Run;
-use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run};
+use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run, widest};
 
 /// Stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
@@ -130,7 +130,7 @@ impl Problem {
     }
 
     fn linearise_batch(&self, model: &Model, x0: &[Vec<f64>], batch: &[usize]) -> Vec<Linearised> {
-        pulp::Arch::new().dispatch(
+        widest(
             #[inline(always)]
             || self.linearise_lanes::<LANES>(model, x0, batch),
         )
