@@ -32,6 +32,29 @@ pub struct Code {
     pub meaning: &'static str,
 }
 
+/// The codes of a room: one constant a line, its meaning as documentation, and all of them as `ALL`, which
+/// `hydrosysid explain` reads.
+///
+/// ```text
+/// NAME = "L012" "kind-in-words" Warning "What it means and what to do.";
+/// ```
+macro_rules! codes {
+    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
+        $(#[doc = $meaning]
+        // the meanings are for users, who write [tables] in square brackets
+        #[allow(rustdoc::broken_intra_doc_links)]
+        pub const $name: $crate::finding::Code = $crate::finding::Code {
+            code: $code,
+            kind: $kind,
+            severity: $crate::finding::Severity::$severity,
+            meaning: $meaning,
+        };)*
+        /// All codes of this room, for `hydrosysid explain`.
+        pub const ALL: &[$crate::finding::Code] = &[$($name),*];
+    };
+}
+pub(crate) use codes;
+
 /// One thing found, and where.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {

@@ -29,6 +29,7 @@ pub mod filter;
 pub mod finding;
 pub mod formula;
 pub mod frame;
+pub mod least_squares;
 pub mod log;
 pub mod model;
 pub mod navigation;

@@ -1,18 +1,6 @@
 //! The codes of this room: what putting a campaign together, fitting and comparing can find.
 
-use crate::finding::{Code, Severity};
-
-macro_rules! codes {
-    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
-        $(#[doc = $meaning]
-        // the meanings are for users, who write [tables] in square brackets
-        #[allow(rustdoc::broken_intra_doc_links)]
-        pub const $name: Code =
-            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
-        /// All codes of this room, for `hydrosysid explain`.
-        pub const ALL: &[Code] = &[$($name),*];
-    };
-}
+use crate::finding::{Code, codes};
 
 codes! {
     TWICE = "M001" "channel-twice" Error "Two logs of one run hold the same channel: leave it out of one of them with `columns`, or make them two runs.";

@@ -1,17 +1,11 @@
 //! The codes of this room, and the topic and light that each belongs to.
 
 use super::report::{Light, Topic};
-use crate::finding::{Code, Severity};
+use crate::finding::codes;
 
-macro_rules! codes {
+macro_rules! placed {
     ($($name:ident = $code:literal $kind:literal $severity:ident $topic:ident $light:ident $meaning:literal;)*) => {
-        $(#[doc = $meaning]
-        // the meanings are for users, who write [tables] in square brackets
-        #[allow(rustdoc::broken_intra_doc_links)]
-        pub const $name: Code =
-            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
-        /// All codes of this room, for `hydrosysid explain`.
-        pub const ALL: &[Code] = &[$($name),*];
+        codes! { $($name = $code $kind $severity $meaning;)* }
         /// Topic and light of a code of this room, `None` for another room's.
         pub fn place(code: &str) -> Option<(Topic, Light)> {
             match code { $($code => Some((Topic::$topic, Light::$light)),)* _ => None }
@@ -19,7 +13,7 @@ macro_rules! codes {
     };
 }
 
-codes! {
+placed! {
     HELD = "K101" "held-samples" Warning Sampling Amber "A slower sensor is written at the rate of the log: only the first of the repeated values is a measurement.";
     FROZEN = "K102" "frozen" Warning Values Amber "A sensor that otherwise never repeats a value stays at exactly one for long.";
     COMMAND_SATURATION = "K103" "saturation" Warning Commands Amber "A command stays at its largest or smallest value for long: a limit was reached.";

@@ -13,14 +13,14 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::linear::{LinearError, LinearFit, StdMethod, solve};
 use super::{Block, Column, Columns, RegressorError, RegressorOptions, regressors_of};
 use crate::frame::Dof;
+use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Names, StdMethod, least_squares_with};
 use crate::model::Model;
 use crate::run::Run;
 
 /// Why a fit by integral least squares is not possible.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum IntegralError {
     /// There is no linear regressor.
     #[error(transparent)]
@@ -31,7 +31,7 @@ pub enum IntegralError {
         /// Degrees of freedom solved.
         dofs: String,
         /// What is wrong.
-        source: LinearError,
+        source: LeastSquaresError,
     },
 }
 
@@ -93,8 +93,8 @@ impl RowFit {
 /// Solves rows: per unit of the inertia where its parameter is a column, else as forces.
 ///
 /// # Errors
-/// [`LinearError`].
-pub fn fit_rows(columns: &Columns, inertia: Option<usize>, method: StdMethod) -> Result<RowFit, LinearError> {
+/// [`LeastSquaresError`].
+pub fn fit_rows(columns: &Columns, inertia: Option<usize>, method: StdMethod) -> Result<RowFit, LeastSquaresError> {
     let blocks: Vec<_> = columns.blocks.iter().map(|b| b.rows.clone()).collect();
     let names: Vec<String> = columns.parameters.iter().map(|c| c.name.clone()).collect();
     let mut h = columns.slices();
@@ -103,10 +103,11 @@ pub fn fit_rows(columns: &Columns, inertia: Option<usize>, method: StdMethod) ->
         None => columns.rhs.as_slice(),
         Some(at) => std::mem::replace(&mut h[at], &columns.rhs),
     };
-    let fit = solve(&h, y, &names, &blocks, method)?;
+    let options = LeastSquaresOptions { names: Names { columns: names, response: None }, ..Default::default() };
+    let fit = least_squares_with(&h, y, &options)?;
     let unit = |matrix: &[Vec<f64>]| at.map_or_else(|| matrix.to_vec(), |at| per_unit_inertia(&fit, at, matrix));
-    let covariance = unit(&fit.covariance);
-    let paper = unit(&fit.covariance_paper);
+    let covariance = unit(&fit.covariance_by(method, &h, y, &blocks)?);
+    let paper = unit(&fit.covariance);
     let values = match at {
         None => fit.coefficients.clone(),
         Some(at) => {
@@ -129,7 +130,7 @@ pub fn fit_rows(columns: &Columns, inertia: Option<usize>, method: StdMethod) ->
 }
 
 /// Covariance of (m, θ) from that of (1/m, −θ/m), by the delta method.
-fn per_unit_inertia(fit: &LinearFit, at: usize, covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn per_unit_inertia(fit: &Fit, at: usize, covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let (p, scale) = (fit.coefficients.len(), fit.coefficients[at]);
     let jacobian = |i: usize, j: usize| match (i == at, j == at) {
         (true, true) => -1.0 / (scale * scale),
@@ -198,7 +199,7 @@ pub fn integral_least_squares(
 }
 
 /// Solves degrees of freedom together, each weighed by the inverse of its residual's deviation.
-fn fit_together(members: &[(Dof, Columns)], method: StdMethod) -> Result<RowFit, LinearError> {
+fn fit_together(members: &[(Dof, Columns)], method: StdMethod) -> Result<RowFit, LeastSquaresError> {
     // first with the forces' own size as weight, then twice with the residuals that the pass before has shown
     const PASSES: usize = 3;
     let mut weights = members

@@ -1,18 +1,6 @@
 //! The codes of this room: what reading a log can find.
 
-use crate::finding::{Code, Severity};
-
-macro_rules! codes {
-    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
-        $(#[doc = $meaning]
-        // the meanings are for users, who write [tables] in square brackets
-        #[allow(rustdoc::broken_intra_doc_links)]
-        pub const $name: Code =
-            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
-        /// All codes of this room, for `hydrosysid explain`.
-        pub const ALL: &[Code] = &[$($name),*];
-    };
-}
+use crate::finding::codes;
 
 codes! {
     EMPTY_FILE = "L001" "empty-file" Error "The file holds no text at all, or blank lines only.";

@@ -6,7 +6,7 @@
 
 use super::result::{Estimate, Stage};
 use super::{ProcedureError, prepare};
-use crate::estimate::{StdMethod, solve};
+use crate::estimate::{LeastSquaresOptions, Names, StdMethod, least_squares_with};
 use crate::frame::Dof;
 use crate::run::{Run, Signal};
 use crate::thrust::interaction::{Interaction, fit_interaction};
@@ -25,9 +25,12 @@ pub(super) fn stage(dof: Dof, runs: &[&Run]) -> Result<Option<(Stage, Interactio
         return Ok(None);
     }
     let fit = fit_interaction(&nominal, &load)?;
-    let linear = solve(&[&nominal], &load, &["eta_inter".into()], &blocks, StdMethod::Hac)
-        .map_err(|source| ProcedureError::Linear { stage: "bollard", dof, source })?;
-    let std = linear.covariance[0][0].max(0.0).sqrt();
+    let of_stage = |source| ProcedureError::Linear { stage: "bollard", dof, source };
+    let names = Names { columns: vec!["eta_inter".into()], response: Some(dof.load().into()) };
+    let options = LeastSquaresOptions { names, ..LeastSquaresOptions::default() };
+    let linear = least_squares_with(&[&nominal], &load, &options).map_err(of_stage)?;
+    let covariance = linear.covariance_by(StdMethod::Hac, &[&nominal], &load, &blocks).map_err(of_stage)?;
+    let std = covariance[0][0].max(0.0).sqrt();
     let estimate = Estimate {
         effect: "thrust_interaction_loss".into(),
         dof: dof.to_string(),

@@ -1,18 +1,6 @@
 //! The codes of this room: what the staged procedure can find.
 
-use crate::finding::{Code, Severity};
-
-macro_rules! codes {
-    ($($name:ident = $code:literal $kind:literal $severity:ident $meaning:literal;)*) => {
-        $(#[doc = $meaning]
-        // the meanings are for users, who write [tables] in square brackets
-        #[allow(rustdoc::broken_intra_doc_links)]
-        pub const $name: Code =
-            Code { code: $code, kind: $kind, severity: Severity::$severity, meaning: $meaning };)*
-        /// All codes of this room, for `hydrosysid explain`.
-        pub const ALL: &[Code] = &[$($name),*];
-    };
-}
+use crate::finding::codes;
 
 codes! {
     ADVANCE_RANGE = "S101" "advance-out-of-range" Warning "Part of a run was faster than the speeds at which the advance efficiency was measured; the line was followed beyond.";

@@ -32,7 +32,7 @@ use self::numbers::DRAG;
 pub use self::numbers::FlowNumbers;
 pub use self::prepare::acting_forces;
 pub use self::result::{Estimate, Stage, StagedResult};
-use crate::estimate::{IntegralError, LinearError, RegressorError, RegressorOptions, StdMethod, SteadyOptions};
+use crate::estimate::{IntegralError, LeastSquaresError, RegressorError, RegressorOptions, StdMethod, SteadyOptions};
 use crate::filter::{FilterError, PolynomialFilter, Window};
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -116,7 +116,7 @@ pub enum ProcedureError {
         /// Degree of freedom.
         dof: Dof,
         /// What is wrong.
-        source: LinearError,
+        source: LeastSquaresError,
     },
 }
 

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::efficiency::EfficiencyError;
 use super::fit::Estimate;
-use super::regression::regress;
+use crate::least_squares::{LeastSquaresError, least_squares};
 
 /// The line η_adv with the range of advance speeds in which it was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -97,12 +97,16 @@ pub struct AdvanceFit {
 pub fn fit_advance(v_a: &[f64], efficiency: &[f64]) -> Result<AdvanceFit, EfficiencyError> {
     EfficiencyError::check(("advance speed", v_a), ("efficiency", efficiency), 3)?;
     let speed: Vec<f64> = v_a.iter().map(|v| v.abs()).collect();
-    let fit = regress(&[&speed, &vec![1.0; speed.len()]], efficiency)
-        .ok_or(EfficiencyError::NotIdentifiable { needs: "two different advance speeds" })?;
-    let [slope, intercept] = [0, 1].map(|i| Estimate { value: fit.coefficients[i], std: fit.standard_errors[i] });
+    let (values, stds, residual_std) = match least_squares(&[&speed, &vec![1.0; speed.len()]], efficiency) {
+        Ok(fit) => (fit.coefficients, fit.standard_errors, fit.residual_std),
+        // the same efficiency at different speeds: a line without slope and without scatter
+        Err(LeastSquaresError::NoVariance { .. }) => (vec![0.0, efficiency[0]], vec![0.0; 2], 0.0),
+        Err(_) => return Err(EfficiencyError::NotIdentifiable { needs: "two different advance speeds" }),
+    };
+    let [slope, intercept] = [0, 1].map(|i| Estimate { value: values[i], std: stds[i] });
     let valid = speed.iter().fold([f64::INFINITY, 0.0_f64], |[low, high], v| [low.min(*v), high.max(*v)]);
     let loss = AdvanceLoss { slope: slope.value, intercept: intercept.value, valid };
-    Ok(AdvanceFit { loss, slope, intercept, residual_std: fit.residual_std })
+    Ok(AdvanceFit { loss, slope, intercept, residual_std })
 }
 
 #[cfg(test)]
@@ -131,6 +135,8 @@ mod tests {
         assert!((fit.loss.slope + 0.1946).abs() < 1e-14 && (fit.loss.intercept - 0.9967).abs() < 1e-14);
         assert_eq!(fit.loss.valid, [0.0, 1.0]);
         assert!(fit.residual_std < 1e-14);
+        let flat = fit_advance(&[0.0, 0.5, 1.0], &[0.9; 3]).unwrap();
+        assert_eq!((flat.loss.slope, flat.loss.intercept), (0.0, 0.9));
         assert!(matches!(fit_advance(&[0.5; 4], &[0.9; 4]), Err(EfficiencyError::NotIdentifiable { .. })));
     }
 

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::bollard::{Bollard, CurveOptions, DeadBand, FitError, check};
 use super::curve::{Coefficients, Supply, ThrustCurve};
-use super::regression::{Regression, regress};
+use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Refinement, least_squares_with};
 
 /// A number and its standard deviation, both in the same unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -70,6 +70,31 @@ impl Direction {
     }
 }
 
+/// a and b, and what they leave.
+struct Regression {
+    coefficients: Vec<f64>,
+    standard_errors: Vec<f64>,
+    residual_std: f64,
+    sum_of_squares: f64,
+}
+
+impl From<Fit> for Regression {
+    fn from(fit: Fit) -> Regression {
+        Regression {
+            sum_of_squares: fit.residual_std.powi(2) * (fit.rows - fit.rank) as f64,
+            coefficients: fit.coefficients,
+            standard_errors: fit.standard_errors,
+            residual_std: fit.residual_std,
+        }
+    }
+}
+
+/// The profile solves two columns some thousand times: plain QR is as good as the table.
+fn regress(columns: &[&[f64]], y: &[f64]) -> Result<Regression, LeastSquaresError> {
+    let options = LeastSquaresOptions { refinement: Refinement::Never, ..LeastSquaresOptions::default() };
+    least_squares_with(columns, y, &options).map(Regression::from)
+}
+
 /// The rows of one direction with the signs taken off.
 struct Side {
     direction: Direction,
@@ -118,7 +143,8 @@ impl Side {
             return Err(FitError::TooFewRows { direction, rows });
         }
         let [square, linear] = self.columns(c, n);
-        let solve = |columns: &[&[f64]]| regress(columns, &self.force).ok_or(FitError::NotIdentifiable { direction });
+        let solve =
+            |columns: &[&[f64]]| regress(columns, &self.force).map_err(|_| FitError::NotIdentifiable { direction });
         let free = solve(&[&square, &linear])?;
         if !bounded || free.coefficients[1] >= 0.0 {
             return Ok(free);
@@ -271,8 +297,13 @@ fn joint_spread(
         }
     }
     let used: Vec<&[f64]> = (0..6).filter(|&j| j < 4 || free[j - 4]).map(|j| columns[j].as_slice()).collect();
-    let joint = regress(&used, &residual).ok_or(FitError::NotIdentifiable { direction: "forward and reverse" })?;
-    let std = |j: usize| joint.standard_errors[j];
+    let standard_errors = match regress(&used, &residual) {
+        Ok(joint) => joint.standard_errors,
+        // a table made by formula, met to the last bit
+        Err(LeastSquaresError::NoVariance { .. }) => vec![0.0; used.len()],
+        Err(_) => return Err(FitError::NotIdentifiable { direction: "forward and reverse" }),
+    };
+    let std = |j: usize| standard_errors[j];
     Ok(Spread {
         coefficients: [(std(0), std(1)), (std(2), std(3))],
         deadband: if free[0] { std(4) } else { 0.0 },

@@ -15,8 +15,8 @@ use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::efficiency::EfficiencyError;
-use super::regression::regress;
 use crate::frame::Dof;
+use crate::least_squares::{LeastSquaresError, least_squares};
 
 /// One entry of η_inter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -124,8 +124,12 @@ pub struct InteractionFit {
 /// Lists of different length, values that are not finite, fewer than 2 rows, a nominal force of zero throughout.
 pub fn fit_interaction(nominal: &[f64], measured: &[f64]) -> Result<InteractionFit, EfficiencyError> {
     EfficiencyError::check(("nominal force", nominal), ("measured force", measured), 2)?;
-    let fit = regress(&[nominal], measured)
-        .ok_or(EfficiencyError::NotIdentifiable { needs: "a nominal force other than zero" })?;
+    let fit = least_squares(&[nominal], measured).map_err(|error| EfficiencyError::NotIdentifiable {
+        needs: match error {
+            LeastSquaresError::NoVariance { .. } => "a measured force other than zero",
+            _ => "a nominal force other than zero",
+        },
+    })?;
     Ok(InteractionFit {
         value: fit.coefficients[0],
         std: fit.standard_errors[0],

@@ -18,5 +18,4 @@ pub mod interaction;
 pub mod laurs;
 #[cfg(test)]
 mod noise;
-mod regression;
 pub mod thruster;

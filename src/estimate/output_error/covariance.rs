@@ -8,11 +8,10 @@
 //! J is the Jacobian by the unknowns after the initial states are projected out. The second form (Liang and Zeger 1986)
 //! asks only that residuals of different clusters, stretches of some 24 s, be independent.
 
-use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use super::{Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor};
-use crate::estimate::linear::singular_ratio;
+use crate::least_squares::singular_ratio;
 use crate::model::Model;
 
 /// How standard deviations were found.
@@ -86,8 +85,10 @@ impl OutputErrorFit {
         let factor = normal_factor(&self.problem, &self.model, &self.linearised);
         let at = |i: usize, j: usize| if i <= j { factor.at(i, j)[0] } else { 0.0 };
         let length: Vec<f64> = (0..p).map(|j| (0..=j).map(|i| at(i, j).powi(2)).sum::<f64>().sqrt()).collect();
-        let plain = singular_ratio(&Mat::from_fn(p, p, at));
-        (plain.powi(2), singular_ratio(&Mat::from_fn(p, p, |i, j| at(i, j) / length[j])))
+        let ratio = |scale: &dyn Fn(usize) -> f64| {
+            singular_ratio((0..p).map(|j| (0..p).map(|i| at(i, j) / scale(j)).collect()).collect())
+        };
+        (ratio(&|_| 1.0).powi(2), ratio(&|j| length[j]))
     }
 }
 

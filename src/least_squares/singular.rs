@@ -34,6 +34,12 @@ pub(super) fn singular_values(mut columns: Vec<Vec<f64>>) -> Vec<f64> {
     lengths
 }
 
+/// Greatest over smallest singular value of the matrix with these columns.
+pub(crate) fn singular_ratio(columns: Vec<Vec<f64>>) -> f64 {
+    let values = singular_values(columns);
+    values[0] / values[values.len() - 1]
+}
+
 /// Turns x and y within their plane until they are orthogonal; whether they were so before.
 fn make_orthogonal(x: &mut [f64], y: &mut [f64]) -> bool {
     let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);

@@ -9,7 +9,7 @@
 use faer::{Mat, MatRef};
 
 use super::scale::times_power_of_two;
-use super::singular::singular_values;
+use super::singular::singular_ratio;
 
 /// A column that is a combination of others, all by index.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -121,8 +121,7 @@ impl Pivoted {
     fn condition(&self, scaled: impl Fn(usize, f64) -> f64) -> f64 {
         let p = self.order.len();
         let columns = (0..p).map(|j| (0..p).map(|i| if i <= j { scaled(j, self.r[(i, j)]) } else { 0.0 }).collect());
-        let values = singular_values(columns.collect());
-        values[0] / values[p - 1]
+        singular_ratio(columns.collect())
     }
 }
 

@@ -1,0 +1,24 @@
+//! Linear least squares: one solver for every room.
+//!
+//! ```text
+//! θ̂ = argmin |y − H θ|²        σ_θ by (14) and (15), or by what correlated residuals leave
+//! ```
+//!
+//! [`least_squares`] solves and says what is needed to believe the answer or not; [`Fit::covariance_by`] gives the
+//! covariance where residuals are correlated along a run.
+
+mod double_double;
+mod pivoted;
+mod refine;
+mod sandwich;
+mod scale;
+mod singular;
+mod solve;
+mod system;
+
+pub use sandwich::StdMethod;
+pub(crate) use singular::singular_ratio;
+pub use solve::{
+    Fit, LeastSquaresOptions, RSquared, Refinement, least_squares, least_squares_rows, least_squares_with,
+};
+pub use system::{LeastSquaresError, Names};

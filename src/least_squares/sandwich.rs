@@ -1,0 +1,125 @@
+//! Covariance of least squares where residuals are correlated along a run.
+//!
+//! ```text
+//! HAC:  cov = (HᵀH)⁻¹ [Γ₀ + Σₗ (1 − l/(L + 1)) (Γₗ + Γₗᵀ)] (HᵀH)⁻¹ n/(n − p),   Γₗ = Σₖ hₖ eₖ eₖ₋ₗ hₖ₋ₗᵀ
+//! ```
+//!
+//! Newey and West, *Econometrica* 55 (1987) 703; no product of residuals reaches from one run into another.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::scale::times_power_of_two;
+use super::solve::Fit;
+use super::system::LeastSquaresError;
+
+/// How standard deviations are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StdMethod {
+    /// Equation (14) of the paper: right where residuals are independent.
+    Paper,
+    /// Heteroscedasticity and autocorrelation consistent.
+    #[default]
+    Hac,
+}
+
+impl Fit {
+    /// Covariance of the estimates, (p, p), by `method`; `h` and `y` are those of the fit, `blocks` the rows of each
+    /// run.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] when the shapes are not those of the fit.
+    pub fn covariance_by(
+        &self,
+        method: StdMethod,
+        h: &[&[f64]],
+        y: &[f64],
+        blocks: &[Range<usize>],
+    ) -> Result<Vec<Vec<f64>>, LeastSquaresError> {
+        let residuals = self.residuals(h, y)?;
+        if method == StdMethod::Paper {
+            return Ok(self.covariance.clone());
+        }
+        let (n, p) = (y.len(), h.len());
+        let (w, exponents) = (&self.frame.w, &self.frame.exponents);
+        // scores in coordinates in which H has orthonormal columns: Σⱼ hⱼ wⱼₖ e
+        let scores: Vec<Vec<f64>> = (0..p)
+            .map(|k| {
+                let entry = |row: usize| -> f64 {
+                    (0..p).map(|j| times_power_of_two(h[j][row], -exponents[j]) * w[j][k]).sum()
+                };
+                let scaled = |row: usize| times_power_of_two(residuals[row], -self.frame.y_exponent);
+                (0..n).map(|row| entry(row) * scaled(row)).collect()
+            })
+            .collect();
+        let meat = long_run(&scores, blocks, n as f64 / (n - p) as f64);
+        let half: Vec<Vec<f64>> =
+            w.iter().map(|w| (0..p).map(|k| (0..p).map(|l| w[l] * meat[l][k]).sum()).collect()).collect();
+        let unit = |j: usize, x: f64| times_power_of_two(x, self.frame.y_exponent - exponents[j]);
+        Ok((0..p).map(|i| (0..p).map(|j| unit(i, unit(j, dot(&half[i], &w[j])))).collect()).collect())
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Long-run covariance of scores by the Bartlett kernel. The lag grows with the cube root of the longest run: enough
+/// for the one-sample memory of differenced noise and for disturbances of some ten samples.
+fn long_run(scores: &[Vec<f64>], blocks: &[Range<usize>], factor: f64) -> Vec<Vec<f64>> {
+    let p = scores.len();
+    let longest = blocks.iter().map(Range::len).max().unwrap_or(0);
+    let lags = (1.5 * (longest as f64).cbrt()).ceil() as usize;
+    let mut sum = vec![vec![0.0; p]; p];
+    for block in blocks {
+        for lag in 0..=lags.min(block.len().saturating_sub(1)) {
+            let weight = 1.0 - lag as f64 / (lags + 1) as f64;
+            for i in 0..p {
+                for j in 0..p {
+                    let (late, early) = (&scores[i][block.start + lag..block.end], &scores[j][block.clone()]);
+                    let gamma = weight * factor * dot(late, early);
+                    sum[i][j] += gamma;
+                    if lag > 0 {
+                        sum[j][i] += gamma;
+                    }
+                }
+            }
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::least_squares;
+    use super::*;
+
+    #[test]
+    fn law_differenced_noise_is_known_better_than_equation_14_says() {
+        // a constant in y = 1 + e_k − e_{k−1}: the sum of residuals telescopes, so the mean is far better known
+        let e: Vec<f64> = (0..401).map(|k| (f64::from(k) * 12.9898).sin() * 43758.547 % 1.0).collect();
+        let y: Vec<f64> = e.windows(2).map(|e| 1.0 + e[1] - e[0]).collect();
+        let h: [&[f64]; 1] = [&[1.0; 400]];
+        let fit = least_squares(&h, &y).unwrap();
+        let all = 0..400;
+        let std = |method| fit.covariance_by(method, &h, &y, std::slice::from_ref(&all)).unwrap()[0][0].sqrt();
+        assert!(std(StdMethod::Hac) < 0.4 * std(StdMethod::Paper));
+        assert_eq!(std(StdMethod::Paper), fit.covariance[0][0].sqrt());
+    }
+
+    #[test]
+    fn exact_sandwich_of_a_line() {
+        // without lags (blocks of one row) cov = (HᵀH)⁻¹ Σ hhᵀe² (HᵀH)⁻¹ n/(n − p); residuals of the line 1.4 + 0.8 x
+        // are −0.4, 0.8, −1, 1.2, −0.6, Σ(x − 2)²e² = 0.64 + 0.64 + 1.44 + 1.44, n/(n − p) = 5/3, Σ(x − 2)² = 10
+        let (one, x, y) = ([1.0; 5], [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 3.0, 2.0, 5.0, 4.0]);
+        let h: [&[f64]; 2] = [&one, &x];
+        let rows: Vec<Range<usize>> = (0..5).map(|k| k..k + 1).collect();
+        let fit = least_squares(&h, &y).unwrap();
+        let covariance = fit.covariance_by(StdMethod::Hac, &h, &y, &rows).unwrap();
+        assert!((covariance[1][1] / (4.16 / 100.0 * 5.0 / 3.0) - 1.0).abs() < 1e-13, "{covariance:?}");
+        let long = fit.covariance_by(StdMethod::Hac, &h, &y[..4], &rows);
+        assert!(matches!(long, Err(LeastSquaresError::Length { .. })));
+    }
+}
