@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use crate::campaign::{Campaign, Comparison, Fit, Simulation};
 use crate::discover::{Discovery, Verdict};
 use crate::finding::{Finding, Severity};
-use crate::frame::Dof;
+use crate::frame::{Dof, Measured};
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Check, Column, Curves, Document, Equation, Figure, Label, Light, Origin,
     Panel, Section, Series, Table,
@@ -180,13 +180,13 @@ fn comparison_section(results: &Results<'_>) -> Section {
             vec![
                 Cell::from(r.run.as_str()),
                 Cell::from(if r.role == Role::Train { "fit" } else { "held out" }),
-                Cell::from(r.dof.name()),
+                Cell::from(r.dof.to_string().as_str()),
                 number(r.mean_abs),
                 number(r.std_abs),
                 number(r.rms),
                 number(r.noise_floor),
                 number(r.fit_percent),
-                Cell::from(r.unit),
+                Cell::from(r.unit.as_str()),
             ]
         })
         .collect();
@@ -277,8 +277,8 @@ fn discovery_section(results: &Results<'_>, found: &Discovery) -> Section {
             note: "p: probability of as much by chance, over all candidates.".into(),
         }));
     }
-    for dof in &results.fit.model.dofs {
-        blocks.extend(waterfall(found, *dof).map(Block::Figure));
+    for measured in results.fit.model.measured() {
+        blocks.extend(waterfall(found, &measured).map(Block::Figure));
     }
     Section { heading: "What is missing".into(), paragraphs, blocks }
 }
@@ -286,25 +286,29 @@ fn discovery_section(results: &Results<'_>, found: &Discovery) -> Section {
 /// The waterfall of the degree of freedom whose gap was widest against the noise.
 pub fn gap_figure(found: &Discovery) -> Option<Figure> {
     let first = found.gap.first()?;
-    let ratio = |(dof, rms): (&Dof, &f64)| Some((*dof, rms / first.noise_floor.get(dof)?));
+    let ratio = |(dof, rms): (&Measured, &f64)| Some((dof.clone(), rms / first.noise_floor.get(dof)?));
     let widest = first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    waterfall(found, widest.0)
+    waterfall(found, &widest.0)
 }
 
 /// The held-out gap of one degree of freedom, step by step, against the noise.
-fn waterfall(found: &Discovery, dof: Dof) -> Option<Figure> {
-    let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
+fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
+    let unit = match dof.dof() {
+        Some(dof) if dof.is_rotation() => "rad/s",
+        Some(_) => "m/s",
+        None => "",
+    };
     let mut bars: Vec<Bar> = Vec::new();
     let mut before: Option<f64> = None;
     for step in &found.gap {
-        let rms = *step.held_out_rms.get(&dof)?;
+        let rms = *step.held_out_rms.get(dof)?;
         let label = step.added.clone().unwrap_or_else(|| "baseline".into());
         let (value, total) = before.map_or((rms, true), |known| (rms - known, false));
         bars.push(Bar { label: label.into(), value, std: None, total });
         before = Some(rms);
     }
     bars.push(Bar { label: "with all".into(), value: before?, std: None, total: true });
-    let noise = found.gap.first().and_then(|s| s.noise_floor.get(&dof)).copied()?;
+    let noise = found.gap.first().and_then(|s| s.noise_floor.get(dof)).copied()?;
     let axis = Axis::new("held-out rms", unit);
     let chart = Chart::Bars(Bars { axis, bars, waterfall: true, reference: Some(("sensor noise".into(), noise)) });
     Some(Figure {

@@ -61,8 +61,8 @@ pub struct Available {
 pub struct Equations<'g> {
     /// Simulated states, each with its leaf, its time derivative and, for memory, its quasi-steady value.
     pub states: Vec<State<'g>>,
-    /// What sensors log, by the name of the column, for the simulated states.
-    pub logged: Vec<(&'static str, Expr<'g>)>,
+    /// What sensors log, by the name of the column: the simulated states, and the observed functions of them.
+    pub logged: Vec<(String, Expr<'g>)>,
     /// π, kg·m/s and kg·m²/s.
     pub momentum: Six<'g>,
     /// w + τ: everything that changes the momentum, N and N·m.
@@ -144,11 +144,10 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         |term: usize| -> Vec<Expr<'g>> { model.terms[term].parameters.iter().map(|p| parameters[*p]).collect() };
 
     let mut channels = BTreeMap::new();
-    for term in &model.terms {
-        for name in term.effect.channels(term.place) {
-            let leaf = inputs.read(&name, Dimension::ONE);
-            channels.insert(name, leaf);
-        }
+    let read = model.terms.iter().flat_map(|term| term.effect.channels(term.place));
+    for name in read.chain(model.observers.iter().flat_map(crate::effects::Observer::channels)) {
+        let leaf = inputs.read(&name, Dimension::ONE);
+        channels.insert(name, leaf);
     }
     let lengths = [crate::effects::channel::ANCHOR_NORTH, crate::effects::channel::ANCHOR_EAST];
     for name in lengths {
@@ -392,18 +391,19 @@ fn sense<'g>(
     model: &Model,
     theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
     pose: &Six<'g>,
-) -> Vec<(&'static str, Expr<'g>)> {
+) -> Vec<(String, Expr<'g>)> {
     let mut log = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
     for (k, term) in model.terms.iter().enumerate() {
         term.effect.sense(at, term.place, &theta(k), &mut log);
     }
-    let velocities = model.dofs.iter().map(|dof| (dof.velocity(), log.nu[dof.index()]));
+    let velocities = model.dofs.iter().map(|dof| (dof.velocity().to_string(), log.nu[dof.index()]));
     let positions =
         Dof::ALL.into_iter().filter(|dof| pose[dof.index()].leaves() == [Leaf::State(6 + dof.index() as u16)]);
     let logged_pose = |dof: Dof| {
         if dof.is_rotation() { log.attitude[dof.index() - 3] } else { log.position[dof.index()] }
     };
-    velocities.chain(positions.map(|dof| (dof.position(), logged_pose(dof)))).collect()
+    let observed = model.observers.iter().map(|observer| (observer.channel().to_string(), observer.express(at)));
+    velocities.chain(positions.map(|dof| (dof.position().to_string(), logged_pose(dof)))).chain(observed).collect()
 }
 
 /// Number of states that an effect carries at a place of `model`.

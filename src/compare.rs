@@ -17,7 +17,7 @@ use thiserror::Error;
 
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
 use crate::finding::{Code, Finding, Severity};
-use crate::frame::Dof;
+use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::{Role, Run};
 use crate::simulate::{Track, Trajectory, free_run};
@@ -76,8 +76,8 @@ pub struct Disagreement {
     pub run: String,
     /// Whether the run took part in the fit.
     pub role: Role,
-    /// Degree of freedom.
-    pub dof: Dof,
+    /// Degree of freedom, or the channel of an observed function of the states.
+    pub dof: Measured,
     /// Mean of |measured − simulated|, in `unit`.
     pub mean_abs: f64,
     /// Standard deviation of |measured − simulated|, in `unit`.
@@ -88,8 +88,8 @@ pub struct Disagreement {
     pub noise_floor: f64,
     /// 100 when the simulation is the measurement, 0 when it is no better than the measurement's mean.
     pub fit_percent: f64,
-    /// `m/s` or `rad/s`.
-    pub unit: &'static str,
+    /// `m/s` or `rad/s`; of an observed function that of its formula.
+    pub unit: String,
 }
 
 /// A model compared with runs.
@@ -167,8 +167,8 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
         );
         comparison.warnings.push(Finding::new(&UNSTABLE, text).of_run(&run.name));
     }
-    for dof in &model.dofs {
-        let Some(column) = simulated.outputs.iter().position(|name| *name == dof.velocity()) else { continue };
+    for measured in model.measured() {
+        let Some(column) = simulated.outputs.iter().position(|name| *name == measured.channel()) else { continue };
         let pairs = simulated.pairs(column);
         if pairs.is_empty() {
             continue;
@@ -182,13 +182,16 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
         comparison.runs.push(Disagreement {
             run: run.name.clone(),
             role: run.role,
-            dof: *dof,
             mean_abs,
             std_abs: (squares - mean_abs * mean_abs).max(0.0).sqrt(),
             rms: squares.sqrt(),
-            noise_floor: options.noise.get(dof.velocity()).copied().unwrap_or(simulated.sigma[column]),
+            noise_floor: options.noise.get(measured.channel()).copied().unwrap_or(simulated.sigma[column]),
             fit_percent: if spread > 0.0 { 100.0 * (1.0 - (squares / spread).sqrt()) } else { 0.0 },
-            unit: if dof.is_rotation() { "rad/s" } else { "m/s" },
+            unit: match measured.dof() {
+                Some(dof) => if dof.is_rotation() { "rad/s" } else { "m/s" }.into(),
+                None => simulated.units[column].clone(),
+            },
+            dof: measured,
         });
     }
     Ok(comparison)
@@ -197,7 +200,8 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
 /// A run simulated in one piece a stretch without gap, or in segments.
 struct Simulated {
     track: Track,
-    outputs: Vec<&'static str>,
+    outputs: Vec<String>,
+    units: Vec<String>,
     sigma: Vec<f64>,
     pieces: Vec<(usize, Trajectory)>,
     stable: bool,
@@ -234,13 +238,15 @@ impl Simulated {
         };
         let mut simulated = Simulated {
             outputs: dynamics.outputs.clone(),
+            units: dynamics.units.clone(),
             sigma: sigma.clone(),
             pieces: Vec::new(),
             stable: true,
             track: track.clone(),
         };
+        let measured = model.measured();
         let moves: Vec<usize> = (0..dynamics.outputs.len())
-            .filter(|k| Dof::ALL.iter().any(|dof| dof.velocity() == dynamics.outputs[*k]))
+            .filter(|k| measured.iter().any(|m| m.channel() == dynamics.outputs[*k]))
             .collect();
         for (piece, start) in pieces.iter().zip(&settled.initial_states) {
             let last = last(piece.first, piece.last);

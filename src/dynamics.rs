@@ -52,7 +52,9 @@ pub struct Dynamics {
     /// What each state is.
     pub states: Vec<StateId>,
     /// Names of the logged channels that the model predicts, in the order of `observation`.
-    pub outputs: Vec<&'static str>,
+    pub outputs: Vec<String>,
+    /// Their units, in the same order; empty where a formula of the user does not say it.
+    pub units: Vec<String>,
     /// Model parameters by which the Jacobians are taken.
     pub directions: Vec<usize>,
     /// Rates of the states.
@@ -96,7 +98,7 @@ impl Dynamics {
     ) -> Dynamics {
         let graph = Graph::new();
         let equations = assemble(&graph, model, available);
-        let logged: Vec<_> = equations.logged.iter().filter(|(name, _)| observed.contains(*name)).collect();
+        let logged: Vec<_> = equations.logged.iter().filter(|(name, _)| observed.contains(name)).collect();
 
         // a position that nobody observes and nothing reads is not integrated
         let mut needed: BTreeSet<Leaf> = logged.iter().flat_map(|(_, e)| e.leaves()).collect();
@@ -129,7 +131,8 @@ impl Dynamics {
         let start = compile(&states.iter().filter_map(|s| s.start).collect::<Vec<_>>(), false);
         Dynamics {
             states: states.iter().map(|s| s.id).collect(),
-            outputs: logged.iter().map(|(name, _)| *name).collect(),
+            outputs: logged.iter().map(|(name, _)| name.clone()).collect(),
+            units: logged.iter().map(|(_, e)| e.dimension().map(|d| d.to_string()).unwrap_or_default()).collect(),
             directions: directions.to_vec(),
             rates,
             observation,

@@ -4,6 +4,8 @@
 //! The velocity ν = (u, v, w, p, q, r) is in body axes, the position η = (x, y, z, φ, θ, ψ) in earth axes, with
 //! roll φ, pitch θ and yaw ψ the z-y-x Euler angles: a vector in body axes is `R(φ, θ, ψ)` times itself in earth axes.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 /// One of the six degrees of freedom of a rigid vehicle, in the order of ν.
@@ -77,6 +79,61 @@ impl Dof {
 impl std::fmt::Display for Dof {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+/// What a simulation is held against: the velocity in a degree of freedom, or a logged function of the states.
+/// Spelled as the degree of freedom, or as the channel.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Measured {
+    /// Velocity or rate in a degree of freedom.
+    Velocity(Dof),
+    /// Channel of the log that holds a function of the states.
+    Function(Arc<str>),
+}
+
+impl Measured {
+    /// Name of the column of the log.
+    pub fn channel(&self) -> &str {
+        match self {
+            Measured::Velocity(dof) => dof.velocity(),
+            Measured::Function(channel) => channel,
+        }
+    }
+
+    /// The degree of freedom; `None` for a function of the states.
+    pub const fn dof(&self) -> Option<Dof> {
+        match self {
+            Measured::Velocity(dof) => Some(*dof),
+            Measured::Function(_) => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Measured {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Measured::Velocity(dof) => dof.fmt(f),
+            Measured::Function(channel) => f.write_str(channel),
+        }
+    }
+}
+
+impl Serialize for Measured {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl From<Dof> for Measured {
+    fn from(dof: Dof) -> Measured {
+        Measured::Velocity(dof)
+    }
+}
+
+impl PartialEq<Dof> for Measured {
+    fn eq(&self, dof: &Dof) -> bool {
+        self.dof() == Some(*dof)
     }
 }
 

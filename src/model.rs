@@ -11,8 +11,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::effects::{Coriolis, Effect, ParameterSpec, Place, Scope, catalogue};
-use crate::frame::Dof;
+use crate::effects::{Coriolis, Effect, Observer, ParameterSpec, Place, Scope, catalogue};
+use crate::frame::{Dof, Measured};
 
 /// What an input does between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -99,6 +99,8 @@ pub struct Model {
     pub terms: Vec<Term>,
     /// Their parameters.
     pub parameters: Vec<Parameter>,
+    /// Logged functions of the states, which the model predicts beside velocities and angles.
+    pub observers: Vec<Observer>,
 }
 
 /// Why a model cannot be built.
@@ -138,7 +140,15 @@ impl Model {
         let mut dofs = dofs.to_vec();
         dofs.sort_unstable();
         dofs.dedup();
-        Model { dofs, coriolis, input: Interpolation::Linear, weight: 0.0, terms: Vec::new(), parameters: Vec::new() }
+        Model {
+            dofs,
+            coriolis,
+            input: Interpolation::Linear,
+            weight: 0.0,
+            terms: Vec::new(),
+            parameters: Vec::new(),
+            observers: Vec::new(),
+        }
     }
 
     /// A model with these catalogue effects: `id`, wherever it applies, or `id@dof`, or `id@dof:other`.
@@ -284,6 +294,12 @@ impl Model {
     /// Indices of the parameters that are not fixed.
     pub fn free(&self) -> Vec<usize> {
         (0..self.parameters.len()).filter(|i| !self.parameters[*i].fixed).collect()
+    }
+
+    /// What a simulation is held against: the modelled velocities, then the observed functions.
+    pub fn measured(&self) -> Vec<Measured> {
+        let functions = self.observers.iter().map(|observer| Measured::Function(observer.channel().into()));
+        self.dofs.iter().copied().map(Measured::Velocity).chain(functions).collect()
     }
 
     /// Refuses a model that cannot be simulated.

@@ -204,7 +204,7 @@ fn imbalance(model: &Model, run: &Run, observed: &BTreeSet<String>) -> (f64, f64
         }
     }
     let ny = dynamics.outputs.len();
-    for (name, formula) in equations.logged.iter().filter(|(name, _)| observed.contains(*name)) {
+    for (name, formula) in equations.logged.iter().filter(|(name, _)| observed.contains(name)) {
         let column = dynamics.outputs.iter().position(|n| n == name).expect("it is observed");
         for k in 0..track.time.len() {
             sensed = sensed.max((trajectory.outputs[k * ny + column] - formula.evaluate(&|l| read(k, l))).abs());

@@ -70,9 +70,14 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// The discovery as JSON.
-    fn discover(&self, py: Python<'_>) -> PyResult<String> {
-        let result = detached(py, || campaign::discover(&self.0))?;
+    /// The discovery as JSON; `families` are those of the campaign when absent.
+    fn discover(&self, py: Python<'_>, families: Option<Vec<String>>) -> PyResult<String> {
+        let mut campaign = self.0.clone();
+        if let Some(names) = families {
+            let families = names.into_iter().map(|name| serde_json::from_value(name.into())).collect::<Result<_, _>>();
+            campaign.file.discover.families = families.map_err(|e: serde_json::Error| error::usage(py, &e))?;
+        }
+        let result = detached(py, || campaign::discover(&campaign))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 }

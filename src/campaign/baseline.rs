@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::error::Error;
-use super::file::{CampaignErrors, CampaignFile, EffectRole, Problem};
-use crate::effects::{Effect, FormulaEffect, Place};
+use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, Problem};
+use crate::effects::{Effect, FormulaEffect, Observer, Place};
 use crate::formula::Formula;
+use crate::frame::Dof;
 use crate::model::{Model, name_of};
 
 /// An effect at a place, as the discovery tries it.
@@ -51,7 +52,41 @@ pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
     }
     model.check().map_err(|e| wrong(file, "model.effects", &e))?;
     known(file, &mut model)?;
+    model.observers = observers(file, &model)?;
     Ok((model, candidates))
+}
+
+/// The logged functions of the states. A channel is not predicted twice, and not from itself.
+fn observers(file: &CampaignFile, model: &Model) -> Result<Vec<Observer>, Error> {
+    let table = |(i, table): (usize, &ObserveTable)| {
+        let formula = Formula::parse(&table.formula).map_err(|e| wrong(file, &format!("observe[{i}].formula"), &e))?;
+        let predicted = |dof: &Dof| [Some(dof.velocity()), dof.is_rotation().then(|| dof.position())];
+        let channel = table.channel.as_str();
+        if model.dofs.iter().flat_map(predicted).flatten().any(|known| known == channel) {
+            let text = format!("the model predicts `{channel}` as it is; name another channel of the log");
+            return Err(wrong(file, &format!("observe[{i}].channel"), &text));
+        }
+        if formula.names().contains(channel) {
+            let text = format!("`{channel}` would be predicted from itself; write it in other states and channels");
+            return Err(wrong(file, &format!("observe[{i}].formula"), &text));
+        }
+        Ok(Observer::new(channel, formula))
+    };
+    file.observed.iter().enumerate().map(table).collect()
+}
+
+/// Velocities that need no column of their own: an observed function of the states tells them.
+pub(super) fn told_by_functions(file: &CampaignFile) -> Vec<Dof> {
+    let formulas: Vec<Formula> = file.observed.iter().filter_map(|o| Formula::parse(&o.formula).ok()).collect();
+    let told = |dof: &Dof| formulas.iter().any(|f| f.names().contains(dof.velocity()));
+    file.model.dofs.iter().copied().filter(told).collect()
+}
+
+/// Degrees of freedom that need no nominal force: a user's effect of the baseline drives them.
+pub(super) fn driven_by_formulas(file: &CampaignFile) -> Vec<Dof> {
+    let stands =
+        |e: &&EffectTable| e.role == EffectRole::Baseline || file.model.effects.iter().any(|name| name.id == e.id);
+    file.effects.iter().filter(stands).map(|e| e.dof).collect()
 }
 
 /// Writes what the vehicle and the `[[parameter]]` tables say of the parameters.
@@ -60,6 +95,11 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
         for p in model.parameters.iter_mut().filter(|p| p.spec.shared == Some("net_weight")) {
             p.value = net;
         }
+    }
+    // the dry mass is a better start than none, where the log gives no acceleration
+    let translation = |p: &&mut crate::model::Parameter| p.place.dof.is_some_and(|dof| !dof.is_rotation());
+    for p in model.parameters.iter_mut().filter(|p| p.effect == "inertia").filter(translation) {
+        p.value = file.vehicle.mass.unwrap_or(p.value);
     }
     for (i, table) in file.parameters.iter().enumerate() {
         let mut found = false;

@@ -17,13 +17,12 @@ codes! {
     AT_BOUND = "M103" "at-bound" Warning "An estimate stands at its bound: its standard deviation does not count.";
     OUT_OF_ENVELOPE = "M106" "out-of-envelope" Warning "A run goes beyond the speeds at which the model was fitted: there it extrapolates.";
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
-    OBSERVE = "M108" "observe-not-used" Warning "The campaign has [[observe]] tables, which this version reads but does not compare with the model.";
-    FAMILIES = "M109" "families-not-used" Warning "The campaign restricts the families of [discover], and this version searches all of them.";
     CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit or with a wrong sign; the discovery worked on the corrected channel. Say the unit or the sign in [log] columns.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
     LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
+    FAMILIES = "M205" "families" Note "The search was restricted to some families of effects: what is missing may be of another.";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }
 

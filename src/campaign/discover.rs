@@ -19,7 +19,7 @@ use crate::run::{Run, Signal};
 pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let table = &campaign.file.discover;
     let usual = DiscoverTable::default();
-    let mut options = SearchOptions::default();
+    let mut options = SearchOptions { families: table.families.clone(), ..SearchOptions::default() };
     // what the file does not ask for is left as the search was calibrated
     if table.level.to_bits() != usual.level.to_bits() {
         options.level = table.level;
@@ -37,7 +37,9 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     found.seed = table.seed.unwrap_or(campaign.options.seed);
     let told: Vec<_> = campaign.findings.iter().filter(|f| f.code != codes::NO_VALIDATION.code).cloned().collect();
     if table.families != usual.families {
-        found.warnings.push(Finding::new(&codes::FAMILIES, codes::FAMILIES.meaning));
+        let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();
+        let text = format!("only effects of the family {} were tried, and the campaign's own", names.join(", "));
+        found.warnings.push(Finding::new(&codes::FAMILIES, text));
     }
     found.warnings.splice(0..0, told);
     let corrected = faults.iter().map(|fault| {

@@ -29,13 +29,15 @@ pub fn nominal(dof: Dof) -> String {
     format!("nominal_{}", dof.force())
 }
 
-/// Puts the forces that act into the run of `logged`; what there is to say goes to its findings.
+/// Puts the forces that act into the run of `logged`; what there is to say goes to its findings. Degrees of freedom
+/// that the user's own formulas drive (`driven`) need none.
 ///
 /// # Errors
 /// Findings, where the log does not give the forces.
 pub(super) fn apply(
     logged: &mut Logged,
     dofs: &[Dof],
+    driven: &[Dof],
     thrusters: &[Thruster],
     efficiency: &Efficiency,
 ) -> Result<(), Vec<Finding>> {
@@ -82,7 +84,7 @@ pub(super) fn apply(
     let needs = !matches!(logged.run.kind, RunKind::Bollard | RunKind::Towing);
     let absent: Vec<Finding> = dofs
         .iter()
-        .filter(|dof| needs && !logged.run.signals.contains_key(dof.force()))
+        .filter(|dof| needs && !driven.contains(dof) && !logged.run.signals.contains_key(dof.force()))
         .map(|dof| {
             let text = "no such column, and no thruster forces F1 … or commands V1 … that would give it";
             Finding::at(&codes::NO_FORCE, &name, None, Some(dof.force()), text).of_run(&name)
@@ -238,7 +240,7 @@ mod tests {
     #[test]
     fn exact_voltages_become_a_wrench_and_win_over_tau() {
         let mut run = logged(&[("V1", 3.0), ("V2", -3.0), ("tau_u", 99.0), ("tau_r", 99.0)]);
-        apply(&mut run, &PLANAR, &pair(), &Efficiency::default()).unwrap();
+        apply(&mut run, &PLANAR, &[], &pair(), &Efficiency::default()).unwrap();
         // 2·9 ahead at port and 1·9 astern at starboard by the paper's F = a V² + b V (b = 0)
         let force = |name: &str| run.run.signals[name].values()[0];
         let (surge, yaw) = (force("tau_u"), force("tau_r"));
@@ -249,13 +251,13 @@ mod tests {
     #[test]
     fn absent_columns_are_named() {
         let mut half = logged(&[("V1", 3.0)]);
-        let wrong = apply(&mut half, &PLANAR, &pair(), &Efficiency::default()).unwrap_err();
+        let wrong = apply(&mut half, &PLANAR, &[], &pair(), &Efficiency::default()).unwrap_err();
         assert_eq!(wrong[0].column.as_deref(), Some("V2"));
         let mut none = logged(&[("V1", 3.0)]);
-        assert_eq!(apply(&mut none, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].code, "M003");
+        assert_eq!(apply(&mut none, &PLANAR, &[], &[], &Efficiency::default()).unwrap_err()[0].code, "M003");
         let mut bare = logged(&[("tau_u", 3.0)]);
         assert_eq!(
-            apply(&mut bare, &PLANAR, &[], &Efficiency::default()).unwrap_err()[0].column.as_deref(),
+            apply(&mut bare, &PLANAR, &[], &[], &Efficiency::default()).unwrap_err()[0].column.as_deref(),
             Some("tau_r")
         );
     }
@@ -269,16 +271,16 @@ mod tests {
             ..Efficiency::default()
         };
         let mut run = logged(&[("tau_u", 100.0), ("tau_r", 0.0), ("u", 0.5)]);
-        apply(&mut run, &PLANAR, &[], &loss).unwrap();
+        apply(&mut run, &PLANAR, &[], &[], &loss).unwrap();
         assert!((run.run.signals["tau_u"].values()[0] - 100.0 * 0.9 * 0.9).abs() < 1e-12);
         assert_eq!(run.run.signals["nominal_tau_u"].values()[0], 100.0);
         assert!(run.findings.is_empty());
         let mut fast = logged(&[("tau_u", 100.0), ("tau_r", 0.0), ("u", 1.5)]);
-        apply(&mut fast, &PLANAR, &[], &loss).unwrap();
+        apply(&mut fast, &PLANAR, &[], &[], &loss).unwrap();
         assert!(fast.findings.iter().any(|f| f.kind == "advance-out-of-range"));
         let mut held = logged(&[("tau_u", 100.0), ("tau_r", 0.0), ("u", 0.5)]);
         held.run.kind = RunKind::Bollard;
-        apply(&mut held, &PLANAR, &[], &loss).unwrap();
+        apply(&mut held, &PLANAR, &[], &[], &loss).unwrap();
         assert_eq!(held.run.signals["tau_u"].values()[0], 100.0);
     }
 }

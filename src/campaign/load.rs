@@ -192,12 +192,13 @@ fn assemble(
     model.input = if !mixed && held.first() == Some(&true) { Interpolation::Hold } else { Interpolation::Linear };
     let (mut runs, mut findings, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     let mut position = true;
+    let driven = baseline::driven_by_formulas(&file);
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
         prepare(&file, &mut logged, table, k)?;
         if held[k] && mixed {
             window::steps(&mut logged.run);
         }
-        if let Err(wrong) = forces::apply(&mut logged, &model.dofs, &file.thrusters, &file.efficiency) {
+        if let Err(wrong) = forces::apply(&mut logged, &model.dofs, &driven, &file.thrusters, &file.efficiency) {
             refused.extend(wrong);
         }
         position &= logged.position || !moves(logged.run.kind);
@@ -218,9 +219,6 @@ fn assemble(
     if !runs.iter().any(|run| run.role == Role::Validate) {
         let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
         findings.push(Finding::new(&codes::NO_VALIDATION, text));
-    }
-    if !file.observed.is_empty() {
-        findings.push(Finding::new(&codes::OBSERVE, codes::OBSERVE.meaning));
     }
     let output_error = OutputErrorOptions {
         segment: file.fit.segment,
@@ -249,7 +247,7 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
     if let Some(text) = &table.condition {
         let at = format!("run[{index}].where");
         let condition = Formula::parse(text).map_err(|e| wrong(file, &at, &e))?;
-        window::keep_where(&mut logged.run, &condition).map_err(|e| wrong(file, &at, &e))?;
+        window::keep_where(&mut logged.run, &condition, &observed(file)).map_err(|e| wrong(file, &at, &e))?;
     }
     if let Some(rate) = table.resample {
         let held = table.input.unwrap_or(file.model.input) == Interpolation::Hold;
@@ -264,7 +262,12 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
     Ok(())
 }
 
-/// Channels that effects of the model read and runs of free motion lack.
+/// Channels that hold functions of the states: they are cut as those of motion are.
+fn observed(file: &CampaignFile) -> Vec<&str> {
+    file.observed.iter().map(|o| o.channel.as_str()).collect()
+}
+
+/// Channels that the model reads and runs of free motion lack.
 fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
     let read: BTreeSet<(String, String)> = model
         .terms
@@ -272,6 +275,13 @@ fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
         .flat_map(|term| term.effect.channels(term.place).into_iter().map(|channel| (channel, term.name())))
         .collect();
     let mut findings = Vec::new();
+    for observer in &model.observers {
+        let channel = observer.channel();
+        if !runs.iter().any(|run| run.signals.contains_key(channel)) {
+            let text = format!("[[observe]] compares it with the model, and no run logs `{channel}`");
+            findings.push(Finding::at(&codes::NOT_ON_CHANNEL, "[[observe]]", None, Some(channel), &text));
+        }
+    }
     for run in runs.iter().filter(|run| moves(run.kind)) {
         for (name, term) in read.iter().filter(|(name, _)| !run.signals.contains_key(name)) {
             let what = match name.as_str() {
@@ -289,9 +299,10 @@ fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
 
 /// Refuses a user's formula that reads a state which is neither modelled nor logged.
 fn own_formulas(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<(), Error> {
-    for (i, table) in file.effects.iter().enumerate() {
-        let at = format!("effect[{i}].formula");
-        let formula = Formula::parse(&table.formula).map_err(|e| wrong(file, &at, &e))?;
+    let effects = file.effects.iter().enumerate().map(|(i, e)| (format!("effect[{i}].formula"), &e.formula));
+    let observed = file.observed.iter().enumerate().map(|(i, o)| (format!("observe[{i}].formula"), &o.formula));
+    for (at, text) in effects.chain(observed) {
+        let formula = Formula::parse(text).map_err(|e| wrong(file, &at, &e))?;
         let simulated = |dof: &Dof| [Some(dof.velocity()), dof.is_rotation().then(|| dof.position())];
         let states: Vec<&str> = model.dofs.iter().flat_map(simulated).flatten().collect();
         for run in runs.iter().filter(|run| moves(run.kind)) {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::baseline;
 use super::codes;
 use super::error::Error;
 use super::file::{CampaignFile, RunTable};
@@ -74,15 +75,21 @@ fn read_one(path: &std::path::Path, options: &LogOptions, required: &[&str]) -> 
 }
 
 /// Columns that a run of this kind must have: time and velocities, and the forces unless thrusters give them. A
-/// bollard table may count its rows; a towed vehicle pushes nothing.
+/// bollard table may count its rows; a towed vehicle pushes nothing. A velocity that an observed function tells, and
+/// the force where a formula of the user drives, may be absent.
 fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
+    let (told, driven) = (baseline::told_by_functions(file), baseline::driven_by_formulas(file));
+    let optional = |column: &&str| {
+        told.iter().any(|dof| dof.velocity() == *column) || driven.iter().any(|dof| dof.force() == *column)
+    };
     let velocities = file.model.dofs.iter().map(|dof| dof.velocity());
-    match kind {
+    let all = match kind {
         RunKind::Bollard => Vec::new(),
         RunKind::Towing => vec!["t"],
         _ if file.thrusters.is_empty() => log::required(&file.model.dofs),
         _ => std::iter::once("t").chain(velocities).collect(),
-    }
+    };
+    all.into_iter().filter(|column| !optional(column)).collect()
 }
 
 /// Stamps before and after a shift, so that signals that share them still do.

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::baseline;
 use super::error::Error;
-use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable};
+use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable};
 use super::fit::Fit;
 use super::load::Campaign;
 use crate::effects::EffectName;
@@ -52,6 +52,9 @@ pub struct ModelFile {
     /// The user's own effects among the terms.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
+    /// The logged functions of the states that it predicts.
+    #[serde(default, rename = "observe", skip_serializing_if = "Vec::is_empty")]
+    pub observed: Vec<ObserveTable>,
     /// The parameters.
     #[serde(rename = "parameter")]
     pub parameters: Vec<ModelParameter>,
@@ -160,6 +163,7 @@ impl ModelFile {
             efficiency: fit.efficiency.clone(),
             envelope: fit.envelope.clone(),
             effects: own,
+            observed: campaign.file.observed.clone(),
             parameters: parameters.collect(),
             covariance: fit.covariance.clone(),
         }
@@ -204,6 +208,7 @@ impl ModelFile {
             water: self.water,
             model: self.model.clone(),
             effects: self.effects.clone(),
+            observed: self.observed.clone(),
             ..CampaignFile::default()
         };
         let (mut model, _) = baseline::build(&campaign)

@@ -85,8 +85,8 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
         run: run.name.clone(),
         role: run.role,
         time: Vec::new(),
-        simulated: dynamics.outputs.iter().map(|o| ((*o).to_string(), Vec::new())).collect(),
-        measured: dynamics.outputs.iter().map(|o| ((*o).to_string(), Vec::new())).collect(),
+        simulated: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
+        measured: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
     };
     let begins = segments.iter().zip(&settled.initial_states).filter(|(s, _)| track.starts.contains(&s.first));
     for (segment, start) in begins {
@@ -96,9 +96,9 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
         for (column, name) in dynamics.outputs.iter().enumerate() {
             let simulated = path.outputs.iter().skip(column).step_by(width);
             let measured = track.observed[segment.first * width..next * width].iter().skip(column).step_by(width);
-            result.simulated.entry((*name).into()).or_default().extend(simulated);
+            result.simulated.entry(name.clone()).or_default().extend(simulated);
             let measured = measured.map(|x| (!x.is_nan()).then_some(*x));
-            result.measured.entry((*name).into()).or_default().extend(measured);
+            result.measured.entry(name.clone()).or_default().extend(measured);
         }
     }
     Ok(result)

@@ -21,12 +21,13 @@ pub(super) fn cut(run: &mut Run, table: &RunTable) {
     }
 }
 
-/// Keeps what sensors of motion say where `condition` holds.
+/// Keeps what sensors of motion, and the channels `observed`, say where `condition` holds.
 ///
 /// # Errors
 /// [`FormulaError`] for a name that the run does not log.
-pub(super) fn keep_where(run: &mut Run, condition: &Formula) -> Result<(), FormulaError> {
-    let motion: Vec<String> = run.signals.keys().filter(|name| is_measured(name)).cloned().collect();
+pub(super) fn keep_where(run: &mut Run, condition: &Formula, observed: &[&str]) -> Result<(), FormulaError> {
+    let of_motion = |name: &&String| is_measured(name) || observed.contains(&name.as_str());
+    let motion: Vec<String> = run.signals.keys().filter(of_motion).cloned().collect();
     let mut stamps: Vec<f64> = motion.iter().flat_map(|name| run.signals[name].time().iter().copied()).collect();
     stamps.sort_by(f64::total_cmp);
     stamps.dedup();
@@ -124,11 +125,11 @@ mod tests {
     #[test]
     fn a_condition_cuts_motion_and_begins_a_stretch() {
         let mut run = run();
-        keep_where(&mut run, &Formula::parse("u < 0.25 || u > 0.65").unwrap()).unwrap();
+        keep_where(&mut run, &Formula::parse("u < 0.25 || u > 0.65").unwrap(), &[]).unwrap();
         assert_eq!((run.signals["u"].len(), run.signals["tau_u"].len()), (7, 11));
         assert_eq!(run.gaps.len(), 1);
         assert!((run.gaps[0] - 0.7).abs() < 1e-12);
-        assert!(keep_where(&mut run, &Formula::parse("depth > 1").unwrap()).is_err());
+        assert!(keep_where(&mut run, &Formula::parse("depth > 1").unwrap(), &[]).is_err());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::campaign::Estimator;
+use crate::effects::Family;
 
 /// Plain colours of the terminal's own scheme.
 const STYLES: Styles = Styles::styled()
@@ -233,8 +234,34 @@ pub(super) struct Compare {
 pub(super) struct Discover {
     /// Campaign file.
     pub campaign: PathBuf,
+    /// Families of effects to search; those of the campaign's [discover] table when absent.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FAMILY")]
+    pub families: Vec<FamilyName>,
     #[command(flatten)]
     pub loading: Loading,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum FamilyName {
+    /// Forces in the balance of momentum.
+    Body,
+    /// Changes of the force between command and water.
+    Actuator,
+    /// What the water does, and what pulls from outside.
+    Environment,
+    /// Changes of what is logged.
+    Sensor,
+}
+
+impl From<FamilyName> for Family {
+    fn from(name: FamilyName) -> Family {
+        match name {
+            FamilyName::Body => Family::Body,
+            FamilyName::Actuator => Family::Actuator,
+            FamilyName::Environment => Family::Environment,
+            FamilyName::Sensor => Family::Sensor,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

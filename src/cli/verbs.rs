@@ -250,7 +250,7 @@ pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure
                 number(r.rms),
                 number(r.noise_floor),
                 format!("{:.1}", r.fit_percent),
-                r.unit.into(),
+                r.unit.clone(),
             ]
         })
         .collect();
@@ -261,7 +261,10 @@ pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure
 
 pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
-    let loaded = load(&a.campaign, &a.loading, output)?;
+    let mut loaded = load(&a.campaign, &a.loading, output)?;
+    if !a.families.is_empty() {
+        loaded.file.discover.families = a.families.iter().map(|name| (*name).into()).collect();
+    }
     let busy = output.busy("searching");
     let found = campaign::discover(&loaded)?;
     busy.finish_and_clear();

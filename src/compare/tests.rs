@@ -1,5 +1,6 @@
 use super::*;
 use crate::effects::Coriolis;
+use crate::frame::Dof;
 use crate::run::Signal;
 
 fn surge(drag: f64) -> Model {

@@ -11,7 +11,7 @@ use super::{Gap, floor, gap, segment_gap};
 use crate::effects::{Effect, Place, catalogue};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::finding::{Code, Finding, Severity};
-use crate::frame::Dof;
+use crate::frame::{Dof, Measured};
 use crate::model::{Model, name_of};
 use crate::run::{Role, Run};
 
@@ -67,10 +67,10 @@ pub struct FoundEffect {
 pub struct GapStep {
     /// What was added; `None` for the refitted baseline.
     pub added: Option<String>,
-    /// Root mean square of simulated less measured velocity, by degree of freedom.
-    pub held_out_rms: BTreeMap<Dof, f64>,
-    /// Sensor noise, by degree of freedom.
-    pub noise_floor: BTreeMap<Dof, f64>,
+    /// Root mean square of simulated less measured velocity, by degree of freedom, and of observed channels.
+    pub held_out_rms: BTreeMap<Measured, f64>,
+    /// Sensor noise of the same.
+    pub noise_floor: BTreeMap<Measured, f64>,
     /// The same for each run.
     pub runs: Vec<GapOfRun>,
 }
@@ -81,7 +81,7 @@ pub struct GapOfRun {
     /// Name of the run.
     pub run: String,
     /// Root mean square by degree of freedom.
-    pub held_out_rms: BTreeMap<Dof, f64>,
+    pub held_out_rms: BTreeMap<Measured, f64>,
 }
 
 /// The smallest size of an effect that this data would have shown.
@@ -203,8 +203,8 @@ pub fn discover(
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
     }
     let segments = segment_gap(&last.model, &judges, fitting)?;
-    let open: Vec<Dof> =
-        segments.iter().filter(|(dof, rms)| **rms > CLOSED * noise[*dof]).map(|(dof, _)| *dof).collect();
+    let open: Vec<Measured> =
+        segments.iter().filter(|(dof, rms)| **rms > CLOSED * noise[*dof]).map(|(dof, _)| dof.clone()).collect();
     let runs_away = steps.last().is_some_and(|s| s.held_out_rms.iter().any(|(dof, rms)| *rms > 3.0 * noise[dof]));
     if open.is_empty() && runs_away {
         warnings.push(Finding::new(&UNSTABLE, UNSTABLE.meaning));
@@ -235,7 +235,7 @@ pub fn discover(
     })
 }
 
-fn gap_step(added: Option<String>, gap: Gap, noise: &BTreeMap<Dof, f64>) -> GapStep {
+fn gap_step(added: Option<String>, gap: Gap, noise: &BTreeMap<Measured, f64>) -> GapStep {
     let runs = gap.runs.into_iter().map(|(run, held_out_rms)| GapOfRun { run, held_out_rms }).collect();
     GapStep { added, held_out_rms: gap.rms, noise_floor: noise.clone(), runs }
 }
@@ -243,7 +243,7 @@ fn gap_step(added: Option<String>, gap: Gap, noise: &BTreeMap<Dof, f64>) -> GapS
 /// The gap with each run held out in turn and the model refitted on the others; of a single run the last third.
 fn in_turn(model: &Model, runs: &[Run], fitting: &OutputErrorOptions) -> Result<Gap, OutputErrorError> {
     let mut all = Gap::default();
-    let mut squares: BTreeMap<Dof, f64> = BTreeMap::new();
+    let mut squares: BTreeMap<Measured, f64> = BTreeMap::new();
     let pairs: Vec<(Vec<Run>, Run)> = match runs {
         [single] => split(single).into_iter().collect(),
         several => (0..several.len())
@@ -261,7 +261,7 @@ fn in_turn(model: &Model, runs: &[Run], fitting: &OutputErrorOptions) -> Result<
         let refitted = crate::estimate::output_error::output_error(&start, others, fitting)?;
         let one = gap(&refitted.model, std::slice::from_ref(held), fitting)?;
         for (dof, rms) in &one.rms {
-            *squares.entry(*dof).or_default() += rms * rms / pairs.len() as f64;
+            *squares.entry(dof.clone()).or_default() += rms * rms / pairs.len() as f64;
         }
         all.runs.extend(one.runs);
     }
@@ -359,7 +359,7 @@ fn place_in(name: &str) -> Option<Place> {
 fn next_experiment(
     verdict: Verdict,
     effects: &[FoundEffect],
-    open: &[Dof],
+    open: &[Measured],
     coriolis: crate::effects::Coriolis,
 ) -> Option<String> {
     let known = catalogue(coriolis);
@@ -385,7 +385,7 @@ fn next_experiment(
     }
     match verdict {
         Verdict::Unexplained | Verdict::PartlyExplained => {
-            let dofs = open.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ");
+            let dofs = open.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
             Some(format!(
                 "Repeat a run with the same command and another depth, heading or time of day, and see whether the \
                  disagreement in {dofs} repeats: what repeats is of the vehicle, what does not is of its surroundings."

@@ -266,7 +266,7 @@ fn score_chunk(
     });
     let directions: Vec<usize> = own.iter().copied().chain(columns.iter().copied()).collect();
     let available = Available { channels: super::common_channels(runs), ..available_of(&fit.problem) };
-    let observed = fit.problem.dynamics.outputs.iter().map(|o| (*o).to_string()).collect();
+    let observed = fit.problem.dynamics.outputs.iter().cloned().collect();
     let dynamics = Dynamics::compile(&model, &available, &observed, &directions);
     debug_assert_eq!(dynamics.states, fit.problem.dynamics.states, "candidates at zero add no state");
     let tracks = runs

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use super::{Candidate, Evidence, candidates, judge, score};
-use crate::effects::{Effect, Place};
+use crate::effects::{Effect, Family, Place};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from};
 use crate::model::Model;
 use crate::run::Run;
@@ -26,11 +26,14 @@ pub struct SearchOptions {
     /// Candidates within this fall of the cost, in units of the inflated noise, are possible as well: about three
     /// standard deviations of the difference of two names for one signal.
     pub tie: f64,
+    /// Families of the catalogue that are searched; users' own effects always are.
+    pub families: Vec<Family>,
 }
 
 impl Default for SearchOptions {
     fn default() -> SearchOptions {
-        SearchOptions { level: 0.003, most: 6, refits: 6, tie: 9.0 }
+        let families = vec![Family::Body, Family::Actuator, Family::Environment, Family::Sensor];
+        SearchOptions { level: 0.003, most: 6, refits: 6, tie: 9.0, families }
     }
 }
 
@@ -92,7 +95,7 @@ pub fn search(
         Search { steps: vec![Step { name: None, fit }], added: Vec::new(), removed: Vec::new(), last: Vec::new() };
     while found.added.len() < options.most {
         let current = found.last_fit().clone();
-        let list = candidates(&current.model, runs, own);
+        let list = asked(&current.model, runs, own, options);
         let (probes, products) = score(&current, runs, &list, &at)?;
         let mut evidence = judge(&current.problem, &products, &probes);
         evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
@@ -107,6 +110,14 @@ pub fn search(
         exchange(&mut found, runs, own, &at, options)?;
     }
     Ok(found)
+}
+
+/// The candidates of the families that are searched, and the user's own.
+fn asked(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)], options: &SearchOptions) -> Vec<Candidate> {
+    let mut list = candidates(model, runs, own);
+    let of_user = |c: &Candidate| own.iter().any(|(effect, _)| effect.about().id == c.terms[0].0.about().id);
+    list.retain(|c| options.families.contains(&c.family()) || of_user(c));
+    list
 }
 
 /// Residual variance over that of the noise from which on segments are cut short.
@@ -258,7 +269,7 @@ fn exchange(
         let problem = Problem { sigma: current.problem.sigma.clone(), ..problem };
         let x0 = problem.initial_states(&model);
         let Ok(before) = fit_from(&model, problem, x0, fitting) else { continue };
-        let list = candidates(&before.model, runs, own);
+        let list = asked(&before.model, runs, own, options);
         let (probes, products) = score(&before, runs, &list, fitting)?;
         let mut evidence = judge(&before.problem, &products, &probes);
         evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));

@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use crate::estimate::output_error::OutputErrorFit;
-use crate::frame::Dof;
+use crate::frame::Measured;
 use crate::run::Run;
 
 /// A residual counts as above the noise from this multiple of it on.
@@ -18,8 +18,8 @@ const ABOVE: f64 = 1.5;
 pub struct Where {
     /// Name of the run.
     pub run: String,
-    /// Degree of freedom.
-    pub dof: Dof,
+    /// Degree of freedom, or the channel of an observed function of the states.
+    pub dof: Measured,
     /// Beginning, s.
     pub from: f64,
     /// End, s.
@@ -33,8 +33,8 @@ pub struct Where {
 /// Places at which `fit` disagrees with its runs, the worst first.
 pub fn whereabouts(fit: &OutputErrorFit, runs: &[Run]) -> Vec<Where> {
     let mut found = Vec::new();
-    for dof in &fit.model.dofs {
-        let Some(output) = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.velocity()) else { continue };
+    for dof in fit.model.measured() {
+        let Some(output) = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.channel()) else { continue };
         let sizes: Vec<f64> = fit
             .linearised
             .iter()
@@ -43,7 +43,7 @@ pub fn whereabouts(fit: &OutputErrorFit, runs: &[Run]) -> Vec<Where> {
         if sizes.iter().all(|s| *s < ABOVE) {
             continue;
         }
-        let condition = condition(fit, runs, *dof, &sizes);
+        let condition = condition(fit, runs, &dof, &sizes);
         let mut open: Option<(usize, usize, Vec<f64>)> = None;
         for (k, stretch) in fit.problem.segments.iter().enumerate() {
             let here = sizes[k] >= ABOVE;
@@ -54,27 +54,32 @@ pub fn whereabouts(fit: &OutputErrorFit, runs: &[Run]) -> Vec<Where> {
                 continue;
             }
             if let Some(place) = open.take() {
-                found.push(place_of(fit, *dof, place, &condition));
+                found.push(place_of(fit, &dof, place, &condition));
             }
             if here {
                 open = Some((stretch.track, k, vec![sizes[k]]));
             }
         }
         if let Some(place) = open {
-            found.push(place_of(fit, *dof, place, &condition));
+            found.push(place_of(fit, &dof, place, &condition));
         }
     }
     found.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
     found
 }
 
-fn place_of(fit: &OutputErrorFit, dof: Dof, (track, last, values): (usize, usize, Vec<f64>), condition: &str) -> Where {
+fn place_of(
+    fit: &OutputErrorFit,
+    dof: &Measured,
+    (track, last, values): (usize, usize, Vec<f64>),
+    condition: &str,
+) -> Where {
     let first = last + 1 - values.len();
     let t = &fit.problem.tracks[track];
     let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
     Where {
         run: t.name.clone(),
-        dof,
+        dof: dof.clone(),
         from: t.time[fit.problem.segments[first].first],
         to: t.time[fit.problem.segments[last].last],
         times_noise: rms,
@@ -83,7 +88,7 @@ fn place_of(fit: &OutputErrorFit, dof: Dof, (track, last, values): (usize, usize
 }
 
 /// The sentence that says with what the residual goes.
-fn condition(fit: &OutputErrorFit, runs: &[Run], dof: Dof, sizes: &[f64]) -> String {
+fn condition(fit: &OutputErrorFit, runs: &[Run], dof: &Measured, sizes: &[f64]) -> String {
     let mut best: Option<(f64, String)> = None;
     for (name, values) in quantities(fit, runs) {
         let r = correlation(sizes, &values);

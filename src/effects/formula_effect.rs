@@ -6,6 +6,7 @@
 //!
 //! k: the one parameter, in the unit that makes the product a force (N) or a moment (N·m).
 
+use super::instant::is_channel;
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::formula::Formula;
 use crate::frame::Dof;
@@ -36,23 +37,6 @@ impl FormulaEffect {
     }
 }
 
-/// What a name means in every run: states, commands and the time; `None` for a channel of the log.
-fn state_or_command<'g>(at: &Instant<'g>, name: &str) -> Option<Expr<'g>> {
-    let of = |dof: Dof| {
-        let i = dof.index();
-        let pose = if dof.is_rotation() { at.attitude[i - 3] } else { at.position[i] };
-        [(dof.velocity(), at.nu[i]), (dof.position(), pose), (dof.force(), at.command[i])]
-    };
-    let known = Dof::ALL.into_iter().flat_map(of).find(|(known, _)| *known == name);
-    known.map(|(_, symbol)| symbol).or_else(|| (name == "t").then_some(at.time))
-}
-
-/// Whether a formula reads this name from the log's further channels.
-fn is_channel(name: &str) -> bool {
-    let known = |dof: &Dof| [dof.velocity(), dof.position(), dof.force()].contains(&name);
-    name != "t" && !Dof::ALL.iter().any(known)
-}
-
 impl Effect for FormulaEffect {
     fn about(&self) -> About<'_> {
         About {
@@ -75,8 +59,7 @@ impl Effect for FormulaEffect {
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
-        let read = |name: &str| state_or_command(at, name).unwrap_or_else(|| at.channel(name));
-        wrench[self.dof.index()] += theta[0] * self.formula.lower(at.graph, &read);
+        wrench[self.dof.index()] += theta[0] * self.formula.lower(at.graph, &|name| at.named(name));
     }
 }
 

@@ -58,6 +58,21 @@ impl<'g> Instant<'g> {
         self.channels.get(name).copied().unwrap_or(self.graph.zero())
     }
 
+    /// What a name in a user's formula means: a state, a command, the time `t`, else a declared channel.
+    pub fn named(&self, name: &str) -> Expr<'g> {
+        let of = |dof: Dof| {
+            let i = dof.index();
+            let pose = if dof.is_rotation() { self.attitude[i - 3] } else { self.position[i] };
+            [(dof.velocity(), self.nu[i]), (dof.position(), pose), (dof.force(), self.command[i])]
+        };
+        let known = Dof::ALL.into_iter().flat_map(of).find(|(known, _)| *known == name);
+        match known {
+            Some((_, symbol)) => symbol,
+            None if name == "t" => self.time,
+            None => self.channel(name),
+        }
+    }
+
     /// A known number with a unit.
     pub fn unit(&self, dimension: Dimension, value: f64) -> Expr<'g> {
         self.graph.quantity(value, dimension)
@@ -89,6 +104,12 @@ impl<'g> Instant<'g> {
     pub fn down(&self) -> [Expr<'g>; 3] {
         self.rotation()[2]
     }
+}
+
+/// Whether a user's formula reads this name from the log's further channels.
+pub(super) fn is_channel(name: &str) -> bool {
+    let known = |dof: &Dof| [dof.velocity(), dof.position(), dof.force()].contains(&name);
+    name != "t" && !Dof::ALL.iter().any(known)
 }
 
 /// What the sensors say at an instant.

@@ -28,6 +28,7 @@ mod linear_cross_damping;
 mod linear_drag;
 mod mixed_drag;
 mod name;
+mod observer;
 mod parameter;
 mod quadratic_drag;
 mod restoring_force;
@@ -64,6 +65,7 @@ pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};
 pub use name::{EffectName, EffectNameError};
+pub use observer::Observer;
 pub use parameter::{ParameterKind, ParameterSpec};
 
 use crate::frame::Dof;

@@ -55,9 +55,18 @@ def compare(campaign: Source, model: Model | None = None) -> Comparison:
     return build(Comparison, json.loads(loaded._native.compare(_model(loaded, model))))
 
 
-def discover(campaign: Source) -> Discovery:
-    """Looks for what the baseline lacks, and names it only where held-out runs agree."""
-    return build(Discovery, json.loads(campaign_of(campaign)._native.discover()))
+Family = Literal["body", "actuator", "environment", "sensor"]
+
+
+def discover(campaign: Source, *, families: Iterable[Family] | None = None) -> Discovery:
+    """Looks for what the baseline lacks, and names it only where held-out runs agree.
+
+    Args:
+        campaign: a campaign, or the path of one.
+        families: families of effects to search, besides your own; those of the campaign when absent.
+    """
+    chosen = None if families is None else list(families)
+    return build(Discovery, json.loads(campaign_of(campaign)._native.discover(chosen)))
 
 
 def check(

@@ -85,7 +85,7 @@ impl Problem {
             .collect::<Result<Vec<_>, _>>()?;
         let segments = segments(&tracks, options.segment);
         let sigma = match &options.sigma {
-            Some(known) => dynamics.outputs.iter().map(|o| known.get(*o).copied()).collect::<Option<Vec<f64>>>(),
+            Some(known) => dynamics.outputs.iter().map(|o| known.get(o).copied()).collect::<Option<Vec<f64>>>(),
             None => None,
         };
         let sigma = sigma.unwrap_or_else(|| noise_of(&dynamics, &tracks, options.sigma.as_ref()));
@@ -259,14 +259,16 @@ pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOption
     Available { channels, position: options.position && planar, from_log: false }
 }
 
-/// Channels that are compared: those of modelled velocities and angles that some run logs, and positions if independent.
+/// Channels that are compared: those of modelled velocities and angles that some run logs, positions if independent, and
+/// observed functions of the states.
 fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
     let states = model.dofs.iter().flat_map(|dof| {
         let position = (dof.is_rotation() || options.position).then(|| dof.position());
         [Some(dof.velocity()), position]
     });
     let logged = |name: &&str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
-    states.flatten().filter(logged).map(str::to_string).collect()
+    let functions = model.observers.iter().map(crate::effects::Observer::channel);
+    states.flatten().chain(functions).filter(logged).map(str::to_string).collect()
 }
 
 /// The longest step, s: as asked, and short enough for the quickest memory of the model.
@@ -339,7 +341,9 @@ fn noise_of(dynamics: &Dynamics, tracks: &[Track], known: Option<&BTreeMap<Strin
         // third differences of white noise have √20 times its deviation; the median of |x| is 0.6745 σ
         (median / (0.6745 * 20f64.sqrt())).max(1e-9 * range.max(1e-3))
     };
-    (0..width).map(|k| known.and_then(|s| s.get(dynamics.outputs[k]).copied()).unwrap_or_else(|| estimate(k))).collect()
+    (0..width)
+        .map(|k| known.and_then(|s| s.get(&dynamics.outputs[k]).copied()).unwrap_or_else(|| estimate(k)))
+        .collect()
 }
 
 impl Problem {
