@@ -4,10 +4,16 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::codes;
 use super::error::Error;
-use super::load::{Campaign, LoadOptions};
-use crate::check::{self, CheckOptions, CheckReport, Light, LogFault, TopicLight};
+use super::load::{Campaign, LoadOptions, moves};
+use super::window::numbered;
+use crate::check::closed_loop::Loop;
+use crate::check::excitation::Excitation;
+use crate::check::rates::ChannelRate;
+use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, LogFault, TopicLight};
 use crate::finding::{Finding, Severity};
+use crate::frame::Dof;
 use crate::log::{self, LogError, LogOptions};
 use crate::run::{Role, Run, RunKind};
 use crate::tank::derived;
@@ -52,6 +58,16 @@ pub struct CheckedLog {
     pub lights: Vec<TopicLight>,
     /// Faults of the log that a model could mistake for an effect.
     pub log_findings: Vec<LogFault>,
+    /// Rate of each channel, with its gaps and for how many rows a value is held.
+    pub rates: Vec<ChannelRate>,
+    /// Sensors against each other: factor, angle and latency.
+    pub agreements: Vec<Agreement>,
+    /// Commands against the motion: gain and delay.
+    pub answers: Vec<Answer>,
+    /// What the run can show of each degree of freedom.
+    pub excitation: Vec<Excitation>,
+    /// Speeds that a controller may hold, and their commands.
+    pub loops: Vec<Loop>,
 }
 
 /// Checks bare logs; `required` names the columns that must be there.
@@ -67,19 +83,14 @@ pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> R
             Ok(read) => {
                 let report = check::log(&read, &CheckOptions::default());
                 let (first, last) = (read.time.first().copied(), read.time.last().copied());
+                check.warnings.extend(report.findings.iter().cloned());
                 check.logs.push(CheckedLog {
-                    verdict: report.worst().max(light(&report.findings)),
-                    kind: None,
-                    role: None,
                     rows: read.rows,
                     duration: last.zip(first).map_or(0.0, |(b, a)| b - a),
                     segments: read.segments(),
                     channels: read.signals.keys().cloned().collect(),
-                    lights: report.lights,
-                    log_findings: report.log_findings,
-                    file,
+                    ..CheckedLog::of(file, report)
                 });
-                check.warnings.extend(report.findings);
             }
             Err(LogError::Refused { findings, .. }) => {
                 check.logs.push(CheckedLog::refused(file));
@@ -101,25 +112,23 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
         Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
     match Campaign::load(path, options) {
         Ok(campaign) => {
-            check.warnings.clone_from(&campaign.findings);
+            let of_no_run = campaign.findings.iter().filter(|f| f.run.is_none());
+            check.warnings.extend(of_no_run.cloned());
             for run in &campaign.runs {
-                let report = of_run(run, &campaign);
-                let own = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name));
-                let own: Vec<Finding> = own.chain(&report.findings).cloned().collect();
+                let of_reading = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned();
+                let report = of_run(run, &campaign).after_reading(of_reading);
+                check.warnings.extend(report.findings.iter().map(|f| f.clone().of_run(&run.name)));
                 check.logs.push(CheckedLog {
-                    file: run.name.clone(),
-                    verdict: report.worst().max(light(&own)),
                     kind: Some(run.kind),
                     role: Some(run.role),
                     rows: run.signals.values().map(|s| s.len()).max().unwrap_or(0),
                     duration: run.span().map_or(0.0, |(a, b)| b - a),
                     segments: run.gaps.len() + 1,
-                    channels: logged(run).signals.into_keys().collect(),
-                    lights: report.lights,
-                    log_findings: report.log_findings,
+                    channels: logged(run, &campaign).signals.into_keys().collect(),
+                    ..CheckedLog::of(run.name.clone(), report)
                 });
-                check.warnings.extend(report.findings.into_iter().map(|f| f.of_run(&run.name)));
             }
+            check.warnings.extend(never_shown(&campaign, &check.logs));
         }
         Err(error) if error.is_wrong_use() => return Err(error),
         Err(error) => {
@@ -134,19 +143,57 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
     Ok(check)
 }
 
-/// A run without the channels that the campaign has made.
-fn logged(run: &Run) -> Run {
+/// A run without the channels that the campaign has made: also without the forces that its thrusters' commands gave.
+fn logged(run: &Run, campaign: &Campaign) -> Run {
+    let thrusters = run.signals.keys().any(|name| numbered(name, "V") || numbered(name, "F"));
+    let made = |name: &str| {
+        let force = Dof::ALL.iter().any(|dof| dof.force() == name);
+        derived(name) || name.starts_with("nominal_") || force && thrusters && !campaign.file.thrusters.is_empty()
+    };
     let mut logged = run.clone();
-    logged.signals.retain(|name, _| !derived(name) && !name.starts_with("nominal_"));
+    logged.signals.retain(|name, _| !made(name));
     logged
 }
 
 fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let options = CheckOptions { thrusters: campaign.file.thrusters.clone(), ..CheckOptions::default() };
-    check::run(&logged(run), &options)
+    check::run(&logged(run, campaign), &options)
+}
+
+/// Modelled degrees of freedom of which no run of the fit can show inertia and drag.
+fn never_shown(campaign: &Campaign, logs: &[CheckedLog]) -> Vec<Finding> {
+    let free: Vec<&CheckedLog> =
+        logs.iter().filter(|log| log.role == Some(Role::Train) && log.kind.is_some_and(moves)).collect();
+    if free.is_empty() {
+        return Vec::new();
+    }
+    let shown = |dof: Dof| free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && e.enough));
+    let absent: Vec<Dof> = campaign.model.dofs.iter().copied().filter(|dof| !shown(*dof)).collect();
+    let text = |dof: &Dof| {
+        format!(
+            "no run of the fit shows inertia and drag of {dof} by itself: what is found there rests on other runs or on \
+             what is known beforehand; add a run in which the command of {dof} varies without a controller"
+        )
+    };
+    absent.iter().map(|dof| Finding::new(&codes::NEVER_SHOWN, text(dof))).collect()
 }
 
 impl CheckedLog {
+    /// Verdict and figures of a report; the rest is that of no log at all.
+    fn of(file: String, report: CheckReport) -> CheckedLog {
+        CheckedLog {
+            verdict: report.worst().max(light(&report.findings)),
+            lights: report.lights,
+            log_findings: report.log_findings,
+            rates: report.rates,
+            agreements: report.agreements,
+            answers: report.answers,
+            excitation: report.excitation,
+            loops: report.loops,
+            ..CheckedLog::refused(file)
+        }
+    }
+
     fn refused(file: String) -> CheckedLog {
         CheckedLog {
             file,
@@ -159,6 +206,11 @@ impl CheckedLog {
             channels: Vec::new(),
             lights: Vec::new(),
             log_findings: Vec::new(),
+            rates: Vec::new(),
+            agreements: Vec::new(),
+            answers: Vec::new(),
+            excitation: Vec::new(),
+            loops: Vec::new(),
         }
     }
 }

@@ -18,6 +18,7 @@ codes! {
     OUT_OF_ENVELOPE = "M106" "out-of-envelope" Warning "A run goes beyond the speeds at which the model was fitted: there it extrapolates.";
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
     CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit or with a wrong sign; the discovery worked on the corrected channel. Say the unit or the sign in [log] columns.";
+    NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";

@@ -21,7 +21,7 @@ const E2: f64 = 6.694_379_990_14e-3;
 /// Least way covered along an axis, m, to speak of its scale.
 const LEAST_WAY: f64 = 5.0;
 /// Largest difference that is let pass: spherical formulas differ from the ellipsoid by 0.3 percent and less.
-const TOLERANCE: f64 = 0.01;
+pub const TOLERANCE: f64 = 0.01;
 
 /// Metres per degree of latitude and of longitude at this latitude (deg).
 pub fn metres_per_degree(latitude: f64) -> [f64; 2] {

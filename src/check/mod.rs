@@ -30,7 +30,7 @@ pub use report::{Agreement, Answer, CheckReport, FaultKind, Found, Light, LogFau
 
 use balance::Balance;
 
-use crate::finding::{Finding, Severity};
+use crate::finding::{Code, Finding, Severity};
 use crate::frame::Dof;
 use crate::log::LogFile;
 use crate::log::codes as reading;
@@ -54,6 +54,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     }
     let degrees = geodetic::measure(run, &geodetic);
     found.extend(geodetic::judge(&degrees));
+    explained_by_position(&mut found, &degrees);
     if !degrees.is_empty() && !geodetic.guessed.is_empty() {
         let names: Vec<&str> = geodetic.guessed.iter().map(String::as_str).collect();
         let text = format!(
@@ -103,24 +104,22 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     report
 }
 
+/// Takes back what was said of a velocity's scale where it is that of the position, which degrees have shown.
+fn explained_by_position(found: &mut Vec<Found>, degrees: &[Agreement]) {
+    let position = |factor: f64| degrees.iter().any(|d| (factor * d.factor - 1.0).abs() < 2.0 * geodetic::TOLERANCE);
+    let wrong = found.iter().any(|f| *f.code == codes::POSITION_SCALE);
+    found.retain(|f| !(wrong && *f.code == codes::SCALE && f.faults.iter().all(|fault| position(fault.factor))));
+}
+
 /// Checks a log that was read, with what reading it found.
 pub fn log(log: &LogFile, options: &CheckOptions) -> CheckReport {
+    // messages name the file; a log that stands alone is no run of a campaign
     let as_run = Run { name: log.file.clone(), gaps: log.gaps.clone(), signals: log.signals.clone(), ..Run::default() };
-    let mut report = run(&as_run, options);
-    let said_better = |of_reading: &Finding| {
-        of_reading.code == reading::HELD.code && report.findings.iter().any(|f| f.code == codes::HELD.code)
-    };
-    let of_reading: Vec<Finding> = log.warnings.iter().filter(|f| !said_better(f)).chain(&log.notes).cloned().collect();
-    let wrong_sign = of_reading.iter().any(|f| f.code == reading::NON_PHYSICAL.code);
-    report.findings.retain(|f| !(wrong_sign && f.code == codes::COMMAND_SIGN.code));
-    for light in report.lights.iter_mut().filter(|l| matches!(l.topic, Topic::Reading)) {
-        light.light = Some(Light::Green);
-    }
-    report.findings = of_reading.into_iter().chain(report.findings).collect();
+    let mut report = run(&as_run, options).after_reading(log.warnings.iter().chain(&log.notes).cloned());
     for finding in &mut report.findings {
         finding.file.get_or_insert_with(|| log.file.clone());
+        finding.run = None;
     }
-    report.light_up();
     report
 }
 
@@ -136,7 +135,7 @@ fn place(finding: &Finding) -> (Topic, Light) {
     if let Some(place) = codes::place(finding.code) {
         return place;
     }
-    let is = |list: &[crate::finding::Code]| list.iter().any(|c| c.code == finding.code);
+    let is = |list: &[Code]| list.iter().any(|c| c.code == finding.code);
     if finding.severity == Severity::Error {
         (Topic::Reading, Light::Red)
     } else if is(&[reading::UNIT, reading::FRAME]) {
@@ -161,6 +160,30 @@ fn place(finding: &Finding) -> (Topic, Light) {
 }
 
 impl CheckReport {
+    /// The report with what reading the log found: that comes first, and what only follows from it is not said again.
+    #[must_use]
+    pub fn after_reading(mut self, found: impl IntoIterator<Item = Finding>) -> CheckReport {
+        let held = self.findings.iter().any(|f| f.code == codes::HELD.code);
+        let of_reading: Vec<Finding> = found.into_iter().filter(|f| !(held && f.code == reading::HELD.code)).collect();
+        let is = |list: &[Code]| of_reading.iter().any(|f| list.iter().any(|c| c.code == f.code));
+        let wrong_sign = is(&[reading::NON_PHYSICAL]);
+        // among samples that are none, nothing shows what the run could
+        let wrong_values = is(&[reading::SENTINEL, reading::OUTLIER, reading::MAGNITUDE]);
+        self.findings.retain(|f| {
+            !(wrong_sign && f.code == codes::COMMAND_SIGN.code || wrong_values && f.code == codes::EXCITATION.code)
+        });
+        for light in &mut self.lights {
+            match light.topic {
+                Topic::Reading => light.light = Some(Light::Green),
+                Topic::Excitation if wrong_values => light.light = None,
+                _ => {}
+            }
+        }
+        self.findings = of_reading.into_iter().chain(self.findings).collect();
+        self.light_up();
+        self
+    }
+
     /// Each light at the worst of its findings.
     fn light_up(&mut self) {
         for finding in &self.findings {

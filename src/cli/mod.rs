@@ -5,6 +5,7 @@
 
 mod arguments;
 mod catalogue;
+mod check;
 mod failure;
 mod message;
 mod output;
@@ -56,7 +57,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
     match &arguments.verb {
         Verb::Demo(a) => show::demo(a, output),
         Verb::Init(a) => verbs::init(a, output),
-        Verb::Check(a) => verbs::check(a, output),
+        Verb::Check(a) => check::check(a, output),
         Verb::Convert(a) => verbs::convert(a, output),
         Verb::Fit(a) => verbs::fit(a, output),
         Verb::Simulate(a) => verbs::simulate(a, output),

@@ -1,19 +1,18 @@
 //! The verbs that work on logs and campaigns: arguments in, one call of the library, the result out.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::arguments::{self as typed, Loading, Reading};
 use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
-use crate::campaign::{self, Campaign, Check, Fit, FitOptions, InitFacts, LoadOptions, ModelFile};
-use crate::check::Light;
+use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile};
 use crate::discover::Discovery;
 use crate::log::{self, LogOptions};
 use crate::run::Run;
 
 /// The `[log]` options that were typed.
-fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
+pub(super) fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
     let text = reading.options.join("\n");
     toml::from_str(&text).map_err(|e| Failure::Argument(format!("--log: {}", e.message())))
 }
@@ -58,55 +57,6 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
-    output.may_write(None)?;
-    let campaigns = a.files.iter().filter(|f| f.extension().is_some_and(|e| e == "toml")).count();
-    let busy = output.busy("reading logs");
-    let found = match (campaigns, a.files.as_slice()) {
-        (1, [campaign]) => campaign::check_campaign(campaign, LoadOptions { allow_outside: a.campaign.allow_outside })?,
-        (0, logs) => {
-            let paths: Vec<&Path> = logs.iter().map(PathBuf::as_path).collect();
-            let columns: Vec<&str> = a.columns.iter().map(String::as_str).collect();
-            campaign::check_logs(&paths, &reading(&a.reading)?, &columns)?
-        }
-        _ => return Err(Failure::Argument("give one campaign, or logs".into())),
-    };
-    busy.finish_and_clear();
-    print_check(&found, output);
-    output.json(&found)?;
-    let told = output.tell(&found.warnings);
-    if found.errors.is_empty() {
-        return told;
-    }
-    let refused = found.logs.iter().filter(|log| log.verdict == Light::Red).count();
-    Err(Failure::Refused { refused, what: "the logs", findings: found.errors })
-}
-
-fn print_check(found: &Check, output: &Output) {
-    let light = |light: Light| match light {
-        Light::Green => "\x1b[1;32mgreen\x1b[0m",
-        Light::Amber => "\x1b[1;33mamber\x1b[0m",
-        Light::Red => "\x1b[1;31mred\x1b[0m",
-    };
-    let rows: Vec<Vec<String>> = found
-        .logs
-        .iter()
-        .map(|log| {
-            vec![
-                log.file.clone(),
-                format!("{:?}", log.verdict).to_lowercase(),
-                log.rows.to_string(),
-                number(log.duration),
-                log.segments.to_string(),
-                log.channels.join(" "),
-            ]
-        })
-        .collect();
-    output.print(&table(&["log", "check", "rows", "s", "stretches", "channels"], &rows));
-    let (warnings, errors) = (found.warnings.len(), found.errors.len());
-    output.print(&format!("{}: {errors} errors, {warnings} warnings and notes", light(found.verdict)));
 }
 
 pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure> {

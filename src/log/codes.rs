@@ -26,7 +26,7 @@ codes! {
     ROWS_DROPPED = "L102" "rows-dropped" Warning "Rows were left out because an option says so.";
     BLANK_LINE = "L103" "blank-line" Warning "A blank line stands between rows; it was skipped.";
     SHORT_LAST_FIELD = "L104" "no-final-newline-short-field" Warning "The file ends without a line end and its last number has fewer decimals than every other of its column: it may be cut.";
-    GAP = "L105" "gap" Warning "Time jumps forward; nothing is integrated across the jump.";
+    GAP = "L105" "gap" Warning "Time jumps forward, or one sensor falls silent while the others go on; nothing is integrated across it.";
     TIME_UNIT = "L106" "time-unit" Warning "The usual step of time is implausible in this unit: check time_unit.";
     SENTINEL = "L107" "sentinel" Warning "A value far from all others comes back exactly: a sensor's code for 'no value'. List it in missing_values.";
     OUTLIER = "L108" "outlier" Warning "Single samples stand far off their neighbours.";
@@ -40,6 +40,7 @@ codes! {
 
     IGNORED = "L201" "ignored-columns" Note "Columns that are not numbers, or not in every row, and that nobody asked for.";
     NO_FINAL_NEWLINE = "L202" "no-final-newline" Note "The last row is without its line end; its fields are complete.";
+    UNEVEN_COMMAND = "L203" "uneven-command" Note "A command with time stamps of its own comes at uneven steps: input = \"hold\" is what a command does that is logged when it changes.";
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use super::faults::Faults;
 use super::header::Plan;
 use super::options::{Duplicates, LogOptions};
 use super::rows::{Passage, Rows};
-use crate::finding::{Code, Finding};
+use crate::finding::{Code, Finding, Severity};
 use crate::run::Signal;
 
 /// Fewer rows than this carry no more than two parameters, with the two rows to spare that a fit asks for.
@@ -150,10 +150,16 @@ fn collect<R: Read>(
     }
     if timed {
         log.gaps = check::time::gaps(&time).into_iter().map(|k| time[k]).collect();
+        for (name, gaps) in check::time::sensor_gaps(&time, &log.signals) {
+            log.gaps.extend(gaps.into_iter().map(|k| log.signals[name].time()[k]));
+        }
+        log.gaps.sort_by(f64::total_cmp);
+        log.gaps.dedup();
         for seen in check::all(&time, &log.signals, &log.units) {
             let line = seen.time.map(|t| table.lines.line(time.partition_point(|s| *s < t)));
             let column = if let [only] = &seen.channels[..] { Some(only.as_str()) } else { None };
-            log.warn(&seen.code, line, column, &seen.text);
+            let finding = Finding::at(&seen.code, &log.file, line, column, &seen.text);
+            if finding.severity == Severity::Note { log.notes.push(finding) } else { log.warnings.push(finding) }
         }
     }
     Ok(log)

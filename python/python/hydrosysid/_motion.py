@@ -169,7 +169,12 @@ class Comparison(Result):
 
 @dataclass(frozen=True)
 class CheckedLog:
-    """One log or run that was checked; `rows` samples over `duration` s."""
+    """One log or run that was checked; `rows` samples over `duration` s.
+
+    `lights` holds a light a topic, `log_findings` faults that a model could mistake for an effect. The rest is what they
+    rest on: `rates` of the channels (Hz), `agreements` of sensors with each other (factor, latency in s), `answers` of the
+    motion to its commands (gain, delay in s), the `excitation` of each degree of freedom, `loops` that hold a speed.
+    """
 
     file: str
     verdict: str
@@ -177,6 +182,13 @@ class CheckedLog:
     duration: float
     segments: int
     channels: tuple[str, ...]
+    lights: tuple[dict[str, Any], ...] = ()
+    log_findings: tuple[dict[str, Any], ...] = ()
+    rates: tuple[dict[str, Any], ...] = ()
+    agreements: tuple[dict[str, Any], ...] = ()
+    answers: tuple[dict[str, Any], ...] = ()
+    excitation: tuple[dict[str, Any], ...] = ()
+    loops: tuple[dict[str, Any], ...] = ()
     kind: str | None = None
     role: str | None = None
 
@@ -202,5 +214,7 @@ class Check(Result):
     title: ClassVar[str] = "Check"
 
     def rows(self) -> Rows:
-        """One row a log."""
-        return [dict(vars(log)) for log in self.logs]
+        """One row a log, with its light of each topic."""
+        keys = ("file", "verdict", "rows", "duration", "segments", "kind", "role")
+        lights = [{light["topic"]: light["light"] for light in log.lights} for log in self.logs]
+        return [{key: getattr(log, key) for key in keys} | own for log, own in zip(self.logs, lights, strict=True)]

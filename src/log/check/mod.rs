@@ -48,6 +48,7 @@ pub fn is_velocity(name: &str) -> bool {
 /// All checks. `time` is that of the rows, s; `units` those of the signals, where they are known.
 pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<String, &'static str>) -> Vec<Seen> {
     let mut seen = time::check(time);
+    seen.extend(time::check_sensors(time, signals));
     let said = |s: &Seen| s.channels.iter().all(|c| units.get(c) == Some(&"us"));
     seen.extend(plausible::check(signals).into_iter().filter(|s| !said(s)));
     for (name, signal) in signals {
@@ -60,7 +61,7 @@ pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<St
     });
     seen.extend(repeat::check(signals));
     // A fit of data that is already known to be wrong says nothing about signs.
-    if seen.iter().all(|s| s.code == codes::GAP) {
+    if seen.iter().all(|s| [codes::GAP, codes::UNEVEN_COMMAND].contains(&s.code)) {
         seen.extend(sign::check(signals));
     }
     seen

@@ -1,9 +1,13 @@
-//! Gaps and the unit of time.
+//! Gaps, of the log and of single sensors, and the unit of time.
+
+use std::collections::BTreeMap;
 
 use super::super::codes;
 use super::super::number::short;
-use super::Seen;
 use super::statistics::median;
+use super::{Seen, is_measured};
+use crate::frame::Dof;
+use crate::run::Signal;
 
 /// A step this many times the usual one is a gap: single lost samples are not.
 const GAP: f64 = 5.0;
@@ -21,7 +25,54 @@ pub fn gaps(time: &[f64]) -> Vec<usize> {
     (1..time.len()).filter(|&k| time[k] - time[k - 1] > GAP * step).collect()
 }
 
-/// Both checks.
+/// Gaps of sensors with time stamps of their own, by channel: indices into the channel's stamps. Fixes of the horizontal
+/// position come when they come and nothing is integrated between them; they have none.
+pub fn sensor_gaps<'a>(time: &[f64], signals: &'a BTreeMap<String, Signal>) -> Vec<(&'a str, Vec<usize>)> {
+    let own = signals.iter().filter(|(name, s)| s.len() < time.len() && is_measured(name));
+    let regular = own.filter(|(name, _)| ![Dof::Surge.position(), Dof::Sway.position()].contains(&name.as_str()));
+    regular.map(|(name, s)| (name.as_str(), gaps(s.time()))).filter(|(_, gaps)| !gaps.is_empty()).collect()
+}
+
+/// Sensors that fall silent while the log goes on, those with the same gaps as one, and commands that come unevenly.
+pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
+    let ends = |name: &str, gaps: &[usize]| -> Vec<f64> { gaps.iter().map(|k| signals[name].time()[*k]).collect() };
+    let mut together: Vec<(Vec<&str>, Vec<usize>)> = Vec::new();
+    for (name, gaps) in sensor_gaps(time, signals) {
+        match together.iter_mut().find(|(names, other)| ends(names[0], other) == ends(name, &gaps)) {
+            Some((names, _)) => names.push(name),
+            None => together.push((vec![name], gaps)),
+        }
+    }
+    let mut seen = Vec::new();
+    for (names, gaps) in together {
+        let stamps = signals[names[0]].time();
+        let (first, step) = (gaps[0], usual_step(stamps).unwrap_or(f64::NAN));
+        let more = if gaps.len() > 1 { format!(" ({} such gaps)", gaps.len()) } else { String::new() };
+        let text = format!(
+            "{} has no sample for {} s where its usual step is {} s; nothing is integrated across it{more}",
+            names.join(", "),
+            short(stamps[first] - stamps[first - 1], 6),
+            short(step, 6)
+        );
+        seen.push(Seen::new(codes::GAP, &names, Some(stamps[first]), text));
+    }
+    for dof in Dof::ALL {
+        let Some(command) = signals.get(dof.force()).filter(|s| s.len() < time.len()) else { continue };
+        let stamps = command.time();
+        let (Some(first), Some(step)) = (gaps(stamps).first().copied(), usual_step(stamps)) else { continue };
+        let text = format!(
+            "{} has no sample for {} s where its usual step is {} s; in between it is taken as the model's `input` says: \
+             set input = \"hold\" where a command is logged when it changes",
+            dof.force(),
+            short(stamps[first] - stamps[first - 1], 6),
+            short(step, 6)
+        );
+        seen.push(Seen::new(codes::UNEVEN_COMMAND, &[dof.force()], Some(stamps[first]), text));
+    }
+    seen
+}
+
+/// Both checks of the rows.
 pub fn check(time: &[f64]) -> Vec<Seen> {
     let mut seen = Vec::new();
     let Some(step) = usual_step(time) else { return seen };
@@ -57,6 +108,27 @@ mod tests {
         assert_eq!(gaps(&[0.0, 0.1, 0.2, 3600.3, 3600.4]), [3]);
         let seen = check(&[0.0, 0.1, 0.2, 3600.3, 3600.4]);
         assert!(seen.len() == 1 && seen[0].text.contains("3600.1") && seen[0].time == Some(3600.3));
+    }
+
+    #[test]
+    fn a_sensor_that_falls_silent_has_a_gap_of_its_own() {
+        let time: Vec<f64> = (0..400).map(|k| 0.05 * f64::from(k)).collect();
+        let channel = |keep: &dyn Fn(usize) -> bool| {
+            let own: Vec<f64> = (0..400).filter(|k| keep(*k)).map(|k| time[k]).collect();
+            Signal::new(own.clone().into(), own)
+        };
+        let mut signals = BTreeMap::new();
+        signals.insert("r".to_string(), channel(&|_| true));
+        for name in ["u", "v", "x"] {
+            signals.insert(name.to_string(), channel(&|k| k % 4 == 0 && !(101..200).contains(&k)));
+        }
+        signals.insert("tau_u".to_string(), channel(&|k| k < 50 || k == 300));
+        assert_eq!(sensor_gaps(&time, &signals), [("u", vec![26]), ("v", vec![26])]);
+        let seen = check_sensors(&time, &signals);
+        assert_eq!(seen.len(), 2);
+        assert!(seen[0].channels == ["u", "v"] && seen[0].time == Some(10.0), "{seen:?}");
+        assert!(seen[0].text.contains("5 s") && seen[0].text.contains("0.2 s"), "{seen:?}");
+        assert_eq!((seen[1].code, seen[1].time), (codes::UNEVEN_COMMAND, Some(15.0)));
     }
 
     #[test]
