@@ -171,9 +171,10 @@ class Comparison(Result):
 class CheckedLog:
     """One log or run that was checked; `rows` samples over `duration` s.
 
-    `lights` holds a light a topic, `log_findings` faults that a model could mistake for an effect. The rest is what they
-    rest on: `rates` of the channels (Hz), `agreements` of sensors with each other (factor, latency in s), `answers` of the
-    motion to its commands (gain, delay in s), the `excitation` of each degree of freedom, `loops` that hold a speed.
+    `lights` holds a light a topic, `log_findings` faults that a model could mistake for an effect. They rest on
+    `rates` of the channels (Hz), `agreements` of sensors with each other (factor, latency in s), `answers` of the
+    motion to its commands (gain, delay in s), the `excitation` of each degree of freedom, and `loops` that hold a
+    speed.
     """
 
     file: str
