@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint wheel blind bench clean
+.PHONY: test test-rust test-python lint wheel blind plan bench clean
 
 test: test-rust test-python
 
@@ -35,6 +35,10 @@ lint: $(BIN)/python
 # The table of hits, misses and false names over hidden effects; see docs/blind.md.
 blind:
 	cargo run --release --example blind -- --write docs/blind.md
+
+# The table of plans against simulated campaigns; see docs/plan.md.
+plan:
+	cargo run --release --example plan -- --write docs/plan.md
 
 bench:
 	cargo bench

@@ -59,7 +59,7 @@ impl NativeCampaign {
     /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON.
     fn simulate(&self, py: Python<'_>, model: &str) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
-        let result = detached(py, || campaign::simulate(&self.0.under(&file.efficiency), &model))?;
+        let result = detached(py, || campaign::simulate(&self.0.under(&file.efficiency), &model, &file.envelope))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
@@ -90,6 +90,11 @@ fn model_error(py: Python<'_>, error: &ModelFileError) -> PyErr {
 }
 
 impl NativeCampaign {
+    /// The library's campaign.
+    pub fn campaign(&self) -> &Campaign {
+        &self.0
+    }
+
     fn model(&self, py: Python<'_>, text: &str) -> PyResult<(ModelFile, hydrosysid::model::Model)> {
         let file: ModelFile = toml::from_str(text).map_err(|e| error::usage(py, &e))?;
         let model = file.model(&self.0.runs, Path::new(MODEL)).map_err(|e| model_error(py, &e))?;

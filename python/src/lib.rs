@@ -12,6 +12,7 @@ mod error;
 mod least_squares;
 mod log;
 mod numbers;
+mod plan;
 mod run;
 mod work;
 
@@ -30,6 +31,8 @@ mod _native {
     use super::log::{check_logs, read_log};
     #[pymodule_export]
     use super::numbers::{fit_thruster, polynomial_filter, rk4};
+    #[pymodule_export]
+    use super::plan::{plan_campaign, plan_model};
 
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {

@@ -15,7 +15,6 @@ codes! {
     NOT_CONVERGED = "M101" "not-converged" Warning "The estimation stopped before it converged: the start may be far off, or some parameters are nearly tied.";
     UNPHYSICAL = "M102" "non-physical" Warning "An estimate that no vehicle has: drag dissipates and virtual mass is not below the dry mass. A sign, a frame or a scale of thrust is wrong, or the data do not determine it.";
     AT_BOUND = "M103" "at-bound" Warning "An estimate stands at its bound: its standard deviation does not count.";
-    OUT_OF_ENVELOPE = "M106" "out-of-envelope" Warning "A run goes beyond the speeds at which the model was fitted: there it extrapolates.";
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
     CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit or with a wrong sign; the discovery worked on the corrected channel. Say the unit or the sign in [log] columns.";
     NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
@@ -34,7 +33,9 @@ pub fn everywhere() -> impl Iterator<Item = &'static Code> {
         .chain(crate::procedure::codes::ALL)
         .chain(crate::check::codes::ALL)
         .chain(&crate::compare::CODES)
+        .chain(crate::envelope::ALL)
         .chain(crate::discover::CODES)
+        .chain(crate::plan::codes::ALL)
         .chain(ALL)
 }
 

@@ -9,6 +9,7 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::log::LogError;
 use crate::model::ModelError;
+use crate::plan::PlanError;
 use crate::procedure::ProcedureError;
 
 /// Why a campaign cannot be worked with.
@@ -46,13 +47,19 @@ pub enum Error {
     /// A model cannot be held against a run.
     #[error(transparent)]
     Compare(#[from] CompareError),
+    /// Nothing can be planned.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// What is asked of a plan cannot be: wrong use.
+    #[error("{0}")]
+    Asked(String),
 }
 
 impl Error {
     /// Whether the call was wrong (exit code 2), not the data (exit code 1).
     pub fn is_wrong_use(&self) -> bool {
         match self {
-            Error::File(_) | Error::Model(_) => true,
+            Error::File(_) | Error::Model(_) | Error::Asked(_) => true,
             Error::Log { source, .. } => !matches!(source, LogError::Refused { .. }),
             _ => false,
         }

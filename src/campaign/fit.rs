@@ -9,11 +9,13 @@ use super::error::Error;
 use super::file::{Estimator, StageTable};
 use super::load::{Campaign, moves};
 use crate::effects::Place;
-use crate::estimate::output_error::{OutputErrorFit, output_error};
+use crate::envelope::{self, Envelope};
+use crate::estimate::output_error::{OutputErrorFit, Problem, output_error};
 use crate::estimate::{IntegralOptions, RegressorOptions, Span, StdMethod, integral_least_squares, started};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
+use crate::plan::{Instrument, Instruments};
 use crate::procedure::{Bench, StagedOptions, staged};
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
@@ -50,9 +52,12 @@ pub struct Fit {
     /// Losses of thrust that the values go with: those of the campaign, and what bollard runs have shown.
     #[serde(skip)]
     pub efficiency: Efficiency,
-    /// Smallest and greatest value of each velocity in the runs that took part, SI.
+    /// Speeds, angles, forces and amplitudes of the runs that took part.
     #[serde(skip)]
-    pub envelope: BTreeMap<String, [f64; 2]>,
+    pub envelope: Envelope,
+    /// Noise and rate of the channels that the model predicts, in the runs that took part.
+    #[serde(skip)]
+    pub instruments: Instruments,
 }
 
 /// One parameter of a fit.
@@ -170,8 +175,24 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         warnings,
         model: raw.model,
         efficiency: raw.efficiency,
-        envelope: envelope(&runs),
+        envelope: envelope::of(runs.iter().filter(|run| moves(run.kind))),
+        instruments: instruments(campaign, &runs),
     })
+}
+
+/// Noise and rate of what the runs of free motion log and the model predicts.
+fn instruments(campaign: &Campaign, runs: &[Run]) -> Instruments {
+    let moving: Vec<Run> = runs.iter().filter(|run| moves(run.kind)).cloned().collect();
+    let Ok(problem) = Problem::new(&campaign.model, &moving, &campaign.options.output_error) else {
+        return Instruments::new();
+    };
+    let rate = |channel: &str| {
+        let signals = moving.iter().filter_map(|run| run.signal(channel)).filter(|s| s.len() > 1);
+        let rates = signals.map(|s| (s.len() - 1) as f64 / (s.time()[s.len() - 1] - s.time()[0]));
+        rates.fold(None, |most: Option<f64>, r| Some(most.map_or(r, |m| m.max(r))))
+    };
+    let outputs = problem.dynamics.outputs.iter().zip(&problem.sigma);
+    outputs.filter_map(|(name, noise)| Some((name.clone(), Instrument { noise: *noise, rate: rate(name)? }))).collect()
 }
 
 /// Load cells can be read by the staged procedure alone; everything else is best fitted by output error.
@@ -374,7 +395,7 @@ fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding>) {
 }
 
 /// Degree of freedom of an effect of the whole vehicle that stands in one balance: `coriolis_yaw` is of yaw.
-fn row_of(effect: &str, place: Place) -> Option<Dof> {
+pub(super) fn row_of(effect: &str, place: Place) -> Option<Dof> {
     place.dof.or_else(|| Dof::ALL.into_iter().find(|dof| effect.ends_with(&format!("_{dof}"))))
 }
 
@@ -399,17 +420,4 @@ fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run])
         fixed: p.fixed,
         per_run: runs.iter().zip(&p.per_run).map(|(run, value)| (run.name.clone(), *value)).collect(),
     }
-}
-
-fn envelope(runs: &[Run]) -> BTreeMap<String, [f64; 2]> {
-    let mut seen: BTreeMap<String, [f64; 2]> = BTreeMap::new();
-    for run in runs.iter().filter(|run| moves(run.kind)) {
-        for channel in Dof::ALL.map(Dof::velocity) {
-            for x in run.signal(channel).map_or(&[][..], |s| s.values()) {
-                let range = seen.entry(channel.into()).or_insert([*x, *x]);
-                *range = [range[0].min(*x), range[1].max(*x)];
-            }
-        }
-    }
-    seen
 }

@@ -18,6 +18,7 @@ mod init;
 mod load;
 mod logs;
 mod model_file;
+mod plan;
 mod simulate;
 mod window;
 
@@ -32,4 +33,5 @@ pub use forces::nominal;
 pub use init::{InitFacts, init};
 pub use load::{Campaign, LoadOptions, Options};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
+pub use plan::{Plan, PlanRequest, PlanSource, PlannedParameter, PlannedRun, Want, plan};
 pub use simulate::{Simulated, Simulation, simulate};

@@ -14,7 +14,9 @@ use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, 
 use super::fit::Fit;
 use super::load::Campaign;
 use crate::effects::EffectName;
+use crate::envelope::Envelope;
 use crate::model::Model;
+use crate::plan::Instruments;
 use crate::run::Run;
 use crate::thrust::efficiency::Efficiency;
 use crate::units::Dimension;
@@ -46,9 +48,12 @@ pub struct ModelFile {
     /// Losses of thrust that the values go with.
     #[serde(default)]
     pub efficiency: Efficiency,
-    /// Smallest and greatest value of each velocity in the runs of the fit, SI: beyond them the model extrapolates.
+    /// Speeds, angles, forces and amplitudes of the runs of the fit, SI: beyond them the model extrapolates.
     #[serde(default)]
-    pub envelope: BTreeMap<String, [f64; 2]>,
+    pub envelope: Envelope,
+    /// Noise and rate of what the runs of the fit logged, by channel: what a plan counts on.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sensors: Instruments,
     /// The user's own effects among the terms.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
@@ -162,6 +167,7 @@ impl ModelFile {
             model: ModelTable { dofs: model.dofs.clone(), effects, coriolis: model.coriolis, input: model.input },
             efficiency: fit.efficiency.clone(),
             envelope: fit.envelope.clone(),
+            sensors: fit.instruments.clone(),
             effects: own,
             observed: campaign.file.observed.clone(),
             parameters: parameters.collect(),

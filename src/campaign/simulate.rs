@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::error::Error;
 use super::load::{Campaign, moves};
+use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::{OutputErrorOptions, Problem, fit_from};
 use crate::finding::Finding;
 use crate::model::Model;
@@ -53,15 +54,17 @@ impl Simulated {
     }
 }
 
-/// Simulates `model` over the runs of free motion of a campaign.
+/// Simulates `model` over the runs of free motion of a campaign; `envelope` is that in which it was fitted.
 ///
 /// # Errors
 /// [`Error`] when a run lacks what the model reads.
-pub fn simulate(campaign: &Campaign, model: &Model) -> Result<Simulation, Error> {
+pub fn simulate(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Result<Simulation, Error> {
     let runs: Vec<(usize, &Run)> = campaign.runs.iter().enumerate().filter(|(_, run)| moves(run.kind)).collect();
+    let mut warnings = campaign.findings.clone();
+    warnings.extend(runs.iter().flat_map(|(_, run)| envelope::beyond(run, envelope)));
     let simulated: Result<Vec<Simulated>, Error> =
         runs.into_par_iter().map(|(k, run)| one(campaign, model, run, k)).collect();
-    Ok(Simulation { format: 1, runs: simulated?, warnings: campaign.findings.clone() })
+    Ok(Simulation { format: 1, runs: simulated?, warnings })
 }
 
 fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Simulated, Error> {

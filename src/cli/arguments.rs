@@ -74,6 +74,8 @@ pub(super) enum Verb {
     Compare(Compare),
     /// Find what the model lacks, and show it on runs that took no part.
     Discover(Discover),
+    /// Propose the runs that bring parameters to wanted deviations, or say what given runs will bring.
+    Plan(Plan),
     /// Write everything about a campaign as one HTML page.
     Report(Report),
     /// List the effects that a model may hold, or tell all of one.
@@ -262,6 +264,65 @@ impl From<FamilyName> for Family {
             FamilyName::Sensor => Family::Sensor,
         }
     }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid plan model.toml --want 5% --limit surge=145 --limit yaw=70 -o plan\n  hydrosysid plan campaign.toml --want 'quadratic_drag@surge=10' --with-known\n  hydrosysid plan model.toml --runs plan/plan.toml --rehearse 200"
+)]
+pub(super) struct Plan {
+    /// A fitted model, or a campaign, which is fitted first.
+    #[arg(value_name = "MODEL|CAMPAIGN")]
+    pub source: PathBuf,
+    /// Wanted standard deviation, as TERM=STD (SI), TERM=5%, or 5% for all; may be repeated. 5% when absent.
+    #[arg(long = "want", value_name = "WANT")]
+    pub wants: Vec<crate::campaign::Want>,
+    /// Greatest force or moment of a degree of freedom, N or N*m; may be repeated. A campaign's thrusters are known.
+    #[arg(long = "limit", value_name = "DOF=FORCE", value_parser = pair)]
+    pub limits: Vec<(String, f64)>,
+    /// Noise of a sensor, as CHANNEL=STD (SI); may be repeated. A model knows that of its own runs.
+    #[arg(long = "noise", value_name = "CHANNEL=STD", value_parser = pair)]
+    pub noise: Vec<(String, f64)>,
+    /// Rate of the sensors, Hz, or of one as CHANNEL=HZ; may be repeated.
+    #[arg(long = "rate", value_name = "HZ|CHANNEL=HZ", value_parser = rate)]
+    pub rates: Vec<(String, f64)>,
+    /// Length of each run, s.
+    #[arg(long, value_name = "S", default_value_t = 90.0)]
+    pub length: f64,
+    /// Most runs.
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    pub most: usize,
+    /// Greatest horizontal distance from the start of a run, m.
+    #[arg(long, value_name = "M")]
+    pub room: Option<f64>,
+    /// Count on the data that the model comes from: old and new runs will be fitted together.
+    #[arg(long)]
+    pub with_known: bool,
+    /// Judge the [[run]] tables of FILE instead of proposing runs.
+    #[arg(long, value_name = "FILE")]
+    pub runs: Option<PathBuf>,
+    /// Simulate and fit N campaigns of the plan, and hold their scatter against the prediction.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub rehearse: usize,
+    /// Seed of the rehearsal.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Folder in which the plan (plan.toml) and the command history of each run (CSV) are written.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+fn pair(text: &str) -> Result<(String, f64), String> {
+    let (name, number) = text.split_once('=').ok_or("written NAME=NUMBER")?;
+    let number = number.trim().parse().map_err(|_| format!("`{number}` is no number"))?;
+    Ok((name.trim().to_string(), number))
+}
+
+/// A rate of its own, or under the empty name that of all.
+fn rate(text: &str) -> Result<(String, f64), String> {
+    text.parse().map_or_else(|_| pair(text), |all| Ok((String::new(), all)))
 }
 
 #[derive(Debug, Args)]

@@ -9,6 +9,7 @@ mod check;
 mod failure;
 mod message;
 mod output;
+mod plan;
 mod shell;
 mod show;
 mod table;
@@ -63,6 +64,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Simulate(a) => verbs::simulate(a, output),
         Verb::Compare(a) => verbs::compare(a, output),
         Verb::Discover(a) => verbs::discover(a, output),
+        Verb::Plan(a) => plan::plan(a, output),
         Verb::Report(a) => show::report(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
         Verb::Explain(a) => catalogue::explain(a, output),

@@ -131,7 +131,7 @@ fn page_of(loaded: &Campaign, found: Option<&Discovery>, seed: Option<u64>) -> R
     let fitted = campaign::fit(loaded, FitOptions::default())?;
     let under = loaded.under(&fitted.efficiency);
     let comparison = campaign::compare(&under, &fitted.model, &fitted.envelope)?;
-    let simulation = campaign::simulate(&under, &fitted.model)?;
+    let simulation = campaign::simulate(&under, &fitted.model, &fitted.envelope)?;
     let origin = Origin {
         version: format!("hydrosysid {}", env!("CARGO_PKG_VERSION")),
         command: std::env::args().collect::<Vec<_>>().join(" "),

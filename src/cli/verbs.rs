@@ -131,7 +131,7 @@ fn print_fit(fitted: &Fit, output: &Output) {
 struct Chosen {
     campaign: Campaign,
     model: crate::model::Model,
-    envelope: std::collections::BTreeMap<String, [f64; 2]>,
+    envelope: crate::envelope::Envelope,
 }
 
 fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
@@ -157,7 +157,7 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
     output.may_write(a.output.as_deref())?;
     let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
     let busy = output.busy("simulating");
-    let result = campaign::simulate(&chosen.campaign, &chosen.model)?;
+    let result = campaign::simulate(&chosen.campaign, &chosen.model, &chosen.envelope)?;
     busy.finish_and_clear();
     output.tell(&result.warnings)?;
     let rows: Vec<Vec<String>> = result

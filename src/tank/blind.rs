@@ -128,7 +128,7 @@ pub fn blind(options: &BlindOptions) -> Result<Blind, TankError> {
     let basin = basin(options, &craft, &dofs);
     let mut runs = Vec::new();
     for (index, trial) in trials.iter_mut().enumerate() {
-        amplitudes(&basin, &truth, trial, index, &craft)?;
+        amplitudes(&basin, &truth, trial, index, craft.vehicle.characteristic_length().unwrap_or(1.0))?;
         runs.push(basin.sail(&truth, trial, index, options.seed)?);
     }
     log_supply(&mut runs);
@@ -211,16 +211,22 @@ fn log_supply(runs: &mut [Run]) {
 /// Rounds of the search for an amplitude that is that of the motion it causes.
 const ROUNDS: usize = 4;
 
-/// Gives a trial its Keulegan-Carpenter numbers, KC = U_m T / L_c, where the truth reads them: U_m is the greatest
-/// speed of the motion that they cause themselves, T the period of the strongest sine, 0 without one.
-fn amplitudes(basin: &Basin, truth: &Model, trial: &mut Trial, index: usize, craft: &Craft) -> Result<(), TankError> {
+/// Gives a trial its Keulegan-Carpenter numbers, KC = U_m T / L_c with the characteristic length `length` (m), where the
+/// truth reads them: U_m is the greatest speed of the motion that they cause themselves, T the period of the strongest
+/// sine, 0 without one.
+pub(crate) fn amplitudes(
+    basin: &Basin,
+    truth: &Model,
+    trial: &mut Trial,
+    index: usize,
+    length: f64,
+) -> Result<(), TankError> {
     let read: Vec<Dof> = truth
         .terms
         .iter()
         .filter(|term| term.effect.about().id == "added_mass_amplitude")
         .filter_map(|term| term.place.dof)
         .collect();
-    let length = craft.vehicle.characteristic_length().unwrap_or(1.0);
     let still = Basin { disturbance: Disturbance::default(), ..basin.clone() };
     let perfect =
         Basin { sensors: read.iter().map(|d| Sensor::new(d.velocity(), basin.control_rate, 0.0)).collect(), ..still };
@@ -228,6 +234,7 @@ fn amplitudes(basin: &Basin, truth: &Model, trial: &mut Trial, index: usize, cra
     let rounds = if read.is_empty() { 0 } else { ROUNDS };
     for round in 0..=rounds {
         for (dof, speed) in &greatest {
+            let length = if dof.is_rotation() { 1.0 } else { length };
             let number = speed * period_of(trial, *dof) / length;
             let ends: std::sync::Arc<[f64]> = vec![0.0, trial.duration].into();
             trial.channels.insert(channel::keulegan_carpenter(*dof), Signal::new(ends, vec![number; 2]));

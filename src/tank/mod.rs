@@ -24,6 +24,7 @@ mod trials;
 mod write;
 
 pub use basin::{Basin, TankError, Trial, derived};
+pub(crate) use blind::amplitudes;
 pub use blind::{Blind, BlindOptions, blind};
 pub use captive::captive;
 pub use craft::{Craft, CraftKind};

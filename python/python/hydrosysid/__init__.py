@@ -32,9 +32,10 @@ from ._fit import Fit, Parameter, Stage
 from ._motion import Check, CheckedLog, Comparison, Disagreement, SimulatedRun, Simulation
 from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
+from ._planning import Plan, PlannedParameter, PlannedRun, Push
 from ._run import Run
 from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
-from ._verbs import check, compare, discover, fit, simulate, tank_campaign
+from ._verbs import check, compare, discover, fit, plan, simulate, tank_campaign
 
 __all__ = [
     "Campaign",
@@ -57,6 +58,10 @@ __all__ = [
     "LeastSquares",
     "LogFinding",
     "Parameter",
+    "Plan",
+    "PlannedParameter",
+    "PlannedRun",
+    "Push",
     "Regressors",
     "Run",
     "SimulatedRun",
@@ -75,6 +80,7 @@ __all__ = [
     "fit",
     "fit_thruster",
     "least_squares",
+    "plan",
     "polynomial_filter",
     "regressors",
     "rk4",

@@ -20,6 +20,8 @@ __all__ = [
     "effects",
     "fit_thruster",
     "least_squares",
+    "plan_campaign",
+    "plan_model",
     "polynomial_filter",
     "read_log",
     "regressors",
@@ -53,6 +55,10 @@ def fit_thruster(
     reference_supply: float | None,
 ) -> dict[str, Any]: ...
 def least_squares(h: _Array, y: _Array, names: Sequence[str]) -> dict[str, Any]: ...
+def plan_campaign(
+    campaign: NativeCampaign, request: str
+) -> tuple[str, list[tuple[str, str, dict[str, tuple[_Array, _Array]]]]]: ...
+def plan_model(model: str, request: str) -> tuple[str, list[tuple[str, str, dict[str, tuple[_Array, _Array]]]]]: ...
 def polynomial_filter(
     t: _Array, x: _Array, samples: int | None, seconds: float | None, degree: int, gaps: Sequence[float]
 ) -> tuple[_Array, _Array]: ...

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+import tomllib
+from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from . import _native
 from ._campaign import Campaign, campaign_of
 from ._discovery import Discovery
 from ._fit import Fit
 from ._motion import Check, Comparison, Simulation
-from ._plain import build
+from ._plain import build, plain
+from ._planning import Plan
+from ._run import Run
 
 Source = Campaign | str | PathLike[str]
 Model = Fit | str | PathLike[str]
@@ -67,6 +70,81 @@ def discover(campaign: Source, *, families: Iterable[Family] | None = None) -> D
     """
     chosen = None if families is None else list(families)
     return build(Discovery, json.loads(campaign_of(campaign)._native.discover(chosen)))
+
+
+def plan(
+    source: Campaign | Model,
+    *,
+    want: str | Iterable[str] = (),
+    limits: Mapping[str, float] | None = None,
+    noise: Mapping[str, float] | None = None,
+    rates: float | Mapping[str, float] | None = None,
+    length: float = 90.0,
+    most: int = 12,
+    room: float | None = None,
+    with_known: bool = False,
+    runs: Iterable[Mapping[str, Any]] | None = None,
+    rehearse: int = 0,
+    seed: int = 1,
+) -> Plan:
+    """Proposes the runs that bring parameters to wanted deviations, or says what given runs will bring.
+
+    Args:
+        source: a campaign, which is fitted first, a fit, or the path of a campaign or a model file.
+        want: wanted deviations: ``"k_u|u|=10"`` (SI), ``"inertia@yaw=3%"``, or ``"5%"`` for all; 5 % when absent.
+        limits: greatest force or moment by degree of freedom, N and N·m; those of the thrusters or of the runs of the
+            model when absent.
+        noise: noise of sensors by channel, SI; that of the runs of the model when absent.
+        rates: rate of all sensors, Hz, or of each by channel.
+        length: length of each run, s.
+        most: most runs.
+        room: greatest horizontal distance from the start of a run, m.
+        with_known: count on the data that the model comes from.
+        runs: runs to judge instead, each with ``name``, ``kind``, ``length``, ``pushes`` as in `Plan.runs`.
+        rehearse: number of simulated campaigns by which the plan is checked.
+        seed: seed of the rehearsal.
+
+    Raises:
+        DataError: nothing can be planned.
+        UsageError: a wish or a limit that cannot be.
+    """
+    request: dict[str, Any] = {
+        "wants": [want] if isinstance(want, str) else list(want),
+        "limits": dict(limits or {}),
+        "noise": dict(noise or {}),
+        "rates": {"": float(rates)} if isinstance(rates, int | float) else dict(rates or {}),
+        "length": length,
+        "most": most,
+        "room": room,
+        "with_known": with_known,
+        "runs": None if runs is None else [_manoeuvre(run) for run in runs],
+        "rehearse": rehearse,
+        "seed": seed,
+    }
+    text = json.dumps(request)
+    model = _model_text(source)
+    if model is None:
+        result, told = _native.plan_campaign(campaign_of(cast("Source", source))._native, text)
+    else:
+        result, told = _native.plan_model(model, text)
+    commands = tuple(Run(signals, name=name, kind=kind) for name, kind, signals in told)
+    return build(Plan, json.loads(result) | {"commands": commands})
+
+
+def _manoeuvre(run: Any) -> dict[str, Any]:
+    data = run if isinstance(run, Mapping) else plain(run)
+    return {key: data[key] for key in ("name", "kind", "length", "pushes") if key in data}
+
+
+def _model_text(source: Campaign | Model) -> str | None:
+    """The text of a model file; `None` for a campaign."""
+    if isinstance(source, Campaign):
+        return None
+    if isinstance(source, Fit):
+        return source.model
+    text = Path(source).read_text(encoding="utf-8")
+    # a model says which version wrote it, a campaign never does
+    return text if "hydrosysid" in tomllib.loads(text) else None
 
 
 def check(

@@ -1,0 +1,176 @@
+"""The result of `plan`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import Finding
+from ._result import Result
+from ._run import Run
+from ._view import Rows, axes, html_table, text_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Push:
+    """The law of one degree of freedom in a planned run.
+
+    A sine about `offset` where there is a `period` (s), a zig-zag of `amplitude` where there is a `bound` (rad), the
+    pose of the start held where there is a stiffness `hold`, else a constant force; N and N·m.
+    """
+
+    dof: str
+    offset: float
+    amplitude: float
+    period: float | None = None
+    bound: float | None = None
+    hold: float | None = None
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run of a plan.
+
+    Attributes:
+        name: name.
+        kind: kind of experiment.
+        length: length, s.
+        pushes: who pushes where.
+        greatest: greatest speed that the model foresees, by channel, m/s and rad/s.
+        reach: greatest horizontal distance from the start, m.
+        worst: greatest deviation over the wanted one once this run and those before it are sailed; NaN while a wanted
+            parameter is not shown.
+    """
+
+    name: str
+    kind: str
+    length: float
+    pushes: tuple[Push, ...]
+    greatest: dict[str, float]
+    reach: float
+    worst: float
+
+
+@dataclass(frozen=True)
+class PlannedParameter:
+    """What a plan gives for one parameter, SI.
+
+    Attributes:
+        effect: id of the effect.
+        dof: degree of freedom; `None` for the whole vehicle.
+        name: symbol.
+        value: value in the model.
+        unit: unit.
+        std_now: deviation in the model.
+        wanted: wanted deviation.
+        std: deviation that the plan gives; `None` when it does not show the parameter apart from others.
+        other: the other degree of freedom of a coupling.
+        rehearsed: root mean square of estimate − truth in the rehearsal.
+    """
+
+    effect: str
+    dof: str | None
+    name: str
+    value: float
+    unit: str
+    std_now: float | None
+    wanted: float | None
+    std: float | None
+    other: str | None = None
+    rehearsed: float | None = None
+
+    @property
+    def term(self) -> str:
+        """``id``, ``id@dof`` or ``id@dof:other``."""
+        place = ":".join(d for d in (self.dof, self.other) if d)
+        return f"{self.effect}@{place}" if place else self.effect
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(Result):
+    """A plan of the next runs.
+
+    Attributes:
+        format: 1.
+        runs: the runs, the most valuable first.
+        parameters: what they will give together.
+        covariance: predicted covariance in the order of `parameters`; `None` when the runs do not show all of them.
+        limits: limits of thrust that the plan keeps, N and N·m.
+        sensors: noise (SI) and rate (Hz) that it counts on, by channel.
+        candidates: number of candidates that were judged.
+        rehearsal: what simulated campaigns gave, where they were asked for.
+        warnings: what there is to say.
+        commands: the command history of each run, as runs.
+    """
+
+    format: int
+    runs: tuple[PlannedRun, ...]
+    parameters: tuple[PlannedParameter, ...]
+    covariance: NDArray[np.float64] | None
+    limits: dict[str, float]
+    sensors: dict[str, dict[str, float]]
+    candidates: int
+    rehearsal: Any
+    warnings: tuple[Finding, ...]
+    commands: tuple[Any, ...] = field(default=(), metadata={"own": True})
+
+    title: ClassVar[str] = "Plan"
+
+    def rows(self) -> Rows:
+        """One row a parameter."""
+        return [
+            {
+                "effect": p.term,
+                "name": p.name,
+                "value": p.value,
+                "std_now": p.std_now,
+                "wanted": p.wanted,
+                "std": p.std,
+                "rehearsed": p.rehearsed,
+                "unit": p.unit,
+            }
+            for p in self.parameters
+        ]
+
+    def run_rows(self) -> Rows:
+        """One row a run."""
+        return [
+            {"run": r.name, "kind": r.kind, "s": r.length, "m away": r.reach, "worst std/wanted": r.worst}
+            for r in self.runs
+        ]
+
+    def command(self, name: str) -> Run:
+        """The command history of the run of this name."""
+        for run in self.commands:
+            if run.name == name:
+                return run  # type: ignore[no-any-return]
+        raise KeyError(f"no run {name!r}; there are {', '.join(run.name for run in self.commands)}")
+
+    def summary(self) -> str:
+        """Runs, then what they give."""
+        return "\n".join([text_table(self.run_rows(), "Runs"), super().summary()])
+
+    def _repr_html_(self) -> str:
+        return html_table(self.run_rows(), "Runs") + super()._repr_html_()
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Planned over wanted deviation of each parameter.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        ax = axes(ax)
+        told = [p for p in self.parameters if p.std is not None and p.wanted]
+        place = np.arange(len(told))[::-1]
+        ax.barh(place, [(p.std or 0.0) / (p.wanted or 1.0) for p in told], **style)
+        ax.axvline(1.0, color="0.4", linewidth=0.8)
+        ax.set_yticks(place, [p.term for p in told])
+        ax.set_xlabel("planned over wanted deviation")
+        return ax

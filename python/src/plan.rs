@@ -1,0 +1,57 @@
+//! Plans of the next runs.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use hydrosysid::campaign::{self, FitOptions, ModelFile, Plan, PlanRequest, PlanSource};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::campaign::NativeCampaign;
+use crate::error;
+use crate::work::detached;
+
+type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// The command histories: name, kind, and signals of each run.
+type Commands<'py> = Vec<(String, String, BTreeMap<String, Arrays<'py>>)>;
+
+/// The plan of a campaign, which is fitted first, as JSON, and its command histories; the request is JSON.
+#[pyfunction]
+pub fn plan_campaign<'py>(
+    py: Python<'py>,
+    campaign: &NativeCampaign,
+    request: &str,
+) -> PyResult<(String, Commands<'py>)> {
+    let request = asked(py, request)?;
+    let made = detached(py, || {
+        let fitted = campaign::fit(campaign.campaign(), FitOptions::default())?;
+        campaign::plan(&PlanSource::of_fit(campaign.campaign(), &fitted), &request, &|| {})
+    })?;
+    told(py, &made.map_err(|e| error::campaign(py, &e))?)
+}
+
+/// The plan of a model (TOML, as a fit makes it) as JSON, and its command histories; the request is JSON.
+#[pyfunction]
+pub fn plan_model<'py>(py: Python<'py>, model: &str, request: &str) -> PyResult<(String, Commands<'py>)> {
+    let request = asked(py, request)?;
+    let file: ModelFile = toml::from_str(model).map_err(|e| error::usage(py, &e))?;
+    let source = PlanSource::of_file(&file, Path::new("model.toml")).map_err(|e| error::usage(py, &e))?;
+    let made = detached(py, || campaign::plan(&source, &request, &|| {}))?;
+    told(py, &made.map_err(|e| error::campaign(py, &e))?)
+}
+
+fn asked(py: Python<'_>, request: &str) -> PyResult<PlanRequest> {
+    serde_json::from_str(request).map_err(|e| error::usage(py, &e))
+}
+
+fn told<'py>(py: Python<'py>, plan: &Plan) -> PyResult<(String, Commands<'py>)> {
+    let array = |values: &[f64]| PyArray1::from_slice(py, values);
+    let kind = |run: &hydrosysid::run::Run| serde_json::to_value(run.kind).ok()?.as_str().map(str::to_string);
+    let commands = plan.commands.iter().map(|run| {
+        let signals =
+            run.signals.iter().map(|(name, s)| (name.clone(), (array(s.time()), array(s.values())))).collect();
+        (run.name.clone(), kind(run).unwrap_or_default(), signals)
+    });
+    Ok((error::to_json(plan)?, commands.collect()))
+}

@@ -1,0 +1,182 @@
+//! The verb that plans the next runs.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::arguments as typed;
+use super::failure::Failure;
+use super::output::Output;
+use super::table::{number, table};
+use super::verbs::load;
+use crate::campaign::{self, FitOptions, ModelFile, Plan, PlanRequest, PlanSource, PlannedRun};
+use crate::frame::Dof;
+use crate::log;
+use crate::nearest::nearest;
+use crate::plan::{Manoeuvre, Push};
+
+/// The runs of a plan as a file: written by `--output`, read by `--runs`.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanFile {
+    /// Format of the file: 1.
+    format: u32,
+    /// The runs.
+    #[serde(default, rename = "run")]
+    runs: Vec<Manoeuvre>,
+}
+
+pub(super) fn plan(a: &typed::Plan, output: &Output) -> Result<(), Failure> {
+    output.may_write(a.output.as_deref())?;
+    let request = PlanRequest {
+        wants: a.wants.clone(),
+        limits: limits(&a.limits)?,
+        noise: a.noise.iter().cloned().collect(),
+        rates: a.rates.iter().cloned().collect(),
+        length: a.length,
+        most: a.most,
+        room: a.room,
+        with_known: a.with_known,
+        runs: a.runs.as_deref().map(told).transpose()?,
+        rehearse: a.rehearse,
+        seed: a.seed,
+    };
+    let source = source(a, output)?;
+    let busy = output.busy("planning");
+    let made = campaign::plan(&source, &request, &|| busy.tick())?;
+    busy.finish_and_clear();
+    print(&made, output);
+    if let Some(folder) = &a.output {
+        write(&made, folder, output)?;
+    }
+    output.json(&made)?;
+    output.tell(&made.warnings)
+}
+
+/// The model of a model file, or the fit of a campaign.
+fn source(a: &typed::Plan, output: &Output) -> Result<PlanSource, Failure> {
+    let read = |source| Failure::Read { file: a.source.clone(), source };
+    let text = std::fs::read_to_string(&a.source).map_err(read)?;
+    // a model says which version wrote it, a campaign never does
+    let json = a.source.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let is_model = json || text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("hydrosysid"));
+    if is_model {
+        return Ok(PlanSource::of_file(&ModelFile::read(&a.source)?, &a.source)?);
+    }
+    let loaded = load(&a.source, &a.loading, output)?;
+    let busy = output.busy("fitting");
+    let fitted = campaign::fit(&loaded, FitOptions::default())?;
+    busy.finish_and_clear();
+    Ok(PlanSource::of_fit(&loaded, &fitted))
+}
+
+fn limits(typed: &[(String, f64)]) -> Result<BTreeMap<Dof, f64>, Failure> {
+    let of = |(name, limit): &(String, f64)| {
+        let known = || nearest(name, Dof::ALL.map(Dof::name)).map(|n| format!(", did you mean `{n}`?"));
+        let wrong =
+            || Failure::Argument(format!("--limit: `{name}` is no degree of freedom{}", known().unwrap_or_default()));
+        Dof::from_name(name).map(|dof| (dof, *limit)).ok_or_else(wrong)
+    };
+    typed.iter().map(of).collect()
+}
+
+/// The runs of a plan file.
+fn told(path: &Path) -> Result<Vec<Manoeuvre>, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
+    let wrong = |e: &dyn std::fmt::Display| Failure::Argument(format!("{}: {e}", path.display()));
+    let file: PlanFile = toml::from_str(&text).map_err(|e| wrong(&e))?;
+    if file.format != 1 {
+        return Err(wrong(&format!("format {} is not known: this version reads format 1", file.format)));
+    }
+    if file.runs.is_empty() {
+        return Err(wrong(&"it has no [[run]]"));
+    }
+    Ok(file.runs)
+}
+
+/// `surge 60 ± 45, 12 s; yaw ± 30 to 60°`.
+fn in_words(pushes: &[Push]) -> String {
+    let words = |p: &Push| {
+        let (offset, amplitude) = (number(p.offset), number(p.amplitude.abs()));
+        match (p.period, p.bound, p.hold) {
+            (Some(period), _, _) if p.offset == 0.0 => format!("{} ± {amplitude}, {} s", p.dof, number(period)),
+            (Some(period), _, _) => format!("{} {offset} ± {amplitude}, {} s", p.dof, number(period)),
+            (_, Some(bound), _) => format!("{} ± {amplitude} to {:.0}°", p.dof, bound.to_degrees()),
+            (_, _, Some(_)) => format!("{} held", p.dof),
+            _ => format!("{} {}", p.dof, number(p.offset + p.amplitude)),
+        }
+    };
+    pushes.iter().map(words).collect::<Vec<_>>().join("; ")
+}
+
+fn print(made: &Plan, output: &Output) {
+    let row = |run: &PlannedRun| {
+        let speeds: Vec<String> = run.greatest.iter().map(|(channel, v)| format!("{channel} {v:.2}")).collect();
+        let worst = run.worst.map_or("-".into(), number);
+        vec![run.name.clone(), number(run.length), in_words(&run.pushes), speeds.join(" "), number(run.reach), worst]
+    };
+    let rows: Vec<Vec<String>> = made.runs.iter().map(row).collect();
+    if rows.is_empty() {
+        output.print("No run is needed: what is wanted is known already.");
+    } else {
+        output.print(&table(&["run", "s", "push, N and N*m", "up to", "m away", "worst std/wanted"], &rows));
+    }
+    let rehearsed = made.rehearsal.is_some();
+    let rows: Vec<Vec<String>> = made
+        .parameters
+        .iter()
+        .map(|p| {
+            let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
+            let told = |x: Option<f64>| x.map_or("-".to_string(), number);
+            let mut row = vec![
+                p.effect.clone(),
+                place,
+                p.name.clone(),
+                number(p.value),
+                told(p.std_now),
+                told(p.wanted),
+                p.std.map_or("not shown".into(), number),
+            ];
+            if rehearsed {
+                let ratio = p.rehearsed.zip(p.std).map(|(r, s)| r / s);
+                row.extend([told(p.rehearsed), ratio.map_or("-".into(), |r| format!("{r:.2}"))]);
+            }
+            row.push(p.unit.clone());
+            row
+        })
+        .collect();
+    let mut heads = vec!["effect", "dof", "symbol", "value", "std now", "wanted", "std planned"];
+    if rehearsed {
+        heads.extend(["rehearsed", "ratio"]);
+    }
+    heads.push("unit");
+    output.print(&table(&heads, &rows));
+    if let Some(r) = &made.rehearsal {
+        output.print(&format!("rehearsed: {} campaigns, {} could not be fitted", r.campaigns, r.failed));
+    }
+}
+
+/// The plan and the command histories, in a folder.
+fn write(made: &Plan, folder: &Path, output: &Output) -> Result<(), Failure> {
+    let failed = |file: &Path, source| Failure::Write { file: file.to_path_buf(), source };
+    std::fs::create_dir_all(folder).map_err(|e| failed(folder, e))?;
+    let runs = made.runs.iter().map(|run| Manoeuvre {
+        name: run.name.clone(),
+        kind: run.kind,
+        length: run.length,
+        pushes: run.pushes.clone(),
+    });
+    let file = folder.join("plan.toml");
+    let text = toml::to_string(&PlanFile { format: 1, runs: runs.collect() })
+        .map_err(|e| failed(&file, std::io::Error::other(e)))?;
+    output.write(&file, text.as_bytes())?;
+    for run in &made.commands {
+        let file = folder.join(run.name.replace(['/', '\\', ' '], "_")).with_extension("csv");
+        let mut bytes = Vec::new();
+        log::write_to(run, &mut bytes).map_err(|e| failed(&file, e))?;
+        output.write(&file, &bytes)?;
+    }
+    output.print(&format!("written: {} and {} command histories", file.display(), made.commands.len()));
+    Ok(())
+}

@@ -1,0 +1,156 @@
+//! The information that runs hold on the free parameters of a model, as a triangular factor.
+//!
+//! ```text
+//! F = RᵀR = JᵀJ        [R₁; R₂] = Q R   for two sets of runs        Σ = F⁻¹ = R⁻¹R⁻ᵀ
+//! ```
+//!
+//! J is the Jacobian of the logged samples over their noise, by the parameters that all runs share; initial states and
+//! parameters with a value in each run are projected out. F is never formed.
+
+use crate::estimate::output_error::{Fold, OutputErrorError, OutputErrorOptions, Problem, normal_factor};
+use crate::model::Model;
+use crate::run::Run;
+
+/// Information on `parameters`.
+#[derive(Debug, Clone)]
+pub struct Information {
+    /// Indices in the model of the parameters that it is about: the free ones that all runs share.
+    pub parameters: Vec<usize>,
+    /// Upper triangle R, row-major.
+    r: Vec<f64>,
+}
+
+/// Free parameters of `model` that all runs share.
+pub(super) fn shared(model: &Model) -> Vec<usize> {
+    model.free().into_iter().filter(|p| !model.parameters[*p].spec.per_run).collect()
+}
+
+impl Information {
+    /// None at all.
+    pub fn none(parameters: Vec<usize>) -> Information {
+        let p = parameters.len();
+        Information { parameters, r: vec![0.0; p * p] }
+    }
+
+    /// What output error with these options would know from `run`, which is logged without noise by what `model` says.
+    ///
+    /// # Errors
+    /// [`OutputErrorError`] when the run lacks what the model reads or logs nothing that the model predicts.
+    pub fn of(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Information, OutputErrorError> {
+        let mut model = model.clone();
+        for parameter in &mut model.parameters {
+            parameter.prior = None;
+        }
+        let problem = Problem::new(&model, std::slice::from_ref(run), options)?;
+        let x0 = problem.initial_states(&model);
+        let segments = problem.linearise(&model, &x0);
+        let factor = normal_factor(&problem, &model, &segments);
+        // those of this run alone come first, so that the lower rows are what is left beside them
+        let own = |k: &usize| problem.unknowns[*k].run.is_some();
+        let all = problem.unknowns.len();
+        let order: Vec<usize> = (0..all).filter(own).chain((0..all).filter(|k| !own(k))).collect();
+        let nuisance = (0..all).filter(own).count();
+        let mut sorted = Fold::<1>::new(all);
+        for i in 0..all {
+            sorted.push(order.iter().map(|k| [if *k >= i { factor.at(i, *k)[0] } else { 0.0 }]));
+        }
+        sorted.fold();
+        let parameters = shared(&model);
+        let p = parameters.len();
+        let at = |k: usize| if k % p >= k / p { sorted.at(nuisance + k / p, nuisance + k % p)[0] } else { 0.0 };
+        Ok(Information { r: (0..p * p).map(at).collect(), parameters })
+    }
+
+    /// What a covariance of `parameters` (row-major) knows; `None` when it is no covariance: not positive definite.
+    pub fn of_covariance(parameters: Vec<usize>, covariance: &[f64]) -> Option<Information> {
+        let p = parameters.len();
+        let std: Vec<f64> = (0..p).map(|k| covariance[k * p + k].sqrt()).collect();
+        if std.iter().any(|s| !(s.is_finite() && *s > 0.0)) {
+            return None;
+        }
+        let correlation = nalgebra::DMatrix::from_fn(p, p, |i, j| covariance[i * p + j] / (std[i] * std[j]));
+        let inverse = correlation.cholesky()?.l().try_inverse()?;
+        let mut fold = Fold::<1>::new(p.max(1));
+        for i in 0..p {
+            fold.push((0..p).map(|j| [inverse[(i, j)] / std[j]]));
+        }
+        fold.fold();
+        Some(Information { r: upper(&fold, p), parameters })
+    }
+
+    /// What independent knowledge with these standard deviations holds.
+    pub(super) fn of_deviations(parameters: Vec<usize>, std: &[f64]) -> Information {
+        let p = parameters.len();
+        let r = (0..p * p).map(|k| if k / p == k % p { 1.0 / std[k % p] } else { 0.0 }).collect();
+        Information { parameters, r }
+    }
+
+    /// All of these together. They are about the same parameters.
+    pub fn together<'a>(parts: impl IntoIterator<Item = &'a Information>, parameters: &[usize]) -> Information {
+        let p = parameters.len();
+        let mut fold = Fold::<1>::new(p.max(1));
+        for part in parts {
+            for row in part.r.chunks_exact(p.max(1)) {
+                fold.push(row.iter().map(|x| [*x]));
+            }
+        }
+        fold.fold();
+        Information { r: upper(&fold, p), parameters: parameters.to_vec() }
+    }
+
+    /// Covariance of the parameters, row-major; `None` when some combination of them is not shown at all.
+    pub fn covariance(&self) -> Option<Vec<f64>> {
+        let p = self.parameters.len();
+        let inverse = self.inverse()?;
+        let sum = |a: usize, b: usize| (a.max(b)..p).map(|j| inverse[a * p + j] * inverse[b * p + j]).sum();
+        Some((0..p * p).map(|k| sum(k / p, k % p)).collect())
+    }
+
+    /// Standard deviations; `None` when some combination of the parameters is not shown at all.
+    pub fn deviations(&self) -> Option<Vec<f64>> {
+        let p = self.parameters.len();
+        let inverse = self.inverse()?;
+        Some((0..p).map(|k| inverse[k * p..(k + 1) * p].iter().map(|x| x * x).sum::<f64>().sqrt()).collect())
+    }
+
+    /// R⁻¹, row-major.
+    fn inverse(&self) -> Option<Vec<f64>> {
+        let p = self.parameters.len();
+        let mut fold = Fold::<1>::new(p.max(1));
+        for row in self.r.chunks_exact(p.max(1)) {
+            fold.push(row.iter().map(|x| [*x]));
+        }
+        fold.fold();
+        fold.inverse(p)
+    }
+}
+
+fn upper(fold: &Fold<1>, p: usize) -> Vec<f64> {
+    (0..p * p).map(|k| if k % p >= k / p { fold.at(k / p, k % p)[0] } else { 0.0 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Covariance → information → covariance, to rounding; twice the information is half the variance.
+    #[test]
+    fn law_information_and_covariance_are_inverse() {
+        let covariance = [4.0, 1.0, -0.2, 1.0, 9.0, 0.3, -0.2, 0.3, 0.1];
+        let one = Information::of_covariance(vec![0, 1, 2], &covariance).unwrap();
+        for (found, exact) in one.covariance().unwrap().iter().zip(&covariance) {
+            assert!((found - exact).abs() < 1e-13 * 9.0, "{found} {exact}");
+        }
+        let two = Information::together([&one, &one], &one.parameters);
+        for (found, exact) in two.deviations().unwrap().iter().zip([4.0_f64, 9.0, 0.1]) {
+            assert!((found - (exact / 2.0).sqrt()).abs() < 1e-13 * found);
+        }
+    }
+
+    #[test]
+    fn what_is_no_covariance_or_shows_nothing_is_none() {
+        assert!(Information::of_covariance(vec![0, 1], &[1.0, 2.0, 2.0, 1.0]).is_none());
+        assert!(Information::of_covariance(vec![0], &[0.0]).is_none());
+        assert!(Information::none(vec![0, 1]).deviations().is_none());
+    }
+}
