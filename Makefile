@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint wheel blind plan bench clean
+.PHONY: test test-rust test-python lint deny fuzz wheel blind plan bench clean
 
 test: test-rust test-python
 
@@ -31,6 +31,18 @@ lint: $(BIN)/python
 	$(BIN)/python -m pip install --quiet ruff
 	$(BIN)/ruff format --check python
 	$(BIN)/ruff check python
+
+# Licences, advisories and duplicates of what is built in; needs cargo-deny.
+deny:
+	cargo deny check
+
+# Each fuzz target for a while; needs cargo-fuzz and a nightly toolchain. See fuzz/README.md.
+SECONDS_EACH ?= 300
+fuzz:
+	fuzz/seed.sh
+	for target in log campaign fit; do \
+		cargo +nightly fuzz run $$target -- -max_total_time=$(SECONDS_EACH) -timeout=1 -max_len=65536 || exit 1; \
+	done
 
 # The table of hits, misses and false names over hidden effects; see docs/blind.md.
 blind:

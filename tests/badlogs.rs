@@ -5,7 +5,9 @@ mod shared;
 use std::path::Path;
 
 use hydrosysid::finding::Finding;
+use hydrosysid::log::options::Missing;
 use hydrosysid::log::{self, LogFile, LogOptions, PLANAR};
+use hydrosysid::run::Signal;
 use serde_json::Value;
 
 /// Holds one outcome against what the index promises.
@@ -115,4 +117,32 @@ fn every_file_of_the_corpus_has_its_promised_outcome() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What is accepted is written and read again to the bit, and written again byte for byte.
+#[test]
+fn what_is_accepted_converts_without_loss() {
+    let Some(folder) = shared::path("badlogs") else { return };
+    let index: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("index.json")).unwrap()).unwrap();
+    let sparse = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
+    let mut converted = 0;
+    for entry in index["files"].as_array().unwrap() {
+        let path = folder.join(entry["file"].as_str().unwrap());
+        for options in [None, entry["with_options"].get("options")] {
+            let options = options.map_or_else(LogOptions::default, |o| serde_json::from_value(o.clone()).unwrap());
+            let Ok(read) = log::read(&path, &options, &[]) else { continue };
+            let (mut bytes, mut again) = (Vec::new(), Vec::new());
+            log::write_log(&read, &mut bytes).unwrap();
+            let back = log::read_from(&bytes[..], "converted.csv", &sparse, &["t"]).unwrap();
+            let bits = |log: &LogFile| -> Vec<(String, Vec<u64>)> {
+                let of = |s: &Signal| s.time().iter().chain(s.values()).map(|x| x.to_bits()).collect();
+                log.signals.iter().map(|(name, s)| (name.clone(), of(s))).collect()
+            };
+            assert_eq!(bits(&back), bits(&read), "{}", path.display());
+            log::write_log(&back, &mut again).unwrap();
+            assert!(bytes == again, "{}", path.display());
+            converted += 1;
+        }
+    }
+    assert!(converted >= 40, "{converted}");
 }

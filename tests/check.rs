@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_6;
 
 use hydrosysid::check::{self, CheckOptions, CheckReport, FaultKind, Light, LogFault, Topic};
 use hydrosysid::finding::Finding;
+use hydrosysid::log::options::{Missing, Repeated};
 use hydrosysid::log::{self, LogOptions, PLANAR};
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::tank::{Blind, BlindOptions, CraftKind, blind};
@@ -100,6 +101,87 @@ fn a_frame_upside_down_is_seen_in_the_coupling() {
         let report = check::run(&run, &CheckOptions::default());
         assert_eq!(fault(&report, FaultKind::Sign, "r"), Some(-1.0), "{seed}: {:?}", report.agreements);
     }
+}
+
+/// A log of the tank as text, cell by cell: `change` gets row, channel and value, and `None` is an empty cell.
+fn tampered(change: &dyn Fn(usize, &str, f64) -> Option<f64>) -> CheckReport {
+    let made = campaign(22, false);
+    let run = &made.runs[5];
+    let time = run.signals["u"].time();
+    let channels: Vec<&str> = run.signals.keys().map(String::as_str).collect();
+    let mut text = format!("t,{}\n", channels.join(","));
+    for (k, t) in time.iter().enumerate() {
+        text += &format!("{:.4}", change(k, "t", *t).expect("a row has a time"));
+        for name in &channels {
+            let signal = &run.signals[*name];
+            // the stamps are those of one clock
+            let x = signal.values()[signal.time().partition_point(|s| s < t).min(signal.len() - 1)];
+            text += &change(k, name, x).map_or(",".into(), |x| format!(",{x:.6}"));
+        }
+        text += "\n";
+    }
+    let options = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
+    let log = log::read_from(text.as_bytes(), "tampered.csv", &options, &["t", "u"]).expect("it reads");
+    check::log(&log, &CheckOptions::default())
+}
+
+#[test]
+fn every_tampering_lights_its_lamp() {
+    type Change<'a> = &'a dyn Fn(usize, &str, f64) -> Option<f64>;
+    let largest = campaign(22, false).runs[5].signals["tau_u"].values().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let limited = |_: usize, c: &str, x: f64| Some(if c == "tau_u" { x.min(0.6 * largest) } else { x });
+    let cases: [(&str, Change<'_>, &str, Topic, Light); 9] = [
+        (
+            "frozen",
+            &|k, c, x| Some(if c == "r" && (300..360).contains(&k) { 0.1234 } else { x }),
+            "K102",
+            Topic::Values,
+            Light::Amber,
+        ),
+        (
+            "clock set",
+            &|k, c, x| Some(if c == "t" && k >= 400 { x + 0.17 } else { x }),
+            "K105",
+            Topic::Clock,
+            Light::Amber,
+        ),
+        ("gap", &|k, c, x| Some(if c == "t" && k >= 400 { x + 30.0 } else { x }), "L105", Topic::Clock, Light::Amber),
+        ("silent", &|k, c, x| (c != "u" || !(300..400).contains(&k)).then_some(x), "L105", Topic::Clock, Light::Amber),
+        ("spike", &|k, c, x| Some(if c == "v" && k == 222 { 9.0 } else { x }), "L108", Topic::Values, Light::Amber),
+        (
+            "sentinel",
+            &|k, c, x| Some(if c == "u" && k % 50 == 7 { -32.768 } else { x }),
+            "L107",
+            Topic::Values,
+            Light::Red,
+        ),
+        ("saturated", &limited, "L113", Topic::Values, Light::Amber),
+        ("constant", &|_, c, x| Some(if c == "v" { 0.0 } else { x }), "L112", Topic::Values, Light::Amber),
+        ("milliseconds", &|_, c, x| Some(if c == "t" { 1e3 * x } else { x }), "L106", Topic::Clock, Light::Red),
+    ];
+    let clean = tampered(&|_, _, x| Some(x));
+    assert_eq!(clean.worst(), Light::Green, "{:#?}", clean.findings);
+    let mut missed = Vec::new();
+    for (name, change, code, topic, light) in cases {
+        let report = tampered(change);
+        if !codes(&report).contains(&code) || report.light(topic) < Some(light) {
+            missed.push(format!("{name}: {:?} {:#?}", report.lights, report.findings));
+        }
+    }
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+/// The option that reads a held log as what it is: the same samples as the log without the repeats.
+#[test]
+fn a_held_log_is_read_as_its_slow_sensor() {
+    let Some(folder) = shared::path("badlogs") else { return };
+    let options = LogOptions { repeated: Repeated::NoSample, ..LogOptions::default() };
+    let held = log::read(folder.join("multirate_held.csv"), &options, &PLANAR).expect("it reads");
+    let sparse = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
+    let sparse = log::read(folder.join("multirate_sparse.csv"), &sparse, &PLANAR).expect("it reads");
+    assert_eq!([held.signals["u"].len(), held.signals["r"].len()], [41, 201]);
+    assert_eq!(held.signals, sparse.signals);
+    assert!(held.warnings.is_empty() && held.notes[0].code == "L204", "{:?} {:?}", held.warnings, held.notes);
 }
 
 fn badlog(name: &str) -> Option<CheckReport> {

@@ -1,6 +1,7 @@
-//! A second clock in the log: nominal counters that drift, clocks that were set.
+//! Clocks that were set, and nominal counters that drift: t itself, and any second clock in the log.
 //!
 //! ```text
+//! t       |Δt/T − round(Δt/T)| > 0.1 where 98 of 100 steps are T within 2 %
 //! drift = (s_n − s_0)/(t_n − t_0) − 1        step: |Δs − (1 + drift) Δt| > 0.2 s and more than five usual steps
 //! ```
 //!
@@ -22,10 +23,35 @@ const DRIFT: f64 = 0.002;
 /// Smallest step of a clock that is spoken of, s.
 const STEP: f64 = 0.2;
 
-/// All second clocks.
+/// The run's own clock and all second ones.
 pub fn check(run: &Run) -> Vec<Found> {
+    let longest = run.signals.values().max_by_key(|signal| signal.len());
+    let mut found: Vec<Found> = longest.and_then(|signal| own(signal.time())).into_iter().collect();
     let auxiliary = run.signals.iter().filter(|(name, _)| !is_measured(name) && !is_command(name) && is_named(name));
-    auxiliary.filter_map(|(name, signal)| second(name, signal)).flatten().collect()
+    found.extend(auxiliary.filter_map(|(name, signal)| second(name, signal)).flatten());
+    found
+}
+
+/// Steps of an even clock that lost samples do not explain: those leave a whole number of usual steps.
+fn own(time: &[f64]) -> Option<Found> {
+    /// Fewest stamps of which a clock can be said to be even.
+    const FEWEST: usize = 50;
+    let step = usual_step(time).filter(|s| *s > 0.0 && time.len() >= FEWEST)?;
+    let turns = |k: usize| (time[k] - time[k - 1]) / step;
+    let uneven: Vec<usize> = (1..time.len()).filter(|k| (turns(*k) - 1.0).abs() > 0.02).collect();
+    // a gap is told as one
+    let set: Vec<usize> =
+        uneven.iter().copied().filter(|k| turns(*k) < 5.0 && (turns(*k) - turns(*k).round()).abs() > 0.1).collect();
+    let first = *set.first().filter(|_| 50 * uneven.len() <= time.len())?;
+    let text = format!(
+        "t steps by {} s at t = {} s where its steps are {} s, as after no lost sample ({} such steps): the clock was \
+         set; everything behind it is that much earlier or later",
+        short(time[first] - time[first - 1], 4),
+        short(time[first], 6),
+        short(step, 4),
+        set.len()
+    );
+    Some(Found::new(&codes::CLOCK_STEP, &["t"], text))
 }
 
 /// Whether the name is that of a clock: a distance run at 1 m/s advances like one.
@@ -104,6 +130,25 @@ mod tests {
     fn a_set_clock_steps() {
         let found = check(&with(|k, t| 1e9 * (t + if k > 300 { 3.0 } else { 0.0 })));
         assert_eq!((found.len(), found[0].code.code), (1, codes::CLOCK_STEP.code));
+    }
+
+    #[test]
+    fn the_own_clock_is_set_or_has_lost_samples() {
+        let run = |shift: f64, from: usize| {
+            let stamp = |k: usize| 0.1 * k as f64 + if k >= from { shift } else { 0.0 };
+            let time: std::sync::Arc<[f64]> = (0..600).map(stamp).collect();
+            let mut run = Run::default();
+            run.signals.insert("u".into(), Signal::new(time.clone(), time.to_vec()));
+            run
+        };
+        for shift in [0.17, -0.04, 0.25] {
+            let found = check(&run(shift, 300));
+            assert_eq!((found.len(), found[0].code.code), (1, codes::CLOCK_STEP.code), "{shift}");
+        }
+        // nothing, lost samples, a gap
+        for shift in [0.0, 0.1, 0.2, 7.77] {
+            assert!(check(&run(shift, 300)).is_empty(), "{shift}");
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ placed! {
     FROZEN = "K102" "frozen" Warning Values Amber "A sensor that otherwise never repeats a value stays at exactly one for long.";
     COMMAND_SATURATION = "K103" "saturation" Warning Commands Amber "A command stays at its largest or smallest value for long: a limit was reached.";
     CLOCK_DRIFT = "K104" "clock-drift" Warning Clock Amber "A second column of time runs at another rate than t: one of the two is nominal and not measured.";
-    CLOCK_STEP = "K105" "clock-step" Warning Clock Amber "A second column of time jumps against t: one of the two clocks was set.";
+    CLOCK_STEP = "K105" "clock-step" Warning Clock Amber "The clock was set: t steps unlike its usual steps, or a second column of time jumps against it.";
 
     UNIT = "K111" "unit" Warning Consistency Red "Two channels that say the same differ by the factor of a unit.";
     SIGN = "K112" "sign" Warning Consistency Red "Two channels that say the same have opposite signs.";

@@ -16,7 +16,6 @@ pub mod excitation;
 pub mod factor;
 pub mod fit;
 pub mod geodetic;
-pub mod hold;
 pub mod lag;
 pub mod options;
 pub mod path;

@@ -1,16 +1,15 @@
 //! Rates: how often each channel really says something new.
 //!
 //! ```text
-//! rate = 1/median(tₖ₊₁ − tₖ)/ρ        ρ rows for which a value is held, see `hold`
+//! rate = 1/median(tₖ₊₁ − tₖ)/ρ        ρ rows for which a value is held, see `log::check::hold`
 //! ```
 
 use serde::Serialize;
 
 use super::codes;
-use super::hold;
 use super::report::Found;
-use crate::log::check::is_measured;
 use crate::log::check::time::{gaps, usual_step};
+use crate::log::check::{hold, is_measured};
 use crate::log::number::short;
 use crate::run::{Run, Signal};
 
@@ -75,7 +74,7 @@ pub fn judge(rates: &[ChannelRate]) -> Vec<Found> {
         let names: Vec<&str> = same.iter().map(|r| r.channel.as_str()).collect();
         let text = format!(
             "{} change {} times a second in a log of {} rows a second: a slower sensor, each value repeated \
-             for {} rows on average; only the first of them is a measurement",
+             for {} rows on average; only the first of them is a measurement: repeated = \"no_sample\" takes it alone",
             names.join(", "),
             short(first.rate_hz, 3),
             short(first.logged_hz, 3),

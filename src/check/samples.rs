@@ -10,7 +10,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::hold;
+use crate::log::check::hold;
 use crate::log::check::statistics::median;
 use crate::run::Signal;
 

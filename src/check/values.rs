@@ -4,11 +4,10 @@
 //! 2 s and more than twenty samples.
 
 use super::codes;
-use super::hold;
 use super::rates::{is_command, number_of};
 use super::report::Found;
 use crate::log::check::time::usual_step;
-use crate::log::check::{is_measured, repeat};
+use crate::log::check::{hold, is_measured, repeat};
 use crate::log::number::short;
 use crate::run::{Run, Signal};
 

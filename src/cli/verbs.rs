@@ -63,13 +63,15 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     output.may_write(Some(&a.output))?;
     let options = reading(&a.reading)?;
     let name = a.log.display().to_string();
-    let read = log::read(&a.log, &options, &[]).map_err(|source| campaign::Error::Log { run: name.clone(), source })?;
-    let run = Run { name, signals: read.signals, ..Run::default() };
+    let read = log::read(&a.log, &options, &[]).map_err(|source| campaign::Error::Log { run: name, source })?;
     let mut bytes = Vec::new();
-    log::write_to(&run, &mut bytes).map_err(|source| Failure::Write { file: a.output.clone(), source })?;
+    log::write_log(&read, &mut bytes).map_err(|source| Failure::Write { file: a.output.clone(), source })?;
     output.write(&a.output, &bytes)?;
+    output.print(&format!("{}: {} rows, {} channels", a.output.display(), read.rows, read.signals.len()));
+    if read.signals.values().any(|signal| signal.len() < read.rows) {
+        output.print("cells are empty where a sensor has no sample: read it with missing = \"no_sample\"");
+    }
     let findings: Vec<_> = read.warnings.into_iter().chain(read.notes).collect();
-    output.print(&format!("{}: {} rows, {} channels", a.output.display(), read.rows, run.signals.len()));
     output.tell(&findings)
 }
 

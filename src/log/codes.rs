@@ -41,6 +41,7 @@ codes! {
     IGNORED = "L201" "ignored-columns" Note "Columns that are not numbers, or not in every row, and that nobody asked for.";
     NO_FINAL_NEWLINE = "L202" "no-final-newline" Note "The last row is without its line end; its fields are complete.";
     UNEVEN_COMMAND = "L203" "uneven-command" Note "A command with time stamps of its own comes at uneven steps: input = \"hold\" is what a command does that is logged when it changes.";
+    REPEATED = "L204" "repeated-values" Note "Values that a slower sensor's channel only repeats were taken as no sample, because an option says so.";
 }
 
 #[cfg(test)]

@@ -37,6 +37,8 @@ pub struct LogOptions {
     /// Further texts that mean "no value" (`N/A`, `-32.768`); a number matches however it is written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing_values: Vec<String>,
+    /// What a value means that a slower sensor's channel only repeats.
+    pub repeated: Repeated,
     /// What to do with a row that repeats the time stamp before it.
     pub duplicates: Duplicates,
     /// Sort the rows by time.
@@ -70,6 +72,7 @@ impl Default for LogOptions {
             time_format: None,
             missing: Missing::Error,
             missing_values: Vec::new(),
+            repeated: Repeated::Sample,
             duplicates: Duplicates::Error,
             sort: false,
             truncated: Truncated::Error,
@@ -203,6 +206,16 @@ choice! {
         Error,
         /// The row is left out.
         Drop,
+        /// This sensor has no new sample at this instant.
+        NoSample,
+    }
+}
+
+choice! {
+    /// What a repeated value of a measured channel means where a slower sensor is written at the rate of the log.
+    Repeated {
+        /// A sample like any other.
+        Sample,
         /// This sensor has no new sample at this instant.
         NoSample,
     }

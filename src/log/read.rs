@@ -11,7 +11,7 @@ use super::check;
 use super::codes;
 use super::faults::Faults;
 use super::header::Plan;
-use super::options::{Duplicates, LogOptions};
+use super::options::{Duplicates, LogOptions, Repeated};
 use super::rows::{Passage, Rows};
 use crate::finding::{Code, Finding, Severity};
 use crate::run::Signal;
@@ -113,6 +113,10 @@ fn collect<R: Read>(
         table = sorted(table, options.duplicates, &mut faults);
         passage.duplicates += table.duplicates;
     }
+    let repeated = match options.repeated {
+        Repeated::Sample => Vec::new(),
+        Repeated::NoSample => without_repeats(&plan, &mut table.values),
+    };
     let taken = table.time.len();
     if taken == 0 && faults.is_empty() {
         let dropped = passage.missing + passage.duplicates + passage.truncated;
@@ -139,6 +143,11 @@ fn collect<R: Read>(
         return Err(LogError::refused(file, faults));
     }
     passage_findings(&mut log, &passage, options);
+    if !repeated.is_empty() {
+        let said: Vec<String> = repeated.iter().map(|(name, n)| format!("{n} of {taken} values of {name}")).collect();
+        let text = format!("{} only repeat the one before: no samples (repeated = \"no_sample\")", said.join(", "));
+        log.note(&codes::REPEATED, None, &text);
+    }
     let timed = plan.time.is_some();
     if timed && taken < FEW_ROWS {
         log.warn(
@@ -187,6 +196,22 @@ fn sorted(table: Table, duplicates: Duplicates, faults: &mut Faults) -> Table {
     });
     out.values = values.iter().map(|column| order.iter().map(|row| column[*row]).collect()).collect();
     out
+}
+
+/// Takes out of measured columns what a slower sensor only repeats; names the columns and counts.
+fn without_repeats(plan: &Plan, values: &mut [Vec<f64>]) -> Vec<(String, usize)> {
+    let measured = plan.columns.iter().zip(values).filter(|(column, _)| check::is_measured(&column.name));
+    let mut found = Vec::new();
+    // a column with absent samples has said already which are there
+    for (column, values) in measured.filter(|(_, values)| values.iter().all(|x| !x.is_nan())) {
+        let Some(hold) = check::hold::of(values) else { continue };
+        let kept = hold.samples(values);
+        found.push((column.name.clone(), values.len() - kept.len()));
+        let mut sparse = vec![f64::NAN; values.len()];
+        kept.into_iter().for_each(|k| sparse[k] = values[k]);
+        *values = sparse;
+    }
+    found
 }
 
 /// Columns become signals; those with absent samples get their own time stamps, shared where they are the same.

@@ -3,11 +3,14 @@
 //! Signals with their own time stamps stand in one table over all stamps, cells empty where a sensor has no sample:
 //! such a file is read back with `missing = "no_sample"`.
 
-use std::fs::File;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::columns::quantity;
+use super::read::LogFile;
 use crate::run::{Run, Signal};
 
 /// Why a run was not written.
@@ -23,14 +26,35 @@ pub enum WriteError {
     },
 }
 
-/// Writes a run to a file, replacing it.
+/// Writes a run to a file, replacing it: beside its place first, then under its name, so that it is there whole or not
+/// at all.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write(run: &Run, path: impl AsRef<Path>) -> Result<(), WriteError> {
-    let failed = |source| WriteError::File { file: path.as_ref().display().to_string(), source };
-    let mut file = BufWriter::new(File::create(path.as_ref()).map_err(failed)?);
-    write_to(run, &mut file).and_then(|()| file.flush()).map_err(failed)
+    let path = path.as_ref();
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = File::create(&beside).map(BufWriter::new).and_then(|mut file| {
+        write_to(run, &mut file)?;
+        file.flush()?;
+        fs::rename(&beside, path)
+    });
+    written.map_err(|source| {
+        // what is left of it is of no use to anybody
+        let _ = fs::remove_file(&beside);
+        WriteError::File { file: path.display().to_string(), source }
+    })
+}
+
+/// Writes a log that was read: its signals, commands in the unit in which they were logged.
+///
+/// # Errors
+/// Those of the sink.
+pub fn write_log(log: &LogFile, sink: &mut impl Write) -> std::io::Result<()> {
+    write_signals(&log.signals, &log.units, sink)
 }
 
 /// Writes a run: `t`, then the signals by name.
@@ -38,11 +62,21 @@ pub fn write(run: &Run, path: impl AsRef<Path>) -> Result<(), WriteError> {
 /// # Errors
 /// Those of the sink.
 pub fn write_to(run: &Run, sink: &mut impl Write) -> std::io::Result<()> {
-    let signals: Vec<(&str, &Signal)> = run.signals.iter().map(|(name, s)| (name.as_str(), s)).collect();
+    write_signals(&run.signals, &BTreeMap::new(), sink)
+}
+
+/// Channels whose unit is not in `units` are in that of their name.
+fn write_signals(
+    signals: &BTreeMap<String, Signal>,
+    units: &BTreeMap<String, &'static str>,
+    sink: &mut impl Write,
+) -> std::io::Result<()> {
+    let signals: Vec<(&str, &Signal)> = signals.iter().map(|(name, s)| (name.as_str(), s)).collect();
     write!(sink, "t [s]")?;
     for (name, _) in &signals {
-        let header = match quantity(name).and_then(|q| q.units().first()) {
-            Some(unit) => format!("{name} [{}]", unit.name),
+        let usual = quantity(name).and_then(|q| q.units().first()).map(|unit| unit.name);
+        let header = match units.get(*name).copied().or(usual) {
+            Some(unit) => format!("{name} [{unit}]"),
             None => (*name).to_string(),
         };
         write!(sink, ",{}", field(&header))?;
@@ -75,6 +109,17 @@ fn field(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::log::{LogOptions, options::Missing, read_from};
+
+    #[test]
+    fn commands_keep_the_unit_of_their_log() {
+        let text = b"t,u,V1 [us],V2 [1],V3\n0,1,1500,0.5,12\n1,1,1600,0.25,6\n";
+        let log = read_from(&text[..], "pwm", &LogOptions::default(), &["t", "u"]).unwrap();
+        let mut bytes = Vec::new();
+        write_log(&log, &mut bytes).unwrap();
+        assert!(bytes.starts_with(b"t [s],V1 [us],V2 [1],V3 [V],u [m/s]\n0.0,1500.0,0.5,12.0,1.0\n"));
+        let again = read_from(&bytes[..], "written", &LogOptions::default(), &["t", "u"]).unwrap();
+        assert_eq!((again.signals, again.units), (log.signals, log.units));
+    }
 
     #[test]
     fn sensors_of_different_rates_come_back() {

@@ -3,6 +3,7 @@
 //! A check finds, it does not mend: nothing is changed, dropped or rescaled.
 
 pub mod far;
+pub mod hold;
 pub mod plausible;
 pub mod repeat;
 pub mod sign;

@@ -28,7 +28,7 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         let names: Vec<&str> = held.iter().map(|(n, _)| *n).collect();
         let text = format!(
             "{} keep each value for {rows} rows: samples of a slower sensor, repeated; \
-             leave the repeated cells empty and set missing = \"no_sample\"",
+             set repeated = \"no_sample\" to take only the first of each",
             names.join(", ")
         );
         seen.push(Seen::new(codes::HELD, &names, None, text));
