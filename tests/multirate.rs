@@ -217,3 +217,20 @@ fn the_latency_between_files_is_estimated() {
     assert!(lag(&right).abs() < 0.05, "{}", lag(&right));
     assert!(right.warnings.iter().all(|f| f.code != "K116"), "{:#?}", right.warnings);
 }
+
+/// Nanoseconds that were read as seconds: an integrator would step without end.
+#[test]
+fn stamps_that_are_no_seconds_do_not_hang() {
+    let folder = folder("nanoseconds");
+    let mut rows = Swim::new(100.0, 2.0, 1.0, 8).rows;
+    rows.iter_mut().for_each(|row| row[0] = (1e9 * row[0]).round());
+    fs::write(folder.join("log.csv"), file(&rows, &ALL, 0.0)).unwrap();
+    let loaded = load(&folder, "'log.csv'");
+    assert!(loaded.findings.iter().any(|f| f.code == "L106"));
+    let error = campaign::fit(&loaded, FitOptions { estimator: Some(Estimator::OutputError) }).unwrap_err().to_string();
+    assert!(error.contains("time_unit") && error.contains("2.0000e9 s"), "{error}");
+    let path = folder.join("campaign.toml");
+    fs::write(&path, format!("{CAMPAIGN}\n[[run]]\nfile = 'log.csv'\nresample = 4.0\n")).unwrap();
+    let error = Campaign::load(&path, LoadOptions::default()).unwrap_err();
+    assert_eq!(error.findings()[0].code, "M009", "{error}");
+}

@@ -11,6 +11,7 @@ codes! {
     NOTHING_LEFT = "M006" "empty-window" Error "No sample is left of a run after `from`, `to` and `where`.";
     NOT_ON_CHANNEL = "M007" "missing-column" Error "The model or an option reads a channel that a run does not have.";
     NO_TRAINING = "M008" "no-training-run" Error "No run takes part in the fit: at least one needs role = \"train\".";
+    RESAMPLE = "M009" "resample" Error "Resampling would make more than a thousand samples of each: the rate or the unit of time is wrong.";
 
     NOT_CONVERGED = "M101" "not-converged" Warning "The estimation stopped before it converged: the start may be far off, or some parameters are nearly tied.";
     UNPHYSICAL = "M102" "non-physical" Warning "An estimate that no vehicle has: drag dissipates and virtual mass is not below the dry mass. A sign, a frame or a scale of thrust is wrong, or the data do not determine it.";

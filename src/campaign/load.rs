@@ -241,6 +241,9 @@ fn assemble(
     })
 }
 
+/// Samples that resampling may make of one; more shows nothing that is not there.
+const MOST_MADE_UP: f64 = 1000.0;
+
 /// Window, condition, rate and headings of a run.
 fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: usize) -> Result<(), Error> {
     window::cut(&mut logged.run, table);
@@ -251,6 +254,19 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
     }
     if let Some(rate) = table.resample {
         let held = table.input.unwrap_or(file.model.input) == Interpolation::Hold;
+        let (from, to) = logged.run.span().unwrap_or_default();
+        let most = logged.run.signals.values().map(Signal::len).max().unwrap_or(0);
+        if rate * (to - from) > MOST_MADE_UP * most as f64 + 1e4 {
+            let text = format!(
+                "`resample` = {rate} would make {:.3e} samples of {most} over {:.4e} s; if its time stamps are no seconds \
+                 set time_unit",
+                rate * (to - from),
+                to - from
+            );
+            let name = &logged.run.name;
+            let finding = Finding::at(&codes::RESAMPLE, name, None, None, &text).of_run(name);
+            return Err(Error::Refused { findings: vec![finding] });
+        }
         window::resample(&mut logged.run, rate, held);
     }
     for angle in [Dof::Roll, Dof::Yaw].map(Dof::position) {

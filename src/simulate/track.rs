@@ -35,6 +35,23 @@ pub enum TrackError {
         /// How many it has.
         samples: usize,
     },
+    /// So many steps between its instants that its time is hardly in seconds.
+    #[error(
+        "run `{run}` has {samples} instants over {seconds:.4e} s: at {longest} s a step that is {steps:.4e} steps of the integrator; \
+         if its time stamps are no seconds set time_unit, else set fit.longest_step"
+    )]
+    TooManySteps {
+        /// Name of the run.
+        run: String,
+        /// How many instants it has.
+        samples: usize,
+        /// What they span, gaps not counted, s.
+        seconds: f64,
+        /// Longest step that is allowed, s.
+        longest: f64,
+        /// Steps that it would take.
+        steps: f64,
+    },
 }
 
 /// One step of the integrator.
@@ -108,11 +125,13 @@ impl Track {
         if time.len() < 2 {
             return Err(TrackError::TooShort { run: run.name.clone(), samples: time.len() });
         }
+        let starts = starts(&time, &run.gaps);
+        affordable(run, &time, &starts, longest)?;
         let mut track = Track {
             name: run.name.clone(),
             run: index,
             observed: on_grid(&observed, &time),
-            starts: starts(&time, &run.gaps),
+            starts,
             substeps: Vec::new(),
             steps_to: Vec::new(),
             inputs: Vec::new(),
@@ -131,7 +150,7 @@ impl Track {
         for k in 1..self.time.len() {
             let (begin, end) = (self.time[k - 1], self.time[k]);
             self.steps_to.push(self.substeps.len());
-            if self.starts.contains(&k) {
+            if self.starts.binary_search(&k).is_ok() {
                 continue;
             }
             // a step that is longer by rounding alone is not divided
@@ -223,6 +242,21 @@ impl Reader<'_> {
             (false, false) => x[k] + slope * (t - time[k]),
         }
     }
+}
+
+/// Refuses what would take steps without end.
+fn affordable(run: &Run, time: &[f64], starts: &[usize], longest: f64) -> Result<(), TrackError> {
+    /// Steps between two instants, in the mean: a sample every 20 s at the usual longest step shows no dynamics.
+    const MOST: f64 = 200.0;
+    /// Steps that any run may take.
+    const ALWAYS: f64 = 1e4;
+    let inside = |k: &usize| starts.binary_search(k).is_err();
+    let seconds: f64 = (1..time.len()).filter(inside).map(|k| time[k] - time[k - 1]).sum();
+    let (samples, steps) = (time.len(), seconds / longest);
+    if steps <= ALWAYS + MOST * samples as f64 {
+        return Ok(());
+    }
+    Err(TrackError::TooManySteps { run: run.name.clone(), samples, seconds, longest, steps })
 }
 
 /// Union of the observed channels' time stamps; that of the commands where nothing is observed.
