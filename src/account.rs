@@ -5,13 +5,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::campaign::{Campaign, Comparison, Fit, Simulation};
+use crate::campaign::{self, Campaign, Comparison, Error, Fit, FitOptions, Simulation};
 use crate::discover::{Discovery, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Check, Column, Curves, Document, Equation, Figure, Label, Light, Origin,
-    Panel, Section, Series, Table,
+    Panel, Section, Series, Table, render,
 };
 use crate::run::Role;
 
@@ -46,6 +46,25 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
         sections,
         origin,
     }
+}
+
+/// The report of a campaign as one HTML page: of the best model that there is, with what the discovery has added.
+///
+/// # Errors
+/// [`Error`] where the campaign cannot be fitted or simulated.
+pub fn page_of(campaign: &Campaign, found: Option<&Discovery>, origin: Origin) -> Result<String, Error> {
+    let mut campaign = campaign.clone();
+    if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
+        campaign.model = model.clone();
+    }
+    let campaign = &campaign;
+    let fitted = campaign::fit(campaign, FitOptions::default())?;
+    let under = campaign.under(&fitted.efficiency);
+    let comparison = campaign::compare(&under, &fitted.model, &fitted.envelope)?;
+    let simulation = campaign::simulate(&under, &fitted.model, &fitted.envelope)?;
+    let results =
+        Results { campaign, fit: &fitted, comparison: &comparison, simulation: &simulation, discovery: found };
+    Ok(render(&account(&results, origin)))
 }
 
 /// The sentence at the top.

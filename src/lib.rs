@@ -37,6 +37,7 @@ pub mod navigation;
 pub mod nearest;
 pub mod plan;
 pub mod procedure;
+pub mod progress;
 pub mod report;
 pub mod run;
 pub mod simulate;

@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile, ModelFileError};
+use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError};
+use hydrosysid::report::{Input, Origin};
 use hydrosysid::tank;
 use pyo3::prelude::*;
 
 use crate::error;
+use crate::log::options;
 use crate::run::{GivenRun, to_runs};
-use crate::work::detached;
+use crate::work::{detached, interruptible};
 
 /// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
 #[pyclass(frozen, module = "hydrosysid._native")]
@@ -47,38 +50,86 @@ impl NativeCampaign {
     }
 
     /// The fit as JSON, and the model file that it makes, as TOML.
-    fn fit(&self, py: Python<'_>, estimator: Option<&str>) -> PyResult<(String, String)> {
+    fn fit(&self, py: Python<'_>, estimator: Option<&str>, progress: Option<Py<PyAny>>) -> PyResult<(String, String)> {
         let estimator = estimator.map(|name| serde_json::from_value(name.into()));
         let estimator = estimator.transpose().map_err(|e| error::usage(py, &e))?;
-        let fitted = detached(py, || campaign::fit(&self.0, FitOptions { estimator }))?;
+        let fitted = interruptible(py, progress, || campaign::fit(&self.0, FitOptions { estimator }))?;
         let fitted = fitted.map_err(|e| error::campaign(py, &e))?;
         let model = ModelFile::of(&self.0, &fitted).to_text(Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
         Ok((error::to_json(&fitted)?, model))
     }
 
     /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON.
-    fn simulate(&self, py: Python<'_>, model: &str) -> PyResult<String> {
+    fn simulate(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
-        let result = detached(py, || campaign::simulate(&self.0.under(&file.efficiency), &model, &file.envelope))?;
+        let result = interruptible(py, progress, || {
+            campaign::simulate(&self.0.under(&file.efficiency), &model, &file.envelope)
+        })?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// The comparison of a model with the runs as JSON.
-    fn compare(&self, py: Python<'_>, model: &str) -> PyResult<String> {
+    fn compare(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
-        let result = detached(py, || campaign::compare(&self.0.under(&file.efficiency), &model, &file.envelope))?;
+        let under = self.0.under(&file.efficiency);
+        let result = interruptible(py, progress, || campaign::compare(&under, &model, &file.envelope))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// The discovery as JSON; `families` are those of the campaign when absent.
-    fn discover(&self, py: Python<'_>, families: Option<Vec<String>>) -> PyResult<String> {
+    fn discover(&self, py: Python<'_>, families: Option<Vec<String>>, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let mut campaign = self.0.clone();
         if let Some(names) = families {
             let families = names.into_iter().map(|name| serde_json::from_value(name.into())).collect::<Result<_, _>>();
             campaign.file.discover.families = families.map_err(|e: serde_json::Error| error::usage(py, &e))?;
         }
-        let result = detached(py, || campaign::discover(&campaign))?;
+        let result = interruptible(py, progress, || campaign::discover(&campaign))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// The report as one HTML page; `inputs` are names and hashes of the files that were read.
+    fn report(
+        &self,
+        py: Python<'_>,
+        discovery: bool,
+        command: String,
+        inputs: Vec<(String, String)>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let inputs = inputs.into_iter().map(|(name, sha256)| Input { name, sha256 }).collect();
+        let version = format!("hydrosysid {}", env!("CARGO_PKG_VERSION"));
+        let origin = Origin { version, command, inputs, seed: None };
+        let page = interruptible(py, progress, || {
+            let found = if discovery { Some(campaign::discover(&self.0)?) } else { None };
+            page_of(&self.0, found.as_ref(), origin)
+        })?;
+        page.map_err(|e| error::campaign(py, &e))
+    }
+
+    /// Files that were read: the campaign and its logs.
+    fn sources(&self) -> Vec<PathBuf> {
+        self.0.sources.clone()
+    }
+
+    /// The same campaign with other runs: each the stretch `from` to `to`, s, of the run of this index.
+    fn resampled(&self, stretches: Vec<(usize, f64, f64)>) -> NativeCampaign {
+        let mut other = self.0.clone();
+        other.runs = stretches
+            .iter()
+            .enumerate()
+            .filter_map(|(k, (run, from, to))| {
+                let mut run = self.0.runs.get(*run)?.between(*from, *to);
+                run.name = format!("{} #{k}", run.name);
+                Some(run)
+            })
+            .collect();
+        NativeCampaign(other)
+    }
+
+    /// Kind, role, begin and end of each run, s.
+    fn spans(&self) -> PyResult<String> {
+        let spans: Vec<_> = self.0.runs.iter().map(|run| (run.kind, run.role, run.span())).collect();
+        error::to_json(&spans)
     }
 }
 
@@ -117,4 +168,25 @@ pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> 
         made.write(&folder).map_err(|e| e.to_string())
     })?;
     written.map_err(|e| error::usage(py, &e))
+}
+
+/// The text of a campaign file over logs: each a path to read and the text that is to stand in the campaign.
+#[pyfunction]
+#[pyo3(signature = (logs, name, mass, volume, weight, buoyancy, length, log_options))]
+#[allow(clippy::too_many_arguments)] // the package calls it by keyword
+pub fn init_campaign(
+    py: Python<'_>,
+    logs: Vec<(PathBuf, String)>,
+    name: String,
+    mass: Option<f64>,
+    volume: Option<f64>,
+    weight: Option<f64>,
+    buoyancy: Option<f64>,
+    length: Option<f64>,
+    log_options: &str,
+) -> PyResult<String> {
+    let facts = InitFacts { name, mass, volume, weight, buoyancy, length };
+    let options = options(py, log_options)?;
+    let logs: Vec<(&Path, String)> = logs.iter().map(|(path, shown)| (path.as_path(), shown.clone())).collect();
+    detached(py, || campaign::init(&logs, &facts, &options))?.map_err(|e| error::campaign(py, &e))
 }

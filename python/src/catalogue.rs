@@ -1,5 +1,6 @@
 //! The catalogue of effects, and their columns on runs.
 
+use hydrosysid::campaign::codes;
 use hydrosysid::effects::{Coriolis, Effect, Scope, catalogue};
 use hydrosysid::estimate::{Nodes, RegressorOptions, Span, regressors_of};
 use hydrosysid::frame::Dof;
@@ -36,6 +37,15 @@ fn described(effect: &dyn Effect) -> Value {
         "id": about.id, "family": about.family, "dofs": dofs, "formula": about.formula, "meaning": about.meaning,
         "source": about.source, "shown_by": about.shown_by, "parameters": parameters,
     })
+}
+
+/// What the codes of findings mean, as JSON: a list of objects.
+#[pyfunction]
+pub fn codes_explained() -> PyResult<String> {
+    let list: Vec<Value> = codes::everywhere()
+        .map(|c| json!({"code": c.code, "kind": c.kind, "severity": c.severity, "meaning": c.meaning}))
+        .collect();
+    error::to_json(&list)
 }
 
 /// Names, columns (n, p), right-hand side, and begin and end of each row (n, 2).

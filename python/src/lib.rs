@@ -5,6 +5,7 @@
 
 #![allow(missing_docs)] // what is public here is what the macros of PyO3 make so; `_native.pyi` is its documentation
 
+mod attitude;
 mod campaign;
 mod catalogue;
 mod command;
@@ -20,15 +21,17 @@ mod work;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use super::campaign::{NativeCampaign, check_campaign, tank_campaign};
+    use super::attitude::{euler, to_body};
     #[pymodule_export]
-    use super::catalogue::{effects, regressors};
+    use super::campaign::{NativeCampaign, check_campaign, init_campaign, tank_campaign};
+    #[pymodule_export]
+    use super::catalogue::{codes_explained, effects, regressors};
     #[pymodule_export]
     use super::command::command;
     #[pymodule_export]
     use super::least_squares::least_squares;
     #[pymodule_export]
-    use super::log::{check_logs, read_log};
+    use super::log::{check_logs, csv_of, read_log, to_si};
     #[pymodule_export]
     use super::numbers::{fit_thruster, polynomial_filter, rk4};
     #[pymodule_export]

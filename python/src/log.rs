@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hydrosysid::campaign;
-use hydrosysid::log::{self, LogOptions};
-use numpy::PyArray1;
+use hydrosysid::log::columns::{any_unit, quantity};
+use hydrosysid::log::header::Column;
+use hydrosysid::log::{self, LogOptions, OptionsError};
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::error;
+use crate::run::GivenRun;
 use crate::work::detached;
 
 /// The `[log]` options from the JSON of the package's keywords.
-fn options(py: Python<'_>, json: &str) -> PyResult<LogOptions> {
+pub fn options(py: Python<'_>, json: &str) -> PyResult<LogOptions> {
     serde_json::from_str(json).map_err(|e| error::usage(py, &e))
 }
 
@@ -45,4 +48,38 @@ pub fn check_logs(py: Python<'_>, paths: Vec<PathBuf>, log_options: &str, requir
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     let found = detached(py, || campaign::check_logs(&paths, &options, &required))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
+}
+
+/// Values of the channel `name` in SI units and the axes of the library, with the name that it has there. `log_options`
+/// hold its one entry of `columns`, and the axes it is written in.
+#[pyfunction]
+pub fn to_si<'py>(
+    py: Python<'py>,
+    name: &str,
+    values: PyReadonlyArray1<'py, f64>,
+    log_options: &str,
+) -> PyResult<(String, Bound<'py, PyArray1<f64>>)> {
+    let options = options(py, log_options)?;
+    options.validate().map_err(|e| error::usage(py, &e))?;
+    let source = options.columns.get(name).cloned().unwrap_or_else(|| name.into());
+    let unit = source.unit.as_deref().map(|unit| match quantity(name) {
+        Some(quantity) => quantity.unit(unit).ok_or_else(|| quantity.accepted()),
+        None => any_unit(unit).ok_or_else(|| "m, rad, deg, m/s, mm/s, cm/s, kn, rad/s, deg/s, N, kgf, lbf".to_string()),
+    });
+    let unit = unit.transpose().map_err(|accepted| {
+        let unit = source.unit.clone().unwrap_or_default();
+        error::usage(py, &OptionsError::Unit { column: name.to_string(), unit, accepted })
+    })?;
+    let column = Column::new(name, 0, unit, &source, &options);
+    let found: Vec<f64> = values.as_slice()?.iter().map(|x| column.convert(*x)).collect();
+    Ok((column.name.clone(), PyArray1::from_vec(py, found)))
+}
+
+/// A run as CSV: the bytes of the file.
+#[pyfunction]
+pub fn csv_of(py: Python<'_>, run: GivenRun<'_>) -> PyResult<Vec<u8>> {
+    let run = run.to_run(py)?;
+    let mut bytes = Vec::new();
+    detached(py, || log::write_to(&run, &mut bytes))?.map_err(|e| error::usage(py, &e))?;
+    Ok(bytes)
 }

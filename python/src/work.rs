@@ -1,11 +1,24 @@
-//! Long work: without the interpreter's lock, its panics caught, Ctrl-C heeded when it is done.
+//! Long work: without the interpreter's lock, its panics caught, its progress handed on, ended by Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
 
+use hydrosysid::progress::{Step, Watch, watched};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// Runs `work` while other Python threads go on.
+/// How often Python's signals are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What was caught of a panic, as an ordinary exception.
+fn defect(panic: &(dyn std::any::Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+    PyRuntimeError::new_err(format!("defect of hydrosysid, please report it: {}", text.unwrap_or("panic")))
+}
+
+/// Runs short `work` while other Python threads go on.
 ///
 /// # Errors
 /// `RuntimeError` for a panic, which is a defect of the library; `KeyboardInterrupt` where the user asked to stop.
@@ -13,8 +26,60 @@ pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyR
     // nothing that the work has touched is seen again after a panic
     let done = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
     py.check_signals()?;
-    done.map_err(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-        PyRuntimeError::new_err(format!("defect of hydrosysid, please report it: {}", text.unwrap_or("panic")))
+    done.map_err(|panic| defect(&*panic))
+}
+
+/// What the thread that works says to the one that waits.
+enum Event {
+    Step(Step),
+    Done,
+}
+
+/// Runs long `work` on a thread beside, while other Python threads go on; `progress(what, done, of)` is called for every
+/// step. What it raises, and Ctrl-C, ends the work within some milliseconds.
+///
+/// # Errors
+/// As [`detached`], and what `progress` raises.
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
+    py.detach(|| {
+        let (say, hear) = channel();
+        let steps = say.clone();
+        // who no longer listens has its reasons
+        let watch = Watch::new(move |step| drop(steps.send(Event::Step(step))));
+        let told = |step: &Step| match &progress {
+            Some(call) => Python::attach(|py| call.call1(py, (&step.what, step.done, step.of)).map(drop)),
+            None => Ok(()),
+        };
+        thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                let done = catch_unwind(AssertUnwindSafe(|| watched(&watch, work)));
+                drop(say.send(Event::Done));
+                done
+            });
+            let mut failed = None;
+            loop {
+                let told = match hear.recv_timeout(LOOK) {
+                    Ok(Event::Step(step)) => told(&step),
+                    Ok(Event::Done) | Err(RecvTimeoutError::Disconnected) => break,
+                    Err(RecvTimeoutError::Timeout) => Ok(()),
+                };
+                if let Err(error) = told.and_then(|()| Python::attach(|py| py.check_signals())) {
+                    watch.stop();
+                    failed = Some(error);
+                    break;
+                }
+            }
+            let done = worker.join().and_then(|done| done);
+            match (failed, done) {
+                (Some(error), _) => Err(error),
+                (None, Ok(Ok(result))) => Ok(result),
+                (None, Ok(Err(stopped))) => Err(PyRuntimeError::new_err(stopped.to_string())),
+                (None, Err(panic)) => Err(defect(&*panic)),
+            }
+        })
     })
 }

@@ -31,6 +31,34 @@ pub struct Simulation {
     pub warnings: Vec<Finding>,
 }
 
+impl Simulation {
+    /// All runs side by side for a plotting tool: channels `RUN/u/measured`, `RUN/u/simulated` and `RUN/u/residual`
+    /// (measured − simulated), SI, each at the instants at which it is known.
+    pub fn series(&self) -> Run {
+        let mut side_by_side = Run { name: "series".into(), ..Run::default() };
+        for run in &self.runs {
+            for (channel, simulated) in &run.simulated {
+                let measured: Vec<f64> = run
+                    .measured
+                    .get(channel)
+                    .map_or_else(Vec::new, |column| column.iter().map(|x| x.unwrap_or(f64::NAN)).collect());
+                let residual = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();
+                let of = |kind| format!("{}/{channel}/{kind}", run.run);
+                for (kind, values) in [("measured", measured), ("simulated", simulated.clone()), ("residual", residual)]
+                {
+                    let known: Vec<(f64, f64)> =
+                        run.time.iter().copied().zip(values).filter(|(_, x)| x.is_finite()).collect();
+                    if !known.is_empty() {
+                        let (time, values): (Vec<f64>, Vec<f64>) = known.into_iter().unzip();
+                        side_by_side.signals.insert(of(kind), Signal::new(time.into(), values));
+                    }
+                }
+            }
+        }
+        side_by_side
+    }
+}
+
 /// One simulated run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Simulated {
@@ -105,4 +133,29 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
         }
     }
     Ok(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_hold_what_is_known_at_its_own_instants() {
+        let run = Simulated {
+            run: "a".into(),
+            role: Role::Train,
+            time: vec![0.0, 0.5, 1.0],
+            simulated: [("u".to_string(), vec![1.0, 2.0, f64::INFINITY]), ("r".to_string(), vec![0.0; 3])].into(),
+            measured: [("u".to_string(), vec![Some(1.5), None, Some(4.0)]), ("r".to_string(), vec![None; 3])].into(),
+        };
+        let series = Simulation { format: 1, runs: vec![run], warnings: Vec::new() }.series();
+        let names: Vec<&str> = series.signals.keys().map(String::as_str).collect();
+        assert_eq!(names, ["a/r/simulated", "a/u/measured", "a/u/residual", "a/u/simulated"]);
+        assert_eq!(series.signals["a/u/measured"].time(), [0.0, 1.0]);
+        assert_eq!(series.signals["a/u/simulated"].values(), [1.0, 2.0]);
+        assert_eq!(
+            (series.signals["a/u/residual"].time(), series.signals["a/u/residual"].values()),
+            (&[0.0][..], &[0.5][..])
+        );
+    }
 }

@@ -148,13 +148,20 @@ pub(super) struct Check {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  hydrosysid convert dive.csv plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'"
+    after_help = "Examples:\n  hydrosysid convert dive.csv -o plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'\n  hydrosysid convert dive.mcap -o plain.csv --map map.toml\n\nThe map is a TOML table as the campaign's [log]: columns (canonical name = where it stands, with unit, scale,\nsign and frame), body_frame, earth_frame, and so on. ROS bags, MCAP, DataFlash, ULog, MAT, Parquet, Arrow and NumPy\nfiles are read by the command of the Python package."
 )]
 pub(super) struct Convert {
-    /// Log to read.
+    /// Log to read: CSV, or with the Python package a bag, .mcap, .bin, .ulg, .mat, .parquet, .arrow, .npz.
     pub log: PathBuf,
     /// File to write.
-    pub output: PathBuf,
+    #[arg(required_unless_present = "out", conflicts_with = "out")]
+    pub output: Option<PathBuf>,
+    /// File to write.
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// TOML file with the reading options, columns among them.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
 }
@@ -205,7 +212,9 @@ pub(super) struct Fit {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hydrosysid simulate campaign.toml --model model.toml --output simulated")]
+#[command(
+    after_help = "Examples:\n  hydrosysid simulate campaign.toml --model model.toml --output simulated\n  hydrosysid simulate campaign.toml --series series.csv"
+)]
 pub(super) struct Simulate {
     /// Campaign file.
     pub campaign: PathBuf,
@@ -216,7 +225,18 @@ pub(super) struct Simulate {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
+    pub series: Series,
+    #[command(flatten)]
     pub loading: Loading,
+}
+
+/// Series for a plotting tool.
+#[derive(Debug, Args)]
+pub(super) struct Series {
+    /// Write measured, simulated and residual series of all runs side by side to FILE, for PlotJuggler or Foxglove: .csv,
+    /// or .mcap with the Python package.
+    #[arg(long, value_name = "FILE")]
+    pub series: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -227,6 +247,8 @@ pub(super) struct Compare {
     /// Model to compare; the campaign is fitted when absent.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub series: Series,
     #[command(flatten)]
     pub loading: Loading,
 }

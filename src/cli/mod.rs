@@ -6,6 +6,7 @@
 mod arguments;
 mod catalogue;
 mod check;
+mod convert;
 mod failure;
 mod message;
 mod output;
@@ -59,7 +60,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Demo(a) => show::demo(a, output),
         Verb::Init(a) => verbs::init(a, output),
         Verb::Check(a) => check::check(a, output),
-        Verb::Convert(a) => verbs::convert(a, output),
+        Verb::Convert(a) => convert::convert(a, output),
         Verb::Fit(a) => verbs::fit(a, output),
         Verb::Simulate(a) => verbs::simulate(a, output),
         Verb::Compare(a) => verbs::compare(a, output),

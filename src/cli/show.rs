@@ -7,12 +7,12 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
 use super::verbs::{load, print_discovery};
-use crate::account::{Results, account, gap_figure};
-use crate::campaign::{self, Campaign, FitOptions, ModelFile};
+use crate::account::{self, gap_figure};
+use crate::campaign::{self, Campaign, ModelFile};
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
 use crate::report::svg::standalone;
-use crate::report::{Input, Origin, render};
+use crate::report::{Input, Origin};
 
 pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
@@ -120,27 +120,15 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The report of a campaign: fit, comparison, simulation, and what the discovery found.
+/// The report of a campaign, with where it comes from.
 fn page_of(loaded: &Campaign, found: Option<&Discovery>, seed: Option<u64>) -> Result<String, Failure> {
-    // the page is of the best model that there is: with what the discovery has added
-    let mut loaded = loaded.clone();
-    if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
-        loaded.model = model.clone();
-    }
-    let loaded = &loaded;
-    let fitted = campaign::fit(loaded, FitOptions::default())?;
-    let under = loaded.under(&fitted.efficiency);
-    let comparison = campaign::compare(&under, &fitted.model, &fitted.envelope)?;
-    let simulation = campaign::simulate(&under, &fitted.model, &fitted.envelope)?;
     let origin = Origin {
         version: format!("hydrosysid {}", env!("CARGO_PKG_VERSION")),
         command: std::env::args().collect::<Vec<_>>().join(" "),
         inputs: loaded.sources.iter().map(|path| input(path)).collect::<Result<_, _>>()?,
         seed,
     };
-    let results =
-        Results { campaign: loaded, fit: &fitted, comparison: &comparison, simulation: &simulation, discovery: found };
-    Ok(render(&account(&results, origin)))
+    Ok(account::page_of(loaded, found, origin)?)
 }
 
 /// A file with the hash of what is in it.

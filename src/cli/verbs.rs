@@ -6,7 +6,7 @@ use super::arguments::{self as typed, Loading, Reading};
 use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
-use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile};
+use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
 use crate::discover::Discovery;
 use crate::log::{self, LogOptions};
 use crate::run::Run;
@@ -57,22 +57,6 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure> {
-    output.may_write(Some(&a.output))?;
-    let options = reading(&a.reading)?;
-    let name = a.log.display().to_string();
-    let read = log::read(&a.log, &options, &[]).map_err(|source| campaign::Error::Log { run: name, source })?;
-    let mut bytes = Vec::new();
-    log::write_log(&read, &mut bytes).map_err(|source| Failure::Write { file: a.output.clone(), source })?;
-    output.write(&a.output, &bytes)?;
-    output.print(&format!("{}: {} rows, {} channels", a.output.display(), read.rows, read.signals.len()));
-    if read.signals.values().any(|signal| signal.len() < read.rows) {
-        output.print("cells are empty where a sensor has no sample: read it with missing = \"no_sample\"");
-    }
-    let findings: Vec<_> = read.warnings.into_iter().chain(read.notes).collect();
-    output.tell(&findings)
 }
 
 pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
@@ -155,8 +139,30 @@ fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output)
     })
 }
 
+/// Refuses a file for series that cannot be written, before any work.
+fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> {
+    output.may_write(path)?;
+    match path.map(|p| (p, p.extension().and_then(|e| e.to_str()))) {
+        None | Some((_, Some("csv"))) => Ok(()),
+        Some((path, end)) => {
+            let who = "is written by the command of the Python package: pip install 'hydrosysid[mcap]'";
+            let what = if end == Some("mcap") { who } else { "ends neither in .csv nor in .mcap" };
+            Err(Failure::Argument(format!("--series {}: this {what}", path.display())))
+        }
+    }
+}
+
+/// Writes measured, simulated and residual series side by side.
+fn write_series(simulated: &Simulation, path: &Path, output: &Output) -> Result<(), Failure> {
+    let mut bytes = Vec::new();
+    let failed = |source| Failure::Write { file: path.to_path_buf(), source };
+    log::write_to(&simulated.series(), &mut bytes).map_err(failed)?;
+    output.write(path, &bytes)
+}
+
 pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failure> {
     output.may_write(a.output.as_deref())?;
+    may_hold_series(a.series.series.as_deref(), output)?;
     let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
     let busy = output.busy("simulating");
     let result = campaign::simulate(&chosen.campaign, &chosen.model, &chosen.envelope)?;
@@ -181,14 +187,20 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
             output.write(&file, &bytes)?;
         }
     }
+    if let Some(path) = &a.series.series {
+        write_series(&result, path, output)?;
+    }
     output.json(&result)
 }
 
 pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure> {
-    output.may_write(None)?;
+    may_hold_series(a.series.series.as_deref(), output)?;
     let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
     let busy = output.busy("simulating");
     let result = campaign::compare(&chosen.campaign, &chosen.model, &chosen.envelope)?;
+    if let Some(path) = &a.series.series {
+        write_series(&campaign::simulate(&chosen.campaign, &chosen.model, &chosen.envelope)?, path, output)?;
+    }
     busy.finish_and_clear();
     let rows: Vec<Vec<String>> = result
         .runs

@@ -13,6 +13,7 @@ use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::{Model, name_of};
+use crate::progress;
 use crate::run::{Role, Run};
 
 /// The four answers.
@@ -191,7 +192,8 @@ pub fn discover(
     let judges = if held.is_empty() { train.clone() } else { held.clone() };
     let noise = floor(&last.model, &judges, fitting)?;
     let mut steps = Vec::new();
-    for step in &found.steps {
+    for (k, step) in found.steps.iter().enumerate() {
+        progress::tell("the gap on held-out runs", k, found.steps.len());
         let gap = if held.is_empty() {
             in_turn(&step.fit.model, &train, fitting)?
         } else {

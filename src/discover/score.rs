@@ -9,6 +9,8 @@
 //! One integration of the sensitivities of a model in which every candidate stands with its parameter at zero gives
 //! all z. Products with the residual r and with ∂y/∂θ are summed segment by segment, so that no column is kept.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
@@ -16,6 +18,7 @@ use crate::chain::{Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::estimate::output_error::{LANES, OutputErrorFit, OutputErrorOptions, Problem};
 use crate::model::{Model, Term, name_of};
+use crate::progress;
 use crate::run::{Run, Signal};
 use crate::simulate::{Emission, Track, TrackError, free_run, integrate, values_in_run, widest};
 
@@ -89,8 +92,16 @@ pub fn score(
         filled += plan.parameters.len();
         chunks.last_mut().expect("there is a first chunk").push(plan);
     }
-    let results: Vec<(Vec<Probe>, Vec<Own>)> =
-        chunks.into_par_iter().map(|chunk| score_chunk(fit, &runs, &big, &chunk, options)).collect::<Result<_, _>>()?;
+    let (parts, done) = (chunks.len(), AtomicUsize::new(0));
+    let results: Vec<(Vec<Probe>, Vec<Own>)> = chunks
+        .into_par_iter()
+        .map(|chunk| {
+            progress::tell(format!("judging {} candidates", candidates.len()), done.load(Ordering::Relaxed), parts);
+            let scored = score_chunk(fit, &runs, &big, &chunk, options);
+            done.fetch_add(1, Ordering::Relaxed);
+            scored
+        })
+        .collect::<Result<_, _>>()?;
     let mut probes = Vec::new();
     let mut own = Vec::new();
     for (part, model) in results {

@@ -12,6 +12,7 @@ use super::{Candidate, Evidence, candidates, judge, score};
 use crate::effects::{Effect, Family, Place};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from};
 use crate::model::Model;
+use crate::progress;
 use crate::run::Run;
 
 /// How the search is done.
@@ -90,6 +91,7 @@ pub fn search(
     fitting: &OutputErrorOptions,
     options: &SearchOptions,
 ) -> Result<Search, OutputErrorError> {
+    progress::tell("fitting the baseline", 0, 0);
     let (fit, mut at) = settle(baseline, runs, fitting)?;
     let mut found =
         Search { steps: vec![Step { name: None, fit }], added: Vec::new(), removed: Vec::new(), last: Vec::new() };
@@ -176,6 +178,7 @@ fn best(
         if tried.len() == options.refits {
             break;
         }
+        progress::tell(format!("fitting with {}", list[e.candidate].name()), tried.len(), options.refits);
         if let Some(fit) = refit(current, runs, &list[e.candidate], e, fitting) {
             tried.push((e.candidate, fit, e));
         }

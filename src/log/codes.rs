@@ -42,6 +42,10 @@ codes! {
     NO_FINAL_NEWLINE = "L202" "no-final-newline" Note "The last row is without its line end; its fields are complete.";
     UNEVEN_COMMAND = "L203" "uneven-command" Note "A command with time stamps of its own comes at uneven steps: input = \"hold\" is what a command does that is logged when it changes.";
     REPEATED = "L204" "repeated-values" Note "Values that a slower sensor's channel only repeats were taken as no sample, because an option says so.";
+    CLOCK = "L211" "clock" Note "Which clock the time stamps of a log in another format are of; `clock` chooses.";
+    ORIGIN = "L212" "time-origin" Note "Time stamps of a wall clock: the first of them is t = 0.";
+    NO_SAMPLE = "L213" "no-sample" Note "Samples were left out because an option says that they are none: not valid, missing or repeated.";
+    TURNED = "L214" "earth-to-body" Note "Velocities logged along earth axes were turned to body axes by the logged attitude.";
 }
 
 #[cfg(test)]

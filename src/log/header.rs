@@ -29,6 +29,24 @@ pub struct Column {
 }
 
 impl Column {
+    /// The channel `name` that `source` says how to find, written in `unit` and in the axes of `options`.
+    pub fn new(name: &str, index: usize, unit: Option<Unit>, source: &ColumnSource, options: &LogOptions) -> Column {
+        let turn = frames::turn(name, options.body_frame, options.earth_frame);
+        let (times, over) = unit.map_or((1.0, 1.0), |u| (u.times, u.over));
+        let times = times * source.scale * f64::from(source.sign) * turn.sign;
+        let quantity = columns::quantity(name);
+        Column {
+            name: turn.name.to_string(),
+            index,
+            unit: si_unit(quantity, unit),
+            strict: quantity.is_some(),
+            times,
+            over,
+            offset: turn.offset,
+            plain: (times, over, turn.offset) == (1.0, 1.0, 0.0),
+        }
+    }
+
     /// The value in SI units and in the axes of the crate.
     #[inline]
     pub fn convert(&self, x: f64) -> f64 {
@@ -249,20 +267,9 @@ impl Reader<'_> {
                 continue;
             }
             let source = self.options.columns.get(name).cloned().unwrap_or_else(|| ColumnSource::from(name.as_str()));
-            let turn = frames::turn(name, self.options.body_frame, self.options.earth_frame);
-            let (times, over) = unit.map_or((1.0, 1.0), |u| (u.times, u.over));
-            let times = times * source.scale * f64::from(source.sign) * turn.sign;
-            let quantity = columns::quantity(name);
-            plan.columns.push(Column {
-                name: turn.name.to_string(),
-                index: *index,
-                unit: si_unit(quantity, unit),
-                strict: quantity.is_some() || self.required.contains(&name.as_str()),
-                times,
-                over,
-                offset: turn.offset,
-                plain: (times, over, turn.offset) == (1.0, 1.0, 0.0),
-            });
+            let mut column = Column::new(name, *index, unit, &source, self.options);
+            column.strict |= self.required.contains(&name.as_str());
+            plan.columns.push(column);
         }
         plan.columns.sort_by_key(|c| c.index);
         plan

@@ -14,7 +14,11 @@
 
 use super::Track;
 use crate::dynamics::{Dynamics, Functions, Source};
+use crate::progress;
 use crate::symbolic::Registers;
+
+/// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
+const STEPS_A_LOOK: usize = 64;
 
 /// A stretch of a track: grid points `first` to `last`, both included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -191,6 +195,9 @@ pub fn integrate<const L: usize>(
     hand_over(&mut observe, first, &x, &s, &input, (nx, width), &mut y, &mut jacobian, emit);
 
     for step in 0..longest {
+        if step % STEPS_A_LOOK == 0 {
+            progress::look();
+        }
         let mut h = [0.0; L];
         let mut grid = [None; L];
         for lane in 0..L {

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
+from . import _native
 from ._plain import build
 
 
@@ -67,3 +69,15 @@ def make(name: str, message: str, findings: str) -> HydrosysidError:
     kind = {"DataError": DataError, "UsageError": UsageError}[name]
     entries: list[dict[str, Any]] = json.loads(findings)
     return kind(message, tuple(build(Finding, entry) for entry in entries))
+
+
+@cache
+def codes() -> dict[str, dict[str, str]]:
+    """What the codes of findings mean: ``code``, ``kind``, ``severity`` and ``meaning``, by code."""
+    return {entry["code"]: entry for entry in json.loads(_native.codes_explained())}
+
+
+def found(code: str, message: str) -> Finding:
+    """A finding of a known code."""
+    about = codes()[code]
+    return Finding(code, about["kind"], about["severity"], message)

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from . import _native
 from ._arrays import array, increasing
 from ._errors import DataError, Finding, UsageError
+from ._files import write
 from ._plain import build
+from ._readers import Readers
 from ._view import frame, html_table
 
 Array = NDArray[np.float64]
@@ -22,7 +24,7 @@ KINDS = ("bollard", "towing", "constant_velocity", "oscillatory", "zigzag", "fre
 ROLES = ("train", "validate")
 
 
-class Run:
+class Run(Readers):
     """One run in SI units, under the names of the log format: ``u``, ``tau_u``, ``psi``, …
 
     Args:
@@ -174,6 +176,16 @@ class Run:
             table[channel][np.searchsorted(time, stamps)] = values
         rows = [dict(zip(table, row, strict=True)) for row in zip(*(c.tolist() for c in table.values()), strict=True)]
         return frame(rows, library)
+
+    def to_csv(self, path: str | PathLike[str], *, force: bool = False) -> None:
+        """Writes the run as CSV that reads back to the same bits; read it with ``missing = "no_sample"`` where sensors
+        have their own rates.
+
+        Args:
+            path: file to write, whole or not at all.
+            force: replace a file that is there.
+        """
+        write(path, _native.csv_of(self._native()), force)
 
     def _native(self) -> tuple[str, str, str, list[float], dict[str, tuple[Array, Array]]]:
         return (self.name, self.kind, self.role, list(self.gaps), dict(self.signals))

@@ -1,0 +1,147 @@
+"""The column map: which field of a log is which channel, in which unit, with which sign, in which axes."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from .._errors import UsageError
+from .source import PER_SECOND
+
+BODY, EARTH = ("frd", "flu"), ("ned", "enu")
+WORDS = {
+    "body_frame": BODY,
+    "earth_frame": EARTH,
+    "missing": ("error", "no_sample"),
+    "duplicates": ("error", "first"),
+    "clock": ("header", "log"),
+    "time_unit": tuple(PER_SECOND),
+}
+EARTH_VELOCITIES = ("u", "v", "w")
+"""Channels that may be logged along earth axes; they are turned by the attitude."""
+
+
+@dataclass(frozen=True)
+class ColumnSource:
+    """Where a channel stands, and how it is written.
+
+    Attributes:
+        name: ``STREAM:FIELD``, or ``FIELD`` in a plain table.
+        unit: unit in the log; SI when absent.
+        scale: factor after the conversion of units.
+        sign: 1 or −1.
+        frame: ``frd`` or ``flu``, ``ned`` or ``enu``, for this channel alone. ``ned`` or ``enu`` for ``u``, ``v``, ``w``
+            says that they are logged along earth axes: they are turned to body axes.
+        valid: field of the same stream; where it is 0 there is no sample.
+        time: field with the time stamps, where a table has several.
+    """
+
+    name: str
+    unit: str | None = None
+    scale: float = 1.0
+    sign: int = 1
+    frame: str | None = None
+    valid: str | None = None
+    time: str | None = None
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """How a log in another format is read: ``columns`` and the options beside them.
+
+    Attributes:
+        columns: canonical name = where it stands. All fields of a plain table under their own names when empty.
+        body_frame: axes of velocities, rates, forces: ``frd`` or ``flu``.
+        earth_frame: axes of positions and angles: ``ned`` or ``enu``.
+        missing: what NaN means: ``error``, or ``no_sample``.
+        duplicates: what to do with a repeated time stamp: ``error``, or keep the ``first``.
+        sort: sort each channel by time.
+        clock: time stamps of ROS messages: those in their ``header``, where they have one, or those of the ``log``.
+        time_unit: unit of time stamps that are numbers.
+    """
+
+    columns: Mapping[str, ColumnSource] = field(default_factory=dict)
+    body_frame: str = "frd"
+    earth_frame: str = "ned"
+    missing: str = "error"
+    duplicates: str = "error"
+    sort: bool = False
+    clock: str = "header"
+    time_unit: str | None = None
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any], where: str = "the column map") -> ColumnMap:
+        """A map from plain data, as a TOML file or keywords hold it.
+
+        Raises:
+            UsageError: an unknown key or word; the message names it, and the nearest that there is.
+        """
+        known = [f.name for f in fields(cls)]
+        _known(options, known, where)
+        for key, words in WORDS.items():
+            if options.get(key) is not None and options[key] not in words:
+                raise UsageError(f"{where}: {key} = {options[key]!r} is none of {', '.join(words)}")
+        given = options.get("columns") or {}
+        if not isinstance(given, Mapping):
+            raise UsageError(f"{where}: columns must be a table: canonical name = where it stands")
+        columns = {name: _source(name, entry, where) for name, entry in given.items()}
+        rest = {key: value for key, value in options.items() if key != "columns" and value is not None}
+        return cls(columns=columns, **rest)
+
+    @classmethod
+    def from_file(cls, path: str | PathLike[str], options: Mapping[str, Any] | None = None) -> ColumnMap:
+        """A map from a TOML file; `options` win over what stands there."""
+        return cls.of(read_toml(path) | dict(options or {}), str(path))
+
+    def si_options(self, name: str) -> str:
+        """The options of the library's reader for one channel, as JSON."""
+        source = self.columns.get(name, ColumnSource(name))
+        body = source.frame if source.frame in BODY else self.body_frame
+        if name in EARTH_VELOCITIES and source.frame in EARTH:
+            body = "frd"  # components along earth axes have no sign of body axes
+        earth = source.frame if source.frame in EARTH else self.earth_frame
+        column = {"name": source.name, "scale": source.scale, "sign": source.sign}
+        if source.unit is not None:
+            column["unit"] = source.unit
+        return json.dumps({"columns": {name: column}, "body_frame": body, "earth_frame": earth})
+
+
+def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        UsageError: it cannot be read, or is no TOML; the message names the line.
+    """
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _source(name: str, entry: Any, where: str) -> ColumnSource:
+    if isinstance(entry, ColumnSource):
+        return entry
+    if isinstance(entry, str):
+        return ColumnSource(entry)
+    place = f"{where}: columns.{name}"
+    if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
+        raise UsageError(f'{place} = {entry!r} must be the name of a field, or a table {{ name = "…", unit = "…", … }}')
+    _known(entry, [f.name for f in fields(ColumnSource)], place)
+    frame = entry.get("frame")
+    if frame is not None and frame not in BODY + EARTH:
+        raise UsageError(f"{place}: frame = {frame!r} is none of {', '.join(BODY + EARTH)}")
+    return ColumnSource(**entry)
+
+
+def _known(given: Iterable[str], known: list[str], where: str) -> None:
+    for key in given:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, 1)
+            meant = f", did you mean `{near[0]}`?" if near else f"; there are {', '.join(known)}"
+            raise UsageError(f"{where}: unknown key `{key}`{meant}")

@@ -1,0 +1,77 @@
+"""ArduPilot DataFlash logs (``.BIN``, and their text form ``.log``), by `pymavlink`.
+
+A stream is a message type, ``XKF1``; of types with instances each is one, ``XKF1[0]``. Values stand as the format
+defines them: angles of ``XKF1`` in degrees, outputs of ``RCOU`` in µs. Time is that since the autopilot began.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._errors import DataError, UsageError
+from .extras import needed
+from .source import Source, Stream
+
+TIMES = {"TimeUS": 1e6, "TimeMS": 1e3}
+
+
+def open_dataflash(path: Path) -> Source:
+    """A DataFlash log as a source.
+
+    Raises:
+        DataError: it holds no messages with time stamps.
+    """
+    library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
+    if not path.exists():
+        raise UsageError(f"{path}: there is no such log")
+
+    def messages(types: list[str] | None = None) -> Iterator[tuple[str, Any]]:
+        text = library.DFReader_is_text_log(str(path))
+        log = (library.DFReader_text if text else library.DFReader_binary)(str(path))
+        try:
+            while (message := log.recv_match(type=types)) is not None:
+                instance = message.fmt.instance_field
+                name = message.get_type()
+                yield (name if instance is None else f"{name}[{getattr(message, instance)}]"), message
+        finally:
+            log.close()
+
+    contents: dict[str, tuple[str, ...]] = {}
+    try:
+        for name, message in messages():
+            if name not in contents and _time(message) is not None:
+                fields = [f for f in message.get_fieldnames() if isinstance(getattr(message, f), int | float)]
+                contents[name] = tuple(f for f in fields if f not in TIMES)
+    except Exception as error:  # the library raises errors of many kinds for files that are none of its own
+        raise DataError(f"{path}: this is no DataFlash log that can be read: {error}") from None
+    if not contents:
+        raise DataError(f"{path}: this is no DataFlash log: it holds no message with a time stamp")
+
+    def read(wanted: Mapping[str, frozenset[str]]) -> Mapping[str, Stream]:
+        stamps: dict[str, list[int]] = {name: [] for name in wanted}
+        values: dict[str, list[list[float]]] = {name: [] for name in wanted}
+        ticks: dict[str, float] = {}
+        for name, message in messages([name.partition("[")[0] for name in wanted]):
+            if name in wanted and (stamp := _time(message)) is not None:
+                ticks[name] = TIMES[stamp]
+                stamps[name].append(getattr(message, stamp))
+                values[name].append([float(getattr(message, field)) for field in sorted(wanted[name])])
+        return {
+            name: Stream(
+                np.array(stamps[name], dtype=np.int64),
+                ticks[name],
+                dict(zip(sorted(wanted[name]), np.array(values[name]).T, strict=True)),
+                "time since the autopilot began",
+            )
+            for name in wanted
+        }
+
+    return Source(str(path), contents, read)
+
+
+def _time(message: Any) -> str | None:
+    return next((t for t in TIMES if t in message.get_fieldnames()), None)

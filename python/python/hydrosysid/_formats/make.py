@@ -1,0 +1,208 @@
+"""From a source and a column map to a run: stamps to seconds, values to SI units and body axes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _native
+from .._errors import DataError, Finding, UsageError, found
+from .._run import Run
+from .column_map import EARTH_VELOCITIES, ColumnMap, ColumnSource
+from .source import Array, Source, Stream, ticks
+
+WALL_CLOCK = 1e8
+"""Beyond three years a stamp is a wall clock, s; the same bound as for CSV."""
+ANGLES = ("roll", "pitch", "yaw")
+
+
+def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
+    """The run that `columns` makes of `source`; `run` are name, kind, role and gaps as for `Run`.
+
+    Raises:
+        UsageError: a field that is not there; the message lists those that are.
+        DataError: time that does not increase, values that are missing.
+    """
+    findings: list[Finding] = []
+    columns = columns if columns.columns else _own_names(source, columns)
+    chosen = {name: _address(source, name, entry) for name, entry in columns.columns.items() if name != "t"}
+    if not chosen:
+        raise UsageError(f"{source.name}: no channel is mapped; say columns = {{u = …}}; there are {source.listed()}")
+    wanted: dict[str, set[str]] = {}
+    for name, (stream, field) in chosen.items():
+        entry = columns.columns[name]
+        extra = [f for f in (entry.valid, entry.time) if f is not None]
+        for one in (field, *extra):
+            wanted.setdefault(stream, set()).update(_parts(source, stream, one, name))
+    streams = source.read({stream: frozenset(names) for stream, names in wanted.items()})
+    signals = {}
+    for name, (stream, field) in chosen.items():
+        signals[name] = _samples(source, streams[stream], (stream, field), name, columns, findings)
+    seconds = _seconds(source, signals, findings)
+    for clock in sorted({streams[stream].clock for stream, _ in chosen.values()}):
+        names = sorted(name for name, (stream, _) in chosen.items() if streams[stream].clock == clock)
+        findings.append(found("L203", f"{source.name}: {', '.join(names)}: {clock}"))
+    turned = _to_body(source, columns, seconds, findings)
+    made = Run(turned, **({"name": source.name} | run))
+    made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings))
+    return made
+
+
+def _own_names(source: Source, columns: ColumnMap) -> ColumnMap:
+    """A plain table whose columns are called ``name`` or ``name [unit]`` needs no map."""
+    if set(source.contents) != {""}:
+        raise UsageError(f"{source.name}: say with columns which field is which channel; there are {source.listed()}")
+    named = {}
+    for header in source.contents[""]:
+        parts = re.fullmatch(r"(.*\S)\s*\[(.*)\]", header.strip())
+        name, unit = parts.groups() if parts else (header.strip(), None)
+        if name in named:
+            raise UsageError(f"{source.name}: two columns are called {name!r}; say with columns which one is meant")
+        named[name] = ColumnSource(header, unit)
+    return ColumnMap(**(vars(columns) | {"columns": named}))
+
+
+def _address(source: Source, name: str, entry: ColumnSource) -> tuple[str, str]:
+    """Stream and field of a channel."""
+    for stream, fields in source.contents.items():
+        if stream == "" and entry.name in fields:
+            return "", entry.name
+        if stream and entry.name.startswith(f"{stream}:"):
+            return stream, entry.name[len(stream) + 1 :]
+    raise UsageError(f"{source.name}: columns.{name} = {entry.name!r} is not there; there are {source.listed()}")
+
+
+def _parts(source: Source, stream: str, field: str, name: str) -> tuple[str, ...]:
+    """The fields that give `field`: itself, or the quaternion of whose angles it is one."""
+    there = source.contents[stream]
+    if field in there:
+        return (field,)
+    of, _, angle = field.rpartition(".")
+    # messages of ROS say x, y, z, w; arrays of PX4 begin with w
+    for parts in ([f"{of}.{c}" for c in "xyzw"], [f"{of}[{k}]" for k in (1, 2, 3, 0)]):
+        if angle in ANGLES and all(part in there for part in parts):
+            return tuple(parts)
+    fields = ", ".join(there)
+    where = f"{stream} has no field {field!r}" if stream else f"there is no column {field!r}"
+    raise UsageError(f"{source.name}: columns.{name}: {where}; it has {fields}")
+
+
+def _samples(
+    source: Source,
+    stream: Stream,
+    address: tuple[str, str],
+    name: str,
+    columns: ColumnMap,
+    findings: list[Finding],
+) -> tuple[str, NDArray[Any], float, Array]:
+    """Name, stamps, ticks a second and SI values of a channel."""
+    entry, field = columns.columns[name], address[1]
+    parts = _parts(source, address[0], field, name)
+    if len(parts) == 1:
+        values = stream.fields[field].astype(np.float64)
+    else:
+        angles = _native.euler(*(np.ascontiguousarray(stream.fields[part], dtype=np.float64) for part in parts))
+        values = angles[ANGLES.index(field.rpartition(".")[2])]
+    stamps, per_second = stream.stamps, stream.per_second
+    if entry.time is not None:
+        stamps, per_second = ticks(stream.fields[entry.time], columns.time_unit)
+    if len(stamps) != len(values):
+        raise DataError(f"{source.name}: {name} has {len(values)} values for {len(stamps)} time stamps")
+    there = np.ones(len(values), dtype=bool)
+    if entry.valid is not None:
+        there &= stream.fields[entry.valid] != 0.0
+    if columns.missing == "no_sample":
+        there &= ~np.isnan(values)
+    if columns.sort:
+        order = np.argsort(stamps, kind="stable")
+        stamps, values, there = stamps[order], values[order], there[order]
+    if columns.duplicates == "first" and len(stamps):
+        there[1:] &= stamps[1:] != stamps[:-1]
+    if (left := int((~there).sum())) > 0:
+        text = f"{source.name}: {name}: {left} of {len(there)} samples were left out (not valid, missing or repeated)"
+        findings.append(found("L205", text))
+    if not there.any():
+        raise DataError(f"{source.name}: {name} has no sample")
+    stamps, values = stamps[there], values[there]
+    _finite(source, name, stamps, values)
+    name, values = _native.to_si(name, np.ascontiguousarray(values), columns.si_options(name))
+    return name, stamps, per_second, values
+
+
+def _finite(source: Source, name: str, stamps: NDArray[Any], values: Array) -> None:
+    bad = ~np.isfinite(values)
+    if bad.any():
+        k = int(np.argmax(bad))
+        hint = "; missing = 'no_sample' leaves such samples out" if np.isnan(values[k]) else ""
+        raise DataError(f"{source.name}: {name}, sample {k + 1} is {values[k]}, and {bad.sum() - 1} more{hint}")
+    step = np.flatnonzero(np.diff(stamps) <= 0)
+    if len(step):
+        k = int(step[0]) + 1
+        again = stamps[k] == stamps[k - 1]
+        how = "duplicates = 'first' keeps the first" if again else "sort = true sorts by time"
+        text = f"{source.name}: {name}, sample {k + 1}: the time stamp {stamps[k]} does not follow {stamps[k - 1]}"
+        raise DataError(f"{text}, and {len(step) - 1} more cases; {how}")
+
+
+def _seconds(
+    source: Source,
+    signals: Mapping[str, tuple[str, NDArray[Any], float, Array]],
+    findings: list[Finding],
+) -> dict[str, tuple[Array, Array]]:
+    """Stamps in seconds; of a wall clock the first one is subtracted before it becomes a float."""
+    starts = {name: stamps[0] / per_second for name, (_, stamps, per_second, _) in signals.items()}
+    wall = [name for name, start in starts.items() if start > WALL_CLOCK]
+    if wall and len(wall) < len(starts):
+        others = ", ".join(sorted(set(starts) - set(wall)))
+        text = f"{source.name}: {', '.join(wall)} have stamps of a wall clock, {others} have not: no common time"
+        raise DataError(text)
+    first = min(signals.values(), key=lambda s: s[1][0] / s[2])
+    zero = first[1][0] if wall else 0
+    if wall:
+        at = np.datetime64(int(round(float(zero) / first[2] * 1e9)), "ns")
+        findings.append(found("L204", f"{source.name}: t = 0 is {at} UTC"))
+    seconds = {}
+    for name, stamps, per_second, values in signals.values():
+        if name in seconds:
+            raise UsageError(f"{source.name}: two fields become the channel {name}; leave one of them out")
+        start = zero if per_second == first[2] else zero / first[2] * per_second
+        seconds[name] = ((stamps - start) / per_second, values)
+    return seconds
+
+
+def _to_body(
+    source: Source,
+    columns: ColumnMap,
+    signals: dict[str, tuple[Array, Array]],
+    findings: list[Finding],
+) -> dict[str, tuple[Array, Array]]:
+    """Velocities that are logged along earth axes, turned by the attitude."""
+    frames = {n: columns.columns[n].frame for n in EARTH_VELOCITIES if n in columns.columns}
+    earth = {frame for frame in frames.values() if frame in ("ned", "enu")}
+    if not earth:
+        return signals
+    needs = [n for n in (*EARTH_VELOCITIES, "phi", "theta", "psi") if n not in signals]
+    if len(earth) > 1 or len(set(frames.values())) > 1 or needs:
+        what = f"; missing: {', '.join(needs)}" if needs else ""
+        text = "velocities along earth axes need u, v, w in one frame, and phi, theta, psi"
+        raise UsageError(f"{source.name}: {text}{what}")
+    time = signals["u"][0]
+    if not all(np.array_equal(time, signals[n][0]) for n in EARTH_VELOCITIES):
+        raise DataError(f"{source.name}: u, v, w along earth axes must come at the same instants")
+    angles = [signals[n] for n in ("phi", "theta", "psi")]
+    inside = (time >= max(t[0] for t, _ in angles)) & (time <= min(t[-1] for t, _ in angles))
+    if not inside.any():
+        raise DataError(f"{source.name}: the attitude and the velocities have no time in common")
+    at = time[inside]
+    attitude = [np.interp(at, t, np.unwrap(a)) for t, a in angles]
+    first, second, third = (signals[n][1][inside] for n in EARTH_VELOCITIES)
+    ned = (first, second, third) if earth == {"ned"} else (second, first, -third)
+    turned = _native.to_body(*attitude, *(np.ascontiguousarray(c) for c in ned))
+    own = all(np.array_equal(at, t) for t, _ in angles)
+    how = "sampled with it" if own else f"interpolated to its stamps; {int((~inside).sum())} samples lie outside"
+    findings.append(found("L206", f"{source.name}: u, v, w are turned from earth to body axes by the attitude, {how}"))
+    return signals | {n: (at, values) for n, values in zip(EARTH_VELOCITIES, turned, strict=True)}

@@ -1,0 +1,93 @@
+"""What a log holds, whatever its format: streams of samples, each with its own time stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """Samples that came together.
+
+    Attributes:
+        stamps: time stamps, whole ticks or seconds, (n).
+        per_second: ticks a second.
+        fields: values by name as they are stored, (n) each.
+        clock: what the stamps are, for people.
+    """
+
+    stamps: NDArray[Any]
+    per_second: float
+    fields: Mapping[str, NDArray[Any]]
+    clock: str = "time stamps of the file"
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A log that is open.
+
+    Attributes:
+        name: the file, for messages.
+        contents: names of the fields of each stream; the one stream of a plain table is called ``""``.
+        read: reads the fields that are asked for, by stream.
+    """
+
+    name: str
+    contents: Mapping[str, tuple[str, ...]]
+    read: Callable[[Mapping[str, frozenset[str]]], Mapping[str, Stream]]
+
+    def address(self, stream: str, field: str) -> str:
+        """How a map writes a field: ``STREAM:FIELD``, or ``FIELD`` in a plain table."""
+        return f"{stream}:{field}" if stream else field
+
+    def listed(self, most: int = 40) -> str:
+        """The fields that are there, for a message."""
+        every = [self.address(stream, field) for stream, fields in self.contents.items() for field in fields]
+        more = f" and {len(every) - most} more" if len(every) > most else ""
+        return ", ".join(every[:most]) + more if every else "nothing that is a number"
+
+
+def ticks(times: NDArray[Any], unit: str | None) -> tuple[NDArray[Any], float]:
+    """Time stamps as whole ticks or seconds, and ticks a second; a 64-bit float would round a wall clock in ns.
+
+    >>> ticks(np.array(["2024-07-01T10:40:00.1"], dtype="datetime64[ms]"), None)
+    (array([1719830400100000000]), 1000000000.0)
+    """
+    if times.dtype.kind in "mM":
+        return times.astype(times.dtype.kind + "8[ns]").astype(np.int64), 1e9
+    if times.dtype.kind in "iu":
+        return times.astype(np.int64), PER_SECOND[unit or "s"]
+    return times.astype(np.float64), PER_SECOND[unit or "s"]
+
+
+def number_fields(value: Any, path: str = "") -> Iterable[tuple[str, Callable[[Any], float]]]:
+    """Names of the numbers in a message of attributes, lists and numbers, each with how to get it from such a message.
+
+    >>> from types import SimpleNamespace as Message
+    >>> [name for name, _ in number_fields(Message(linear=Message(x=1.0), data=[1, 2], frame="base"))]
+    ['linear.x', 'data[0]', 'data[1]']
+    """
+    if isinstance(value, bool | int | float | np.number | np.bool_):
+        yield path, float
+    elif isinstance(value, list | tuple | np.ndarray):
+        for k in range(min(len(value), 64)):
+            for name, get in number_fields(value[k], f"{path}[{k}]"):
+                yield name, lambda message, k=k, get=get: get(message[k])
+    elif isinstance(value, Mapping):
+        for key in value:
+            for name, get in number_fields(value[key], f"{path}.{key}" if path else str(key)):
+                yield name, lambda message, key=key, get=get: get(message[key])
+    elif hasattr(value, "__dict__") or hasattr(value, "__slots__"):
+        keys = list(getattr(value, "__slots__", ())) or list(vars(value))
+        for key in keys:
+            if not key.startswith("_") and hasattr(value, key):
+                for name, get in number_fields(getattr(value, key), f"{path}.{key}" if path else key):
+                    yield name, lambda message, key=key, get=get: get(getattr(message, key))

@@ -1,0 +1,110 @@
+"""Plain tables: data frames, Parquet, Arrow, MAT, NumPy. One stream without a name.
+
+Time is the column ``t``, or the one that the map says: ``columns.t`` for all, ``time`` for a single channel. Columns
+that are no numbers are left aside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._errors import UsageError
+from .column_map import ColumnMap, ColumnSource
+from .source import Source, Stream, ticks
+
+
+def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap) -> Source:
+    """Columns by name as a source.
+
+    Raises:
+        UsageError: no time stamps.
+    """
+    plain = {key: values for key, values in arrays.items() if values.ndim == 1 and values.dtype.kind in "biufmM"}
+    # t is time wherever it is, under its own name or another
+    own = next((key for key in plain if key == "t" or key.startswith(("t [", "t["))), None)
+    given = columns.columns.get("t", None if own is None else ColumnSource(own))
+    if given is not None and given.name not in plain:
+        raise UsageError(f"{name}: columns.t = {given.name!r} is not there; there are {', '.join(plain)}")
+    if given is not None and (given.scale, given.sign) != (1.0, 1):
+        raise UsageError(f"{name}: columns.t: time takes a unit (s, ms, us, ns), no scale and no sign")
+    timeless = [n for n, c in columns.columns.items() if n != "t" and c.time is None]
+    if given is None and (timeless or not columns.columns):
+        there = ", ".join(plain) or "no column of numbers"
+        raise UsageError(f"{name}: no time stamps: say columns.t = \"…\"; there are {there}")
+    fields = {key: values for key, values in plain.items() if given is None or key != given.name}
+
+    def read(wanted: Mapping[str, frozenset[str]]) -> Mapping[str, Stream]:
+        stamps, per_second = np.empty(0), 1.0
+        if given is not None:
+            written = given.name.partition("[")[2].rstrip("] ").strip() or None
+            stamps, per_second = ticks(plain[given.name], given.unit or columns.time_unit or written)
+        return {"": Stream(stamps, per_second, {field: plain[field] for field in wanted[""]})}
+
+    return Source(name, {"": tuple(f for f in fields if plain[f].dtype.kind in "biuf" or columns.columns)}, read)
+
+
+def of_pandas(frame: Any) -> dict[str, NDArray[Any]]:
+    """Columns of a pandas frame; an index with a name is one, a nameless index of times is called ``index``."""
+    columns = {str(name): _series(frame[name]) for name in frame.columns}
+    index = frame.index
+    if index.name is not None or index.dtype.kind in "mM":
+        columns.setdefault(str(index.name or "index"), _series(index))
+    return columns
+
+
+def _series(series: Any) -> NDArray[Any]:
+    kind = getattr(series.dtype, "kind", "O")
+    if kind in "mM":
+        return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
+    if kind in "biuf" and not isinstance(series.dtype, np.dtype):
+        # an extension type, which knows missing values
+        return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan) if series.isna().any() else series, kind)
+    return np.asarray(series)
+
+
+def of_polars(frame: Any) -> dict[str, NDArray[Any]]:
+    """Columns of a polars frame."""
+    return {name: frame[name].to_numpy() for name in frame.columns}
+
+
+def of_arrow(table: Any) -> dict[str, NDArray[Any]]:
+    """Columns of an Arrow table."""
+    columns = zip(table.column_names, table.columns, strict=True)
+    return {name: column.combine_chunks().to_numpy(zero_copy_only=False) for name, column in columns}
+
+
+def of_xarray(dataset: Any, columns: ColumnMap) -> tuple[dict[str, NDArray[Any]], ColumnMap]:
+    """Variables of an xarray dataset, and the map in which each has the coordinate of its dimension as its time.
+
+    Raises:
+        UsageError: a variable of several dimensions that the map asks for.
+    """
+    variables = {str(name): variable for name, variable in dataset.variables.items()}
+    arrays = {name: np.asarray(variable.values) for name, variable in variables.items()}
+    given = dict(columns.columns) or {str(name): ColumnSource(str(name)) for name in dataset.data_vars}
+    timed = {}
+    for name, entry in given.items():
+        dims = variables[entry.name].dims if entry.name in variables else ()
+        if len(dims) > 1:
+            raise UsageError(f"{entry.name} has the dimensions {', '.join(map(str, dims))}: choose by .sel or .isel first")
+        time = entry.time or (str(dims[0]) if dims and str(dims[0]) in arrays else None)
+        timed[name] = ColumnSource(**(vars(entry) | {"time": time}))
+    return arrays, ColumnMap(**(vars(columns) | {"columns": timed}))
+
+
+def of_mat(data: Mapping[str, Any], prefix: str = "") -> dict[str, NDArray[Any]]:
+    """Vectors of a MAT file; those inside a struct are called ``struct.field``, columns of a matrix ``name[0]``."""
+    found: dict[str, NDArray[Any]] = {}
+    for key, value in data.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            found |= of_mat(value, f"{name}.")
+        elif isinstance(value, np.ndarray) and value.ndim == 1:
+            found[name] = value
+        elif isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] <= 64:
+            found |= {f"{name}[{k}]": value[:, k] for k in range(value.shape[1])}
+    return found

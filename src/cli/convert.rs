@@ -1,0 +1,75 @@
+//! The verb `convert`: a log as plain CSV in SI units.
+
+use std::path::Path;
+
+use super::arguments::{self as typed, Reading};
+use super::failure::Failure;
+use super::output::Output;
+use super::verbs::reading;
+use crate::campaign;
+use crate::log::{self, LogOptions};
+
+/// Ends of the names of logs that only the Python package reads, and the extra that it needs for them.
+const ELSEWHERE: [(&str, &str); 12] = [
+    ("bag", "ros"),
+    ("db3", "ros"),
+    ("mcap", "ros"),
+    ("bin", "ardupilot"),
+    ("ulg", "px4"),
+    ("mat", "mat"),
+    ("parquet", "parquet"),
+    ("arrow", "arrow"),
+    ("feather", "arrow"),
+    ("nc", "xarray"),
+    ("npz", ""),
+    ("npy", ""),
+];
+
+/// Refuses a log in a format that the library does not read, and says who does.
+fn reads(log: &Path) -> Result<(), Failure> {
+    let end = log.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let extra = if log.is_dir() {
+        Some("ros")
+    } else {
+        ELSEWHERE.iter().find(|(e, _)| Some(*e) == end.as_deref()).map(|(_, extra)| *extra)
+    };
+    extra.map_or(Ok(()), |extra| {
+        let package = if extra.is_empty() { "hydrosysid".to_string() } else { format!("hydrosysid[{extra}]") };
+        let text = format!(
+            "{}: this format is read by the command of the Python package: pip install '{package}'",
+            log.display()
+        );
+        Err(Failure::Argument(text))
+    })
+}
+
+/// The options of a map file, with those that were typed beside it.
+fn mapped(map: Option<&Path>, typed: &Reading) -> Result<LogOptions, Failure> {
+    let Some(path) = map else { return reading(typed) };
+    let read = std::fs::read_to_string(path);
+    let text = read.map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
+    let of = |text: &str| toml::from_str::<toml::Table>(text);
+    let mut table = of(&text).map_err(|e| Failure::Argument(format!("{}: {}", path.display(), e.message())))?;
+    table.extend(of(&typed.options.join("\n")).map_err(|e| Failure::Argument(format!("--log: {}", e.message())))?);
+    table.try_into().map_err(|e: toml::de::Error| Failure::Argument(format!("{}: {}", path.display(), e.message())))
+}
+
+pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure> {
+    let Some(to) = a.output.as_ref().or(a.out.as_ref()) else {
+        return Err(Failure::Argument("say with -o which file to write".into()));
+    };
+    output.may_write(Some(to))?;
+    reads(&a.log)?;
+    let options = mapped(a.map.as_deref(), &a.reading)?;
+    let name = a.log.display().to_string();
+    let read = log::read(&a.log, &options, &[]).map_err(|source| campaign::Error::Log { run: name, source })?;
+    let mut bytes = Vec::new();
+    log::write_log(&read, &mut bytes).map_err(|source| Failure::Write { file: to.clone(), source })?;
+    output.write(to, &bytes)?;
+    output.print(&format!("{}: {} rows, {} channels", to.display(), read.rows, read.signals.len()));
+    if read.signals.values().any(|signal| signal.len() < read.rows) {
+        output.print("cells are empty where a sensor has no sample: read it with missing = \"no_sample\"");
+    }
+    let findings: Vec<_> = read.warnings.into_iter().chain(read.notes).collect();
+    output.tell(&findings)
+}

@@ -1,0 +1,175 @@
+//! Progress of long work, and its end where the user asks for it.
+//!
+//! Work says by [`tell`] what it begins, and asks by [`look`], every few milliseconds, whether it is still wanted. Who
+//! waits for it runs it by [`watched`]: in a pool of threads of its own, all of which know the watch, so that nothing has
+//! to be handed down to the loops, and two pieces of work side by side do not hear each other. Unwatched work pays a read
+//! of a thread's variable for each call and is never ended.
+//!
+//! Where the watch is told to [`Watch::stop`], the next [`look`] unwinds to [`watched`], which returns [`Stopped`]. That
+//! is no panic: no hook sees it, and no message is printed.
+
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use thiserror::Error;
+
+/// What work says of itself when it begins something.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// What begins: `judging 120 candidates`.
+    pub what: String,
+    /// How many parts are done.
+    pub done: usize,
+    /// How many parts there are; 0 where nobody can know.
+    pub of: usize,
+}
+
+/// The work was ended before it was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("stopped")]
+pub struct Stopped;
+
+/// A watch over one piece of work, shared by all its threads.
+pub struct Watch {
+    stopped: AtomicBool,
+    hear: Box<dyn Fn(Step) + Send + Sync>,
+}
+
+impl Watch {
+    /// A watch that hands every step to `hear`, on whichever thread it is told.
+    pub fn new(hear: impl Fn(Step) + Send + Sync + 'static) -> Arc<Watch> {
+        Arc::new(Watch { stopped: AtomicBool::new(false), hear: Box::new(hear) })
+    }
+
+    /// Ends the work at its next look.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+}
+
+thread_local! {
+    static WATCH: RefCell<Option<Arc<Watch>>> = const { RefCell::new(None) };
+}
+
+fn current() -> Option<Arc<Watch>> {
+    WATCH.with_borrow(Clone::clone)
+}
+
+/// Says what begins, `done` of `of` parts being done; `of` is 0 where nobody can know how many there are.
+pub fn tell(what: impl Into<String>, done: usize, of: usize) {
+    if let Some(watch) = current() {
+        look();
+        (watch.hear)(Step { what: what.into(), done, of });
+    }
+}
+
+/// Goes on where the work is still wanted, and leaves for [`watched`] where it is not.
+#[inline]
+pub fn look() {
+    let stopped = WATCH.with_borrow(|watch| watch.as_ref().is_some_and(|w| w.stopped.load(Ordering::Relaxed)));
+    if stopped {
+        resume_unwind(Box::new(Stopped));
+    }
+}
+
+/// Runs `work` under `watch`, on as many threads as there are here.
+///
+/// # Errors
+/// [`Stopped`] where the watch was told to stop before the work was done.
+///
+/// # Panics
+/// Passes a panic of `work` on.
+pub fn watched<R: Send>(watch: &Arc<Watch>, work: impl FnOnce() -> R + Send) -> Result<R, Stopped> {
+    let known = watch.clone();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(rayon::current_num_threads())
+        .start_handler(move |_| WATCH.set(Some(known.clone())))
+        .build();
+    let done = catch_unwind(AssertUnwindSafe(|| match pool {
+        Ok(pool) => pool.install(work),
+        // no more threads to be had: this one alone hears the watch
+        Err(_) => {
+            WATCH.set(Some(watch.clone()));
+            work()
+        }
+    }));
+    WATCH.set(None);
+    done.map_err(|payload| match payload.downcast::<Stopped>() {
+        Ok(stopped) => *stopped,
+        Err(panic) => resume_unwind(panic),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use rayon::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn steps_of_all_threads_are_heard() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let into = heard.clone();
+        let watch = Watch::new(move |step| into.lock().unwrap().push(step.done));
+        let sum: usize = watched(&watch, || (0..50).into_par_iter().inspect(|k| tell("part", *k, 50)).sum()).unwrap();
+        assert_eq!(sum, 1225);
+        let mut heard = heard.lock().unwrap().clone();
+        heard.sort_unstable();
+        assert_eq!(heard, (0..50).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn stopped_work_leaves_every_thread_and_the_next_is_not_stopped() {
+        let watch = Watch::new(|_| {});
+        let endless = || {
+            watch.stop();
+            (0..4).into_par_iter().for_each(|_| {
+                loop {
+                    look();
+                }
+            });
+        };
+        assert_eq!(watched(&watch, endless), Err(Stopped));
+        assert_eq!(
+            watched(&Watch::new(|_| {}), || (0..4)
+                .into_par_iter()
+                .map(|k| {
+                    look();
+                    k
+                })
+                .sum::<i32>()),
+            Ok(6)
+        );
+    }
+
+    #[test]
+    fn two_pieces_of_work_do_not_hear_each_other() {
+        let (one, other) = (Watch::new(|_| {}), Watch::new(|_| {}));
+        one.stop();
+        assert_eq!(
+            watched(&other, || {
+                look();
+                7
+            }),
+            Ok(7)
+        );
+        assert_eq!(
+            watched(&one, || {
+                look();
+                7
+            }),
+            Err(Stopped)
+        );
+        look();
+    }
+
+    #[test]
+    #[should_panic(expected = "mine")]
+    fn a_panic_passes() {
+        let _ = watched(&Watch::new(|_| {}), || panic!("mine"));
+    }
+}
