@@ -17,6 +17,7 @@ plain typed data: they pickle, and so do campaigns, so that a list of campaigns 
 
 from ._campaign import Campaign
 from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
+from ._convert import convert, explain
 from ._discovery import (
     Discovery,
     FoundEffect,
@@ -29,15 +30,18 @@ from ._discovery import (
 )
 from ._errors import DataError, Finding, HydrosysidError, UsageError
 from ._fit import Fit, Parameter, Stage
+from ._many import Bootstrap, Resampled, bootstrap, map_fit
 from ._motion import Check, CheckedLog, Comparison, Disagreement, SimulatedRun, Simulation
 from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
+from ._pages import demo, init, report
 from ._planning import Plan, PlannedParameter, PlannedRun, Push
 from ._run import Run
 from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
 from ._verbs import check, compare, discover, fit, plan, simulate, tank_campaign
 
 __all__ = [
+    "Bootstrap",
     "Campaign",
     "Check",
     "CheckedLog",
@@ -63,6 +67,7 @@ __all__ = [
     "PlannedRun",
     "Push",
     "Regressors",
+    "Resampled",
     "Run",
     "SimulatedRun",
     "Simulation",
@@ -73,16 +78,23 @@ __all__ = [
     "UsageError",
     "Where",
     "__version__",
+    "bootstrap",
     "check",
     "compare",
+    "convert",
+    "demo",
     "discover",
     "effects",
+    "explain",
     "fit",
     "fit_thruster",
+    "init",
     "least_squares",
+    "map_fit",
     "plan",
     "polynomial_filter",
     "regressors",
+    "report",
     "rk4",
     "simulate",
     "tank_campaign",

@@ -1,15 +1,117 @@
-"""The ``hydrosysid`` command of the wheel: the same as that of the crate."""
+"""The ``hydrosysid`` command of the wheel: that of the crate, and the formats that only Python reads and writes."""
 
 from __future__ import annotations
 
+import argparse
 import signal
 import sys
+import tempfile
+import tomllib
+from pathlib import Path
 
 from . import _native
+from ._convert import as_json, convert
+from ._errors import DataError, HydrosysidError, UsageError
+from ._files import may_write, write
+from ._formats import is_known
+from ._run import Run
+from ._series import mcap_of
 
 
 def main() -> int:
     """Runs the command with the arguments of the process; returns its exit code."""
     # compiled work does not look at Python's signals: Ctrl-C ends the process as it does any other command
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    return _native.command(["hydrosysid", *sys.argv[1:]])
+    return run_with(sys.argv[1:])
+
+
+def run_with(arguments: list[str]) -> int:
+    """Runs the command with these arguments; returns its exit code: 0 done, 1 the data was refused, 2 wrong use."""
+    try:
+        foreign = _other_format(arguments)
+        if foreign is not None:
+            return _convert(foreign)
+        place = _mcap_series(arguments)
+        if place is not None:
+            return _with_mcap(arguments, *place)
+    except HydrosysidError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1 if isinstance(error, DataError) else 2
+    return _native.command(["hydrosysid", *arguments])
+
+
+def _other_format(arguments: list[str]) -> argparse.Namespace | None:
+    """What was typed for `convert`, where its log is in a format that the crate does not read."""
+    if "convert" not in arguments or "--help" in arguments or "-h" in arguments:
+        return None
+    parser = argparse.ArgumentParser(prog="hydrosysid", add_help=False, exit_on_error=False, allow_abbrev=False)
+    parser.add_argument("verb")
+    parser.add_argument("log", type=Path)
+    parser.add_argument("output", type=Path, nargs="?")
+    parser.add_argument("-o", "--output", dest="out", type=Path)
+    parser.add_argument("--map", type=Path)
+    parser.add_argument("--log", dest="options", action="append", default=[])
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("-j", "--jobs")
+    for flag in ("--strict", "--force", "--no-color"):
+        parser.add_argument(flag, action="store_true")
+    parser.add_argument("-q", "--quiet", action="store_true")
+    try:
+        typed, unknown = parser.parse_known_args(arguments)
+    except argparse.ArgumentError:
+        return None  # the crate says what is wrong
+    return typed if not unknown and typed.verb == "convert" and is_known(typed.log) else None
+
+
+def _convert(typed: argparse.Namespace) -> int:
+    output = typed.out or typed.output
+    if output is None:
+        raise UsageError("say with -o which file to write")
+    json_file = typed.json if typed.json is not None and str(typed.json) != "-" else None
+    for place in (output, json_file):
+        if place is not None:
+            may_write(place, typed.force)
+    try:
+        options = tomllib.loads("\n".join(typed.options))
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"--log: {error}") from None
+    run = convert(typed.log, map=typed.map, **options)
+    warnings = [finding for finding in run.findings if finding.severity == "warning"]
+    if not typed.quiet:
+        for finding in run.findings:
+            print(f"{finding.severity}: {finding}", file=sys.stderr)
+    if typed.strict and warnings:
+        raise DataError(f"{len(warnings)} warnings, and --strict takes them as errors")
+    run.to_csv(output, force=typed.force)
+    if typed.json is not None and json_file is None:
+        print(as_json(run))
+    elif json_file is not None:
+        write(json_file, as_json(run).encode(), typed.force)
+    if not typed.quiet and (typed.json is None or json_file is not None):
+        rows = len({t for stamps, _ in run.signals.values() for t in stamps.tolist()})
+        print(f"{output}: {rows} rows, {len(run.channels)} channels: {', '.join(run.channels)}")
+    return 0
+
+
+def _mcap_series(arguments: list[str]) -> tuple[int, Path] | None:
+    """Where ``--series`` names an MCAP file: place of the argument that does, and the file."""
+    for k, word in enumerate(arguments):
+        name = word.partition("=")[2] if word.startswith("--series=") else None
+        if word == "--series" and k + 1 < len(arguments):
+            k, name = k + 1, arguments[k + 1]
+        if name is not None and name.lower().endswith(".mcap"):
+            return k, Path(name)
+    return None
+
+
+def _with_mcap(arguments: list[str], at: int, output: Path) -> int:
+    """Runs the command with its series as CSV, and writes them as MCAP."""
+    force = "--force" in arguments
+    may_write(output, force)
+    with tempfile.TemporaryDirectory() as folder:
+        beside = Path(folder) / "series.csv"
+        word = f"--series={beside}" if arguments[at].startswith("--series=") else str(beside)
+        code = _native.command(["hydrosysid", *arguments[:at], word, *arguments[at + 1 :]])
+        if code == 0:
+            write(output, mcap_of(Run.from_csv(beside, missing="no_sample", name="series")), force)
+        return code

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import Finding
+from ._files import write
 from ._result import Result
+from ._run import Run
+from ._series import mcap_of, side_by_side
 from ._view import Rows, axes, html_table, latex_table, text_table
 
 if TYPE_CHECKING:
@@ -83,6 +87,30 @@ class Simulation(Result):
     def to_latex(self) -> str:
         """One line a run and channel."""
         return latex_table(self._brief_rows())
+
+    def series(self) -> Run:
+        """Channels ``RUN/u/measured``, ``RUN/u/simulated`` and ``RUN/u/residual`` of all runs, as one run."""
+        return side_by_side({run.run: (run.time, run.simulated, run.measured) for run in self.runs})
+
+    def to_csv(self, path: str | PathLike[str], *, force: bool = False) -> None:
+        """Writes the series of all runs side by side, as the command's ``--series`` does: for PlotJuggler.
+
+        Args:
+            path: file to write, whole or not at all.
+            force: replace a file that is there.
+        """
+        self.series().to_csv(path, force=force)
+
+    def to_mcap(self, path: str | PathLike[str], *, force: bool = False) -> None:
+        """Writes the series as MCAP, a topic a run and channel, for Foxglove and PlotJuggler.
+
+        It needs ``hydrosysid[mcap]``.
+
+        Args:
+            path: file to write, whole or not at all.
+            force: replace a file that is there.
+        """
+        write(path, mcap_of(self.series()), force)
 
     def plot(self, run: str | None = None, channel: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
         """Measured and simulated channel of a run over time; the first of each when not named.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -138,7 +138,7 @@ class Readers:
 
         Arguments as for `from_mat`.
         """
-        from ._formats import Source, run_of
+        from ._formats import run_of
         from ._formats import table as tables
 
         map_, run = _options(columns, options)
@@ -172,7 +172,7 @@ def _options(columns: Columns | None, options: Mapping[str, Any]) -> tuple[Colum
     from ._formats import ColumnMap
 
     given = dict(options)
-    run = {key: given.pop(key) for key in ("name", "kind", "role", "gaps") if key in given}
+    run: dict[str, Any] = {key: given.pop(key) for key in ("name", "kind", "role", "gaps") if key in given}
     file = given.pop("map", None)
     if columns is not None:
         given["columns"] = columns

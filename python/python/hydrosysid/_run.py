@@ -229,9 +229,11 @@ class Run(Readers):
 MISSING = ("error", "no_sample")
 
 
-def _unpickled(*state: Any) -> Run:
+def _unpickled(name: str, kind: str, role: str, gaps: Any, signals: dict[str, Any], findings: Any) -> Run:
     run = object.__new__(Run)
-    run._set(*state)
+    # buffers that crossed a wire may lie at odd places
+    whole = {channel: (_frozen(time), _frozen(values)) for channel, (time, values) in signals.items()}
+    run._set(name, kind, role, gaps, whole, findings)
     return run
 
 

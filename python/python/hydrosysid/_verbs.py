@@ -16,60 +16,73 @@ from ._fit import Fit
 from ._motion import Check, Comparison, Simulation
 from ._plain import build, plain
 from ._planning import Plan
+from ._progress import Progress, listener
 from ._run import Run
 
 Source = Campaign | str | PathLike[str]
 Model = Fit | str | PathLike[str]
+Estimator = Literal["output_error", "staged", "integral"]
 
 
-def fit(campaign: Source, *, estimator: Literal["output_error", "staged", "integral"] | None = None) -> Fit:
+def fit(campaign: Source, *, estimator: Estimator | None = None, progress: Progress = None) -> Fit:
     """Fits the free parameters of the baseline to the training runs.
 
     Args:
         campaign: a campaign, or the path of one.
         estimator: that of the campaign, else the one that suits its runs, when absent.
+        progress: as for `discover`.
 
     Raises:
         DataError: the data does not determine the parameters.
     """
-    result, model = campaign_of(campaign)._native.fit(estimator)
+    with listener(progress) as tell:
+        result, model = campaign_of(campaign)._native.fit(estimator, tell)
     return build(Fit, json.loads(result) | {"model": model})
 
 
-def simulate(campaign: Source, model: Model | None = None) -> Simulation:
+def simulate(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Simulation:
     """Simulates a model over the runs of free motion, each from a state estimated on its first seconds.
 
     Args:
         campaign: a campaign, or the path of one.
         model: a fit, or the path of a model file; fitted now when absent.
+        progress: as for `discover`.
     """
     loaded = campaign_of(campaign)
-    return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model))))
+    with listener(progress) as tell:
+        return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model), tell)))
 
 
-def compare(campaign: Source, model: Model | None = None) -> Comparison:
+def compare(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Comparison:
     """Holds a model against every run of free motion, those of the fit and those that took no part.
 
     Args:
         campaign: a campaign, or the path of one.
         model: a fit, or the path of a model file; fitted now when absent.
+        progress: as for `discover`.
     """
     loaded = campaign_of(campaign)
-    return build(Comparison, json.loads(loaded._native.compare(_model(loaded, model))))
+    with listener(progress) as tell:
+        return build(Comparison, json.loads(loaded._native.compare(_model(loaded, model), tell)))
 
 
 Family = Literal["body", "actuator", "environment", "sensor"]
 
 
-def discover(campaign: Source, *, families: Iterable[Family] | None = None) -> Discovery:
+def discover(campaign: Source, *, families: Iterable[Family] | None = None, progress: Progress = None) -> Discovery:
     """Looks for what the baseline lacks, and names it only where held-out runs agree.
+
+    Ctrl-C ends it within a fraction of a second, as it does every long verb.
 
     Args:
         campaign: a campaign, or the path of one.
         families: families of effects to search, besides your own; those of the campaign when absent.
+        progress: `True` for a bar of tqdm (``hydrosysid[progress]``), or a function that is called as
+            ``progress(what, done, of)``; what it raises ends the work and passes through.
     """
     chosen = None if families is None else list(families)
-    return build(Discovery, json.loads(campaign_of(campaign)._native.discover(chosen)))
+    with listener(progress) as tell:
+        return build(Discovery, json.loads(campaign_of(campaign)._native.discover(chosen, tell)))
 
 
 def plan(

@@ -36,8 +36,8 @@ class ColumnSource:
         unit: unit in the log; SI when absent.
         scale: factor after the conversion of units.
         sign: 1 or −1.
-        frame: ``frd`` or ``flu``, ``ned`` or ``enu``, for this channel alone. ``ned`` or ``enu`` for ``u``, ``v``, ``w``
-            says that they are logged along earth axes: they are turned to body axes.
+        frame: ``frd`` or ``flu``, ``ned`` or ``enu``, for this channel alone. ``ned`` or ``enu`` for ``u``, ``v``,
+            ``w`` says that they are logged along earth axes: they are turned to body axes.
         valid: field of the same stream; where it is 0 there is no sample.
         time: field with the time stamps, where a table has several.
     """

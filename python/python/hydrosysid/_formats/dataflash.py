@@ -16,6 +16,8 @@ from .._errors import DataError, UsageError
 from .extras import needed
 from .source import Source, Stream
 
+HEAD = b"\xa3\x95"
+"""Begin of every message of a binary log."""
 TIMES = {"TimeUS": 1e6, "TimeMS": 1e3}
 
 
@@ -28,9 +30,13 @@ def open_dataflash(path: Path) -> Source:
     library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
     if not path.exists():
         raise UsageError(f"{path}: there is no such log")
+    with path.open("rb") as file:
+        begin = file.read(8000)
+    text = b"FMT," in begin and not begin.startswith(HEAD)
+    if not text and not begin.startswith(HEAD):
+        raise DataError(f"{path}: this is no DataFlash log: it begins with neither A3 95 nor an FMT line")
 
     def messages(types: list[str] | None = None) -> Iterator[tuple[str, Any]]:
-        text = library.DFReader_is_text_log(str(path))
         log = (library.DFReader_text if text else library.DFReader_binary)(str(path))
         try:
             while (message := log.recv_match(type=types)) is not None:

@@ -45,7 +45,7 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
     seconds = _seconds(source, signals, findings)
     for clock in sorted({streams[stream].clock for stream, _ in chosen.values()}):
         names = sorted(name for name, (stream, _) in chosen.items() if streams[stream].clock == clock)
-        findings.append(found("L203", f"{source.name}: {', '.join(names)}: {clock}"))
+        findings.append(found("L211", f"{source.name}: {', '.join(names)}: {clock}"))
     turned = _to_body(source, columns, seconds, findings)
     made = Run(turned, **({"name": source.name} | run))
     made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings))
@@ -124,7 +124,7 @@ def _samples(
         there[1:] &= stamps[1:] != stamps[:-1]
     if (left := int((~there).sum())) > 0:
         text = f"{source.name}: {name}: {left} of {len(there)} samples were left out (not valid, missing or repeated)"
-        findings.append(found("L205", text))
+        findings.append(found("L213", text))
     if not there.any():
         raise DataError(f"{source.name}: {name} has no sample")
     stamps, values = stamps[there], values[there]
@@ -163,8 +163,10 @@ def _seconds(
     first = min(signals.values(), key=lambda s: s[1][0] / s[2])
     zero = first[1][0] if wall else 0
     if wall:
-        at = np.datetime64(int(round(float(zero) / first[2] * 1e9)), "ns")
-        findings.append(found("L204", f"{source.name}: t = 0 is {at} UTC"))
+        whole = np.issubdtype(first[1].dtype, np.integer)
+        nanoseconds = int(zero) * round(1e9 / first[2]) if whole else round(float(zero) / first[2] * 1e9)
+        at = np.datetime64(nanoseconds, "ns")
+        findings.append(found("L212", f"{source.name}: t = 0 is {at} UTC"))
     seconds = {}
     for name, stamps, per_second, values in signals.values():
         if name in seconds:
@@ -204,5 +206,5 @@ def _to_body(
     turned = _native.to_body(*attitude, *(np.ascontiguousarray(c) for c in ned))
     own = all(np.array_equal(at, t) for t, _ in angles)
     how = "sampled with it" if own else f"interpolated to its stamps; {int((~inside).sum())} samples lie outside"
-    findings.append(found("L206", f"{source.name}: u, v, w are turned from earth to body axes by the attitude, {how}"))
+    findings.append(found("L214", f"{source.name}: u, v, w are turned from earth to body axes by the attitude, {how}"))
     return signals | {n: (at, values) for n, values in zip(EARTH_VELOCITIES, turned, strict=True)}

@@ -25,24 +25,24 @@ def open_mcap(path: Path, clock: str) -> Source:
     reader = needed("mcap.reader", "ros", "MCAP logs")
     decoders: dict[tuple[str, int], Callable[[bytes], Any]] = {}
 
-    def every(topics: frozenset[str] | None) -> Iterator[tuple[str, int, Callable[[], Any]]]:
+    def every(topics: frozenset[str] | None) -> Iterator[tuple[str, int, Callable[[bytes], Any], bytes]]:
         with path.open("rb") as file:
             for schema, channel, message in reader.make_reader(file).iter_messages(topics=topics):
                 key = (channel.message_encoding, schema.id if schema else 0)
                 if key not in decoders:
                     decoders[key] = _decoder(path, channel.message_encoding, schema)
-                yield channel.topic, message.log_time, lambda key=key, raw=message.data: decoders[key](raw)
+                yield channel.topic, message.log_time, decoders[key], message.data
 
     def messages(topics: frozenset[str]) -> Iterator[Message]:
-        for topic, at, decode in every(topics):
-            yield topic, at, decode()
+        for topic, at, decode, raw in every(topics):
+            yield topic, at, decode(raw)
 
     def first() -> Iterator[Message]:
         seen = set()
-        for topic, at, decode in every(None):
+        for topic, at, decode, raw in every(None):
             if topic not in seen:
                 seen.add(topic)
-                yield topic, at, decode()
+                yield topic, at, decode(raw)
 
     if not path.exists():
         raise UsageError(f"{path}: there is no such log")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from operator import attrgetter, itemgetter
 from typing import Any
 
 import numpy as np
@@ -77,17 +78,27 @@ def number_fields(value: Any, path: str = "") -> Iterable[tuple[str, Callable[[A
     """
     if isinstance(value, bool | int | float | np.number | np.bool_):
         yield path, float
-    elif isinstance(value, list | tuple | np.ndarray):
-        for k in range(min(len(value), 64)):
-            for name, get in number_fields(value[k], f"{path}[{k}]"):
-                yield name, lambda message, k=k, get=get: get(message[k])
-    elif isinstance(value, Mapping):
-        for key in value:
-            for name, get in number_fields(value[key], f"{path}.{key}" if path else str(key)):
-                yield name, lambda message, key=key, get=get: get(message[key])
-    elif hasattr(value, "__dict__") or hasattr(value, "__slots__"):
-        keys = list(getattr(value, "__slots__", ())) or list(vars(value))
-        for key in keys:
-            if not key.startswith("_") and hasattr(value, key):
-                for name, get in number_fields(getattr(value, key), f"{path}.{key}" if path else key):
-                    yield name, lambda message, key=key, get=get: get(getattr(message, key))
+        return
+    for step, part, name in _parts(value, path):
+        for deeper, get in number_fields(part, name):
+            yield deeper, _then(step, get)
+
+
+MOST = 64
+"""Entries of a list that have a name each."""
+
+
+def _parts(value: Any, path: str) -> Iterable[tuple[Callable[[Any], Any], Any, str]]:
+    """The parts of a value: how to get one from such a value, the part itself, and its name."""
+    if isinstance(value, list | tuple | np.ndarray):
+        return [(itemgetter(k), value[k], f"{path}[{k}]") for k in range(min(len(value), MOST))]
+    before = f"{path}." if path else ""
+    if isinstance(value, Mapping):
+        return [(itemgetter(key), part, f"{before}{key}") for key, part in value.items()]
+    names = getattr(value, "__slots__", ()) or (vars(value) if hasattr(value, "__dict__") else ())
+    there = [name for name in names if not name.startswith("_") and hasattr(value, name)]
+    return [(attrgetter(name), getattr(value, name), f"{before}{name}") for name in there]
+
+
+def _then(step: Callable[[Any], Any], get: Callable[[Any], float]) -> Callable[[Any], float]:
+    return lambda message: get(step(message))

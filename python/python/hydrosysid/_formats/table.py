@@ -34,7 +34,7 @@ def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap)
     timeless = [n for n, c in columns.columns.items() if n != "t" and c.time is None]
     if given is None and (timeless or not columns.columns):
         there = ", ".join(plain) or "no column of numbers"
-        raise UsageError(f"{name}: no time stamps: say columns.t = \"…\"; there are {there}")
+        raise UsageError(f'{name}: no time stamps: say columns.t = "…"; there are {there}')
     fields = {key: values for key, values in plain.items() if given is None or key != given.name}
 
     def read(wanted: Mapping[str, frozenset[str]]) -> Mapping[str, Stream]:
@@ -62,7 +62,8 @@ def _series(series: Any) -> NDArray[Any]:
         return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
     if kind in "biuf" and not isinstance(series.dtype, np.dtype):
         # an extension type, which knows missing values
-        return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan) if series.isna().any() else series, kind)
+        lacks = series.isna().any()
+        return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan) if lacks else series.to_numpy())
     return np.asarray(series)
 
 
@@ -90,7 +91,9 @@ def of_xarray(dataset: Any, columns: ColumnMap) -> tuple[dict[str, NDArray[Any]]
     for name, entry in given.items():
         dims = variables[entry.name].dims if entry.name in variables else ()
         if len(dims) > 1:
-            raise UsageError(f"{entry.name} has the dimensions {', '.join(map(str, dims))}: choose by .sel or .isel first")
+            raise UsageError(
+                f"{entry.name} has the dimensions {', '.join(map(str, dims))}: choose by .sel or .isel first"
+            )
         time = entry.time or (str(dims[0]) if dims and str(dims[0]) in arrays else None)
         timed[name] = ColumnSource(**(vars(entry) | {"time": time}))
     return arrays, ColumnMap(**(vars(columns) | {"columns": timed}))

@@ -26,7 +26,8 @@ def open_ulog(path: Path) -> Source:
     if not path.exists():
         raise UsageError(f"{path}: there is no such log")
     try:
-        log = library.ULog(str(path))
+        with path.open("rb") as file:
+            log = library.ULog(file)
     except Exception as error:  # the library raises errors of many kinds for files that are none of its own
         raise DataError(f"{path}: this is no ULog file that can be read: {error}") from None
     topics = {f"{topic.name}[{topic.multi_id}]": topic.data for topic in log.data_list}

@@ -1,0 +1,153 @@
+"""The command of the wheel: what Python adds to it, and what it shares with the functions."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import hydrosysid as hs
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+MAP = """
+body_frame = "flu"
+[columns]
+t = { name = "time", unit = "ms" }
+u = "speed"
+v = { name = "side", unit = "mm/s" }
+"""
+
+
+def command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    run = [sys.executable, "-m", "hydrosysid", *words]
+    return subprocess.run(run, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    np.savez(tmp_path / "dive.npz", time=np.arange(30) * 50, speed=np.arange(30) / 7.0, side=np.arange(30) * 3.0)
+    (tmp_path / "map.toml").write_text(MAP)
+    return tmp_path
+
+
+def test_convert_reads_what_the_functions_read(table: Path) -> None:
+    done = command(table, "convert", "dive.npz", "-o", "out.csv", "--map", "map.toml")
+    assert done.returncode == 0, done.stderr
+    assert "30 rows, 2 channels: u, v" in done.stdout
+    assert "L211" in done.stderr
+    direct = hs.convert(table / "dive.npz", map=table / "map.toml")
+    again = hs.Run.from_csv(table / "out.csv")
+    for channel in ("u", "v"):
+        np.testing.assert_array_equal(again[channel], direct[channel])
+    assert again["v"][1].tolist() == [-3.0 * k / 1e3 for k in range(30)]
+    assert command(table, "convert", "dive.npz", "-o", "out.csv", "--map", "map.toml").returncode == 2
+    assert command(table, "convert", "dive.npz", "out.csv", "--map", "map.toml", "--force", "-q").stdout == ""
+
+
+def test_convert_of_csv_takes_a_map_too(table: Path) -> None:
+    rows = "".join(f"{50 * k},{k / 7.0!r},{3.0 * k}\n" for k in range(30))
+    (table / "dive.csv").write_text("time,speed,side\n" + rows)
+    done = command(table, "convert", "dive.csv", "-o", "a.csv", "--map", "map.toml")
+    assert done.returncode == 0, done.stderr
+    assert command(table, "convert", "dive.npz", "-o", "b.csv", "--map", "map.toml").returncode == 0
+    assert (table / "a.csv").read_bytes() == (table / "b.csv").read_bytes()
+    hs.convert(table / "dive.csv", table / "c.csv", map=table / "map.toml")
+    assert (table / "a.csv").read_bytes() == (table / "c.csv").read_bytes()
+
+
+def test_json_and_refusals_of_convert(table: Path) -> None:
+    words = ("convert", "dive.npz", "-o", "o.csv", "--map", "map.toml")
+    told = json.loads(command(table, *words, "--json", "-", "--quiet").stdout)
+    assert told["channels"]["u"] == {"samples": 30, "from": 0.0, "to": 1.45}
+    wrong = command(table, "convert", "dive.npz", "-o", "p.csv", "--log", 'columns.t = "clock"')
+    assert wrong.returncode == 2
+    assert "columns.t = 'clock' is not there" in wrong.stderr
+    (table / "bad.npz").write_bytes(b"no zip")
+    bad = command(table, "convert", "bad.npz", "-o", "p.csv")
+    assert bad.returncode == 1
+    assert "bad.npz" in bad.stderr
+    assert not (table / "p.csv").exists()
+    (table / "typo.toml").write_text('colums = { u = "speed" }\n')
+    typo = command(table, "convert", "dive.npz", "-o", "p.csv", "--map", "typo.toml")
+    assert "did you mean `columns`" in typo.stderr
+
+
+def test_series_side_by_side(folder: Path, fit_of_folder: hs.Fit) -> None:
+    (folder / "model.toml").write_text(fit_of_folder.model, encoding="utf-8")
+    simulated = hs.simulate(folder / "campaign.toml", folder / "model.toml")
+    words = ("campaign.toml", "--model", "model.toml", "--series")
+    assert command(folder, "simulate", *words, "s.csv").returncode == 0
+    assert command(folder, "compare", *words, "c.csv").returncode == 0
+    assert (folder / "s.csv").read_bytes() == (folder / "c.csv").read_bytes()
+    simulated.to_csv(folder / "py.csv")
+    assert (folder / "s.csv").read_bytes() == (folder / "py.csv").read_bytes()
+    back = hs.Run.from_csv(folder / "s.csv", missing="no_sample")
+    run = simulated["surge_2.csv"]
+    there = np.isfinite(run.measured["u"])
+    np.testing.assert_array_equal(back["surge_2.csv/u/simulated"], (run.time, run.simulated["u"]))
+    residual = (run.measured["u"] - run.simulated["u"])[there]
+    np.testing.assert_array_equal(back["surge_2.csv/u/residual"], (run.time[there], residual))
+
+
+def test_series_as_mcap(folder: Path, fit_of_folder: hs.Fit) -> None:
+    (folder / "model.toml").write_text(fit_of_folder.model, encoding="utf-8")
+    done = command(folder, "simulate", "campaign.toml", "--model", "model.toml", "--series", "s.mcap")
+    assert done.returncode == 0, done.stderr
+    simulated = hs.simulate(folder / "campaign.toml", folder / "model.toml")
+    simulated.to_mcap(folder / "py.mcap")
+    assert (folder / "s.mcap").read_bytes() == (folder / "py.mcap").read_bytes()
+    with (folder / "s.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        read = [(m.log_time, json.loads(m.data)) for _, _, m in reader.iter_messages(topics=["/surge_1.csv/u"])]
+    run = simulated["surge_1.csv"]
+    assert [at for at, _ in read] == [round(t * 1e9) for t in run.time.tolist()]
+    assert [m["simulated"] for _, m in read] == run.simulated["u"].tolist()
+    measured = [m["measured"] for _, m in read if "measured" in m]
+    assert measured == run.measured["u"][np.isfinite(run.measured["u"])].tolist()
+    assert all(m["residual"] == m["measured"] - m["simulated"] for _, m in read if "measured" in m)
+    again = hs.Run.from_mcap(folder / "s.mcap", columns={"u": "/surge_1.csv/u:measured"}, missing="no_sample")
+    assert again["u"][1].tolist() == measured
+    refused = command(folder, "simulate", "campaign.toml", "--series", "s.mcap")
+    assert refused.returncode == 2
+    assert "s.mcap exists" in refused.stderr
+
+
+def test_series_of_runs_that_begin_before_zero(tmp_path: Path) -> None:
+    times, values = np.array([-1.25, 0.5]), np.array([1.0, 2.0])
+    run = hs.SimulatedRun("a", "train", times, {"u": values}, {"u": values})
+    hs.Simulation(1, (run,), ()).to_mcap(tmp_path / "a.mcap")
+    with (tmp_path / "a.mcap").open("rb") as file:
+        reader = make_reader(file)
+        assert [m.log_time for _, _, m in reader.iter_messages()] == [750_000_000, 2_500_000_000]
+        assert [record.metadata["time_shift_s"] for record in reader.iter_metadata()] == ["2"]
+
+
+@pytest.fixture
+def fit_of_folder(campaign: hs.Campaign) -> hs.Fit:
+    return hs.fit(campaign)
+
+
+def test_init_report_and_explain_are_functions_too(folder: Path) -> None:
+    text = hs.init([folder / "surge_1.csv", folder / "surge_2.csv"], folder / "new.toml", name="small", mass=150.0)
+    typed = ("init", "surge_1.csv", "surge_2.csv", "--name", "small", "--mass", "150")
+    assert command(folder, *typed).stdout == text == (folder / "new.toml").read_text(encoding="utf-8")
+    assert len(hs.Campaign.from_file(folder / "new.toml").runs) == 2
+    with pytest.raises(hs.UsageError, match="exists"):
+        hs.init([folder / "surge_1.csv"], folder / "new.toml")
+    with pytest.raises(hs.UsageError, match="campaign's folder"):
+        hs.init(["/surge_1.csv"], folder / "other.toml")
+    page = hs.report(folder / "campaign.toml", folder / "r.html", discovery=False)
+    assert "small: identification" in page.read_text(encoding="utf-8")
+    assert hs.explain("L105")[0]["meaning"] in " ".join(command(folder, "explain", "L105").stdout.split())
+    with pytest.raises(hs.UsageError, match="X999"):
+        hs.explain("X999")
+
+
+def test_every_verb_of_the_command_is_a_function() -> None:
+    helped = subprocess.run([sys.executable, "-m", "hydrosysid", "--help"], capture_output=True, text=True, check=True)
+    listed = helped.stdout.split("Commands:")[1].split("Options:")[0].splitlines()
+    verbs = {line.split()[0] for line in listed if line.startswith("  ") and not line.startswith("   ")}
+    assert len(verbs) > 10
+    for verb in verbs - {"completions", "man", "help"}:
+        assert callable(getattr(hs, verb)), verb

@@ -1,0 +1,139 @@
+"""Many campaigns and bootstraps over executors; progress, and the end of long work."""
+
+import os
+import pickle
+import signal
+import threading
+import time
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import hydrosysid as hs
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+mpl.use("Agg")
+
+
+@pytest.fixture(scope="module")
+def campaigns(campaign: hs.Campaign, runs: list[hs.Run]) -> list[hs.Campaign]:
+    effects = ["inertia", "linear_drag", "quadratic_drag"]
+    return [
+        campaign,
+        *(hs.Campaign(vehicle={"name": "a"}, dofs=["surge"], effects=effects, runs=[r]) for r in runs[:2]),
+    ]
+
+
+def test_every_executor_gives_what_a_loop_gives(campaigns: list[hs.Campaign]) -> None:
+    serial = hs.map_fit(campaigns)
+    heard: list[tuple[str, int, int]] = []
+    with ThreadPoolExecutor(2) as threads:
+        assert hs.map_fit(campaigns, executor=threads, progress=lambda *step: heard.append(step)) == serial
+    assert heard == [("fitting campaigns", k, 3) for k in (1, 2, 3)]
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
+        assert hs.map_fit(campaigns, executor=processes) == serial
+
+
+def test_forked_workers_do_not_wait_for_threads_that_are_gone(campaigns: list[hs.Campaign]) -> None:
+    serial = hs.map_fit(campaigns)  # the threads of this process have worked before it forks
+    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as processes:
+        assert list(processes.map(hs.fit, campaigns, timeout=60)) == serial
+
+
+def bootstrapped(campaign: hs.Campaign, executor: Executor | None = None) -> hs.Bootstrap:
+    return hs.bootstrap(campaign, 24, block=15.0, seed=3, estimator="integral", executor=executor)
+
+
+@pytest.mark.filterwarnings("ignore")  # those of Dask's own start and end
+def test_dask_gives_what_a_loop_gives(campaigns: list[hs.Campaign]) -> None:
+    from distributed import Client
+
+    local = {"processes": True, "n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with Client(**local) as client, client.get_executor() as executor:
+        assert hs.map_fit(campaigns, executor=executor) == hs.map_fit(campaigns)
+        assert bootstrapped(campaigns[0], executor) == bootstrapped(campaigns[0])
+
+
+def test_bootstrap(campaign: hs.Campaign) -> None:
+    found = bootstrapped(campaign)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
+        assert bootstrapped(campaign, processes) == found
+    assert found.draws.shape == (24 - found.failed, 3)
+    fit = hs.fit(campaign, estimator="integral")
+    for k, p in enumerate(found.parameters):
+        assert p.value == fit[p.term].value
+        assert (p.low, p.high) == tuple(np.quantile(found.draws[:, k], [0.025, 0.975]).tolist())
+        assert p.std == pytest.approx(float(np.std(found.draws[:, k], ddof=1)), rel=1e-12)
+        assert p.std > 0.0
+    assert hs.bootstrap(campaign, 24, block=15.0, seed=4, estimator="integral") != found
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert "24 draws of stretches of 15 s" in found.summary()
+    axes = found.plot("linear_drag@surge")
+    assert found.plot("k_u", ax=axes) is axes
+    axes.figure.clear()
+
+
+def test_a_bootstrap_needs_something_to_draw_from(campaigns: list[hs.Campaign]) -> None:
+    with pytest.raises(hs.DataError, match="two runs or more"):
+        hs.bootstrap(campaigns[1], 10)
+    with pytest.raises(hs.UsageError, match="draws = 1"):
+        hs.bootstrap(campaigns[0], 1)
+
+
+def test_discovery_says_what_it_does(campaign: hs.Campaign) -> None:
+    heard: list[tuple[str, int, int]] = []
+    hs.discover(campaign, progress=lambda what, done, of: heard.append((what, done, of)))
+    words = [what for what, _, _ in heard]
+    assert words[0] == "fitting the baseline"
+    assert any(what.startswith("judging") for what in words)
+    assert all(0 <= done <= max(of, done) for _, done, of in heard)
+
+
+def test_a_bar_of_tqdm(campaign: hs.Campaign, capsys: pytest.CaptureFixture[str]) -> None:
+    hs.discover(campaign, progress=True)
+    assert "judging" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def long(tmp_path_factory: pytest.TempPathFactory) -> hs.Campaign:
+    """A campaign whose discovery takes a minute."""
+    return hs.tank_campaign(tmp_path_factory.mktemp("tank") / "tank", seed=1)
+
+
+def test_what_progress_raises_ends_the_work(long: hs.Campaign) -> None:
+    def enough(what: str, done: int, of: int) -> None:
+        raise StopIteration("enough")
+
+    with pytest.raises(StopIteration, match="enough"):
+        hs.discover(long, progress=enough)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_control_c_ends_a_long_verb_and_other_threads_go_on(long: hs.Campaign) -> None:
+    turns = 0
+    pressed = 0.0
+    done = threading.Event()
+
+    def other() -> None:
+        nonlocal turns, pressed
+        until = time.monotonic() + 1.5
+        while time.monotonic() < until:
+            turns += 1
+            time.sleep(0.001)
+        pressed = time.monotonic()
+        os.kill(os.getpid(), signal.SIGINT)
+        done.wait(60)
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            hs.discover(long)
+        waited = time.monotonic() - pressed
+    finally:
+        done.set()
+        thread.join()
+    assert turns > 50  # the lock was let go of
+    assert pressed > 0.0
+    assert waited < 20.0  # against a minute; a machine may be busy
