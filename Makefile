@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint deny fuzz wheel blind plan bench clean
+.PHONY: test test-rust test-python lint deny fuzz wheel blind plan coverage bench clean
 
 test: test-rust test-python
 
@@ -51,6 +51,10 @@ blind:
 # The table of plans against simulated campaigns; see docs/plan.md.
 plan:
 	cargo run --release --example plan -- --write docs/plan.md
+
+# Intervals against the truth, errors against the Cramér-Rao bound; see docs/coverage.md.
+coverage:
+	cargo run --release --example coverage -- --write docs/coverage.md
 
 bench:
 	cargo bench

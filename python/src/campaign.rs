@@ -59,6 +59,13 @@ impl NativeCampaign {
         Ok((error::to_json(&fitted)?, model))
     }
 
+    /// Refits as JSON.
+    fn resample(&self, py: Python<'_>, method: &str, draws: usize, progress: Option<Py<PyAny>>) -> PyResult<String> {
+        let method = serde_json::from_value(method.into()).map_err(|e| error::usage(py, &e))?;
+        let result = interruptible(py, progress, || campaign::resample(&self.0, method, draws))?;
+        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
     /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON.
     fn simulate(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;

@@ -1,12 +1,12 @@
 //! Linear least squares on NumPy arrays.
 
-use hydrosysid::estimate::{LeastSquaresOptions, Names, least_squares_with};
+use hydrosysid::estimate::{Blocks, LeastSquaresOptions, Names, least_squares_with};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error;
-use crate::work::detached;
+use crate::work::{detached, interruptible};
 
 /// Solves H θ = y.
 #[pyfunction]
@@ -38,4 +38,26 @@ pub fn least_squares<'py>(
     result.set_item("condition_number_scaled", fit.condition_number_scaled)?;
     result.set_item("rank", fit.rank)?;
     Ok(result)
+}
+
+/// Solutions of H θ = y on blocks of rows that are drawn with replacement, one row a refit.
+#[pyfunction]
+pub fn block_bootstrap<'py>(
+    py: Python<'py>,
+    h: PyReadonlyArray2<'py, f64>,
+    y: PyReadonlyArray1<'py, f64>,
+    block: usize,
+    draws: usize,
+    seed: u64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (h, y) = (h.as_array(), y.as_slice()?);
+    let columns: Vec<Vec<f64>> = h.columns().into_iter().map(|column| column.to_vec()).collect();
+    let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let drawn = interruptible(py, progress, || {
+        let blocks = Blocks::of(&slices, y, block, &Names::default())?;
+        Ok::<_, hydrosysid::estimate::LeastSquaresError>(blocks.bootstrap(draws, seed))
+    })?
+    .map_err(|e| error::data(py, &e))?;
+    Ok(PyArray2::from_vec2(py, &drawn.values)?)
 }

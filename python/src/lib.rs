@@ -29,7 +29,7 @@ mod _native {
     #[pymodule_export]
     use super::command::command;
     #[pymodule_export]
-    use super::least_squares::least_squares;
+    use super::least_squares::{block_bootstrap, least_squares};
     #[pymodule_export]
     use super::log::{check_logs, csv_of, read_log, to_si};
     #[pymodule_export]

@@ -10,7 +10,7 @@ use super::file::{Estimator, StageTable};
 use super::load::{Campaign, moves};
 use crate::effects::Place;
 use crate::envelope::{self, Envelope};
-use crate::estimate::output_error::{OutputErrorFit, Problem, output_error};
+use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, Problem, output_error};
 use crate::estimate::{IntegralOptions, RegressorOptions, Span, StdMethod, integral_least_squares, started};
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -203,7 +203,8 @@ fn suitable(campaign: &Campaign) -> Estimator {
 }
 
 fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
-    let fitted = output_error(&started(&campaign.model, runs), runs, &campaign.options.output_error)?;
+    let options = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };
+    let fitted = output_error(&started(&campaign.model, runs), runs, &options)?;
     let mut warnings = Vec::new();
     if !fitted.converged {
         let text = format!("output error stopped after {} steps without having converged", fitted.iterations);

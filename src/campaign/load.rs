@@ -223,6 +223,7 @@ fn assemble(
     let output_error = OutputErrorOptions {
         segment: file.fit.segment,
         longest_step: file.fit.longest_step,
+        loss: file.fit.loss,
         position: position && runs.iter().any(|run| moves(run.kind)),
         sigma: (!file.noise.is_empty()).then(|| file.noise.clone()),
         ..OutputErrorOptions::default()

@@ -19,6 +19,7 @@ mod load;
 mod logs;
 mod model_file;
 mod plan;
+mod resample;
 mod simulate;
 mod window;
 
@@ -34,4 +35,5 @@ pub use init::{InitFacts, init};
 pub use load::{Campaign, LoadOptions, Options};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
 pub use plan::{Plan, PlanRequest, PlanSource, PlannedParameter, PlannedRun, Want, plan};
+pub use resample::{Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};

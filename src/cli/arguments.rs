@@ -56,6 +56,13 @@ fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
+fn refits(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n > 1 => Ok(n),
+        _ => Err("a number of refits, 2 or more".into()),
+    }
+}
+
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
     /// Show the whole procedure on a virtual tank, and an effect that was hidden found again.
@@ -196,7 +203,9 @@ impl From<EstimatorName> for Estimator {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hydrosysid fit campaign.toml --json fit.json --model model.toml")]
+#[command(
+    after_help = "Examples:\n  hydrosysid fit campaign.toml --json fit.json --model model.toml\n  hydrosysid fit campaign.toml --bootstrap 1000"
+)]
 pub(super) struct Fit {
     /// Campaign file.
     pub campaign: PathBuf,
@@ -204,6 +213,12 @@ pub(super) struct Fit {
     /// error otherwise.
     #[arg(long, value_enum)]
     pub estimator: Option<EstimatorName>,
+    /// Refit by output error on N resamplings of stretches of the training runs, and show the scatter.
+    #[arg(long, value_name = "N", value_parser = refits, conflicts_with = "monte_carlo")]
+    pub bootstrap: Option<usize>,
+    /// Refit by output error on N data sets that the fitted model makes, and show the scatter.
+    #[arg(long, value_name = "N", value_parser = refits)]
+    pub monte_carlo: Option<usize>,
     /// Write the fitted model to FILE (TOML, or JSON where it ends in .json).
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,

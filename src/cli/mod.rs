@@ -11,6 +11,7 @@ mod failure;
 mod message;
 mod output;
 mod plan;
+mod scatter;
 mod shell;
 mod show;
 mod table;

@@ -110,6 +110,18 @@ impl Output {
         bar
     }
 
+    /// Counts to `total`, where standard error is a terminal.
+    pub fn counted(&self, what: &str, total: usize) -> ProgressBar {
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new(total as u64).with_message(what.to_string());
+        if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len} ({eta})") {
+            bar.set_style(style);
+        }
+        bar
+    }
+
     /// Tells findings, and refuses them where `--strict` asks for it.
     pub fn tell(&self, findings: &[Finding]) -> Result<(), Failure> {
         for finding in findings {

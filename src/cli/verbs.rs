@@ -5,6 +5,7 @@ use std::path::Path;
 use super::arguments::{self as typed, Loading, Reading};
 use super::failure::Failure;
 use super::output::Output;
+use super::scatter;
 use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
 use crate::discover::Discovery;
@@ -66,7 +67,10 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     let fitted = campaign::fit(&loaded, FitOptions { estimator: a.estimator.map(Into::into) })?;
     busy.finish_and_clear();
     print_fit(&fitted, output);
-    output.json(&fitted)?;
+    match scatter::refits(a, &loaded, output)? {
+        None => output.json(&fitted)?,
+        Some(resampling) => output.json(&scatter::Scattered { fit: &fitted, resampling: &resampling })?,
+    }
     output.tell(&fitted.warnings)?;
     if let Some(path) = &a.model {
         let text = ModelFile::of(&loaded, &fitted).to_text(path)?;

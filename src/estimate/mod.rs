@@ -18,6 +18,6 @@ pub use start::started;
 pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};
 
 pub use crate::least_squares::{
-    Fit, LeastSquaresError, LeastSquaresOptions, Names, RSquared, Refinement, StdMethod, least_squares,
-    least_squares_rows, least_squares_with,
+    Blocks, Draws, Fit, LeastSquaresError, LeastSquaresOptions, Names, RSquared, Refinement, StdMethod, Tall,
+    least_squares, least_squares_rows, least_squares_with,
 };

@@ -10,15 +10,23 @@
 mod double_double;
 mod pivoted;
 mod refine;
+mod resample;
 mod sandwich;
 mod scale;
 mod singular;
 mod solve;
 mod system;
+mod tall;
+mod triangle;
+mod watch;
 
+pub use resample::{Blocks, Draws};
+pub(crate) use resample::{REFITTING, resample};
 pub use sandwich::StdMethod;
 pub(crate) use singular::singular_ratio;
 pub use solve::{
     Fit, LeastSquaresOptions, RSquared, Refinement, least_squares, least_squares_rows, least_squares_with,
 };
 pub use system::{LeastSquaresError, Names};
+pub use tall::Tall;
+pub(crate) use triangle::Triangle;

@@ -15,6 +15,10 @@ use super::pivoted::{Dependence, Pivoted};
 use super::refine::refine;
 use super::scale::{length_exponent, times_power_of_two};
 use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
+use super::tall::Tall;
+
+/// Entries above which a system is folded block by block.
+const TALL: usize = 1 << 15;
 
 /// How R² is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,11 +43,11 @@ pub enum Refinement {
 }
 
 impl Refinement {
-    fn is_due(self, entries: usize, pivoted: &Pivoted) -> bool {
+    fn is_due(self, entries: usize, condition_scaled: f64) -> bool {
         match self {
             Refinement::Always => true,
             Refinement::Never => false,
-            Refinement::Auto => entries <= 4096 || (entries <= 1_000_000 && pivoted.condition_scaled() > 1e6),
+            Refinement::Auto => entries <= 4096 || (entries <= 1_000_000 && condition_scaled > 1e6),
         }
     }
 }
@@ -189,6 +193,12 @@ pub fn least_squares(h: &[&[f64]], y: &[f64]) -> Result<Fit, LeastSquaresError> 
 pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, LeastSquaresError> {
     let names = &options.names;
     check_shape(h, y, names)?;
+    if options.refinement != Refinement::Always && h.len() * y.len() > TALL {
+        let fit = Tall::of(h, y, names)?.fit()?;
+        if !options.refinement.is_due(h.len() * y.len(), fit.condition_number_scaled) {
+            return Ok(fit);
+        }
+    }
     check_values(h, y, names)?;
     check_apart(h, names)?;
     let exponents: Vec<i32> = h.iter().map(|c| length_exponent(c)).collect();
@@ -204,7 +214,7 @@ pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions
     let square =
         (0..n).map(|i| (response[i] - (0..p).map(|j| scaled[(i, j)] * coefficients[j]).sum::<f64>()).powi(2)).sum();
     let mut solved = Scaled { coefficients, inverse: outer(&w), square, total, kind, rows: n, refined: false };
-    if options.refinement.is_due(n * p, &pivoted)
+    if options.refinement.is_due(n * p, pivoted.condition_scaled())
         && let Some(better) = refine(&scaled, &response, &pivoted)
     {
         solved = Scaled {

@@ -34,6 +34,14 @@ pub enum LeastSquaresError {
         /// Names of the columns.
         columns: Vec<String>,
     },
+    /// A bootstrap needs blocks to draw from.
+    #[error("{rows} rows make fewer than two blocks of {length} rows: take shorter blocks")]
+    TooFewBlocks {
+        /// Rows.
+        rows: usize,
+        /// Rows of a block.
+        length: usize,
+    },
     /// A value is NaN or infinite.
     #[error("column `{column}`, row {row} (from 0): {value} is not a finite number")]
     NotFinite {

@@ -11,10 +11,9 @@ mod free_run;
 mod ode;
 mod rk4;
 mod track;
-mod widest;
 
+pub use crate::widest::widest;
 pub use free_run::{Trajectory, free_run, memory_start, values_in_run};
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, Stretch, integrate, integrate_fast};
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};
-pub use widest::widest;

@@ -36,9 +36,10 @@ from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
 from ._pages import demo, init, report
 from ._planning import Plan, PlannedParameter, PlannedRun, Push
+from ._resampling import Resampling, Scatter, block_bootstrap
 from ._run import Run
 from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
-from ._verbs import check, compare, discover, fit, plan, simulate, tank_campaign
+from ._verbs import check, compare, discover, fit, plan, resample, simulate, tank_campaign
 
 __all__ = [
     "Bootstrap",
@@ -68,7 +69,9 @@ __all__ = [
     "Push",
     "Regressors",
     "Resampled",
+    "Resampling",
     "Run",
+    "Scatter",
     "SimulatedRun",
     "Simulation",
     "SmallestVisible",
@@ -78,6 +81,7 @@ __all__ = [
     "UsageError",
     "Where",
     "__version__",
+    "block_bootstrap",
     "bootstrap",
     "check",
     "compare",
@@ -95,6 +99,7 @@ __all__ = [
     "polynomial_filter",
     "regressors",
     "report",
+    "resample",
     "rk4",
     "simulate",
     "tank_campaign",

@@ -12,11 +12,13 @@ from typing import Any, Literal, cast
 from . import _native
 from ._campaign import Campaign, campaign_of
 from ._discovery import Discovery
+from ._errors import UsageError
 from ._fit import Fit
 from ._motion import Check, Comparison, Simulation
 from ._plain import build, plain
 from ._planning import Plan
 from ._progress import Progress, listener
+from ._resampling import Resampling
 from ._run import Run
 
 Source = Campaign | str | PathLike[str]
@@ -38,6 +40,31 @@ def fit(campaign: Source, *, estimator: Estimator | None = None, progress: Progr
     with listener(progress) as tell:
         result, model = campaign_of(campaign)._native.fit(estimator, tell)
     return build(Fit, json.loads(result) | {"model": model})
+
+
+def resample(
+    campaign: Source,
+    *,
+    method: Literal["bootstrap", "monte_carlo"] = "bootstrap",
+    draws: int = 1000,
+    progress: Progress = None,
+) -> Resampling:
+    """Refits the baseline by output error many times, on all cores, to show how far estimates scatter.
+
+    Args:
+        campaign: a campaign, or the path of one.
+        method: ``bootstrap`` draws stretches of the training runs with replacement and asks that those be independent
+            of each other; ``monte_carlo`` fits data that the fitted model made and asks that the model be right.
+        draws: number of refits; a whole fit each with ``monte_carlo``.
+        progress: called as ``progress(what, done, of)``; `True` shows a bar.
+
+    Raises:
+        DataError: the data does not determine the parameters, or has too few stretches to draw from.
+    """
+    if draws < 2:
+        raise UsageError(f"draws = {draws}: at least 2 are needed")
+    with listener(progress) as heard:
+        return build(Resampling, json.loads(campaign_of(campaign)._native.resample(method, draws, heard)))
 
 
 def simulate(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Simulation:

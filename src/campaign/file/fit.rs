@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::output_error::OutputErrorOptions;
+use crate::estimate::output_error::{Loss, OutputErrorOptions};
 
 /// How parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -35,12 +35,17 @@ pub struct FitTable {
     pub segment: f64,
     /// Longest step of the integrator, s.
     pub longest_step: f64,
+    /// What a residual of output error costs: `squares`, or where outliers are feared `huber` or `student`.
+    pub loss: Loss,
+    /// Whether output error joins segments to whole runs where the data allow it. True: its errors then come near the
+    /// Cramér-Rao bound; a run that something unknown disturbs keeps its segments by itself.
+    pub join: bool,
 }
 
 impl Default for FitTable {
     fn default() -> FitTable {
-        let OutputErrorOptions { segment, longest_step, .. } = OutputErrorOptions::default();
-        FitTable { estimator: None, segment, longest_step }
+        let OutputErrorOptions { segment, longest_step, loss, .. } = OutputErrorOptions::default();
+        FitTable { estimator: None, segment, longest_step, loss, join: true }
     }
 }
 
@@ -50,8 +55,9 @@ mod tests {
 
     #[test]
     fn the_estimator_reads_by_name() {
-        let table: FitTable = toml::from_str("estimator = 'staged'\nsegment = 5.0").unwrap();
+        let table: FitTable = toml::from_str("estimator = 'staged'\nsegment = 5.0\nloss = 'huber'").unwrap();
         assert_eq!(table.estimator.map(Estimator::name), Some("staged"));
+        assert_eq!((table.loss, table.join), (Loss::Huber, true));
         assert_eq!(toml::from_str::<FitTable>(&toml::to_string(&table).unwrap()).unwrap(), table);
         assert!(toml::from_str::<FitTable>("estimator = 'magic'").is_err());
     }

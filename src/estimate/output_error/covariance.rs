@@ -5,12 +5,13 @@
 //! correlated residuals:  Σ = (JᵀJ)⁻¹ (Σ_c g_c g_cᵀ) (JᵀJ)⁻¹ c        g_c = Jᵀr summed over cluster c
 //! ```
 //!
-//! J is the Jacobian by the unknowns after the initial states are projected out. The second form (Liang and Zeger 1986)
+//! J is the Jacobian by the unknowns after the initial states are projected out; under a robust loss r stands for ψ and
+//! JᵀJ for its curvature Σψ'. The second form (Liang and Zeger 1986)
 //! asks only that residuals of different clusters, stretches of some 24 s, be independent.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor};
+use super::{Fold, Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor};
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 
@@ -33,29 +34,18 @@ pub(super) fn of(
 ) -> Result<(Vec<f64>, StdMethod), OutputErrorError> {
     let p = problem.unknowns.len();
     let factor = normal_factor(problem, model, segments);
-    let weak: Vec<String> = (0..p)
-        .filter(|k| {
-            let length: f64 = (0..=*k).map(|i| factor.at(i, *k)[0].powi(2)).sum::<f64>().sqrt();
-            factor.at(*k, *k)[0].abs() <= 1e-9 * length || length == 0.0
-        })
-        .map(|k| {
-            let parameter = &model.parameters[problem.unknowns[k].parameter];
-            format!("{} of {}", parameter.spec.name, parameter.term)
-        })
-        .collect();
-    let Some(inverse) = factor.inverse(p).filter(|_| weak.is_empty()) else {
-        return Err(OutputErrorError::NotIdentified { parameters: weak.join(", ") });
-    };
-    // (RᵀR)⁻¹ = R⁻¹ R⁻ᵀ
-    let bread: Vec<f64> =
-        (0..p * p).map(|k| (0..p).map(|j| inverse[(k / p) * p + j] * inverse[(k % p) * p + j]).sum()).collect();
+    let bread = bread(problem, model, &factor)?;
     let samples: usize = segments.iter().map(|s| s.samples).sum();
-    let states = problem.dynamics.states.len() - problem.dynamics.memories();
-    let freedom = samples.saturating_sub(p + states * segments.len()).max(1) as f64;
-    let cost: f64 = segments.iter().map(Linearised::cost).sum();
-    let scale = cost / freedom;
+    let freedom = samples.saturating_sub(p + problem.free_states() * segments.len()).max(1) as f64;
+    let sum = |f: &dyn Fn(&Linearised) -> f64| segments.iter().map(f).sum::<f64>();
+    // J stands in the factor times ds/dr, whose square is not the curvature of a robust loss
+    let steep = sum(&|s| s.curvature[0]);
+    // were most residuals outliers, the curvature would vanish: the deviations then grow, tenfold at most
+    let bend = sum(&|s| s.curvature[1]).max(0.1 * steep);
+    let bread: Vec<f64> = bread.iter().map(|b| b * steep / bend).collect();
+    let scale = sum(&|s| s.pull) / freedom * samples as f64 / bend;
     let white = bread.iter().map(|b| b * scale).collect();
-    if problem.is_white(segments) {
+    if !problem.loss.is_robust() && problem.is_white(segments) {
         return Ok((white, StdMethod::Information));
     }
     let gradients = cluster_gradients(problem, segments, options.cluster);
@@ -72,6 +62,29 @@ pub(super) fn of(
     let correction = clusters / (clusters - 1.0) * samples as f64 / freedom;
     let sandwich = (0..p * p).map(|k| correction * half.chunks(p).map(|g| g[k / p] * g[k % p]).sum::<f64>()).collect();
     Ok((sandwich, StdMethod::Clusters))
+}
+
+/// (JᵀJ)⁻¹ of a factor, row-major.
+///
+/// # Errors
+/// [`OutputErrorError::NotIdentified`] with the unknowns of which the factor says nothing.
+pub(super) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Result<Vec<f64>, OutputErrorError> {
+    let p = problem.unknowns.len();
+    let weak: Vec<String> = (0..p)
+        .filter(|k| {
+            let length: f64 = (0..=*k).map(|i| factor.at(i, *k)[0].powi(2)).sum::<f64>().sqrt();
+            factor.at(*k, *k)[0].abs() <= 1e-9 * length || length == 0.0
+        })
+        .map(|k| {
+            let parameter = &model.parameters[problem.unknowns[k].parameter];
+            format!("{} of {}", parameter.spec.name, parameter.term)
+        })
+        .collect();
+    let Some(inverse) = factor.inverse(p).filter(|_| weak.is_empty()) else {
+        return Err(OutputErrorError::NotIdentified { parameters: weak.join(", ") });
+    };
+    // (RᵀR)⁻¹ = R⁻¹ R⁻ᵀ
+    Ok((0..p * p).map(|k| (0..p).map(|j| inverse[(k / p) * p + j] * inverse[(k % p) * p + j]).sum()).collect())
 }
 
 impl OutputErrorFit {
@@ -95,24 +108,37 @@ impl OutputErrorFit {
 /// Jᵀr of each cluster: stretches of about `length` seconds of one run.
 pub(crate) fn cluster_gradients(problem: &Problem, segments: &[Linearised], length: f64) -> Vec<Vec<f64>> {
     let (nx, p) = (problem.dynamics.states.len(), problem.unknowns.len());
-    let mut clusters: Vec<(usize, f64, Vec<f64>)> = Vec::new();
-    for (segment, stretch) in segments.iter().zip(&problem.segments) {
-        let begin = problem.tracks[stretch.track].time[stretch.first];
-        let known =
-            clusters.last().is_some_and(|(track, from, _)| *track == stretch.track && begin - from < length - 1e-6);
-        if !known {
-            clusters.push((stretch.track, begin, vec![0.0; p]));
+    let gradient = |members: &Vec<usize>| {
+        let mut gradient = vec![0.0; p];
+        for member in members {
+            let segment = &segments[*member];
+            let columns = problem.columns_of(problem.segments[*member].track);
+            for (direction, column) in columns.into_iter().enumerate() {
+                gradient[column] +=
+                    (nx..segment.n).map(|i| segment.at(i, nx + direction) * segment.at(i, segment.n - 1)).sum::<f64>();
+            }
         }
-        let Some((_, _, gradient)) = clusters.last_mut() else { continue };
-        for (direction, column) in problem.columns_of(stretch.track).into_iter().enumerate() {
-            gradient[column] +=
-                (nx..segment.n).map(|i| segment.at(i, nx + direction) * segment.at(i, segment.n - 1)).sum::<f64>();
-        }
-    }
-    clusters.into_iter().map(|(_, _, gradient)| gradient).collect()
+        gradient
+    };
+    problem.clusters(length).iter().map(gradient).collect()
 }
 
 impl Problem {
+    /// Segments by clusters: stretches of about `length` seconds of one run.
+    pub(crate) fn clusters(&self, length: f64) -> Vec<Vec<usize>> {
+        let mut clusters: Vec<(usize, f64, Vec<usize>)> = Vec::new();
+        for (k, stretch) in self.segments.iter().enumerate() {
+            let begin = self.tracks[stretch.track].time[stretch.first];
+            match clusters.last_mut() {
+                Some((track, from, members)) if *track == stretch.track && begin - *from < length - 1e-6 => {
+                    members.push(k);
+                }
+                _ => clusters.push((stretch.track, begin, vec![k])),
+            }
+        }
+        clusters.into_iter().map(|(_, _, members)| members).collect()
+    }
+
     /// Whether the segments' costs scatter no more than those of white residuals do: the variance of a sum of n squares
     /// is 2n; correlation and misfit raise it. The limit of 1.5 times keeps false alarms under 1 % for 50 segments.
     pub(crate) fn is_white(&self, segments: &[Linearised]) -> bool {

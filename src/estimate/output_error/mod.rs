@@ -10,9 +10,13 @@
 //! measurement, and unstable motions have no time to diverge. Bock (1983); Jategaonkar, *Flight Vehicle System
 //! Identification* (2015), ch. 4.
 
+mod bound;
 mod covariance;
 mod fold;
+mod join;
+mod loss;
 mod problem;
+mod resampled;
 
 use std::collections::BTreeMap;
 
@@ -22,7 +26,9 @@ pub(crate) use fold::Fold;
 pub(crate) use problem::LANES;
 pub use problem::{Linearised, Problem, Unknown};
 
+pub use bound::cramer_rao;
 pub use covariance::StdMethod;
+pub use loss::Loss;
 
 use crate::model::Model;
 use crate::run::Run;
@@ -45,6 +51,10 @@ pub struct OutputErrorOptions {
     pub tolerance: f64,
     /// Length of the clusters whose residuals are taken as independent of one another, s.
     pub cluster: f64,
+    /// What a residual costs: its square, or less where outliers are feared.
+    pub loss: Loss,
+    /// Whether segments are joined at the end where the data allow it, so that fewer initial states take information.
+    pub join: bool,
 }
 
 impl Default for OutputErrorOptions {
@@ -57,6 +67,8 @@ impl Default for OutputErrorOptions {
             iterations: 40,
             tolerance: 1e-3,
             cluster: 24.0,
+            loss: Loss::Squares,
+            join: false,
         }
     }
 }
@@ -83,6 +95,12 @@ pub enum OutputErrorError {
     Diverges {
         /// Names and values.
         values: String,
+    },
+    /// A bootstrap draws clusters, and there are not two.
+    #[error("{clusters} clusters of residuals to draw from: a bootstrap needs at least two; take shorter ones")]
+    TooFewClusters {
+        /// Number of clusters.
+        clusters: usize,
     },
     /// A parameter that this data says nothing about.
     #[error("this data says nothing about {parameters}: fix them, or add a run that moves them")]
@@ -130,7 +148,8 @@ pub fn output_error(
 ) -> Result<OutputErrorFit, OutputErrorError> {
     let problem = Problem::new(model, runs, options)?;
     let x0 = problem.initial_states(model);
-    fit_from(model, problem, x0, options)
+    let fit = fit_from(model, problem, x0, options)?;
+    if options.join { join::joined(fit, options) } else { Ok(fit) }
 }
 
 /// [`output_error`] of a problem that is prepared, from given initial states.
@@ -151,8 +170,7 @@ pub(crate) fn fit_from(
         return Err(OutputErrorError::Diverges { values });
     }
     let samples: usize = current.iter().map(|s| s.samples).sum();
-    let states = problem.dynamics.states.len() - problem.dynamics.memories();
-    let count = unknowns.len() + states * problem.segments.len();
+    let count = unknowns.len() + problem.free_states() * problem.segments.len();
     if samples <= count {
         return Err(OutputErrorError::TooFewSamples { samples, unknowns: count });
     }

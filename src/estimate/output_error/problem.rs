@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use super::fold::Fold;
+use super::loss::{Loss, Tempered};
 use super::{OutputErrorError, OutputErrorOptions};
 use crate::chain::{Available, StateId};
 use crate::dynamics::Dynamics;
@@ -28,6 +29,8 @@ pub struct Problem {
     pub sigma: Vec<f64>,
     /// Unknowns beside initial states: which parameter, and of which run when each has its own.
     pub unknowns: Vec<Unknown>,
+    /// What a residual costs.
+    pub loss: Loss,
 }
 
 /// One unknown of the fit.
@@ -39,7 +42,8 @@ pub struct Unknown {
     pub run: Option<usize>,
 }
 
-/// A segment linearised at the current values: the triangular factor of [∂y/∂x₀ | ∂y/∂θ | y − measured] / σ.
+/// A segment linearised at the current values: the triangular factor of [∂y/∂x₀ | ∂y/∂θ | y − measured] / σ, residuals
+/// as their loss sees them.
 #[derive(Debug, Clone)]
 pub struct Linearised {
     /// Row-major upper triangle, `n × n`.
@@ -50,6 +54,10 @@ pub struct Linearised {
     pub samples: usize,
     /// Σ residual², by output, in units of σ.
     pub squares: Vec<f64>,
+    /// Number of samples under squares; under another loss Σ (ds/dr)² and Σ dψ/dr, what its curvature is of theirs.
+    pub curvature: [f64; 2],
+    /// Σ ψ²; Σ residual² under squares.
+    pub pull: f64,
 }
 
 impl Linearised {
@@ -58,7 +66,7 @@ impl Linearised {
         self.r[i * self.n + j]
     }
 
-    /// Sum of squares of the residuals in units of σ.
+    /// Σ ρ: the sum of squares of the residuals in units of σ, or what the loss makes of them.
     pub fn cost(&self) -> f64 {
         (0..self.n).map(|i| self.at(i, self.n - 1).powi(2)).sum()
     }
@@ -96,7 +104,7 @@ impl Problem {
                 true => (0..runs.len()).map(|run| Unknown { parameter: *p, run: Some(run) }).collect(),
             })
             .collect();
-        Ok(Problem { dynamics, tracks, segments, sigma, unknowns })
+        Ok(Problem { dynamics, tracks, segments, sigma, unknowns, loss: options.loss })
     }
 
     /// Initial states of all segments from the log: a straight line through the first samples of each channel.
@@ -145,6 +153,7 @@ impl Problem {
         self.remember(&mut fold, model, x0, batch);
         let mut squares = vec![[0.0; L]; ny];
         let mut samples = [0usize; L];
+        let (mut curvature, mut pull) = ([[0.0; 2]; L], [0.0; L]);
         integrate(&self.dynamics, &self.tracks, &stretches, &theta, &start, true, &mut |at: &Emission<'_, L>| {
             for output in 0..ny {
                 let (mut weight, mut residual) = ([0.0; L], [0.0; L]);
@@ -155,6 +164,19 @@ impl Problem {
                         residual[lane] = (at.outputs[output][lane] - measured) * weight[lane];
                         squares[output][lane] += residual[lane] * residual[lane];
                         samples[lane] += 1;
+                    }
+                }
+                if self.loss.is_robust() {
+                    for lane in 0..L {
+                        if weight[lane] <= 0.0 {
+                            continue;
+                        }
+                        let Tempered { value, slope, bend } = self.loss.temper(residual[lane]);
+                        residual[lane] = value;
+                        weight[lane] *= slope;
+                        curvature[lane][0] += slope * slope;
+                        curvature[lane][1] += bend;
+                        pull[lane] += (value * slope).powi(2);
                     }
                 }
                 let row = &at.jacobian[output * (n - 1)..(output + 1) * (n - 1)];
@@ -174,6 +196,8 @@ impl Problem {
                 n,
                 samples: samples[lane],
                 squares: squares.iter().map(|s| s[lane]).collect(),
+                curvature: if self.loss.is_robust() { curvature[lane] } else { [samples[lane] as f64; 2] },
+                pull: if self.loss.is_robust() { pull[lane] } else { squares.iter().map(|s| s[lane]).sum() },
             })
             .collect()
     }
@@ -347,6 +371,11 @@ fn noise_of(dynamics: &Dynamics, tracks: &[Track], known: Option<&BTreeMap<Strin
 }
 
 impl Problem {
+    /// Number of free initial states of a segment; memory has priors and is not counted.
+    pub fn free_states(&self) -> usize {
+        self.dynamics.states.len() - self.dynamics.memories()
+    }
+
     /// Whether a state is a memory of an effect.
     pub fn is_memory(&self, state: usize) -> bool {
         matches!(self.dynamics.states[state], StateId::Memory { .. })

@@ -32,6 +32,12 @@ impl Noise {
         ((self.rng.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
+    /// One of the numbers 0 to `count` − 1, each as likely.
+    pub fn below(&mut self, count: usize) -> usize {
+        // the upper half of a product of 128 bits: uniform to 2⁻⁶⁴ count
+        ((u128::from(self.rng.next_u64()) * count as u128) >> 64) as usize
+    }
+
     /// A number between `low` and `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()

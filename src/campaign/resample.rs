@@ -1,0 +1,106 @@
+//! The verb `fit` with `--bootstrap` or `--monte-carlo`: how far estimates scatter, shown rather than computed.
+//!
+//! The bootstrap draws stretches of the training runs with replacement; Monte Carlo fits data that the fitted model made.
+//! See [`OutputErrorFit`] for what each asks.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::Error;
+use super::load::{Campaign, moves};
+use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
+use crate::estimate::{Draws, started};
+use crate::run::{Role, Run};
+
+/// How refits get their data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Resampler {
+    /// Stretches of the training runs, drawn with replacement.
+    Bootstrap,
+    /// The fitted model's own motion with fresh noise.
+    MonteCarlo,
+}
+
+/// Refits of a campaign. Serialises as `resampling` in `hydrosysid fit --json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Resampling {
+    /// Format of the result: 1.
+    pub format: u32,
+    /// Where the data came from.
+    pub method: Resampler,
+    /// Refits that took part.
+    pub draws: usize,
+    /// Refits without a solution, left out.
+    pub failed: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Scatter of each free parameter, in the order of the model.
+    pub parameters: Vec<Scatter>,
+}
+
+/// How far the refits of one parameter scatter, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scatter {
+    /// Name of its term: `id`, `id@dof`, `id@dof:other`.
+    pub term: String,
+    /// Symbol.
+    pub name: String,
+    /// The run whose value it is; absent for a common one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
+    /// Estimate that the draws start from.
+    pub value: f64,
+    /// Mean of the draws: what it is off `value` is bias.
+    pub mean: f64,
+    /// Standard deviation of the draws.
+    pub std: f64,
+    /// 2.5 and 97.5 per cent of the draws lie below.
+    pub interval: [f64; 2],
+    /// Unit.
+    pub unit: String,
+}
+
+/// Refits the campaign's model by output error, `draws` times, on all cores.
+///
+/// # Errors
+/// [`Error`] when there is no run of free motion to fit, the data does not determine the parameters, or a bootstrap has
+/// too few stretches to draw from.
+pub fn resample(campaign: &Campaign, method: Resampler, draws: usize) -> Result<Resampling, Error> {
+    let used = |run: &&Run| run.role == Role::Train && moves(run.kind);
+    let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
+    // whole runs are too few to draw from
+    let join = campaign.file.fit.join && method == Resampler::MonteCarlo;
+    let options = OutputErrorOptions { join, ..campaign.options.output_error.clone() };
+    let fit = output_error(&started(&campaign.model, &runs), &runs, &options)?;
+    let seed = campaign.options.seed;
+    let found = match method {
+        Resampler::Bootstrap => fit.bootstrap(draws, seed, options.cluster)?,
+        Resampler::MonteCarlo => fit.monte_carlo(&options, draws, seed),
+    };
+    Ok(described(&fit, &found, method, seed, &runs))
+}
+
+fn described(fit: &OutputErrorFit, found: &Draws, method: Resampler, seed: u64, runs: &[Run]) -> Resampling {
+    let scatter = |(k, unknown): (usize, &crate::estimate::output_error::Unknown)| {
+        let parameter = &fit.model.parameters[unknown.parameter];
+        let own = unknown.run.and_then(|run| parameter.per_run.get(run));
+        Scatter {
+            term: parameter.term.clone(),
+            name: parameter.spec.name.clone(),
+            run: unknown.run.map(|run| runs[run].name.clone()),
+            value: own.copied().unwrap_or(parameter.value),
+            mean: found.mean(k),
+            std: found.std(k),
+            interval: [0.025, 0.975].map(|level| found.quantile(k, level)),
+            unit: parameter.spec.dimension.to_string(),
+        }
+    };
+    Resampling {
+        format: 1,
+        method,
+        draws: found.values.len(),
+        failed: found.failed,
+        seed,
+        parameters: fit.problem.unknowns.iter().enumerate().map(scatter).collect(),
+    }
+}

@@ -1,0 +1,250 @@
+//! Refits on resampled blocks of rows: the block bootstrap.
+//!
+//! ```text
+//! RᵀR = Σ_b n_b R_bᵀR_b      n_b: how often block b was drawn; Σ n_b = number of blocks
+//! ```
+//!
+//! Each block is factored once; a refit stacks p + 1 rows a block, times √n_b, and so costs nothing in rows. Blocks longer
+//! than the memory of the residuals keep their correlation: Künsch, *Annals of Statistics* 17 (1989) 1217. Draws come
+//! from streams of one seed, so that they do not depend on the number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::solve::Fit;
+use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
+use super::tall::{factor_of, solve};
+use super::triangle::Triangle;
+use crate::noise::Noise;
+use crate::progress::tell;
+use crate::widest::widest;
+
+/// What progress calls it.
+pub(crate) const REFITTING: &str = "refitting";
+
+/// Estimates of refits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draws {
+    /// One estimate of all unknowns a refit.
+    pub values: Vec<Vec<f64>>,
+    /// Refits that had no solution and are left out.
+    pub failed: usize,
+}
+
+impl Draws {
+    /// Mean of unknown `k`.
+    pub fn mean(&self, k: usize) -> f64 {
+        self.values.iter().map(|v| v[k]).sum::<f64>() / self.values.len() as f64
+    }
+
+    /// Covariance of the unknowns `i` and `j`.
+    pub fn covariance(&self, i: usize, j: usize) -> f64 {
+        let (mean_i, mean_j) = (self.mean(i), self.mean(j));
+        let sum: f64 = self.values.iter().map(|v| (v[i] - mean_i) * (v[j] - mean_j)).sum();
+        sum / (self.values.len() as f64 - 1.0)
+    }
+
+    /// Standard deviation of unknown `k`.
+    pub fn std(&self, k: usize) -> f64 {
+        self.covariance(k, k).sqrt()
+    }
+
+    /// The value that a share `level` of the draws of unknown `k` lies below, linear between draws.
+    pub fn quantile(&self, k: usize, level: f64) -> f64 {
+        let mut sorted: Vec<f64> = self.values.iter().map(|v| v[k]).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+        let at = level.clamp(0.0, 1.0) * last as f64;
+        let (low, part) = (at.floor() as usize, at.fract());
+        sorted[low] + part * (sorted[(low + 1).min(last)] - sorted[low])
+    }
+}
+
+/// A system H θ = y whose blocks of rows are factored apart.
+#[derive(Debug, Clone)]
+pub struct Blocks {
+    names: Names,
+    factors: Vec<Triangle>,
+    rows: Vec<usize>,
+    exponents: Vec<Option<i32>>,
+    /// The column that holds one value in all rows.
+    constant: Option<usize>,
+}
+
+impl Blocks {
+    /// Factors blocks of `length` rows, the last one shorter; on all cores.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`], as for the whole system; [`LeastSquaresError::TooFewBlocks`] for less than two.
+    pub fn of(h: &[&[f64]], y: &[f64], length: usize, names: &Names) -> Result<Blocks, LeastSquaresError> {
+        check_shape(h, y, names)?;
+        check_values(h, y, names)?;
+        check_apart(h, names)?;
+        let length = length.max(1);
+        let count = y.len().div_ceil(length);
+        if count < 2 {
+            return Err(LeastSquaresError::TooFewBlocks { rows: y.len(), length });
+        }
+        let columns: Vec<&[f64]> = h.iter().copied().chain([y]).collect();
+        let exponents: Vec<i32> = columns.iter().map(|c| super::scale::length_exponent(c)).collect();
+        let range = |b: usize| b * length..((b + 1) * length).min(y.len());
+        let factors = (0..count)
+            .into_par_iter()
+            .map_init(Vec::new, |buffer, b| factor_of(&columns, range(b), &exponents, buffer))
+            .collect();
+        let rows = (0..count).map(|b| range(b).len()).collect();
+        let constant = h.iter().position(|c| is_constant(c));
+        let exponents = exponents.into_iter().map(Some).collect();
+        Ok(Blocks { names: names.clone(), factors, rows, exponents, constant })
+    }
+
+    /// Number of blocks.
+    pub fn count(&self) -> usize {
+        self.factors.len()
+    }
+
+    /// The solution of the blocks listed; one that is listed twice counts twice.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] where these blocks do not determine the unknowns.
+    pub fn fit(&self, blocks: &[usize]) -> Result<Fit, LeastSquaresError> {
+        let width = self.exponents.len();
+        let mut counts = vec![0; self.count()];
+        for block in blocks {
+            counts[*block] += 1;
+        }
+        let rows = blocks.iter().map(|b| self.rows[*b]).sum();
+        if rows < width {
+            return Err(LeastSquaresError::TooFewRows { rows, columns: self.names.all(width - 1) });
+        }
+        let factor = stacked(&Triangle::new(width), &self.factors, &counts, &mut Vec::new());
+        solve(&factor, &self.exponents, rows, self.constant, &self.names)
+    }
+
+    /// θ of `draws` refits, each on as many blocks as there are, drawn with replacement.
+    pub fn bootstrap(&self, draws: usize, seed: u64) -> Draws {
+        let p = self.exponents.len() - 1;
+        let mut found = resample(&Triangle::new(p + 1), &self.factors, draws, seed);
+        let unit = |j: usize| self.exponents[p].unwrap_or(0) - self.exponents[j].unwrap_or(0);
+        for value in &mut found.values {
+            for (j, x) in value.iter_mut().enumerate() {
+                *x = super::scale::times_power_of_two(*x, unit(j));
+            }
+        }
+        found
+    }
+}
+
+/// The factor of `always` and of the blocks, each as often as `counts` says.
+fn stacked(always: &Triangle, factors: &[Triangle], counts: &[u32], buffer: &mut Vec<f64>) -> Triangle {
+    let mut triangle = always.clone();
+    let drawn = || factors.iter().zip(counts).filter(|(_, n)| **n > 0).map(|(f, n)| (f64::from(*n).sqrt(), f));
+    widest(
+        #[inline(always)]
+        || triangle.fold_all(drawn(), buffer),
+    );
+    triangle
+}
+
+/// Solutions of `draws` resamplings of blocks whose factors of [H | y] are given; the rows of `always` are in all.
+pub(crate) fn resample(always: &Triangle, factors: &[Triangle], draws: usize, seed: u64) -> Draws {
+    let done = AtomicUsize::new(0);
+    let found: Vec<Option<Vec<f64>>> = (0..draws as u64)
+        .into_par_iter()
+        .map_init(Vec::new, |buffer, draw| {
+            let counts = drawn(factors.len(), seed, draw);
+            let solution = stacked(always, factors, &counts, buffer).solution();
+            tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
+            solution
+        })
+        .collect();
+    let values: Vec<Vec<f64>> = found.into_iter().flatten().collect();
+    Draws { failed: draws - values.len(), values }
+}
+
+/// How often each of `count` blocks is drawn.
+fn drawn(count: usize, seed: u64, stream: u64) -> Vec<u32> {
+    let mut noise = Noise::new(seed, stream);
+    let mut counts = vec![0; count];
+    for _ in 0..count {
+        counts[noise.below(count)] += 1;
+    }
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::solve::least_squares;
+    use super::*;
+    use crate::progress::{Watch, watched};
+
+    fn uniform(k: usize) -> f64 {
+        (k as f64 * 12.9898).sin() * 43_758.547 % 1.0
+    }
+
+    #[test]
+    fn a_refit_on_blocks_is_the_fit_of_their_rows() {
+        let n = 90;
+        let x: Vec<f64> = (0..n).map(|k| 0.1 * k as f64).collect();
+        let one = vec![1.0; n];
+        let y: Vec<f64> = (0..n).map(|k| 2.0 - 3.0 * x[k] + uniform(k)).collect();
+        let blocks = Blocks::of(&[&one, &x], &y, 20, &Names::default()).unwrap();
+        assert_eq!(blocks.count(), 5);
+        let rows: Vec<usize> = (20..40).chain(20..40).chain(80..90).collect();
+        let pick = |v: &[f64]| rows.iter().map(|k| v[*k]).collect::<Vec<f64>>();
+        let direct = least_squares(&[&pick(&one), &pick(&x)], &pick(&y)).unwrap();
+        let found = blocks.fit(&[1, 4, 1]).unwrap();
+        for j in 0..2 {
+            assert!((found.coefficients[j] / direct.coefficients[j] - 1.0).abs() < 1e-12);
+            assert!((found.standard_errors[j] / direct.standard_errors[j] - 1.0).abs() < 1e-11);
+        }
+        assert_eq!(found.rows, 50);
+    }
+
+    #[test]
+    fn law_independent_noise_scatters_as_equation_14_says() {
+        let n = 4_000;
+        let x: Vec<f64> = (0..n).map(|k| (0.01 * k as f64).sin()).collect();
+        let y: Vec<f64> = (0..n).map(|k| 2.0 * x[k] + uniform(k)).collect();
+        let fit = least_squares(&[&x], &y).unwrap();
+        let blocks = Blocks::of(&[&x], &y, 20, &Names::default()).unwrap();
+        let told = Arc::new(AtomicUsize::new(0));
+        let hear = told.clone();
+        let watch = Watch::new(move |_| {
+            hear.fetch_add(1, Ordering::Relaxed);
+        });
+        let draws = watched(&watch, || blocks.bootstrap(2_000, 1)).unwrap();
+        assert_eq!((draws.values.len(), draws.failed, told.load(Ordering::Relaxed)), (2_000, 0, 2_000));
+        // 200 blocks: the bootstrap's own variance scatters by √(2/200) = 10 %, its deviation by half of that
+        assert!((draws.std(0) / fit.standard_errors[0] - 1.0).abs() < 0.15, "{}", draws.std(0));
+        assert!((draws.mean(0) - fit.coefficients[0]).abs() < 0.2 * draws.std(0));
+        let (low, high) = (draws.quantile(0, 0.025), draws.quantile(0, 0.975));
+        assert!(((high - low) / (3.92 * draws.std(0)) - 1.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn law_draws_do_not_depend_on_threads() {
+        let x: Vec<f64> = (0..300).map(uniform).collect();
+        let y: Vec<f64> = (0..300).map(|k| x[k] + uniform(k + 1000)).collect();
+        let blocks = Blocks::of(&[&x], &y, 7, &Names::default()).unwrap();
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| blocks.bootstrap(50, 9))
+        };
+        assert_eq!(with(1), with(2));
+    }
+
+    #[test]
+    fn what_cannot_be_resampled_is_told() {
+        let (x, y) = ([1.0, 2.0, 4.0], [1.0, 2.0, 3.0]);
+        let refused = Blocks::of(&[&x], &y, 3, &Names::default()).unwrap_err();
+        assert_eq!(refused, LeastSquaresError::TooFewBlocks { rows: 3, length: 3 });
+        assert!(matches!(
+            Blocks::of(&[&x], &[1.0, f64::NAN, 2.0], 1, &Names::default()),
+            Err(LeastSquaresError::NotFinite { row: 1, .. })
+        ));
+    }
+}

@@ -1,0 +1,415 @@
+//! Least squares of tall systems, folded block by block: memory is O(p²), however many rows come.
+//!
+//! ```text
+//! [H | y] = Q [R z; 0 ρ]      θ̂ = R⁻¹ z,   |e| = |ρ|,   HᵀH = RᵀR (never formed)
+//! ```
+//!
+//! θ, its deviations, R², rank and condition numbers all follow from R, z and ρ. Factors of parts merge into that of the
+//! whole, so that parts may be folded side by side: their borders are fixed, and so is the order in which they merge.
+
+use std::ops::Range;
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::pivoted::Pivoted;
+use super::scale::{exponent, greatest, length_exponent, times_power_of_two};
+use super::solve::{Fit, Frame, RSquared, Scaled, dependent, outer};
+use super::system::{LeastSquaresError, Names, check_finite};
+use super::triangle::{LANES, Triangle};
+use super::watch::Watch;
+use crate::widest::widest;
+
+/// Values that are folded at once, 24 KiB: they stay in the nearest cache.
+const BLOCK: usize = 3072;
+
+/// Rows of a part, folded by one thread.
+const PART: usize = 1 << 15;
+
+/// Powers of two that a column may outgrow its scale by before the scale follows.
+const OUTGROWN: i32 = 64;
+
+/// A tall system on its way into its factor.
+#[derive(Debug, Clone)]
+pub struct Tall {
+    names: Names,
+    /// Columns of H, and y last, each times `2^(−exponent)`.
+    triangle: Triangle,
+    exponents: Vec<Option<i32>>,
+    watch: Watch,
+    rows: usize,
+    block: Vec<f64>,
+}
+
+impl Tall {
+    /// A system of `columns` unknowns, no row yet.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError::NoColumns`] for none.
+    pub fn new(columns: usize, names: Names) -> Result<Tall, LeastSquaresError> {
+        if columns == 0 {
+            return Err(LeastSquaresError::NoColumns);
+        }
+        let width = columns + 1;
+        Ok(Tall {
+            names,
+            triangle: Triangle::new(width),
+            exponents: vec![None; width],
+            watch: Watch::new(width),
+            rows: 0,
+            block: Vec::new(),
+        })
+    }
+
+    /// Number of rows so far.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Folds further rows: `h` holds p columns, each as long as `y`.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] for shapes that do not fit and values that are not finite (the row counts from the first
+    /// one folded); nothing of the block at fault is folded.
+    pub fn push(&mut self, h: &[&[f64]], y: &[f64]) -> Result<(), LeastSquaresError> {
+        let width = self.triangle.width();
+        if h.len() + 1 != width {
+            return Err(LeastSquaresError::Width { found: h.len(), expected: width - 1 });
+        }
+        if let Some(j) = h.iter().position(|c| c.len() != y.len()) {
+            let (found, expected) = (h[j].len(), y.len());
+            return Err(LeastSquaresError::Length { column: self.names.column(j), found, expected });
+        }
+        let rows = (BLOCK / width).next_multiple_of(LANES);
+        let mut columns: Vec<&[f64]> = Vec::with_capacity(width);
+        for begin in (0..y.len()).step_by(rows) {
+            let end = (begin + rows).min(y.len());
+            columns.clear();
+            columns.extend(h.iter().map(|c| &c[begin..end]));
+            columns.push(&y[begin..end]);
+            self.take(&columns)?;
+        }
+        Ok(())
+    }
+
+    /// Folds one block.
+    fn take(&mut self, columns: &[&[f64]]) -> Result<(), LeastSquaresError> {
+        let count = columns[0].len();
+        for (j, column) in columns.iter().enumerate() {
+            let (top, finite) = widest(
+                #[inline(always)]
+                || size(column),
+            );
+            if !finite {
+                let response = j + 1 == columns.len();
+                let name = || if response { self.names.response() } else { self.names.column(j) };
+                check_finite(column, self.rows, name)?;
+            }
+            if top > 0.0 {
+                self.grow(j, exponent(top));
+            }
+        }
+        self.watch.look(columns);
+        let rows = count.next_multiple_of(LANES);
+        let mut block = std::mem::take(&mut self.block);
+        block.resize(rows * columns.len(), 0.0);
+        let (triangle, exponents) = (&mut self.triangle, &self.exponents);
+        widest(
+            #[inline(always)]
+            || {
+                for ((to, from), exponent) in block.chunks_exact_mut(rows).zip(columns).zip(exponents) {
+                    scaled(to, from, exponent.unwrap_or(0));
+                }
+                triangle.fold(&mut block, rows);
+            },
+        );
+        self.block = block;
+        self.rows += count;
+        Ok(())
+    }
+
+    /// Lets the scale of column `j` follow a value of this exponent.
+    fn grow(&mut self, j: usize, exponent: i32) {
+        match self.exponents[j] {
+            None => self.exponents[j] = Some(exponent),
+            Some(now) if exponent > now + OUTGROWN => self.rescale(j, exponent),
+            Some(_) => {}
+        }
+    }
+
+    fn rescale(&mut self, j: usize, exponent: i32) {
+        let shift = self.exponents[j].unwrap_or(exponent) - exponent;
+        self.triangle.scale_column(j, |x| times_power_of_two(x, shift));
+        self.exponents[j] = Some(exponent);
+    }
+
+    /// Takes in the rows that another of the same columns has folded.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError::Width`] when it has another number of columns.
+    pub fn merge(&mut self, mut other: Tall) -> Result<(), LeastSquaresError> {
+        let width = self.triangle.width();
+        if other.triangle.width() != width {
+            return Err(LeastSquaresError::Width { found: other.triangle.width() - 1, expected: width - 1 });
+        }
+        for j in 0..width {
+            match (self.exponents[j], other.exponents[j]) {
+                (Some(a), Some(b)) if a < b => self.rescale(j, b),
+                (Some(a), Some(b)) if a > b => other.rescale(j, a),
+                (None, Some(b)) => self.exponents[j] = Some(b),
+                _ => {}
+            }
+        }
+        let mut block = std::mem::take(&mut self.block);
+        let triangle = &mut self.triangle;
+        widest(
+            #[inline(always)]
+            || triangle.fold_all(std::iter::once((1.0, &other.triangle)), &mut block),
+        );
+        self.block = block;
+        self.watch.merge(&other.watch);
+        self.rows += other.rows;
+        Ok(())
+    }
+
+    /// Folds a system that is in memory, on all cores; the result does not depend on their number.
+    ///
+    /// # Errors
+    /// As [`Tall::push`].
+    pub fn of(h: &[&[f64]], y: &[f64], names: &Names) -> Result<Tall, LeastSquaresError> {
+        let part = |k: usize| {
+            let range = k * PART..((k + 1) * PART).min(y.len());
+            let columns: Vec<&[f64]> = h.iter().map(|c| &c[range.clone()]).collect();
+            let mut part = Tall::new(h.len(), names.clone())?;
+            part.rows = range.start;
+            part.push(&columns, &y[range.clone()])?;
+            part.rows = range.len();
+            Ok(part)
+        };
+        if let Some(j) = h.iter().position(|c| c.len() != y.len()) {
+            let (found, expected) = (h[j].len(), y.len());
+            return Err(LeastSquaresError::Length { column: names.column(j), found, expected });
+        }
+        let parts: Vec<Result<Tall, LeastSquaresError>> =
+            (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect();
+        let mut whole = Tall::new(h.len(), names.clone())?;
+        for part in parts {
+            whole.merge(part?)?;
+        }
+        Ok(whole)
+    }
+
+    /// The solution of all rows folded so far.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] for too few rows and for columns that do not stand apart.
+    pub fn fit(&self) -> Result<Fit, LeastSquaresError> {
+        let (p, names) = (self.triangle.width() - 1, &self.names);
+        if self.rows <= p {
+            return Err(LeastSquaresError::TooFewRows { rows: self.rows, columns: names.all(p) });
+        }
+        self.watch.judge(names)?;
+        let constant = (0..p).find(|j| self.watch.constant(*j).is_some());
+        let zero = self.watch.constant(p) == Some(0.0);
+        if zero || (constant.is_some() && self.watch.constant(p).is_some()) {
+            return Err(LeastSquaresError::NoVariance { column: names.response(), zero });
+        }
+        solve(&self.triangle, &self.exponents, self.rows, constant, names)
+    }
+}
+
+/// Factor of the rows `range` of finite columns, each times `2^(−exponent)`.
+pub(super) fn factor_of(columns: &[&[f64]], range: Range<usize>, exponents: &[i32], block: &mut Vec<f64>) -> Triangle {
+    let mut triangle = Triangle::new(columns.len());
+    let step = (BLOCK / columns.len()).next_multiple_of(LANES);
+    for begin in range.clone().step_by(step) {
+        let count = step.min(range.end - begin);
+        let rows = count.next_multiple_of(LANES);
+        block.resize(rows * columns.len(), 0.0);
+        widest(
+            #[inline(always)]
+            || {
+                for ((to, from), exponent) in block.chunks_exact_mut(rows).zip(columns).zip(exponents) {
+                    scaled(to, &from[begin..begin + count], *exponent);
+                }
+                triangle.fold(block, rows);
+            },
+        );
+    }
+    triangle
+}
+
+/// Writes 2^(−exponent) times a column, then zeros.
+#[inline(always)]
+fn scaled(to: &mut [f64], from: &[f64], exponent: i32) {
+    let scale = times_power_of_two(1.0, -exponent);
+    if scale.is_normal() {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = from * scale);
+    } else {
+        // a power beyond the range of a double goes in two steps
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = times_power_of_two(*from, -exponent));
+    }
+    to[from.len()..].fill(0.0);
+}
+
+/// Greatest |x|, and whether all values are finite.
+#[inline(always)]
+fn size(x: &[f64]) -> (f64, bool) {
+    let (mut top, mut rest) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+    let chunks = x.chunks_exact(LANES);
+    let last = chunks.remainder();
+    for chunk in chunks {
+        for lane in 0..LANES {
+            let x = chunk[lane].abs();
+            top[lane] = if x > top[lane] { x } else { top[lane] };
+            rest[lane] += x * 0.0;
+        }
+    }
+    let top = greatest(last).max(greatest(&top));
+    (top, rest.iter().chain(last).all(|x| x.is_finite()))
+}
+
+/// Solves a factor of [H | y]; `constant` is the column that holds one value in all rows.
+pub(super) fn solve(
+    triangle: &Triangle,
+    exponents: &[Option<i32>],
+    rows: usize,
+    constant: Option<usize>,
+    names: &Names,
+) -> Result<Fit, LeastSquaresError> {
+    let p = triangle.width() - 1;
+    // to columns of length 1 to 2, as the rank is judged
+    let column = |j: usize| triangle.column(j).collect::<Vec<f64>>();
+    let lengths: Vec<i32> = (0..=p).map(|j| length_exponent(&column(j))).collect();
+    let unit = |i: usize, j: usize| times_power_of_two(triangle.at(i, j), -lengths[j]);
+    let square = Mat::from_fn(p, p, unit);
+    let pivoted = Pivoted::of(square.as_ref(), rows).map_err(|found| dependent(&found, names))?;
+    let response: Vec<f64> = (0..=p).map(|i| unit(i, p)).collect();
+    let w = pivoted.inverse_factor();
+    // what a constant leaves of y is y less its mean
+    let left = match constant {
+        None => response.clone(),
+        Some(c) => {
+            let mean =
+                (0..p).map(|i| unit(i, c) * response[i]).sum::<f64>() / (0..p).map(|i| unit(i, c).powi(2)).sum::<f64>();
+            (0..=p).map(|i| response[i] - mean * if i < p { unit(i, c) } else { 0.0 }).collect()
+        }
+    };
+    let scaled = Scaled {
+        coefficients: pivoted.solve(&pivoted.project(&response[..p])),
+        inverse: outer(&w),
+        square: response[p].powi(2),
+        total: left.iter().map(|y| y * y).sum(),
+        kind: if constant.is_some() { RSquared::Centred } else { RSquared::Uncentred },
+        rows,
+        refined: false,
+    };
+    let all: Vec<i32> = exponents.iter().zip(&lengths).map(|(e, l)| e.unwrap_or(0) + l).collect();
+    scaled.into_fit(&pivoted, Frame { w, exponents: all[..p].to_vec(), y_exponent: all[p] }, names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::solve::{LeastSquaresOptions, Refinement, least_squares_with};
+    use super::*;
+
+    /// Columns like those of a campaign: 1, u, u|u|, with units apart by 1e12, and a right-hand side with noise.
+    fn system(n: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let u = |k: usize| 0.5 + 0.3 * (0.021 * k as f64).sin() + 0.1 * (0.37 * k as f64).cos();
+        let noise = |k: usize| (k as f64 * 12.9898).sin() * 43_758.547 % 1.0;
+        let h = vec![vec![1e-6; n], (0..n).map(u).collect(), (0..n).map(|k| 1e6 * u(k) * u(k).abs()).collect()];
+        let y = (0..n).map(|k| 3.0 + 2.0 * u(k) - 5.0 * u(k) * u(k).abs() + 0.01 * noise(k)).collect();
+        (h, y)
+    }
+
+    fn slices(h: &[Vec<f64>]) -> Vec<&[f64]> {
+        h.iter().map(Vec::as_slice).collect()
+    }
+
+    /// Both are QR of the same columns: they agree to some ε cond, here 1e-16 times 1e2, with room for the rows' sums.
+    #[test]
+    fn the_same_numbers_as_a_factorisation_in_one_piece() {
+        let (h, y) = system(20_000);
+        let options = LeastSquaresOptions { refinement: Refinement::Always, ..LeastSquaresOptions::default() };
+        let exact = least_squares_with(&slices(&h), &y, &options).unwrap();
+        let tall = Tall::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap();
+        let close = |a: f64, b: f64, what: &str| assert!((a / b - 1.0).abs() < 1e-11, "{what}: {a} {b}");
+        for j in 0..3 {
+            close(tall.coefficients[j], exact.coefficients[j], "coefficient");
+            close(tall.standard_errors[j], exact.standard_errors[j], "standard error");
+            close(tall.covariance[j][0], exact.covariance[j][0], "covariance");
+        }
+        close(tall.residual_std, exact.residual_std, "residual");
+        close(tall.r_squared, exact.r_squared, "R squared");
+        close(tall.condition_number, exact.condition_number, "condition");
+        close(tall.condition_number_scaled, exact.condition_number_scaled, "scaled condition");
+        assert_eq!((tall.rank, tall.rows, tall.r_squared_kind), (3, 20_000, RSquared::Centred));
+    }
+
+    #[test]
+    fn law_results_do_not_depend_on_threads() {
+        let (h, y) = system(3 * PART + 77);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Tall::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap())
+        };
+        assert_eq!(with(1), with(2));
+    }
+
+    #[test]
+    fn blocks_of_any_size_make_one_system() {
+        let (h, y) = system(5_000);
+        let whole = Tall::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap();
+        let mut pieces = Tall::new(3, Names::default()).unwrap();
+        let mut begin = 0;
+        for length in [1, 2, 700, 0, 31, 4_266] {
+            let part: Vec<&[f64]> = h.iter().map(|c| &c[begin..begin + length]).collect();
+            pieces.push(&part, &y[begin..begin + length]).unwrap();
+            begin += length;
+        }
+        let pieces = pieces.fit().unwrap();
+        assert_eq!((begin, pieces.rows), (5_000, whole.rows));
+        for j in 0..3 {
+            // another order of the same sums
+            assert!((pieces.coefficients[j] / whole.coefficients[j] - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn scales_that_grow_on_the_way_are_followed() {
+        // a column that begins at 1e-200 and ends at 1e150, beside a right-hand side twice as large
+        let x: Vec<f64> = (0..400).map(|k| 10f64.powf(-200.0 + 350.0 * f64::from(k) / 399.0)).collect();
+        let y: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
+        let mut tall = Tall::new(1, Names::default()).unwrap();
+        for (x, y) in x.chunks(40).zip(y.chunks(40)) {
+            tall.push(&[x], y).unwrap();
+        }
+        let fit = tall.fit().unwrap();
+        assert!((fit.coefficients[0] - 2.0).abs() < 1e-14, "{}", fit.coefficients[0]);
+    }
+
+    #[test]
+    fn what_cannot_be_solved_is_named() {
+        let names = Names { columns: vec!["u".into(), "u|u|".into()], response: Some("tau_u".into()) };
+        let x: Vec<f64> = (0..100).map(|k| f64::from(k) + 1.0).collect();
+        let square: Vec<f64> = x.iter().map(|x| x * x).collect();
+        let fit = |h: &[&[f64]], y: &[f64]| Tall::of(h, y, &names).and_then(|t| t.fit()).unwrap_err().to_string();
+        assert!(fit(&[&x, &vec![0.0; 100]], &x).contains("`u|u|` is zero"));
+        assert!(fit(&[&x, &x.iter().map(|x| 3.0 * x).collect::<Vec<_>>()], &square).contains("same up to a factor"));
+        assert!(fit(&[&[1.0; 100], &[4.0; 100]], &x).contains("both constant"));
+        assert!(fit(&[&[1.0; 100], &x], &[4.0; 100]).contains("`tau_u` is constant"));
+        assert!(fit(&[&x[..2], &square[..2]], &x[..2]).contains("2 rows for the 2 unknowns"));
+        assert!(fit(&[&x[..2], &square], &x).contains("has 2 rows"));
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for at in [3, 99] {
+                let mut broken = x.clone();
+                broken[at] = bad;
+                assert!(fit(&[&x, &broken], &square).contains(&format!("`u|u|`, row {at} ")));
+            }
+        }
+        assert!(matches!(Tall::new(0, Names::default()), Err(LeastSquaresError::NoColumns)));
+        let sum: Vec<f64> = x.iter().zip(&square).map(|(a, b)| 2.0 * a - b).collect();
+        let three = Tall::of(&[&x, &square, &sum], &[1.0; 100], &Names::default()).unwrap().fit().unwrap_err();
+        assert!(matches!(three, LeastSquaresError::Dependent { rank: 2, .. }), "{three}");
+    }
+}

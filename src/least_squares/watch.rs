@@ -1,0 +1,156 @@
+//! Columns watched as their rows pass: which are constant, and which are the same up to a factor.
+//!
+//! Most columns differ in their first rows, after which watching costs nothing.
+
+use super::system::{LeastSquaresError, Names};
+
+/// What two columns have shown of each other so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Pair {
+    /// Both are zero.
+    Open,
+    /// The second is this many times the first.
+    Factor(f64),
+    /// They differ.
+    Apart,
+}
+
+/// Rounding of one product and one quotient.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+impl Pair {
+    fn after(self, a: &[f64], b: &[f64]) -> Pair {
+        let mut pair = self;
+        for (a, b) in a.iter().zip(b) {
+            pair = match pair {
+                Pair::Apart => return Pair::Apart,
+                Pair::Open if *a == 0.0 && *b == 0.0 => Pair::Open,
+                Pair::Open if *a == 0.0 || *b == 0.0 || !(b / a).is_finite() || b / a == 0.0 => Pair::Apart,
+                Pair::Open => Pair::Factor(b / a),
+                Pair::Factor(f) if (f * a - b).abs() <= ROUNDING * b.abs() => pair,
+                Pair::Factor(_) => Pair::Apart,
+            };
+        }
+        pair
+    }
+
+    fn and(self, other: Pair) -> Pair {
+        match (self, other) {
+            (Pair::Open, pair) | (pair, Pair::Open) => pair,
+            (Pair::Factor(f), Pair::Factor(g)) if (f - g).abs() <= ROUNDING * f.abs() => self,
+            _ => Pair::Apart,
+        }
+    }
+}
+
+/// Columns of a system, the right-hand side last.
+#[derive(Debug, Clone)]
+pub(super) struct Watch {
+    /// The value of each column that is constant so far; `None` before the first row.
+    constant: Vec<Option<f64>>,
+    varies: Vec<bool>,
+    /// Of the columns j and i < j, at j (j − 1)/2 + i.
+    pairs: Vec<Pair>,
+}
+
+impl Watch {
+    /// For `width` columns, the right-hand side among them.
+    pub fn new(width: usize) -> Watch {
+        let p = width - 1;
+        Watch {
+            constant: vec![None; width],
+            varies: vec![false; width],
+            pairs: vec![Pair::Open; p * p.saturating_sub(1) / 2],
+        }
+    }
+
+    /// Looks at the next rows.
+    pub fn look(&mut self, columns: &[&[f64]]) {
+        for (j, column) in columns.iter().enumerate().filter(|(_, c)| !c.is_empty()) {
+            if !self.varies[j] {
+                let value = *self.constant[j].get_or_insert(column[0]);
+                self.varies[j] = column.iter().any(|x| x.to_bits() != value.to_bits());
+            }
+        }
+        for j in 1..columns.len() - 1 {
+            for i in 0..j {
+                let pair = &mut self.pairs[j * (j - 1) / 2 + i];
+                *pair = pair.after(columns[i], columns[j]);
+            }
+        }
+    }
+
+    /// Takes in what another has seen of further rows.
+    pub fn merge(&mut self, other: &Watch) {
+        for j in 0..self.varies.len() {
+            let same = match (self.constant[j], other.constant[j]) {
+                (Some(a), Some(b)) => a.to_bits() == b.to_bits(),
+                _ => true,
+            };
+            self.varies[j] |= other.varies[j] || !same;
+            self.constant[j] = self.constant[j].or(other.constant[j]);
+        }
+        for (pair, other) in self.pairs.iter_mut().zip(&other.pairs) {
+            *pair = pair.and(*other);
+        }
+    }
+
+    /// The value of column `j` where all rows have the same.
+    pub fn constant(&self, j: usize) -> Option<f64> {
+        self.constant[j].filter(|_| !self.varies[j])
+    }
+
+    /// Columns that cannot be told apart from each other or from nothing, as an error.
+    pub fn judge(&self, names: &Names) -> Result<(), LeastSquaresError> {
+        let p = self.varies.len() - 1;
+        if let Some(j) = (0..p).find(|j| self.constant(*j) == Some(0.0)) {
+            return Err(LeastSquaresError::ZeroColumn { column: names.column(j) });
+        }
+        for j in 1..p {
+            for i in 0..j {
+                if matches!(self.pairs[j * (j - 1) / 2 + i], Pair::Factor(_)) {
+                    let (first, second) = (names.column(i), names.column(j));
+                    let constant = self.constant(i).is_some();
+                    return Err(LeastSquaresError::Proportional { first, second, constant });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_the_same_in_all_parts_is_told() {
+        let names = Names::default();
+        let (a, b, y) = ([0.0, 1.0, 2.0], [0.0, 3.0, 6.0], [1.0, 2.0, 1.0]);
+        let mut whole = Watch::new(3);
+        whole.look(&[&a, &b, &y]);
+        let mut other = Watch::new(3);
+        other.look(&[&[5.0], &[15.0], &[1.0]]);
+        whole.merge(&other);
+        assert!(matches!(whole.judge(&names), Err(LeastSquaresError::Proportional { constant: false, .. })));
+        other.look(&[&[5.0], &[14.0], &[1.0]]);
+        whole.merge(&other);
+        assert_eq!(whole.judge(&names), Ok(()));
+    }
+
+    #[test]
+    fn constants_differ_between_parts() {
+        let part = |value: f64| {
+            let mut watch = Watch::new(2);
+            watch.look(&[&[value, value], &[1.0, 2.0]]);
+            watch
+        };
+        let mut whole = part(7.0);
+        assert_eq!(whole.constant(0), Some(7.0));
+        whole.merge(&part(7.0));
+        assert_eq!(whole.constant(0), Some(7.0));
+        whole.merge(&part(8.0));
+        assert_eq!(whole.constant(0), None);
+        assert!(matches!(part(0.0).judge(&Names::default()), Err(LeastSquaresError::ZeroColumn { .. })));
+    }
+}
