@@ -1,16 +1,20 @@
 //! Checks of whole logs: faults put into runs of the virtual tank, clean runs, and the reference data.
 
 mod shared;
+mod swim;
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_6;
 
 use hydrosysid::check::{self, CheckOptions, CheckReport, FaultKind, Light, LogFault, Topic};
 use hydrosysid::finding::Finding;
+use hydrosysid::frame::Dof;
 use hydrosysid::log::options::{Missing, Repeated};
 use hydrosysid::log::{self, LogOptions, PLANAR};
 use hydrosysid::run::{Run, Signal};
-use hydrosysid::tank::{Blind, BlindOptions, CraftKind, blind};
+use hydrosysid::tank::{Blind, BlindOptions, CraftKind, Noise, blind};
+use hydrosysid::thrust::thruster::Thruster;
+use swim::Swim;
 
 fn codes(report: &CheckReport) -> Vec<&str> {
     report.findings.iter().map(|f| f.code).collect()
@@ -169,6 +173,78 @@ fn every_tampering_lights_its_lamp() {
         }
     }
     assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+/// Signals of one clock.
+fn run_of(time: &[f64], channels: &[(&str, Vec<f64>)]) -> Run {
+    let clock: std::sync::Arc<[f64]> = time.into();
+    let signals = channels.iter().map(|(name, x)| ((*name).to_string(), Signal::new(clock.clone(), x.clone())));
+    Run { signals: signals.collect(), ..Run::default() }
+}
+
+/// Two thrusters 0.4 m to port and to starboard; the voltage of one is logged with the wrong sign.
+#[test]
+fn the_thruster_that_is_reversed_is_named() {
+    let rows = Swim::new(20.0, 60.0, 1.0, 3).rows;
+    let column = |f: &dyn Fn(&[f64; 7]) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
+    let thruster = |name: &str, y: f64| -> Thruster {
+        let text = format!(
+            "name = '{name}'\nposition = [0.0, {y}, 0.0]\naxis = [1.0, 0.0, 0.0]\nforward = {{ a = 10.0, b = 0.0 }}\n\
+             reverse = {{ a = 10.0, b = 0.0 }}"
+        );
+        toml::from_str(&text).expect("a thruster")
+    };
+    let options =
+        CheckOptions { thrusters: vec![thruster("port", -0.4), thruster("starboard", 0.4)], ..CheckOptions::default() };
+    for wrong in [None, Some("V1"), Some("V2")] {
+        let volts = |name: &str, side: f64| {
+            let sign = if wrong == Some(name) { -1.0 } else { 1.0 };
+            column(&|row| sign * 0.1 * (0.5 * row[4] + side * 0.5 * row[6] / 0.4))
+        };
+        let run = run_of(
+            &column(&|row| row[0]),
+            &[
+                ("u", column(&|row| row[1])),
+                ("v", column(&|row| row[2])),
+                ("r", column(&|row| row[3])),
+                ("V1", volts("V1", 1.0)),
+                ("V2", volts("V2", -1.0)),
+            ],
+        );
+        let report = check::run(&run, &options);
+        let named: Vec<&str> =
+            report.log_findings.iter().filter(|f| f.kind == FaultKind::Sign).map(|f| f.channel.as_str()).collect();
+        assert_eq!(named, wrong.into_iter().collect::<Vec<_>>(), "{:#?}", report.findings);
+        let light = if wrong.is_some() { Light::Red } else { Light::Green };
+        assert_eq!(report.light(Topic::Commands), Some(light));
+    }
+}
+
+/// A vehicle of 100 kg with quadratic drag in a gusty current, its speed held by a controller or its force set freely.
+#[test]
+fn a_controller_and_a_steady_command_are_seen() {
+    let surge = |force: &dyn Fn(f64, f64) -> f64| {
+        let mut noise = Noise::new(5, 1);
+        let (mut u, mut gust, mut rows) = (0.5, 0.0, Vec::new());
+        for k in 0..2400 {
+            let t = 0.05 * f64::from(k);
+            let tau = force(t, u);
+            rows.push((t, u + 0.001 * noise.normal(), tau));
+            // a gust of 2 s in the mean
+            gust += 0.05 * (-gust / 2.0) + 0.2 * noise.normal();
+            u += 0.05 * (tau + gust - 60.0 * u * f64::abs(u)) / 100.0;
+        }
+        let column = |f: &dyn Fn(&(f64, f64, f64)) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
+        let channels = [("u", column(&|row| row.1)), ("tau_u", column(&|row| row.2))];
+        let options = CheckOptions { dofs: vec![Dof::Surge], ..CheckOptions::default() };
+        check::run(&run_of(&column(&|row| row.0), &channels), &options)
+    };
+    let free = surge(&|t, _| 40.0 * (0.3 * t).sin());
+    assert!(free.findings.is_empty(), "{:#?}", free.findings);
+    let held = surge(&|_, u| 15.0 + 400.0 * (0.5 - u));
+    assert!(codes(&held).contains(&"K132"), "{:#?} {:?}", held.findings, held.loops);
+    let steady = surge(&|_, _| 15.0);
+    assert!(codes(&steady).contains(&"K131"), "{:#?}", steady.findings);
 }
 
 /// The option that reads a held log as what it is: the same samples as the log without the repeats.
