@@ -226,6 +226,43 @@ fn convert_writes_plain_csv() {
 }
 
 #[test]
+fn convert_takes_a_map_and_says_who_reads_other_formats() {
+    let folder = Folder::new("map");
+    let log = folder.write("odd.csv", "time,speed,side\n0,10.5,1\n100,20,2\n200,30,3\n300,10,4\n");
+    let columns =
+        "[columns]\nt = { name = \"time\", unit = \"ms\" }\nu = \"speed\"\nv = { name = \"side\", sign = -1 }\n";
+    let (map, plain) = (folder.write("map.toml", columns), folder.path("plain.csv"));
+    let output = run(&["convert", &log, "-o", &plain, "--map", &map, "--log", "body_frame = 'flu'"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    // minus one of the map, minus one of the axes
+    assert!(fs::read_to_string(&plain).expect("it was written").contains("0.1,20.0,2.0"));
+    for (name, word) in [("a.mcap", "hydrosysid[ros]"), ("a.BIN", "hydrosysid[ardupilot]"), ("a.npz", "'hydrosysid'")] {
+        let output = run(&["convert", &folder.path(name), "-o", &folder.path("b.csv")]);
+        assert!(code(&output) == 2 && stderr(&output).contains(word), "{}", stderr(&output));
+    }
+    assert_eq!(code(&run(&["convert", &log])), 2);
+}
+
+#[test]
+fn series_stand_side_by_side() {
+    let folder = Folder::new("series");
+    let file = campaign(&folder);
+    let (simulated, compared) = (folder.path("s.csv"), folder.path("c.csv"));
+    assert_eq!(code(&run(&["simulate", &file, "--series", &simulated])), 0);
+    assert_eq!(code(&run(&["compare", &file, "--series", &compared])), 0);
+    let text = fs::read_to_string(&simulated).expect("it was written");
+    assert!(text == fs::read_to_string(&compared).expect("it was written"));
+    let header = text.lines().next().unwrap_or_default();
+    for kind in ["measured", "simulated", "residual"] {
+        assert!(header.contains(&format!("run0.csv/u/{kind}")), "{header}");
+    }
+    let output = run(&["simulate", &file, "--series", &folder.path("s.mcap")]);
+    assert!(code(&output) == 2 && stderr(&output).contains("hydrosysid[mcap]"), "{}", stderr(&output));
+    let output = run(&["simulate", &file, "--series", &simulated]);
+    assert!(code(&output) == 2 && stderr(&output).contains("exists"), "{}", stderr(&output));
+}
+
+#[test]
 fn catalogue_codes_and_shell_are_told() {
     let output = run(&["effects", "--json", "-"]);
     let effects: Value = serde_json::from_str(&stdout(&output)).expect("JSON");

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::error;
 use crate::log::options;
-use crate::run::{GivenRun, to_runs};
+use crate::run::GivenRun;
 use crate::work::{detached, interruptible};
 
 /// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
@@ -23,21 +23,21 @@ impl NativeCampaign {
     /// Reads a campaign file and its logs.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<NativeCampaign> {
-        let loaded = detached(py, || Campaign::load(&path, LoadOptions { allow_outside }))?;
+        let loaded = interruptible(py, None, || Campaign::load(&path, LoadOptions { allow_outside }))?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
 
     /// A campaign of runs in memory; `tables` is the campaign file as JSON.
     #[staticmethod]
     fn from_runs(py: Python<'_>, tables: &str, runs: Vec<GivenRun<'_>>) -> PyResult<NativeCampaign> {
-        let runs = to_runs(py, &runs)?;
+        let runs = runs.iter().map(|run| Ok((run.to_run(py)?, run.units()))).collect::<PyResult<_>>()?;
         let tables: toml::Table = serde_json::from_str(tables).map_err(|e| error::usage(py, &e))?;
         // by way of its text, so that it is checked as a file is
         let text = toml::to_string(&tables).map_err(|e| error::usage(py, &e))?;
         let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
         let loaded = detached(py, || {
             let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("Campaign(...)"), &options)?;
-            Campaign::from_runs(file, runs)
+            Campaign::from_commanded_runs(file, runs)
         })?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
@@ -163,7 +163,7 @@ impl NativeCampaign {
 /// The check of a campaign as JSON.
 #[pyfunction]
 pub fn check_campaign(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<String> {
-    let found = detached(py, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
+    let found = interruptible(py, None, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 

@@ -1,6 +1,6 @@
 //! A campaign ready for work: from its file, or from runs in memory.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -109,10 +109,23 @@ impl Campaign {
     /// # Errors
     /// [`Error`].
     pub fn from_runs(file: CampaignFile, runs: Vec<Run>) -> Result<Campaign, Error> {
+        Campaign::from_commanded_runs(file, runs.into_iter().map(|run| (run, BTreeMap::new())).collect())
+    }
+
+    /// As [`Campaign::from_runs`], each run with the units of its commands: `V`, which is that of those that are not
+    /// named, `1` or `us`.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn from_commanded_runs(
+        file: CampaignFile,
+        runs: Vec<(Run, BTreeMap<String, &'static str>)>,
+    ) -> Result<Campaign, Error> {
         let tables: Vec<RunTable> =
-            runs.iter().map(|run| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
+            runs.iter().map(|(run, _)| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
         let position = file.log.position_source == Some(PositionSource::Independent);
-        let logged = runs.into_iter().map(|run| Logged { run, position, ..Logged::default() }).collect();
+        let logged =
+            runs.into_iter().map(|(run, units)| Logged { run, units, position, ..Logged::default() }).collect();
         assemble(file, logged, &tables, Vec::new())
     }
 

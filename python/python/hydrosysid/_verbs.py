@@ -126,6 +126,7 @@ def plan(
     runs: Iterable[Mapping[str, Any]] | None = None,
     rehearse: int = 0,
     seed: int = 1,
+    progress: Progress = None,
 ) -> Plan:
     """Proposes the runs that bring parameters to wanted deviations, or says what given runs will bring.
 
@@ -143,6 +144,7 @@ def plan(
         runs: runs to judge instead, each with ``name``, ``kind``, ``length``, ``pushes`` as in `Plan.runs`.
         rehearse: number of simulated campaigns by which the plan is checked.
         seed: seed of the rehearsal.
+        progress: as for `discover`.
 
     Raises:
         DataError: nothing can be planned.
@@ -163,10 +165,11 @@ def plan(
     }
     text = json.dumps(request)
     model = _model_text(source)
-    if model is None:
-        result, told = _native.plan_campaign(campaign_of(cast("Source", source))._native, text)
-    else:
-        result, told = _native.plan_model(model, text)
+    with listener(progress) as tell:
+        if model is None:
+            result, told = _native.plan_campaign(campaign_of(cast("Source", source))._native, text, tell)
+        else:
+            result, told = _native.plan_model(model, text, tell)
     commands = tuple(Run(signals, name=name, kind=kind) for name, kind, signals in told)
     return build(Plan, json.loads(result) | {"commands": commands})
 
