@@ -17,12 +17,14 @@ codes! {
     UNPHYSICAL = "M102" "non-physical" Warning "An estimate that no vehicle has: drag dissipates and virtual mass is not below the dry mass. A sign, a frame or a scale of thrust is wrong, or the data do not determine it.";
     AT_BOUND = "M103" "at-bound" Warning "An estimate stands at its bound: its standard deviation does not count.";
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
-    CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit or with a wrong sign; the discovery worked on the corrected channel. Say the unit or the sign in [log] columns.";
+    CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit, with a wrong sign, in a wrong frame or late; the discovery worked on the mended channel. Say it in [log].";
     NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
+    NO_INERTIA = "M112" "inertia-not-determined" Warning "The runs do not determine an inertia: in steady or gliding motion force and drag balance each other whatever the mass. The discovery holds it at the dry mass, or at the value of its [[parameter]] table.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
     LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
+    COLUMN = "M206" "column-candidate" Note "A further column of the log has a standard form as a force: the discovery tries it beside the catalogue.";
     FAMILIES = "M205" "families" Note "The search was restricted to some families of effects: what is missing may be of another.";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }

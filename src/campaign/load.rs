@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::baseline::{self, Own, wrong};
 use super::codes;
+use super::columns;
 use super::derived;
 use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
@@ -57,8 +58,10 @@ pub struct Campaign {
     pub model: Model,
     /// The runs, in the order of the file: SI units, forces that act, derived channels in place.
     pub runs: Vec<Run>,
-    /// The user's own effects that the discovery may add.
+    /// The user's own effects that the discovery may add, and those that columns of the log brought.
     pub candidates: Vec<Own>,
+    /// Which columns brought candidates.
+    pub brought: Vec<Finding>,
     /// Options of the estimators.
     pub options: Options,
     /// What reading and preparing found.
@@ -193,12 +196,12 @@ fn named(error: Error) -> Vec<Finding> {
 }
 
 fn assemble(
-    file: CampaignFile,
+    mut file: CampaignFile,
     logged: Vec<Logged>,
     tables: &[RunTable],
     sources: Vec<PathBuf>,
 ) -> Result<Campaign, Error> {
-    let (mut model, candidates) = baseline::build(&file)?;
+    let (mut model, mut candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
     // runs of both kinds stand together as lines, held commands as lines with steps
     let mixed = held.iter().any(|h| *h != held[0]);
@@ -229,6 +232,10 @@ fn assemble(
         return Err(Error::Refused { findings: refused });
     }
     own_formulas(&file, &model, &runs)?;
+    let (tables, brought) = columns::bring(&mut file, &runs);
+    for table in &tables {
+        candidates.push(baseline::own(table).map_err(|e| wrong(&file, "effect", &e))?);
+    }
     if !runs.iter().any(|run| run.role == Role::Validate) {
         let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
         findings.push(Finding::new(&codes::NO_VALIDATION, text));
@@ -248,6 +255,7 @@ fn assemble(
         model,
         runs,
         candidates,
+        brought,
         options,
         findings,
         sources,

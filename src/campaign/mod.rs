@@ -7,6 +7,7 @@
 mod baseline;
 mod check;
 pub mod codes;
+mod columns;
 mod compare;
 mod derived;
 mod discover;
@@ -16,6 +17,7 @@ mod fit;
 mod forces;
 mod init;
 mod load;
+mod log_faults;
 mod logs;
 mod model_file;
 mod plan;

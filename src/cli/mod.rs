@@ -7,6 +7,7 @@ mod arguments;
 mod catalogue;
 mod check;
 mod convert;
+mod discovered;
 mod failure;
 mod message;
 mod output;

@@ -8,7 +8,6 @@ use super::output::Output;
 use super::scatter;
 use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
-use crate::discover::Discovery;
 use crate::log::{self, LogOptions};
 use crate::run::Run;
 
@@ -236,55 +235,7 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let busy = output.busy("searching");
     let found = campaign::discover(&loaded)?;
     busy.finish_and_clear();
-    print_discovery(&found, output);
+    super::discovered::print(&found, output);
     output.json(&found)?;
     output.tell(&found.warnings)
-}
-
-pub(super) fn print_discovery(found: &Discovery, output: &Output) {
-    let verdict = serde_json::to_value(found.verdict).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " ")));
-    output.print(&format!("verdict: {}", verdict.unwrap_or_default()));
-    let rows: Vec<Vec<String>> = found
-        .effects
-        .iter()
-        .map(|e| {
-            let values: Vec<String> = e
-                .parameters
-                .iter()
-                .map(|p| format!("{} = {} {}", p.name, measured(p.value, Some(p.std)), p.unit))
-                .collect();
-            vec![e.id.clone(), values.join("; "), format!("{:.1e}", e.p_value), e.also_possible.join(", ")]
-        })
-        .collect();
-    if !rows.is_empty() {
-        output.print(&table(&["missing", "value ± std", "p", "also possible"], &rows));
-    }
-    let rows: Vec<Vec<String>> = found
-        .gap
-        .iter()
-        .flat_map(|step| {
-            step.held_out_rms.iter().map(|(dof, rms)| {
-                let floor = step.noise_floor.get(dof).copied().map(number).unwrap_or_default();
-                vec![step.added.clone().unwrap_or_else(|| "baseline".into()), dof.to_string(), number(*rms), floor]
-            })
-        })
-        .collect();
-    output.print(&table(&["with", "dof", "held-out rms", "noise"], &rows));
-    const SHOWN: usize = 5;
-    for place in found.places.iter().take(SHOWN) {
-        output.print(&format!(
-            "{} {}, {} to {} s: {}",
-            place.run,
-            place.dof,
-            number(place.from),
-            number(place.to),
-            place.condition
-        ));
-    }
-    if found.places.len() > SHOWN {
-        output.print(&format!("and {} more places: --json has them all", found.places.len() - SHOWN));
-    }
-    if let Some(next) = &found.next_experiment {
-        output.print(&format!("next: {next}"));
-    }
 }

@@ -19,12 +19,15 @@ from ._campaign import Campaign
 from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
 from ._convert import convert, explain
 from ._discovery import (
+    Change,
+    Dependence,
     Discovery,
     FoundEffect,
     FoundParameter,
     GapOfRun,
     GapStep,
     LogFinding,
+    Residual,
     SmallestVisible,
     Where,
 )
@@ -34,6 +37,7 @@ from ._many import Bootstrap, Resampled, bootstrap, map_fit
 from ._motion import Check, CheckedLog, Comparison, Disagreement, SimulatedRun, Simulation
 from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
+from ._own_effect import OwnEffect
 from ._pages import demo, init, report
 from ._planning import Plan, PlannedParameter, PlannedRun, Push
 from ._resampling import Resampling, Scatter, block_bootstrap
@@ -44,10 +48,12 @@ from ._verbs import check, compare, discover, fit, plan, resample, simulate, tan
 __all__ = [
     "Bootstrap",
     "Campaign",
+    "Change",
     "Check",
     "CheckedLog",
     "Comparison",
     "DataError",
+    "Dependence",
     "Disagreement",
     "Discovery",
     "Effect",
@@ -62,6 +68,7 @@ __all__ = [
     "HydrosysidError",
     "LeastSquares",
     "LogFinding",
+    "OwnEffect",
     "Parameter",
     "Plan",
     "PlannedParameter",
@@ -70,6 +77,7 @@ __all__ = [
     "Regressors",
     "Resampled",
     "Resampling",
+    "Residual",
     "Run",
     "Scatter",
     "SimulatedRun",

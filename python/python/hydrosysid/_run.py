@@ -179,6 +179,13 @@ class Run(Readers):
         """Time stamps and values of a channel, both read-only."""
         return self.signals[channel]
 
+    def with_channels(self, channels: Mapping[str, tuple[Any, Any]]) -> Run:
+        """The same run with further channels, each a pair (time stamps, values); one of the same name is replaced."""
+        added = Run(channels, name=self.name)
+        run = object.__new__(Run)
+        run._set(self.name, self.kind, self.role, self.gaps, {**self.signals, **added.signals}, self.findings)
+        return run
+
     def to_frame(self, library: Literal["pandas", "polars"] | None = None) -> Any:
         """A data frame with a row for each instant at which some channel has a sample; NaN where one has none."""
         time = np.unique(np.concatenate([stamps for stamps, _ in self.signals.values()]))
