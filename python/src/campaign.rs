@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError};
+use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError, Published};
+use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
 use hydrosysid::tank;
 use pyo3::prelude::*;
@@ -81,6 +82,31 @@ impl NativeCampaign {
         let under = self.0.under(&file.efficiency);
         let result = interruptible(py, progress, || campaign::compare(&under, &model, &file.envelope))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// A model and published parameters (both TOML) against the runs as JSON.
+    fn compare_published(&self, py: Python<'_>, model: &str, params: &str, name: &str) -> PyResult<String> {
+        let (file, model) = self.model(py, model)?;
+        let result = detached(py, || {
+            let campaign = self.0.under(&file.efficiency);
+            let published = Published::parse(params, Path::new(name), &campaign)?;
+            campaign::compare_published(&campaign, &model, &file.envelope, &published, Path::new(name))
+        })?;
+        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// A model watched along the runs as JSON.
+    fn monitor(&self, py: Python<'_>, model: &str, window: f64, level: f64) -> PyResult<String> {
+        if !(window > 0.0 && window.is_finite() && level > 0.0 && level <= 0.5) {
+            let text = format!(
+                "window = {window}, level = {level}: a window in seconds above 0 and a level up to 0.5 are expected"
+            );
+            return Err(error::usage(py, &text));
+        }
+        let (file, model) = self.model(py, model)?;
+        let options = MonitorOptions { window, level };
+        let watch = || campaign::monitor(&self.0.under(&file.efficiency), &model, &file.envelope, &options);
+        error::to_json(&detached(py, watch)?.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// The discovery as JSON; `families` are those of the campaign when absent.

@@ -21,6 +21,11 @@ codes! {
     NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
     NO_INERTIA = "M112" "inertia-not-determined" Warning "The runs do not determine an inertia: in steady or gliding motion force and drag balance each other whatever the mass. The discovery holds it at the dry mass, or at the value of its [[parameter]] table.";
 
+    DIFFERENT = "M112" "models-differ" Warning "Two models of a vehicle differ by more than chance: the vehicle, its load or the tests have changed.";
+
+    OTHER_TERMS = "M113" "other-terms" Note "Two models do not have the same terms: what one of them lacks the others take over, so that common parameters need not agree.";
+    SAME_DATA = "M114" "same-data" Note "Two models come from one campaign: their errors may be alike, and the test of their difference errs on the side of no difference.";
+    NOT_PUBLISHED = "M115" "not-published" Note "Parameters that a file of published ones does not hold are taken from the own model.";
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
     LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
@@ -39,6 +44,7 @@ pub fn everywhere() -> impl Iterator<Item = &'static Code> {
         .chain(crate::envelope::ALL)
         .chain(crate::discover::CODES)
         .chain(crate::plan::codes::ALL)
+        .chain(crate::monitor::ALL)
         .chain(ALL)
 }
 

@@ -117,13 +117,13 @@ fn print_fit(fitted: &Fit, output: &Output) {
 }
 
 /// The campaign under the model that was asked for: from a file, or fitted now.
-struct Chosen {
-    campaign: Campaign,
-    model: crate::model::Model,
-    envelope: crate::envelope::Envelope,
+pub(super) struct Chosen {
+    pub campaign: Campaign,
+    pub model: crate::model::Model,
+    pub envelope: crate::envelope::Envelope,
 }
 
-fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
+pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
     // the model first: a wrong name is better told before the logs are read
     let file = model.map(ModelFile::read).transpose()?;
     let loaded = load(path, loading, output)?;
@@ -143,7 +143,7 @@ fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output)
 }
 
 /// Refuses a file for series that cannot be written, before any work.
-fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> {
+pub(super) fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> {
     output.may_write(path)?;
     match path.map(|p| (p, p.extension().and_then(|e| e.to_str()))) {
         None | Some((_, Some("csv"))) => Ok(()),
@@ -156,7 +156,7 @@ fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> 
 }
 
 /// Writes measured, simulated and residual series side by side.
-fn write_series(simulated: &Simulation, path: &Path, output: &Output) -> Result<(), Failure> {
+pub(super) fn write_series(simulated: &Simulation, path: &Path, output: &Output) -> Result<(), Failure> {
     let mut bytes = Vec::new();
     let failed = |source| Failure::Write { file: path.to_path_buf(), source };
     log::write_to(&simulated.series(), &mut bytes).map_err(failed)?;
@@ -194,36 +194,6 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
         write_series(&result, path, output)?;
     }
     output.json(&result)
-}
-
-pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure> {
-    may_hold_series(a.series.series.as_deref(), output)?;
-    let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
-    let busy = output.busy("simulating");
-    let result = campaign::compare(&chosen.campaign, &chosen.model, &chosen.envelope)?;
-    if let Some(path) = &a.series.series {
-        write_series(&campaign::simulate(&chosen.campaign, &chosen.model, &chosen.envelope)?, path, output)?;
-    }
-    busy.finish_and_clear();
-    let rows: Vec<Vec<String>> = result
-        .runs
-        .iter()
-        .map(|r| {
-            vec![
-                r.run.clone(),
-                format!("{:?}", r.role).to_lowercase(),
-                r.dof.to_string(),
-                format!("{} ± {}", number(r.mean_abs), number(r.std_abs)),
-                number(r.rms),
-                number(r.noise_floor),
-                format!("{:.1}", r.fit_percent),
-                r.unit.clone(),
-            ]
-        })
-        .collect();
-    output.print(&table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows));
-    output.json(&result)?;
-    output.tell(&result.warnings)
 }
 
 pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failure> {

@@ -1,6 +1,7 @@
 //! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
 
 mod candidate;
+mod carried;
 mod discovery;
 mod evidence;
 mod gap;
