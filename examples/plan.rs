@@ -63,7 +63,9 @@ fn case(
         CraftKind::Large => [335.0, 170.0, 110.0],
         CraftKind::Small => [15.0, 11.0, 1.2],
     };
+    let fitting = OutputErrorOptions { join: true, ..OutputErrorOptions::default() };
     let options = PlanOptions {
+        fitting: fitting.clone(),
         limits: BTreeMap::from([(Dof::Surge, force[0]), (Dof::Sway, force[1]), (Dof::Yaw, force[2])]),
         most: 12,
         grid: GridOptions { length: 60.0, ..GridOptions::default() },
@@ -74,12 +76,12 @@ fn case(
     let begin = Instant::now();
     let plan = propose(&course, &wishes, &options)?;
     let planned = begin.elapsed();
-    let (found, _) = rehearse(&course, &plan, &OutputErrorOptions::default(), (campaigns, seed), &|| {});
+    let (found, _) = rehearse(&course, &plan, &fitting, (campaigns, seed), &|| {});
     let name = format!("{craft:?}").to_lowercase();
     writeln!(page, "\n## The {name} vehicle, {noise} × the ordinary noise\n")?;
     writeln!(
         page,
-        "{} runs of 60 s out of {} candidates, chosen in {:.1} s: {}. {} fits failed.\n",
+        "Runs of 60 s, {} out of {} candidates, chosen in {:.1} s: {}. {} fits failed.\n",
         plan.runs.len(),
         plan.candidates,
         planned.as_secs_f64(),

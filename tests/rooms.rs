@@ -24,7 +24,7 @@ const FLOORS: &[&[&str]] = &[
     &["tank"],
     &["compare"],
     &["discover"],
-    &["plan", "monitor"],
+    &["plan"],
     &["procedure"],
     &["campaign"],
     &["report", "export"],

@@ -4,15 +4,14 @@ use std::path::{Path, PathBuf};
 
 use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError, Published};
-use hydrosysid::monitor::MonitorOptions;
+use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError};
 use hydrosysid::report::{Input, Origin};
 use hydrosysid::tank;
 use pyo3::prelude::*;
 
 use crate::error;
 use crate::log::options;
-use crate::run::GivenRun;
+use crate::run::{GivenRun, to_runs};
 use crate::work::{detached, interruptible};
 
 /// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
@@ -24,21 +23,21 @@ impl NativeCampaign {
     /// Reads a campaign file and its logs.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<NativeCampaign> {
-        let loaded = interruptible(py, None, || Campaign::load(&path, LoadOptions { allow_outside }))?;
+        let loaded = detached(py, || Campaign::load(&path, LoadOptions { allow_outside }))?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
 
     /// A campaign of runs in memory; `tables` is the campaign file as JSON.
     #[staticmethod]
     fn from_runs(py: Python<'_>, tables: &str, runs: Vec<GivenRun<'_>>) -> PyResult<NativeCampaign> {
-        let runs = runs.iter().map(|run| Ok((run.to_run(py)?, run.units()))).collect::<PyResult<_>>()?;
+        let runs = to_runs(py, &runs)?;
         let tables: toml::Table = serde_json::from_str(tables).map_err(|e| error::usage(py, &e))?;
         // by way of its text, so that it is checked as a file is
         let text = toml::to_string(&tables).map_err(|e| error::usage(py, &e))?;
         let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
         let loaded = detached(py, || {
             let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("Campaign(...)"), &options)?;
-            Campaign::from_commanded_runs(file, runs)
+            Campaign::from_runs(file, runs)
         })?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
@@ -51,10 +50,22 @@ impl NativeCampaign {
     }
 
     /// The fit as JSON, and the model file that it makes, as TOML.
-    fn fit(&self, py: Python<'_>, estimator: Option<&str>, progress: Option<Py<PyAny>>) -> PyResult<(String, String)> {
+    fn fit(
+        &self,
+        py: Python<'_>,
+        estimator: Option<&str>,
+        thorough: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, String)> {
         let estimator = estimator.map(|name| serde_json::from_value(name.into()));
         let estimator = estimator.transpose().map_err(|e| error::usage(py, &e))?;
-        let fitted = interruptible(py, progress, || campaign::fit(&self.0, FitOptions { estimator }))?;
+        let fitted = interruptible(py, progress, || {
+            let mut fitted = campaign::fit(&self.0, FitOptions { estimator })?;
+            if thorough {
+                campaign::examine(&self.0, &mut fitted)?;
+            }
+            Ok(fitted)
+        })?;
         let fitted = fitted.map_err(|e| error::campaign(py, &e))?;
         let model = ModelFile::of(&self.0, &fitted).to_text(Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
         Ok((error::to_json(&fitted)?, model))
@@ -82,31 +93,6 @@ impl NativeCampaign {
         let under = self.0.under(&file.efficiency);
         let result = interruptible(py, progress, || campaign::compare(&under, &model, &file.envelope))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
-    }
-
-    /// A model and published parameters (both TOML) against the runs as JSON.
-    fn compare_published(&self, py: Python<'_>, model: &str, params: &str, name: &str) -> PyResult<String> {
-        let (file, model) = self.model(py, model)?;
-        let result = detached(py, || {
-            let campaign = self.0.under(&file.efficiency);
-            let published = Published::parse(params, Path::new(name), &campaign)?;
-            campaign::compare_published(&campaign, &model, &file.envelope, &published, Path::new(name))
-        })?;
-        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
-    }
-
-    /// A model watched along the runs as JSON.
-    fn monitor(&self, py: Python<'_>, model: &str, window: f64, level: f64) -> PyResult<String> {
-        if !(window > 0.0 && window.is_finite() && level > 0.0 && level <= 0.5) {
-            let text = format!(
-                "window = {window}, level = {level}: a window in seconds above 0 and a level up to 0.5 are expected"
-            );
-            return Err(error::usage(py, &text));
-        }
-        let (file, model) = self.model(py, model)?;
-        let options = MonitorOptions { window, level };
-        let watch = || campaign::monitor(&self.0.under(&file.efficiency), &model, &file.envelope, &options);
-        error::to_json(&detached(py, watch)?.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// The discovery as JSON; `families` are those of the campaign when absent.
@@ -189,7 +175,7 @@ impl NativeCampaign {
 /// The check of a campaign as JSON.
 #[pyfunction]
 pub fn check_campaign(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<String> {
-    let found = interruptible(py, None, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
+    let found = detached(py, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 

@@ -1,7 +1,5 @@
 //! Why a campaign cannot be put together, or a verb not be carried out.
 
-use std::path::PathBuf;
-
 use thiserror::Error;
 
 use super::file::CampaignErrors;
@@ -34,14 +32,6 @@ pub enum Error {
         /// All that is wrong, over all runs.
         findings: Vec<Finding>,
     },
-    /// A file of published parameters cannot be used: wrong use.
-    #[error("{}: {message}", .file.display())]
-    Parameters {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong, with the key.
-        message: String,
-    },
     /// The model cannot be: wrong use.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -69,7 +59,7 @@ impl Error {
     /// Whether the call was wrong (exit code 2), not the data (exit code 1).
     pub fn is_wrong_use(&self) -> bool {
         match self {
-            Error::File(_) | Error::Model(_) | Error::Asked(_) | Error::Parameters { .. } => true,
+            Error::File(_) | Error::Model(_) | Error::Asked(_) => true,
             Error::Log { source, .. } => !matches!(source, LogError::Refused { .. }),
             _ => false,
         }

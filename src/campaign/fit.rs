@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::codes;
 use super::error::Error;
 use super::file::{Estimator, StageTable};
+use super::identifiability::{self, Identifiability};
 use super::load::{Campaign, moves};
 use crate::effects::Place;
 use crate::envelope::{self, Envelope};
@@ -44,6 +45,9 @@ pub struct Fit {
     pub covariance: Vec<Vec<f64>>,
     /// Fits of which it is made.
     pub stages: Vec<FitStage>,
+    /// What the data can tell and what it cannot; output error only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identifiability: Option<Identifiability>,
     /// What there is to say.
     pub warnings: Vec<Finding>,
     /// The model with the estimates in place.
@@ -118,6 +122,7 @@ struct Raw {
     std_paper: Vec<Option<f64>>,
     stages: Vec<FitStage>,
     efficiency: Efficiency,
+    identifiability: Option<Identifiability>,
     warnings: Vec<Finding>,
 }
 
@@ -172,6 +177,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         std_method: raw.std_method,
         covariance: raw.covariance,
         stages: raw.stages,
+        identifiability: raw.identifiability,
         warnings,
         model: raw.model,
         efficiency: raw.efficiency,
@@ -232,6 +238,7 @@ fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
         crate::estimate::output_error::StdMethod::Clusters => "clusters",
     };
     let stages = output_error_stages(&fitted, runs);
+    let identifiability = identifiability::of_fit(campaign, &fitted, runs, &mut warnings);
     Ok(Raw {
         model: fitted.model,
         std_method: std_method.into(),
@@ -239,6 +246,7 @@ fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
         std_paper,
         stages,
         efficiency: campaign.file.efficiency.clone(),
+        identifiability,
         warnings,
     })
 }
@@ -303,7 +311,9 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
         }));
     }
     let efficiency = campaign.file.efficiency.clone();
-    Ok(Raw { model, std_method: "hac".into(), covariance, std_paper, stages, efficiency, warnings: Vec::new() })
+    let std_method = "hac".into();
+    let (identifiability, warnings) = (None, Vec::new());
+    Ok(Raw { model, std_method, covariance, std_paper, stages, efficiency, identifiability, warnings })
 }
 
 /// The `[stage.*]` tables as options of the procedure.
@@ -358,7 +368,16 @@ fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
         })
         .collect();
     let std_method = "hac, with what earlier stages leave uncertain by the delta method";
-    Ok(Raw { model: result.model, std_method: std_method.into(), covariance, std_paper, stages, efficiency, warnings })
+    Ok(Raw {
+        model: result.model,
+        std_method: std_method.into(),
+        covariance,
+        std_paper,
+        stages,
+        efficiency,
+        identifiability: None,
+        warnings,
+    })
 }
 
 /// Values per run by the index of the run in the campaign: a run that took no part has the mean of those that did.
@@ -400,9 +419,7 @@ pub(super) fn row_of(effect: &str, place: Place) -> Option<Dof> {
     place.dof.or_else(|| Dof::ALL.into_iter().find(|dof| effect.ends_with(&format!("_{dof}"))))
 }
 
-/// One parameter as it is told: its place, SNAME's name and value; `paper` is its standard deviation by (14), `runs` are
-/// those of its values per run.
-pub fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
+fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
     let dry = match p.place.dof {
         Some(dof) if p.effect == "inertia" && !dof.is_rotation() => vehicle.mass,
         _ => Some(0.0),

@@ -1,13 +1,12 @@
 //! A campaign ready for work: from its file, or from runs in memory.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
 use super::baseline::{self, Own, wrong};
 use super::codes;
-use super::columns;
 use super::derived;
 use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
@@ -16,7 +15,7 @@ use super::logs::{self, Logged};
 use super::window;
 use crate::effects::channel;
 use crate::estimate::output_error::OutputErrorOptions;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::log::options::PositionSource;
@@ -58,10 +57,8 @@ pub struct Campaign {
     pub model: Model,
     /// The runs, in the order of the file: SI units, forces that act, derived channels in place.
     pub runs: Vec<Run>,
-    /// The user's own effects that the discovery may add, and those that columns of the log brought.
+    /// The user's own effects that the discovery may add.
     pub candidates: Vec<Own>,
-    /// Which columns brought candidates.
-    pub brought: Vec<Finding>,
     /// Options of the estimators.
     pub options: Options,
     /// What reading and preparing found.
@@ -112,23 +109,10 @@ impl Campaign {
     /// # Errors
     /// [`Error`].
     pub fn from_runs(file: CampaignFile, runs: Vec<Run>) -> Result<Campaign, Error> {
-        Campaign::from_commanded_runs(file, runs.into_iter().map(|run| (run, BTreeMap::new())).collect())
-    }
-
-    /// As [`Campaign::from_runs`], each run with the units of its commands: `V`, which is that of those that are not
-    /// named, `1` or `us`.
-    ///
-    /// # Errors
-    /// [`Error`].
-    pub fn from_commanded_runs(
-        file: CampaignFile,
-        runs: Vec<(Run, BTreeMap<String, &'static str>)>,
-    ) -> Result<Campaign, Error> {
         let tables: Vec<RunTable> =
-            runs.iter().map(|(run, _)| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
+            runs.iter().map(|run| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
         let position = file.log.position_source == Some(PositionSource::Independent);
-        let logged =
-            runs.into_iter().map(|(run, units)| Logged { run, units, position, ..Logged::default() }).collect();
+        let logged = runs.into_iter().map(|run| Logged { run, position, ..Logged::default() }).collect();
         assemble(file, logged, &tables, Vec::new())
     }
 
@@ -196,12 +180,12 @@ fn named(error: Error) -> Vec<Finding> {
 }
 
 fn assemble(
-    mut file: CampaignFile,
+    file: CampaignFile,
     logged: Vec<Logged>,
     tables: &[RunTable],
     sources: Vec<PathBuf>,
 ) -> Result<Campaign, Error> {
-    let (mut model, mut candidates) = baseline::build(&file)?;
+    let (mut model, candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
     // runs of both kinds stand together as lines, held commands as lines with steps
     let mixed = held.iter().any(|h| *h != held[0]);
@@ -228,14 +212,16 @@ fn assemble(
     }
     derived::add(&mut runs, &file.vehicle, &model.dofs);
     refused.extend(absent_channels(&model, &runs));
+    for run in runs.iter().filter(|run| moves(run.kind) && model.dofs.contains(&Dof::Pitch)) {
+        match vertical(run) {
+            Some(finding) if finding.severity == Severity::Error => refused.push(finding),
+            other => findings.extend(other),
+        }
+    }
     if !refused.is_empty() {
         return Err(Error::Refused { findings: refused });
     }
     own_formulas(&file, &model, &runs)?;
-    let (tables, brought) = columns::bring(&mut file, &runs);
-    for table in &tables {
-        candidates.push(baseline::own(table).map_err(|e| wrong(&file, "effect", &e))?);
-    }
     if !runs.iter().any(|run| run.role == Role::Validate) {
         let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
         findings.push(Finding::new(&codes::NO_VALIDATION, text));
@@ -255,7 +241,6 @@ fn assemble(
         model,
         runs,
         candidates,
-        brought,
         options,
         findings,
         sources,
@@ -333,6 +318,17 @@ fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// |θ| from which on Euler angles are poor, and from which on they are none, rad.
+const STEEP: [f64; 2] = [1.3, 1.5];
+
+/// Says where a run comes near a pitch of 90°.
+fn vertical(run: &Run) -> Option<Finding> {
+    let most = run.signal("theta")?.values().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let code = if most > STEEP[1] { &codes::VERTICAL } else { &codes::NEAR_VERTICAL };
+    let text = format!("run `{}` pitches by {:.0}°: Euler angles are singular at 90°", run.name, most.to_degrees());
+    (most > STEEP[0]).then(|| Finding::new(code, text).of_run(&run.name))
 }
 
 /// Refuses a user's formula that reads a state which is neither modelled nor logged.

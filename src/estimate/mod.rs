@@ -2,6 +2,7 @@
 
 mod at_samples;
 mod balance;
+pub mod identifiability;
 mod integral;
 mod nodes;
 pub mod output_error;
@@ -14,7 +15,6 @@ pub use balance::RegressorError;
 pub use integral::{IntegralError, IntegralOptions, RowFit, fit_rows, integral_least_squares};
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
-pub(crate) use start::samples_in;
 pub use start::started;
 pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};
 

@@ -7,7 +7,7 @@
 //! J is the Jacobian of the logged samples over their noise, by the parameters that all runs share; initial states and
 //! parameters with a value in each run are projected out. F is never formed.
 
-use crate::estimate::output_error::{Fold, OutputErrorError, OutputErrorOptions, Problem, normal_factor};
+use crate::estimate::output_error::{Fold, Linearised, OutputErrorError, OutputErrorOptions, Problem, normal_factor};
 use crate::model::Model;
 use crate::run::Run;
 
@@ -19,6 +19,9 @@ pub struct Information {
     /// Upper triangle R, row-major.
     r: Vec<f64>,
 }
+
+/// Mean square of the residual, in units of the noise, below which a linearisation about a simulated run stands.
+const NEAR: f64 = 0.1;
 
 /// Free parameters of `model` that all runs share.
 pub(super) fn shared(model: &Model) -> Vec<usize> {
@@ -41,9 +44,21 @@ impl Information {
         for parameter in &mut model.parameters {
             parameter.prior = None;
         }
-        let problem = Problem::new(&model, std::slice::from_ref(run), options)?;
-        let x0 = problem.initial_states(&model);
-        let segments = problem.linearise(&model, &x0);
+        let linearised = |options: &OutputErrorOptions| -> Result<(Problem, Vec<Linearised>), OutputErrorError> {
+            let problem = Problem::new(&model, std::slice::from_ref(run), options)?;
+            let segments = problem.linearise(&model, &problem.initial_states(&model));
+            Ok((problem, segments))
+        };
+        let (mut problem, mut segments) = linearised(options)?;
+        if options.join {
+            // a fit that joins its segments has one initial state a run, where the motion is not unstable
+            let whole = linearised(&OutputErrorOptions { segment: f64::INFINITY, ..options.clone() })?;
+            let cost: f64 = whole.1.iter().map(Linearised::cost).sum();
+            let samples: usize = whole.1.iter().map(|s| s.samples).sum();
+            if cost < NEAR * samples as f64 {
+                (problem, segments) = whole;
+            }
+        }
         let factor = normal_factor(&problem, &model, &segments);
         // those of this run alone come first, so that the lower rows are what is left beside them
         let own = |k: &usize| problem.unknowns[*k].run.is_some();

@@ -9,7 +9,6 @@ from typing import Any
 
 from . import _native
 from ._errors import Finding, UsageError
-from ._own_effect import OwnEffect, prepared
 from ._plain import build
 from ._run import Run
 from ._view import html_table
@@ -31,8 +30,7 @@ class Campaign:
         water: ``density``, ``kinematic_viscosity``.
         noise: standard deviation of the noise of each channel; estimated from the data when absent.
         parameters: start, bounds, held value or prior: ``{"effect": "quadratic_drag@surge", "value": 309.0}``.
-        own_effects: effects of your own: `OwnEffect`, or ``{"id", "dof", "formula", "unit", "role"}``.
-        observe: logged functions of the states: ``{"channel", "formula"}``.
+        own_effects: effects of your own: ``{"id", "dof", "formula", "unit", "role"}``.
         tables: further tables of a campaign file by name: ``thruster``, ``efficiency``, ``fit``, ``stage``, …
 
     Raises:
@@ -52,11 +50,10 @@ class Campaign:
         water: Mapping[str, float] | None = None,
         noise: Mapping[str, float] | None = None,
         parameters: Sequence[Mapping[str, Any]] = (),
-        own_effects: Sequence[OwnEffect | Mapping[str, Any]] = (),
-        observe: Sequence[Mapping[str, str]] = (),
+        own_effects: Sequence[Mapping[str, Any]] = (),
         **tables: Any,
     ) -> None:
-        effect_tables, kept = prepared(own_effects, runs, dofs)
+        kept = tuple(runs)
         model = {"dofs": list(dofs), "effects": list(effects), "coriolis": coriolis, "input": input}
         # a campaign file names a log for each run; here the runs are at hand
         listed = [{"file": f"run{k}.csv", "kind": r.kind, "role": r.role} for k, r in enumerate(kept)]
@@ -67,8 +64,7 @@ class Campaign:
             "noise": dict(noise or {}),
             "model": model,
             "parameter": [dict(p) for p in parameters],
-            "effect": effect_tables,
-            "observe": [dict(o) for o in observe],
+            "effect": [dict(e) for e in own_effects],
             **tables,
             "run": listed,
         }

@@ -80,6 +80,8 @@ class Fit(Result):
         covariance: covariance in the order of `parameters`, SI, (p, p).
         stages: the fits of which it is made.
         warnings: what there is to say.
+        identifiability: what the data can tell and what it cannot (inflation, force shares, halves, groups,
+            correlations, condition indices); `None` but for output error.
         model: the model as TOML; what `simulate` and `compare` take, and what the command's ``--model`` reads.
     """
 
@@ -90,6 +92,7 @@ class Fit(Result):
     covariance: NDArray[np.float64]
     stages: tuple[Stage, ...]
     warnings: tuple[Finding, ...]
+    identifiability: Any = None
     model: str = field(default="", metadata={"own": True})
 
     title: ClassVar[str] = "Fit"

@@ -194,10 +194,7 @@ pub(crate) fn fit_from(
         if next_cost.is_finite() && gain >= -1e-9 * cost.abs() {
             (model, x0, current, cost) = (trial, states, next, next_cost);
             damping = (damping * 0.1).max(1e-12);
-            // with all parameters held nothing is predicted, and the initial states alone move
-            let held = unknowns.is_empty();
-            let small = if held { gain.abs() } else { predicted.min(gain.abs()) };
-            if small < options.tolerance || (!held && predicted < 1e-12 * cost) {
+            if predicted.min(gain.abs()) < options.tolerance || predicted < 1e-12 * cost {
                 converged = true;
                 break;
             }
@@ -302,9 +299,22 @@ fn read_inputs(problem: &mut Problem, model: &Model) {
 /// Factor of all segments' information on the unknowns, initial states eliminated; priors included. The last column
 /// holds the residual.
 pub(crate) fn normal_factor(problem: &Problem, model: &Model, segments: &[Linearised]) -> Fold<1> {
+    normal_factor_where(problem, model, segments, |_| true)
+}
+
+/// [`normal_factor`] of the segments that `keep` lets through.
+pub(crate) fn normal_factor_where(
+    problem: &Problem,
+    model: &Model,
+    segments: &[Linearised],
+    keep: impl Fn(usize) -> bool,
+) -> Fold<1> {
     let (nx, p) = (problem.dynamics.states.len(), problem.unknowns.len());
     let mut global = Fold::<1>::new(p + 1);
-    for (segment, stretch) in segments.iter().zip(&problem.segments) {
+    for (k, (segment, stretch)) in segments.iter().zip(&problem.segments).enumerate() {
+        if !keep(k) {
+            continue;
+        }
         let columns = problem.columns_of(stretch.track);
         for i in nx..segment.n {
             let mut row = vec![[0.0]; p + 1];

@@ -1,0 +1,128 @@
+//! The thorough part of the verb `fit`: what takes further fits.
+
+use std::collections::BTreeMap;
+
+use super::codes;
+use super::error::Error;
+use super::file::Estimator;
+use super::fit::Fit;
+use super::identifiability::{Identifiability, OtherLength, ProfileOf, UNCERTAIN, label};
+use super::load::{Campaign, moves};
+use super::plan::{PlanSource, PlannedParameter, plan};
+use super::plan_request::{PlanRequest, Want};
+use crate::estimate::identifiability::profile;
+use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
+use crate::finding::Finding;
+use crate::run::{Role, Run};
+
+/// Most parameters of which a profile is made.
+const MOST_PROFILES: usize = 8;
+
+/// What takes further fits: profile likelihoods of the doubtful, segments of other lengths, and for each group the run
+/// that would tell most. Adds to the identifiability and the warnings of `fit`.
+///
+/// # Errors
+/// [`Error`] when the campaign cannot be fitted again; [`Error::Asked`] for another estimator than output error.
+pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
+    if fit.estimator != Estimator::OutputError {
+        let text = "a thorough fit needs the estimator output_error: add `--estimator output_error`".to_string();
+        return Err(Error::Asked(text));
+    }
+    let train = |run: &&Run| run.role == Role::Train && moves(run.kind);
+    let runs: Vec<Run> = campaign.runs.iter().filter(train).cloned().collect();
+    let options = &campaign.options.output_error;
+    let mut model = fit.model.clone();
+    for p in &mut model.parameters {
+        p.per_run.clear();
+    }
+    let again = output_error(&model, &runs, options)?;
+    let Some(mut found) = fit.identifiability.take() else { return Ok(()) };
+    let mut findings = Vec::new();
+    for factor in [0.5, 2.0] {
+        found.segment_lengths.extend(other_length(&again, &runs, options, factor, &mut findings));
+    }
+    for parameter in doubtful(&again, &found).into_iter().take(MOST_PROFILES) {
+        let made = profile(&again, &runs, options, parameter)?;
+        let p = &again.model.parameters[parameter];
+        if made.interval.iter().any(Option::is_none) {
+            let text = format!(
+                "{}: this data does not bound it on both sides within five deviations",
+                label(&again.model, parameter)
+            );
+            findings.push(Finding::new(&codes::NOT_BOUNDED, text));
+        }
+        found.profiles.push(ProfileOf {
+            term: p.term.clone(),
+            name: p.spec.name.clone(),
+            values: made.points.iter().map(|q| q.value).collect(),
+            rise: made.points.iter().map(|q| q.rise).collect(),
+            interval: made.interval,
+        });
+    }
+    for group in &mut found.groups {
+        if let Some(run) = next_run(campaign, fit, &group.terms) {
+            group.run = run;
+        }
+    }
+    fit.identifiability = Some(found);
+    fit.warnings.extend(findings);
+    Ok(())
+}
+
+/// Parameters whose interval may be no ellipse: uncertain ones, members of a group.
+fn doubtful(fit: &OutputErrorFit, found: &Identifiability) -> Vec<usize> {
+    let uncertain = |p: usize| {
+        let told = &fit.model.parameters[p];
+        told.std.unwrap_or(0.0) > UNCERTAIN * told.value.abs()
+    };
+    let grouped = |p: usize| found.groups.iter().any(|g| g.terms.contains(&label(&fit.model, p)));
+    let shared = fit.problem.unknowns.iter().filter(|u| u.run.is_none()).map(|u| u.parameter);
+    shared
+        .filter(|p| uncertain(*p) || grouped(*p))
+        .filter(|p| fit.model.parameters[*p].std.is_some_and(|s| s > 0.0))
+        .collect()
+}
+
+/// The fit with segments `factor` times as long.
+fn other_length(
+    fit: &OutputErrorFit,
+    runs: &[Run],
+    options: &OutputErrorOptions,
+    factor: f64,
+    findings: &mut Vec<Finding>,
+) -> Option<OtherLength> {
+    let segment = options.segment * factor;
+    let other = output_error(&fit.model, runs, &OutputErrorOptions { segment, ..options.clone() }).ok()?;
+    let mut change = BTreeMap::new();
+    for unknown in fit.problem.unknowns.iter().filter(|u| u.run.is_none()) {
+        let (now, then) = (&fit.model.parameters[unknown.parameter], &other.model.parameters[unknown.parameter]);
+        let std = now.std.unwrap_or(0.0).max(then.std.unwrap_or(0.0));
+        let ratio = if std > 0.0 { (then.value - now.value) / std } else { 0.0 };
+        let name = label(&fit.model, unknown.parameter);
+        if ratio.abs() > 3.0 {
+            let text = format!(
+                "{name}: with segments of {segment:.1} s instead of {:.1} s it is {:.4e} instead of {:.4e}, {:.1} deviations away: the model lacks something slow",
+                options.segment,
+                then.value,
+                now.value,
+                ratio.abs()
+            );
+            findings.push(Finding::new(&codes::SEGMENT_LENGTH, text));
+        }
+        change.insert(name, ratio);
+    }
+    Some(OtherLength { segment, change })
+}
+
+/// The run that would tell most of a group, beside the data that is there, in words.
+fn next_run(campaign: &Campaign, fit: &Fit, group: &[String]) -> Option<String> {
+    let term = |label: &String| label.split(" of ").nth(1).map(str::to_string);
+    let wants = group.iter().filter_map(term).map(|t| Want { parameter: Some(t), amount: 1e-3, relative: true });
+    let request = PlanRequest { wants: wants.collect(), most: 1, with_known: true, ..PlanRequest::default() };
+    let made = plan(&PlanSource::of_fit(campaign, fit), &request, &|| {}).ok()?;
+    let run = made.runs.first()?;
+    let gain = |p: &PlannedParameter| Some(p.std_now? / p.std?);
+    let wanted = made.parameters.iter().filter(|p| p.wanted.is_some());
+    let best = wanted.filter_map(gain).fold(1.0, f64::max);
+    Some(format!("a run of {:.0} s like `{}` would sharpen them up to {best:.1} times", run.length, run.name))
+}

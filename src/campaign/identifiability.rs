@@ -1,0 +1,281 @@
+//! Whether to believe the estimates of a fit, in numbers and in words.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::codes;
+use super::inertia_amplitude::{InertiaAgainstAmplitude, against_amplitude};
+use super::load::Campaign;
+use crate::effects::Coriolis;
+use crate::estimate::identifiability::{collinearity, factor_of, halves, shares};
+use crate::estimate::output_error::OutputErrorFit;
+use crate::finding::Finding;
+use crate::model::Model;
+use crate::run::Run;
+
+/// What the data of a fit can tell and what it cannot; the key `identifiability` of `hydrosysid fit --json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Identifiability {
+    /// cond(J) with columns of unit length, by the common unknowns and those of each run.
+    pub condition_number_scaled: f64,
+    /// Each parameter that was fitted and that all runs share.
+    pub parameters: Vec<Believable>,
+    /// Parameters that this data hardly tells apart.
+    pub groups: Vec<Group>,
+    /// Pairs of parameters whose estimates go together, |ρ| ≥ 0.9.
+    pub correlations: Vec<Correlation>,
+    /// Belsley's condition indices, the greatest first, with the share of each parameter's variance.
+    pub condition_indices: Vec<Direction>,
+    /// Virtual masses and moments of inertia of each run against its Keulegan-Carpenter number.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub inertia_against_amplitude: Vec<InertiaAgainstAmplitude>,
+    /// Estimates with segments of other lengths; only of a thorough fit.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub segment_lengths: Vec<OtherLength>,
+    /// Profile likelihoods of the doubtful parameters; only of a thorough fit.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub profiles: Vec<ProfileOf>,
+}
+
+/// What speaks for one estimate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Believable {
+    /// Term: `quadratic_drag@surge`.
+    pub term: String,
+    /// Symbol.
+    pub name: String,
+    /// Deviation over that with all other parameters known; 1: nothing else resembles it.
+    pub inflation: f64,
+    /// Share of the force in its balance that the term carries; `null` where that cannot be said.
+    pub force_share: Option<f64>,
+    /// Estimate from the first half of each run, SI.
+    pub first_half: Option<f64>,
+    /// Estimate from the second half of each run, SI.
+    pub second_half: Option<f64>,
+    /// Their difference over its deviation.
+    pub halves_z: Option<f64>,
+}
+
+/// Parameters that the data hardly tells apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Group {
+    /// Their terms.
+    pub terms: Vec<String>,
+    /// Condition index of the direction in which they are known worst.
+    pub index: f64,
+    /// The run that would tell them apart.
+    pub run: String,
+}
+
+/// Two parameters whose estimates go together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Correlation {
+    /// Term of the one.
+    pub a: String,
+    /// Term of the other.
+    pub b: String,
+    /// ρ.
+    pub correlation: f64,
+}
+
+/// One direction of Belsley's decomposition.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Direction {
+    /// Condition index.
+    pub index: f64,
+    /// Share of the variance, by term.
+    pub proportions: BTreeMap<String, f64>,
+}
+
+/// Estimates with segments of another length.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OtherLength {
+    /// Length of the segments, s.
+    pub segment: f64,
+    /// Change of each estimate over its deviation, by term and symbol.
+    pub change: BTreeMap<String, f64>,
+}
+
+/// Profile likelihood of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ProfileOf {
+    /// Term.
+    pub term: String,
+    /// Symbol.
+    pub name: String,
+    /// Values at which it was held, SI.
+    pub values: Vec<f64>,
+    /// Rise of the cost there, χ² of one degree of freedom.
+    pub rise: Vec<f64>,
+    /// 95 % interval, SI; `null` on a side on which the data does not bound it within five deviations.
+    pub interval: [Option<f64>; 2],
+}
+
+/// Correlation from which on a pair is told.
+const TOGETHER: f64 = 0.9;
+/// Share of the force below which an uncertain term does no harm.
+const HARMLESS: f64 = 0.02;
+/// Relative deviation from which on an estimate is uncertain.
+pub(super) const UNCERTAIN: f64 = 0.5;
+
+/// What costs nothing beside the fit.
+pub(super) fn of_fit(
+    campaign: &Campaign,
+    fit: &OutputErrorFit,
+    runs: &[Run],
+    findings: &mut Vec<Finding>,
+) -> Option<Identifiability> {
+    let model = &fit.model;
+    let unknowns = &fit.problem.unknowns;
+    let known = collinearity(&factor_of(fit))?;
+    let halves = halves(fit);
+    let share = shares(model, runs);
+    let name = |k: usize| label(model, unknowns[k].parameter);
+    let mut parameters = Vec::new();
+    for (k, unknown) in unknowns.iter().enumerate().filter(|(_, u)| u.run.is_none()) {
+        let p = &model.parameters[unknown.parameter];
+        let read = model.terms.iter().filter(|t| t.parameters.contains(&unknown.parameter));
+        let force_share = read.filter_map(|t| share.get(&t.name())).copied().reduce(f64::max);
+        let half = |of: fn(&crate::estimate::identifiability::Halves) -> &Vec<f64>| halves.as_ref().map(|h| of(h)[k]);
+        let std = p.std.unwrap_or(0.0);
+        if let Some(share) = force_share.filter(|share| *share < HARMLESS && std > UNCERTAIN * p.value.abs()) {
+            let text = format!(
+                "{}: {:.3e} ± {std:.1e} {} is not resolved, and harmless: it carries {:.1} % of the force in its balance",
+                name(k),
+                p.value,
+                p.spec.dimension,
+                100.0 * share
+            );
+            findings.push(Finding::new(&codes::HARMLESS, text));
+        }
+        parameters.push(Believable {
+            term: p.term.clone(),
+            name: p.spec.name.clone(),
+            inflation: known.inflation[k],
+            force_share,
+            first_half: half(|h| &h.first),
+            second_half: half(|h| &h.second),
+            halves_z: half(|h| &h.z),
+        });
+        if let Some(h) = halves.as_ref().filter(|h| h.z[k].abs() > h.limit) {
+            let text = format!(
+                "{}: the first halves of the runs say {:.4e}, the second {:.4e} {}, {:.1} deviations apart: something changes in the course of a run, or an effect is missing",
+                name(k),
+                h.first[k],
+                h.second[k],
+                p.spec.dimension,
+                h.z[k].abs()
+            );
+            findings.push(Finding::new(&codes::HALVES, text));
+        }
+    }
+    let groups: Vec<Group> = known
+        .groups
+        .iter()
+        .map(|(members, index)| {
+            let members: Vec<usize> = members.iter().map(|k| unknowns[*k].parameter).collect();
+            let terms: Vec<String> = members.iter().map(|p| label(model, *p)).collect();
+            let run = told_apart_by(model, &members);
+            let text = format!("this data hardly tells {} apart (condition index {index:.0}): {run}", terms.join(", "));
+            findings.push(Finding::new(&codes::NOT_APART, text));
+            Group { terms, index: *index, run }
+        })
+        .collect();
+    let correlations = correlations(fit);
+    coriolis(fit, findings);
+    let directions = known.indices.iter().rev().map(|one| Direction {
+        index: one.index,
+        proportions: one.proportions.iter().enumerate().map(|(k, share)| (name(k), *share)).collect(),
+    });
+    Some(Identifiability {
+        condition_number_scaled: known.indices.iter().map(|i| i.index).fold(1.0, f64::max),
+        parameters,
+        groups,
+        correlations,
+        condition_indices: directions.collect(),
+        inertia_against_amplitude: against_amplitude(campaign, fit, runs, findings),
+        segment_lengths: Vec::new(),
+        profiles: Vec::new(),
+    })
+}
+
+/// `k_u|u| of quadratic_drag@surge`.
+pub(super) fn label(model: &Model, parameter: usize) -> String {
+    let p = &model.parameters[parameter];
+    format!("{} of {}", p.spec.name, p.term)
+}
+
+fn correlations(fit: &OutputErrorFit) -> Vec<Correlation> {
+    let p = fit.problem.unknowns.len();
+    let at = |i: usize, j: usize| fit.covariance[i * p + j];
+    let mut found = Vec::new();
+    for i in 0..p {
+        for j in i + 1..p {
+            let correlation = at(i, j) / (at(i, i) * at(j, j)).sqrt();
+            if correlation.abs() >= TOGETHER {
+                let name = |k: usize| label(&fit.model, fit.problem.unknowns[k].parameter);
+                found.push(Correlation { a: name(i), b: name(j), correlation });
+            }
+        }
+    }
+    found
+}
+
+/// What the catalogue says shows the effects of these parameters.
+fn told_apart_by(model: &Model, parameters: &[usize]) -> String {
+    let mut told: Vec<String> = Vec::new();
+    for p in parameters {
+        let term = model.terms.iter().find(|t| t.parameters.contains(p));
+        if let Some(term) = term {
+            let one = format!("`{}` is shown by {}", term.name(), term.effect.about().shown_by);
+            if !told.contains(&one) {
+                told.push(one);
+            }
+        }
+    }
+    told.join("; ")
+}
+
+/// Free Coriolis coefficients: k_uv beside m_v − m_u, and the power that together they may not have.
+fn coriolis(fit: &OutputErrorFit, findings: &mut Vec<Finding>) {
+    let model = &fit.model;
+    let p = fit.problem.unknowns.len();
+    let of = |name: &str| {
+        let index = model.parameter_of(name)?;
+        let unknown = fit.problem.unknowns.iter().position(|u| u.parameter == index && u.run.is_none());
+        Some((model.parameters[index].value, unknown))
+    };
+    // value and deviation of a sum of estimates with these signs
+    let sum = |parts: &[(&str, f64)]| -> Option<(f64, f64)> {
+        let found: Vec<((f64, Option<usize>), f64)> =
+            parts.iter().map(|(name, sign)| Some((of(name)?, *sign))).collect::<Option<_>>()?;
+        let value = found.iter().map(|((v, _), sign)| v * sign).sum();
+        let mut variance = 0.0;
+        for ((_, a), sa) in &found {
+            for ((_, b), sb) in &found {
+                if let (Some(a), Some(b)) = (a, b) {
+                    variance += sa * sb * fit.covariance[a * p + b];
+                }
+            }
+        }
+        Some((value, f64::max(variance, 0.0).sqrt()))
+    };
+    if model.coriolis != Coriolis::Free {
+        return;
+    }
+    let munk = [("inertia@sway", 1.0), ("inertia@surge", -1.0)];
+    if let (Some((k, k_std)), Some((m, m_std))) = (sum(&[("coriolis_yaw", 1.0)]), sum(&munk)) {
+        let text = format!(
+            "k_uv = {k:.1} ± {k_std:.1} kg stands beside m_v − m_u = {m:.1} ± {m_std:.1} kg: the same for an ideal fluid; lift on the hull is in k_uv too"
+        );
+        findings.push(Finding::new(&codes::MUNK, text));
+    }
+    let power = [("coriolis_surge", 1.0), ("coriolis_sway", -1.0), ("coriolis_yaw", -1.0)];
+    if let Some((value, std)) = sum(&power).filter(|(value, std)| *std > 0.0 && value.abs() > 3.0 * std) {
+        let text = format!(
+            "the free Coriolis terms do work: their coefficients leave {value:.1} ± {std:.1} kg of u v r, inertia alone would leave 0; lift, or a missing effect, is in them"
+        );
+        findings.push(Finding::new(&codes::CORIOLIS_WORKS, text));
+    }
+}

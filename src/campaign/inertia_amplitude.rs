@@ -1,0 +1,139 @@
+//! Virtual mass against the amplitude of the runs.
+
+use serde::Serialize;
+
+use super::codes;
+use super::load::Campaign;
+use crate::effects::channel;
+use crate::estimate::identifiability::{RunByRun, run_by_run, trend};
+use crate::estimate::output_error::OutputErrorFit;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::run::Run;
+
+/// The inertia of one degree of freedom run by run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InertiaAgainstAmplitude {
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Runs that oscillate in it and show it.
+    pub runs: Vec<InertiaOfRun>,
+    /// Slope of the inertia against KC, kg or kg·m² per unit.
+    pub slope: f64,
+    /// Its deviation.
+    pub slope_std: f64,
+    /// Chance of such a slope where there is none.
+    pub p_value: f64,
+}
+
+/// The inertia that one run tells.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InertiaOfRun {
+    /// Name of the run.
+    pub run: String,
+    /// Keulegan-Carpenter number of the run.
+    pub kc: f64,
+    /// Virtual mass or moment of inertia, SI.
+    pub value: f64,
+    /// Its deviation, SI.
+    pub std: f64,
+    /// C_m = (m_v − m)/(ρ ∇), where mass and volume are known; translations only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub added_mass_coefficient: Option<f64>,
+}
+
+/// Chance of a trend by accident that is accepted, over all degrees of freedom together.
+const LEVEL: f64 = 0.01;
+
+/// Least ratio of the greatest to the smallest KC of runs that can show a trend.
+const SPREAD: f64 = 1.3;
+
+/// The inertias run by run against KC, of the degrees of freedom in which three runs or more oscillate at different KC.
+pub(super) fn against_amplitude(
+    campaign: &Campaign,
+    fit: &OutputErrorFit,
+    runs: &[Run],
+    findings: &mut Vec<Finding>,
+) -> Vec<InertiaAgainstAmplitude> {
+    let asked: Vec<(Dof, usize)> = fit
+        .model
+        .dofs
+        .iter()
+        .filter(|dof| spread(runs, **dof))
+        .filter_map(|dof| Some((*dof, fit.model.parameter_of(&format!("inertia@{dof}"))?)))
+        .filter(|(_, p)| !fit.model.parameters[*p].fixed)
+        .collect();
+    if asked.is_empty() {
+        return Vec::new();
+    }
+    let parameters: Vec<usize> = asked.iter().map(|(_, p)| *p).collect();
+    let Ok(found) = run_by_run(fit, runs, &campaign.options.output_error, &parameters) else { return Vec::new() };
+    let of_dof =
+        |((dof, _), found): (&(Dof, usize), Option<RunByRun>)| of(campaign, fit, runs, *dof, &found?, findings);
+    asked.iter().zip(found).filter_map(of_dof).collect()
+}
+
+/// KC of a run in `dof`; `None` where it does not oscillate.
+fn number(run: &Run, dof: Dof) -> Option<f64> {
+    run.signal(&channel::keulegan_carpenter(dof))?.values().first().copied().filter(|kc| *kc > 0.0)
+}
+
+fn spread(runs: &[Run], dof: Dof) -> bool {
+    let numbers: Vec<f64> = runs.iter().filter_map(|run| number(run, dof)).collect();
+    let greatest = numbers.iter().fold(0.0, |m: f64, k| m.max(*k));
+    let smallest = numbers.iter().fold(f64::INFINITY, |m: f64, k| m.min(*k));
+    numbers.len() > 2 && greatest > SPREAD * smallest
+}
+
+/// The inertia of `dof` run by run against KC; `None` where fewer than three oscillating runs show it.
+fn of(
+    campaign: &Campaign,
+    fit: &OutputErrorFit,
+    runs: &[Run],
+    dof: Dof,
+    found: &RunByRun,
+    findings: &mut Vec<Finding>,
+) -> Option<InertiaAgainstAmplitude> {
+    let parameter = fit.model.parameter_of(&format!("inertia@{dof}"))?;
+    let kept: Vec<usize> = (0..found.runs.len()).filter(|k| number(&runs[found.runs[*k]], dof).is_some()).collect();
+    if kept.len() < 3 {
+        return None;
+    }
+    let n = found.runs.len();
+    let of_kept = RunByRun {
+        runs: kept.iter().map(|k| found.runs[*k]).collect(),
+        values: kept.iter().map(|k| found.values[*k]).collect(),
+        covariance: kept
+            .iter()
+            .flat_map(|a| kept.iter().map(|b| found.covariance[a * n + b]).collect::<Vec<_>>())
+            .collect(),
+    };
+    let numbers: Vec<f64> = of_kept.runs.iter().filter_map(|r| number(&runs[*r], dof)).collect();
+    let line = trend(&of_kept, &numbers)?;
+    let term = format!("added_mass_amplitude@{dof}");
+    if line.p_value < LEVEL / fit.model.dofs.len() as f64 && fit.model.term(&term).is_none() {
+        let (low, high) = numbers.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), k| (a.min(*k), b.max(*k)));
+        let text = format!(
+            "the inertia in {dof} changes by {:.3} ± {:.3} {} per unit of KC over runs of KC {low:.2} to {high:.2} (p = {:.1e}): add the effect `{term}`, or use the model only at such amplitudes",
+            line.slope, line.std, fit.model.parameters[parameter].spec.dimension, line.p_value
+        );
+        findings.push(Finding::new(&codes::INERTIA_AMPLITUDE, text));
+    }
+    let displaced = campaign.vehicle.volume.map(|v| v * campaign.water.density).filter(|_| !dof.is_rotation());
+    let coefficient = |m: f64| Some((m - campaign.vehicle.mass?) / displaced?);
+    let m = kept.len();
+    let rows = (0..m).map(|k| InertiaOfRun {
+        run: runs[of_kept.runs[k]].name.clone(),
+        kc: numbers[k],
+        value: of_kept.values[k],
+        std: of_kept.covariance[k * m + k].sqrt(),
+        added_mass_coefficient: coefficient(of_kept.values[k]),
+    });
+    Some(InertiaAgainstAmplitude {
+        dof,
+        runs: rows.collect(),
+        slope: line.slope,
+        slope_std: line.std,
+        p_value: line.p_value,
+    })
+}

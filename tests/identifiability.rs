@@ -1,0 +1,162 @@
+//! What a fit says of itself: parameters that the data cannot tell apart, halves that differ, terms that do not matter,
+//! and inertia that follows the amplitude.
+
+use std::path::Path;
+
+use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
+use hydrosysid::campaign::{self, Campaign, Fit, FitOptions, PlanRequest, PlanSource};
+use hydrosysid::run::{Role, Run};
+use hydrosysid::tank::{Blind, BlindOptions, Hidden, blind};
+
+/// A campaign of tank runs with this model.
+fn campaign(runs: Vec<Run>, model: &str) -> Campaign {
+    let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+    let text = format!(
+        "format = 1\n[vehicle]\nmass = 189.0\nvolume = 0.19\nlength = 0.575\n[model]\ndofs = ['surge', 'sway', 'yaw']\n{model}\n[[run]]\nfile = 'a.csv'\n"
+    );
+    let file =
+        CampaignFile::from_bytes(text.as_bytes(), Path::new("it.toml"), &options).unwrap_or_else(|e| panic!("{e}"));
+    Campaign::from_runs(file, runs).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn sailed(hidden: &[Hidden], seed: u64) -> Blind {
+    let options = BlindOptions { seed, duration: 60.0, hidden: hidden.to_vec(), ..BlindOptions::default() };
+    blind(&options).expect("the tank sails")
+}
+
+fn train(made: &Blind) -> Vec<Run> {
+    made.runs.iter().filter(|run| run.role == Role::Train).cloned().collect()
+}
+
+fn fitted(campaign: &Campaign) -> Fit {
+    campaign::fit(campaign, FitOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn codes(fit: &Fit) -> Vec<&str> {
+    fit.warnings.iter().map(|f| f.code).collect()
+}
+
+const BASELINE: &str =
+    "effects = ['inertia', 'linear_drag', 'quadratic_drag', 'coriolis_surge', 'coriolis_sway', 'coriolis_yaw']";
+
+#[test]
+fn a_good_campaign_gives_no_reason_to_doubt() {
+    let fit = fitted(&campaign(train(&sailed(&[], 4)), BASELINE));
+    let known = fit.identifiability.as_ref().expect("output error tells it");
+    assert!(known.groups.is_empty(), "{:?}", known.groups);
+    for code in ["M111", "M112", "M114", "M115"] {
+        assert!(!codes(&fit).contains(&code), "{:?}", fit.warnings);
+    }
+    assert_eq!(known.parameters.len(), 9);
+    // shares are of one balance each, and surge has no term but its own three and the Coriolis term
+    let surge: f64 = known.parameters.iter().filter(|p| p.term.ends_with("@surge")).filter_map(|p| p.force_share).sum();
+    assert!((0.5..=1.0 + 1e-9).contains(&surge), "{surge}");
+    for p in &known.parameters {
+        assert!(
+            p.inflation >= 1.0 - 1e-9 && p.first_half.is_some() && p.halves_z.is_some_and(|z| z.abs() < 4.0),
+            "{p:?}"
+        );
+    }
+    let json = serde_json::to_value(&fit).expect("a fit is JSON");
+    assert_eq!(json["identifiability"]["parameters"][0]["term"], "inertia@surge");
+}
+
+/// One constant thrust gives one speed: three laws of drag are one number there.
+#[test]
+fn laws_of_drag_at_nearly_one_speed_are_named_as_a_group() {
+    let made = sailed(&[], 4);
+    let mut runs = train(&made);
+    runs.truncate(1);
+    let model = "effects = ['inertia', 'linear_drag', 'quadratic_drag', 'cubic_drag@surge']\n[[parameter]]\neffect = 'inertia@sway'\nvalue = 600.0\nfixed = true\n[[parameter]]\neffect = 'inertia@yaw'\nvalue = 180.0\nfixed = true\n[[parameter]]\neffect = 'linear_drag@sway'\nvalue = 100.0\nfixed = true\n[[parameter]]\neffect = 'linear_drag@yaw'\nvalue = 15.0\nfixed = true\n[[parameter]]\neffect = 'quadratic_drag@sway'\nvalue = 500.0\nfixed = true\n[[parameter]]\neffect = 'quadratic_drag@yaw'\nvalue = 100.0\nfixed = true";
+    let loaded = campaign(runs, model);
+    let mut fit = fitted(&loaded);
+    let known = fit.identifiability.clone().expect("output error tells it");
+    let drags = |terms: &[String]| terms.iter().filter(|t| t.contains("drag@surge")).count();
+    assert!(known.groups.iter().any(|g| drags(&g.terms) >= 2), "{:?}", known.condition_indices);
+    assert!(codes(&fit).contains(&"M111"));
+    assert!(known.correlations.iter().any(|c| c.correlation.abs() > 0.9));
+    campaign::examine(&loaded, &mut fit).unwrap_or_else(|e| panic!("{e}"));
+    let known = fit.identifiability.expect("it is still there");
+    assert_eq!(known.segment_lengths.len(), 2);
+    assert!(!known.profiles.is_empty());
+    for one in &known.profiles {
+        assert!(one.values.len() == one.rise.len() && one.rise.contains(&0.0), "{one:?}");
+        let p = fit.parameters.iter().find(|p| p.name == one.name).expect("it was fitted");
+        if let [Some(low), Some(high)] = one.interval {
+            assert!(low < p.value && p.value < high, "{one:?}");
+        }
+    }
+    assert!(known.groups.iter().all(|g| g.run.contains("would sharpen")), "{:?}", known.groups);
+}
+
+#[test]
+fn a_thruster_that_fails_makes_the_halves_differ() {
+    let made = sailed(&[Hidden::new("thruster_fault@surge", 1.0)], 4);
+    let fit = fitted(&campaign(train(&made), BASELINE));
+    let halves: Vec<_> = fit.warnings.iter().filter(|f| f.code == "M112").collect();
+    assert!(halves.iter().any(|f| f.message.contains("surge")), "{:?}", fit.warnings);
+}
+
+#[test]
+fn a_term_without_force_is_not_resolved_and_harmless() {
+    let model = format!("{}\n", BASELINE.replace("]", ", 'coulomb_friction@surge', 'mixed_drag@sway:yaw']"));
+    let fit = fitted(&campaign(train(&sailed(&[], 4)), &model));
+    let told: Vec<_> = fit.warnings.iter().filter(|f| f.code == "M205").collect();
+    assert!(told.iter().any(|f| f.message.contains("coulomb_friction@surge")), "{:?}", fit.warnings);
+}
+
+#[test]
+fn free_coriolis_terms_are_shown_beside_the_masses_and_do_no_work() {
+    let fit = fitted(&campaign(train(&sailed(&[], 4)), &format!("coriolis = 'free'\n{BASELINE}")));
+    let told = fit.warnings.iter().find(|f| f.code == "M206").expect("it is shown");
+    assert!(told.message.contains("m_v − m_u"), "{}", told.message);
+    assert!(!codes(&fit).contains(&"M114"), "{:?}", fit.warnings);
+}
+
+#[test]
+fn inertia_that_grows_with_the_amplitude_is_found_and_the_effect_proposed() {
+    let hidden = Hidden::new("added_mass_amplitude@surge", 1.0);
+    let made = sailed(&[hidden], 6);
+    // all nine runs, so that several amplitudes are there
+    let runs: Vec<Run> = made.runs.iter().map(|run| Run { role: Role::Train, ..run.clone() }).collect();
+    let fit = fitted(&campaign(runs.clone(), BASELINE));
+    let known = fit.identifiability.as_ref().expect("output error tells it");
+    let surge = known.inertia_against_amplitude.iter().find(|a| a.dof.name() == "surge").expect("surge oscillates");
+    assert!(surge.runs.len() >= 3 && surge.p_value < 1e-3, "{surge:?}");
+    assert!(surge.runs.iter().all(|r| r.std > 0.0 && r.added_mass_coefficient.is_some()));
+    let truth = made.truth.value("added_mass_amplitude@surge").expect("it is hidden there");
+    // a line through estimates of runs: within four of its deviations of the truth
+    assert!((surge.slope - truth).abs() < 4.0 * surge.slope_std, "{} ± {}, {truth}", surge.slope, surge.slope_std);
+    let told = fit.warnings.iter().find(|f| f.code == "M115").expect("it is said");
+    assert!(told.message.contains("added_mass_amplitude@surge"), "{}", told.message);
+    let better = fitted(&campaign(runs, &BASELINE.replace("]", ", 'added_mass_amplitude@surge']")));
+    assert!(!codes(&better).contains(&"M115"), "{:?}", better.warnings);
+    // a run of another amplitude is warned of when the model is used
+    let mut wide = campaign(train(&made), BASELINE);
+    for signal in ["KC_u"] {
+        for run in &mut wide.runs {
+            let old = run.signals[signal].clone();
+            let values: Vec<f64> = old.values().iter().map(|x| 5.0 * x).collect();
+            run.signals.insert(signal.into(), hydrosysid::run::Signal::new(old.shared_time().clone(), values));
+        }
+    }
+    let compared = campaign::compare(&wide, &fit.model, &fit.envelope).unwrap_or_else(|e| panic!("{e}"));
+    assert!(compared.warnings.iter().any(|f| f.code == "E102"), "{:?}", compared.warnings);
+}
+
+#[test]
+fn a_campaign_plans_its_own_next_runs() {
+    let loaded = campaign(train(&sailed(&[], 4)), BASELINE);
+    let fit = fitted(&loaded);
+    let request = PlanRequest {
+        length: 40.0,
+        most: 3,
+        wants: vec!["2%".parse().expect("it is a wish")],
+        ..PlanRequest::default()
+    };
+    let plan = campaign::plan(&PlanSource::of_fit(&loaded, &fit), &request, &|| {}).unwrap_or_else(|e| panic!("{e}"));
+    assert!(!plan.runs.is_empty());
+    assert!(plan.warnings.iter().any(|f| f.code == "P201"), "limits are those of the runs: {:?}", plan.warnings);
+    // noise of the sensors is that of the fit: 5 mm/s
+    assert!((plan.sensors["u"].noise / 0.005 - 1.0).abs() < 0.1 && (plan.sensors["u"].rate - 10.0).abs() < 1e-6);
+}
