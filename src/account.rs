@@ -3,15 +3,19 @@
 //! First what a reader wants to know (does the model predict runs that took no part, and what is missing), then the
 //! model with its numbers, then the evidence, at the end how it was made.
 
+mod discovery;
+
 use std::collections::BTreeMap;
+
+pub use discovery::gap_figure;
 
 use crate::campaign::{self, Campaign, Comparison, Error, Fit, FitOptions, Simulation};
 use crate::discover::{Discovery, Verdict};
 use crate::finding::{Finding, Severity};
-use crate::frame::{Dof, Measured};
+use crate::frame::Dof;
 use crate::report::{
-    Axis, Bar, Bars, Block, Cell, Chart, Check, Column, Curves, Document, Equation, Figure, Label, Light, Origin,
-    Panel, Section, Series, Table, render,
+    Axis, Block, Cell, Chart, Check, Column, Curves, Document, Equation, Figure, Label, Light, Origin, Panel, Section,
+    Series, Table, render,
 };
 use crate::run::Role;
 
@@ -37,7 +41,7 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
         name => name,
     };
     let mut sections = vec![model_section(results), comparison_section(results), motion_section(results)];
-    sections.extend(results.discovery.map(|d| discovery_section(results, d)));
+    sections.extend(results.discovery.map(|d| discovery::section(results, d)));
     Document {
         title: format!("{name}: identification"),
         subtitle: format!("{} runs, estimator {}", results.campaign.runs.len(), results.fit.estimator.name()),
@@ -298,76 +302,4 @@ fn motion_section(results: &Results<'_>) -> Section {
         }
     }
     Section { heading: "Measured and simulated".into(), paragraphs: Vec::new(), blocks }
-}
-
-fn discovery_section(results: &Results<'_>, found: &Discovery) -> Section {
-    let mut paragraphs: Vec<String> = found.effects.iter().map(|e| format!("{}: {}.", e.id, e.evidence)).collect();
-    paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
-    let mut blocks = Vec::new();
-    if !found.effects.is_empty() {
-        let rows = found
-            .effects
-            .iter()
-            .flat_map(|e| {
-                e.parameters.iter().map(move |p| {
-                    vec![
-                        Cell::from(e.id.as_str()),
-                        Cell::Text(Label::symbol(&p.name)),
-                        Cell::Estimate { value: p.value, std: Some(p.std) },
-                        Cell::from(crate::report::unit(&p.unit).as_str()),
-                        Cell::Number { value: e.p_value, digits: 2 },
-                        Cell::from(e.also_possible.join(", ").as_str()),
-                    ]
-                })
-            })
-            .collect();
-        let columns = ["effect", "symbol", "value ± std", "unit", "p", "also possible"];
-        blocks.push(Block::Table(Table {
-            title: "What was missing".into(),
-            columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
-            rows,
-            note: "p: probability of as much by chance, over all candidates.".into(),
-        }));
-    }
-    for measured in results.fit.model.measured() {
-        blocks.extend(waterfall(found, &measured).map(Block::Figure));
-    }
-    Section { heading: "What is missing".into(), paragraphs, blocks }
-}
-
-/// The waterfall of the degree of freedom whose gap was widest against the noise.
-pub fn gap_figure(found: &Discovery) -> Option<Figure> {
-    let first = found.gap.first()?;
-    let ratio = |(dof, rms): (&Measured, &f64)| Some((dof.clone(), rms / first.noise_floor.get(dof)?));
-    let widest = first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    waterfall(found, &widest.0)
-}
-
-/// The held-out gap of one degree of freedom, step by step, against the noise.
-fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
-    let unit = match dof.dof() {
-        Some(dof) if dof.is_rotation() => "rad/s",
-        Some(_) => "m/s",
-        None => "",
-    };
-    let mut bars: Vec<Bar> = Vec::new();
-    let mut before: Option<f64> = None;
-    for step in &found.gap {
-        let rms = *step.held_out_rms.get(dof)?;
-        let label = step.added.clone().unwrap_or_else(|| "baseline".into());
-        let (value, total) = before.map_or((rms, true), |known| (rms - known, false));
-        bars.push(Bar { label: label.into(), value, std: None, total });
-        before = Some(rms);
-    }
-    bars.push(Bar { label: "with all".into(), value: before?, std: None, total: true });
-    let noise = found.gap.first().and_then(|s| s.noise_floor.get(dof)).copied()?;
-    let axis = Axis::new("held-out rms", unit);
-    let chart = Chart::Bars(Bars { axis, bars, waterfall: true, reference: Some(("sensor noise".into(), noise)) });
-    Some(Figure {
-        title: format!("The gap in {dof}"),
-        caption:
-            "Root mean square of simulated less measured velocity on runs that took no part, as effects are added."
-                .into(),
-        chart,
-    })
 }

@@ -226,6 +226,43 @@ fn convert_writes_plain_csv() {
 }
 
 #[test]
+fn convert_takes_a_map_and_says_who_reads_other_formats() {
+    let folder = Folder::new("map");
+    let log = folder.write("odd.csv", "time,speed,side\n0,10.5,1\n100,20,2\n200,30,3\n300,10,4\n");
+    let columns =
+        "[columns]\nt = { name = \"time\", unit = \"ms\" }\nu = \"speed\"\nv = { name = \"side\", sign = -1 }\n";
+    let (map, plain) = (folder.write("map.toml", columns), folder.path("plain.csv"));
+    let output = run(&["convert", &log, "-o", &plain, "--map", &map, "--log", "body_frame = 'flu'"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    // minus one of the map, minus one of the axes
+    assert!(fs::read_to_string(&plain).expect("it was written").contains("0.1,20.0,2.0"));
+    for (name, word) in [("a.mcap", "hydrosysid[ros]"), ("a.BIN", "hydrosysid[ardupilot]"), ("a.npz", "'hydrosysid'")] {
+        let output = run(&["convert", &folder.path(name), "-o", &folder.path("b.csv")]);
+        assert!(code(&output) == 2 && stderr(&output).contains(word), "{}", stderr(&output));
+    }
+    assert_eq!(code(&run(&["convert", &log])), 2);
+}
+
+#[test]
+fn series_stand_side_by_side() {
+    let folder = Folder::new("series");
+    let file = campaign(&folder);
+    let (simulated, compared) = (folder.path("s.csv"), folder.path("c.csv"));
+    assert_eq!(code(&run(&["simulate", &file, "--series", &simulated])), 0);
+    assert_eq!(code(&run(&["compare", &file, "--series", &compared])), 0);
+    let text = fs::read_to_string(&simulated).expect("it was written");
+    assert!(text == fs::read_to_string(&compared).expect("it was written"));
+    let header = text.lines().next().unwrap_or_default();
+    for kind in ["measured", "simulated", "residual"] {
+        assert!(header.contains(&format!("run0.csv/u/{kind}")), "{header}");
+    }
+    let output = run(&["simulate", &file, "--series", &folder.path("s.mcap")]);
+    assert!(code(&output) == 2 && stderr(&output).contains("hydrosysid[mcap]"), "{}", stderr(&output));
+    let output = run(&["simulate", &file, "--series", &simulated]);
+    assert!(code(&output) == 2 && stderr(&output).contains("exists"), "{}", stderr(&output));
+}
+
+#[test]
 fn catalogue_codes_and_shell_are_told() {
     let output = run(&["effects", "--json", "-"]);
     let effects: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
@@ -295,4 +332,94 @@ fn example_campaigns_are_fitted_near_their_truth() {
             }
         }
     }
+}
+
+#[test]
+fn a_model_is_exported_compared_and_watched() {
+    let folder = Folder::new("export");
+    let file = campaign(&folder);
+    let model = folder.path("model.toml");
+    assert_eq!(code(&run(&["fit", &file, "--model", &model, "--quiet"])), 0);
+
+    let (vehicle, told) = (folder.path("vehicle.sdf"), folder.path("export.json"));
+    let output = run(&["export", &model, "--to", "gazebo-added-mass", "-o", &vehicle, "--json", &told]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(fs::read_to_string(&vehicle).expect("it was written").contains("<fluid_added_mass>"));
+    let told = json(&told);
+    assert_eq!((told["format"].as_u64(), told["target"].as_str()), (Some(1), Some("gazebo-added-mass")));
+    // the boat of three degrees of freedom in a world of six
+    let warned = told["warnings"].as_array().expect("warnings");
+    assert!(warned.iter().any(|w| w["code"] == "X004" && w["message"].as_str().is_some_and(|m| m.contains("heave"))));
+    assert_eq!(code(&run(&["export", &model, "--to", "gazebo-added-mass", "-o", &vehicle])), 2, "it exists");
+    let output = run(&["export", &model, "--to", "gazebp"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("did you mean `gazebo`"), "{}", stderr(&output));
+    let output = run(&["export", &file, "--to", "uuv"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("fit the campaign"), "{}", stderr(&output));
+    let output = run(&["export", &model, "--to", "ardusub"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("[[thruster]]"), "{}", stderr(&output));
+    let output = run(&["export", &model, "--to", "linear-python", "--at", "u=0.3,w=1"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("no `w`"), "{}", stderr(&output));
+    let output = run(&["export", &model, "--to", "linear-python", "--at", "u=0.3"]);
+    assert!(stdout(&output).contains("def system():"), "{}", stderr(&output));
+    assert_eq!(code(&run(&["export", &model, "--to", "linear-mat"])), 2, "bytes need a file");
+    assert!(stdout(&run(&["export"])).contains("fossen-matlab"));
+    assert!(stdout(&run(&["explain", "X008"])).contains("blows up"));
+
+    let difference = folder.path("difference.json");
+    let output = run(&["compare", &model, &model, "--json", &difference]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let difference = json(&difference);
+    assert_eq!(difference["parameters"].as_array().map(Vec::len), Some(9));
+    assert_eq!(difference["joint"]["chi_squared"].as_f64(), Some(0.0));
+    let params = folder.write("params.toml", "format = 1\nconvention = 'sname'\n[parameters]\n'X_u|u|' = -60.0\n");
+    let held = folder.path("held.json");
+    let output = run(&["compare", &file, "--model", &model, "--params", &params, "--json", &held]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let drag =
+        json(&held)["parameters"].as_array().expect("parameters").iter().find(|p| p["sname"] == "X_u|u|").cloned();
+    assert_eq!(drag.expect("it is there")["published"].as_f64(), Some(60.0));
+
+    let watched = folder.path("watch.json");
+    let arguments =
+        ["monitor", &model, &folder.path("run6.csv"), "--log", "missing = \"no_sample\"", "--json", &watched];
+    let output = run(&arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let watched = json(&watched);
+    assert_eq!((watched["format"].as_u64(), watched["fits"].as_bool()), (Some(1), Some(true)));
+    for key in ["run", "dof", "from", "to", "rms", "noise", "chi_squared", "p_value", "cusum", "off"] {
+        assert!(watched["windows"][0].get(key).is_some(), "{key}");
+    }
+    assert_eq!(code(&run(&["monitor", &model, &folder.path("none.csv")])), 2);
+    assert_eq!(code(&run(&["monitor", &model, &folder.path("run6.csv"), "--window", "0"])), 2);
+}
+
+#[test]
+fn thrusters_are_exported_from_the_campaign() {
+    let folder = Folder::new("thrusters");
+    let thruster = "[[thruster]]\nname = 'bow'\nposition = [0.2, -0.1, 0.05]\naxis = [1, 0, 0]\nforward = { a = 40.0, b = 10.0 }\nreverse = { a = 30.0, b = 10.0 }\nmax = 1.0\nneutral = 1500\nspan = 400\n";
+    let stern = thruster.replace("bow", "stern").replace("span = 400", "span = -400");
+    let head =
+        "format = 1\n[vehicle]\nname = 'boat'\n[model]\ndofs = ['surge']\neffects = ['inertia', 'linear_drag']\n";
+    let file = folder.write("campaign.toml", &format!("{head}{thruster}{stern}[[run]]\nfile = 'none.csv'\n"));
+    let output = run(&["export", &file, "--to", "gazebo-thrusters"]);
+    let text = stdout(&output);
+    let document = roxmltree::Document::parse(&text).expect("it is XML");
+    let plugins: Vec<_> = document.descendants().filter(|n| n.has_tag_name("plugin")).collect();
+    assert_eq!(plugins.len(), 2, "{}", stderr(&output));
+    let value = |name: &str| -> f64 {
+        let node = plugins[0].children().find(|n| n.has_tag_name(name)).expect("the element is there");
+        node.text().expect("a text").parse().expect("a number")
+    };
+    // a + b at full command
+    assert_eq!((value("max_thrust_cmd"), value("min_thrust_cmd")), (50.0, -40.0));
+    assert!(text.contains("at 0.2 0.1 -0.05"), "forward-port-up: {text}");
+
+    let output = run(&["export", &file, "--to", "ardusub"]);
+    let text = stdout(&output);
+    let parameters: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
+    assert_eq!(parameters, ["MOT_PWM_MIN,1100", "MOT_PWM_MAX,1900", "MOT_1_DIRECTION,1", "MOT_2_DIRECTION,-1"]);
+    // half of the demand forward: 40/4 + 10/2 N, and not half of 50 N; both thrusters the same way
+    assert_eq!(text.matches("0.5, 1700, 15.00, 25.00").count(), 1, "{text}");
+    assert_eq!(text.matches("0.5, 1300, 15.00, 25.00").count(), 1, "{text}");
+    assert!(stderr(&output).contains("X011") && stderr(&output).contains("20 %"), "{}", stderr(&output));
 }

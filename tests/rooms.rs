@@ -24,7 +24,7 @@ const FLOORS: &[&[&str]] = &[
     &["tank"],
     &["compare"],
     &["discover"],
-    &["plan"],
+    &["plan", "monitor"],
     &["procedure"],
     &["campaign"],
     &["report", "export"],

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError};
+use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError, Published};
+use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
 use hydrosysid::tank;
 use pyo3::prelude::*;
 
 use crate::error;
 use crate::log::options;
-use crate::run::{GivenRun, to_runs};
+use crate::run::GivenRun;
 use crate::work::{detached, interruptible};
 
 /// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
@@ -23,21 +24,21 @@ impl NativeCampaign {
     /// Reads a campaign file and its logs.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<NativeCampaign> {
-        let loaded = detached(py, || Campaign::load(&path, LoadOptions { allow_outside }))?;
+        let loaded = interruptible(py, None, || Campaign::load(&path, LoadOptions { allow_outside }))?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
 
     /// A campaign of runs in memory; `tables` is the campaign file as JSON.
     #[staticmethod]
     fn from_runs(py: Python<'_>, tables: &str, runs: Vec<GivenRun<'_>>) -> PyResult<NativeCampaign> {
-        let runs = to_runs(py, &runs)?;
+        let runs = runs.iter().map(|run| Ok((run.to_run(py)?, run.units()))).collect::<PyResult<_>>()?;
         let tables: toml::Table = serde_json::from_str(tables).map_err(|e| error::usage(py, &e))?;
         // by way of its text, so that it is checked as a file is
         let text = toml::to_string(&tables).map_err(|e| error::usage(py, &e))?;
         let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
         let loaded = detached(py, || {
             let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("Campaign(...)"), &options)?;
-            Campaign::from_runs(file, runs)
+            Campaign::from_commanded_runs(file, runs)
         })?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
@@ -93,6 +94,31 @@ impl NativeCampaign {
         let under = self.0.under(&file.efficiency);
         let result = interruptible(py, progress, || campaign::compare(&under, &model, &file.envelope))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// A model and published parameters (both TOML) against the runs as JSON.
+    fn compare_published(&self, py: Python<'_>, model: &str, params: &str, name: &str) -> PyResult<String> {
+        let (file, model) = self.model(py, model)?;
+        let result = detached(py, || {
+            let campaign = self.0.under(&file.efficiency);
+            let published = Published::parse(params, Path::new(name), &campaign)?;
+            campaign::compare_published(&campaign, &model, &file.envelope, &published, Path::new(name))
+        })?;
+        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+    }
+
+    /// A model watched along the runs as JSON.
+    fn monitor(&self, py: Python<'_>, model: &str, window: f64, level: f64) -> PyResult<String> {
+        if !(window > 0.0 && window.is_finite() && level > 0.0 && level <= 0.5) {
+            let text = format!(
+                "window = {window}, level = {level}: a window in seconds above 0 and a level up to 0.5 are expected"
+            );
+            return Err(error::usage(py, &text));
+        }
+        let (file, model) = self.model(py, model)?;
+        let options = MonitorOptions { window, level };
+        let watch = || campaign::monitor(&self.0.under(&file.efficiency), &model, &file.envelope, &options);
+        error::to_json(&detached(py, watch)?.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// The discovery as JSON; `families` are those of the campaign when absent.
@@ -175,7 +201,7 @@ impl NativeCampaign {
 /// The check of a campaign as JSON.
 #[pyfunction]
 pub fn check_campaign(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<String> {
-    let found = detached(py, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
+    let found = interruptible(py, None, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 

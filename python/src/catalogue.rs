@@ -43,6 +43,7 @@ fn described(effect: &dyn Effect) -> Value {
 #[pyfunction]
 pub fn codes_explained() -> PyResult<String> {
     let list: Vec<Value> = codes::everywhere()
+        .chain(hydrosysid::export::codes::ALL)
         .map(|c| json!({"code": c.code, "kind": c.kind, "severity": c.severity, "meaning": c.meaning}))
         .collect();
     error::to_json(&list)

@@ -12,6 +12,7 @@ mod command;
 mod error;
 mod least_squares;
 mod log;
+mod models;
 mod numbers;
 mod plan;
 mod run;
@@ -32,6 +33,8 @@ mod _native {
     use super::least_squares::{block_bootstrap, least_squares};
     #[pymodule_export]
     use super::log::{check_logs, csv_of, read_log, to_si};
+    #[pymodule_export]
+    use super::models::{export_model, model_difference};
     #[pymodule_export]
     use super::numbers::{fit_thruster, polynomial_filter, rk4};
     #[pymodule_export]

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::error;
 use crate::run::GivenRun;
-use crate::work::detached;
+use crate::work::{detached, interruptible};
 
 /// The `[log]` options from the JSON of the package's keywords.
 pub fn options(py: Python<'_>, json: &str) -> PyResult<LogOptions> {
@@ -32,7 +32,7 @@ pub fn read_log<'py>(
 ) -> PyResult<(BTreeMap<String, Arrays<'py>>, BTreeMap<String, String>, Vec<f64>, String)> {
     let options = options(py, log_options)?;
     let required: Vec<&str> = required.iter().map(String::as_str).collect();
-    let read = detached(py, || log::read(&path, &options, &required))?.map_err(|e| error::log(py, &e))?;
+    let read = interruptible(py, None, || log::read(&path, &options, &required))?.map_err(|e| error::log(py, &e))?;
     let array = |values: &[f64]| PyArray1::from_slice(py, values);
     let signals = read.signals.iter().map(|(name, s)| (name.clone(), (array(s.time()), array(s.values())))).collect();
     let units = read.units.iter().map(|(name, unit)| (name.clone(), (*unit).to_string())).collect();
@@ -46,11 +46,11 @@ pub fn check_logs(py: Python<'_>, paths: Vec<PathBuf>, log_options: &str, requir
     let options = options(py, log_options)?;
     let required: Vec<&str> = required.iter().map(String::as_str).collect();
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
-    let found = detached(py, || campaign::check_logs(&paths, &options, &required))?;
+    let found = interruptible(py, None, || campaign::check_logs(&paths, &options, &required))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 
-/// Values of the channel `name` in SI units and the axes of the library, with the name that it has there. `log_options`
+/// Name, unit and values of the channel `name` in SI units and the axes of the library; commands keep their unit. `log_options`
 /// hold its one entry of `columns`, and the axes it is written in.
 #[pyfunction]
 pub fn to_si<'py>(
@@ -58,7 +58,7 @@ pub fn to_si<'py>(
     name: &str,
     values: PyReadonlyArray1<'py, f64>,
     log_options: &str,
-) -> PyResult<(String, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<(String, &'static str, Bound<'py, PyArray1<f64>>)> {
     let options = options(py, log_options)?;
     options.validate().map_err(|e| error::usage(py, &e))?;
     let source = options.columns.get(name).cloned().unwrap_or_else(|| name.into());
@@ -72,14 +72,14 @@ pub fn to_si<'py>(
     })?;
     let column = Column::new(name, 0, unit, &source, &options);
     let found: Vec<f64> = values.as_slice()?.iter().map(|x| column.convert(*x)).collect();
-    Ok((column.name.clone(), PyArray1::from_vec(py, found)))
+    Ok((column.name.clone(), column.unit, PyArray1::from_vec(py, found)))
 }
 
 /// A run as CSV: the bytes of the file.
 #[pyfunction]
 pub fn csv_of(py: Python<'_>, run: GivenRun<'_>) -> PyResult<Vec<u8>> {
-    let run = run.to_run(py)?;
+    let (run, units) = (run.to_run(py)?, run.units());
     let mut bytes = Vec::new();
-    detached(py, || log::write_to(&run, &mut bytes))?.map_err(|e| error::usage(py, &e))?;
+    detached(py, || log::write_signals(&run.signals, &units, &mut bytes))?.map_err(|e| error::usage(py, &e))?;
     Ok(bytes)
 }

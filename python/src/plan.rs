@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hydrosysid::campaign::{self, FitOptions, ModelFile, Plan, PlanRequest, PlanSource};
+use hydrosysid::progress::tell;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::campaign::NativeCampaign;
 use crate::error;
-use crate::work::detached;
+use crate::work::interruptible;
 
 type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
@@ -22,23 +24,35 @@ pub fn plan_campaign<'py>(
     py: Python<'py>,
     campaign: &NativeCampaign,
     request: &str,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Commands<'py>)> {
     let request = asked(py, request)?;
-    let made = detached(py, || {
+    let made = interruptible(py, progress, || {
         let fitted = campaign::fit(campaign.campaign(), FitOptions::default())?;
-        campaign::plan(&PlanSource::of_fit(campaign.campaign(), &fitted), &request, &|| {})
+        campaign::plan(&PlanSource::of_fit(campaign.campaign(), &fitted), &request, &rehearsed(request.rehearse))
     })?;
     told(py, &made.map_err(|e| error::campaign(py, &e))?)
 }
 
 /// The plan of a model (TOML, as a fit makes it) as JSON, and its command histories; the request is JSON.
 #[pyfunction]
-pub fn plan_model<'py>(py: Python<'py>, model: &str, request: &str) -> PyResult<(String, Commands<'py>)> {
+pub fn plan_model<'py>(
+    py: Python<'py>,
+    model: &str,
+    request: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Commands<'py>)> {
     let request = asked(py, request)?;
     let file: ModelFile = toml::from_str(model).map_err(|e| error::usage(py, &e))?;
     let source = PlanSource::of_file(&file, Path::new("model.toml")).map_err(|e| error::usage(py, &e))?;
-    let made = detached(py, || campaign::plan(&source, &request, &|| {}))?;
+    let made = interruptible(py, progress, || campaign::plan(&source, &request, &rehearsed(request.rehearse)))?;
     told(py, &made.map_err(|e| error::campaign(py, &e))?)
+}
+
+/// Tells of every campaign of the rehearsal that is done.
+fn rehearsed(of: usize) -> impl Fn() + Sync {
+    let done = AtomicUsize::new(0);
+    move || tell("rehearsing", done.fetch_add(1, Ordering::Relaxed) + 1, of)
 }
 
 fn asked(py: Python<'_>, request: &str) -> PyResult<PlanRequest> {

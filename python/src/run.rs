@@ -2,25 +2,39 @@
 
 use std::collections::BTreeMap;
 
+use hydrosysid::log::columns::Quantity;
 use hydrosysid::run::{Run, Signal};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
 use crate::error;
 
-/// A run as the package hands it over: name, kind, role, ends of gaps, signals by name. Time stamps and values were
+/// A run as the package hands it over: name, kind, role, ends of gaps, units of commands, signals by name. Time stamps and values were
 /// checked there: finite, increasing, of equal length.
 #[derive(FromPyObject)]
 #[pyo3(transparent)]
 pub struct GivenRun<'py>(
     #[allow(clippy::type_complexity)] // a tuple is the plainest thing that crosses
-    (String, String, String, Vec<f64>, BTreeMap<String, (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>)>),
+    (
+        String,
+        String,
+        String,
+        Vec<f64>,
+        BTreeMap<String, String>,
+        BTreeMap<String, (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>)>,
+    ),
 );
 
 impl GivenRun<'_> {
+    /// Units of commands that are not in volts.
+    pub fn units(&self) -> BTreeMap<String, &'static str> {
+        let known = |unit: &String| Quantity::Command.unit(unit).map(|u| u.name);
+        self.0.4.iter().filter_map(|(name, unit)| Some((name.clone(), known(unit)?))).collect()
+    }
+
     /// The library's run.
     pub fn to_run(&self, py: Python<'_>) -> PyResult<Run> {
-        let (name, kind, role, gaps, given) = &self.0;
+        let (name, kind, role, gaps, _, given) = &self.0;
         let kind = serde_json::from_value(kind.as_str().into()).map_err(|e| error::usage(py, &e))?;
         let role = serde_json::from_value(role.as_str().into()).map_err(|e| error::usage(py, &e))?;
         let mut signals = BTreeMap::new();

@@ -82,3 +82,40 @@ def test_a_bad_cell_is_found_with_its_place(tmp_path: Path) -> None:
         hs.Run.from_csv(tmp_path / "absent.csv")
     with pytest.raises(hs.UsageError, match="delimeter"):
         hs.Run.from_csv(log, delimeter=";")
+
+
+def test_pulses_stay_pulses_until_the_thruster_is_known(tmp_path: Path) -> None:
+    t = np.arange(0.0, 40.0, 0.1)
+    pulse = 1500.0 + 300.0 * np.sin(t)
+    speed = 0.2 * np.sin(t - 1.0)
+    rows = "".join(f"{a!r},{b!r},{c!r}\n" for a, b, c in zip(t.tolist(), speed.tolist(), pulse.tolist(), strict=True))
+    (tmp_path / "log.csv").write_text("t,u,V1 [us]\n" + rows)
+    thruster = {
+        "name": "main",
+        "position": [0.0, 0.0, 0.0],
+        "axis": [1.0, 0.0, 0.0],
+        "forward": {"a": 30.0, "b": 5.0},
+        "reverse": {"a": 30.0, "b": 5.0},
+        "neutral": 1500.0,
+        "span": 400.0,
+    }
+    model = {"dofs": ["surge"], "effects": ["inertia", "linear_drag"]}
+    toml = "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia', 'linear_drag']\n[[thruster]]\nname = 'main'\n"
+    toml += "position = [0.0, 0.0, 0.0]\naxis = [1.0, 0.0, 0.0]\nforward = { a = 30.0, b = 5.0 }\n"
+    toml += (
+        "reverse = { a = 30.0, b = 5.0 }\nneutral = 1500.0\nspan = 400.0\n[[run]]\nfile = 'log.csv'\nkind = 'free'\n"
+    )
+    (tmp_path / "campaign.toml").write_text(toml)
+    of_file = hs.fit(tmp_path / "campaign.toml")
+    read = hs.Run.from_csv(tmp_path / "log.csv")
+    assert dict(read.units) == {"V1": "us"}
+    mapped = hs.Run.from_numpy(
+        {"t": t, "u": speed, "pwm": pulse}, columns={"u": "u", "V1": {"name": "pwm", "unit": "us"}}
+    )
+    for run in (read, mapped, hs.Run(t=t, u=speed, V1=pulse, units={"V1": "us"}), pickle.loads(pickle.dumps(read))):
+        fit = hs.fit(hs.Campaign(runs=[run], thruster=[thruster], **model))  # type: ignore[arg-type]
+        assert [p.value for p in fit.parameters] == [p.value for p in of_file.parameters]
+    mapped.to_csv(tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text().startswith("t [s],V1 [us],u [m/s]\n")
+    with pytest.raises(hs.UsageError, match="units"):
+        hs.Run(t=t, u=speed, units={"u": "us"})

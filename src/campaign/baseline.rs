@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::error::Error;
 use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, Problem};
 use crate::effects::{Effect, FormulaEffect, Observer, Place};
-use crate::formula::Formula;
+use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
 use crate::model::{Model, name_of};
 
@@ -24,10 +24,9 @@ pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
     model.input = file.model.input;
     model.weight = file.vehicle.weight.unwrap_or(0.0);
     let mut candidates = Vec::new();
-    let own = file.effects.iter().enumerate();
-    let own = own.map(|(i, table)| {
-        let formula = Formula::parse(&table.formula).map_err(|e| wrong(file, &format!("effect[{i}].formula"), &e))?;
-        let effect: Arc<dyn Effect> = Arc::new(FormulaEffect::new(&table.id, table.dof, formula, table.unit));
+    let tables = file.effects.iter().enumerate();
+    let own = tables.map(|(i, table)| {
+        let (effect, _) = own(table).map_err(|e| wrong(file, &format!("effect[{i}].formula"), &e))?;
         Ok((table, effect))
     });
     let own = own.collect::<Result<Vec<_>, Error>>()?;
@@ -87,6 +86,15 @@ pub(super) fn driven_by_formulas(file: &CampaignFile) -> Vec<Dof> {
     let stands =
         |e: &&EffectTable| e.role == EffectRole::Baseline || file.model.effects.iter().any(|name| name.id == e.id);
     file.effects.iter().filter(stands).map(|e| e.dof).collect()
+}
+
+/// The effect of an `[[effect]]` table, at its place.
+///
+/// # Errors
+/// [`FormulaError`] where the formula cannot be read.
+pub(super) fn own(table: &EffectTable) -> Result<Own, FormulaError> {
+    let formula = Formula::parse(&table.formula)?;
+    Ok((Arc::new(FormulaEffect::new(&table.id, table.dof, formula, table.unit)), Place::at(table.dof)))
 }
 
 /// Writes what the vehicle and the `[[parameter]]` tables say of the parameters.

@@ -10,7 +10,7 @@ codes! {
     NO_PULSE = "M005" "unit" Error "A command in us needs the thruster's `neutral` and `span`.";
     NOTHING_LEFT = "M006" "empty-window" Error "No sample is left of a run after `from`, `to` and `where`.";
     NOT_ON_CHANNEL = "M007" "missing-column" Error "The model or an option reads a channel that a run does not have.";
-    VERTICAL = "M009" "vertical" Error "A run goes through a pitch of 90 degrees in a model that simulates pitch by z-y-x Euler angles, which are singular there: cut the stretch with where = \"abs(theta) < 1.4\".";
+    VERTICAL = "M019" "vertical" Error "A run goes through a pitch of 90 degrees in a model that simulates pitch by z-y-x Euler angles, which are singular there: cut the stretch with where = \"abs(theta) < 1.4\".";
     NO_TRAINING = "M008" "no-training-run" Error "No run takes part in the fit: at least one needs role = \"train\".";
     RESAMPLE = "M009" "resample" Error "Resampling would make more than a thousand samples of each: the rate or the unit of time is wrong.";
 
@@ -18,23 +18,31 @@ codes! {
     UNPHYSICAL = "M102" "non-physical" Warning "An estimate that no vehicle has: drag dissipates and virtual mass is not below the dry mass. A sign, a frame or a scale of thrust is wrong, or the data do not determine it.";
     AT_BOUND = "M103" "at-bound" Warning "An estimate stands at its bound: its standard deviation does not count.";
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
-    CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit or with a wrong sign; the discovery worked on the corrected channel. Say the unit or the sign in [log] columns.";
+    CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit, with a wrong sign, in a wrong frame or late; the discovery worked on the mended channel. Say it in [log].";
     NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
+    NO_INERTIA = "M112" "inertia-not-determined" Warning "The runs do not determine an inertia: in steady or gliding motion force and drag balance each other whatever the mass. The discovery holds it at the dry mass, or at the value of its [[parameter]] table.";
 
-    NOT_APART = "M111" "not-told-apart" Warning "The data hardly tells some parameters apart: each is uncertain, their combination is known. Add the run that the message names, hold one of them, or use the model only where their combination counts.";
-    HALVES = "M112" "halves-differ" Warning "The first and the second halves of the runs give different values of a parameter: something changes in the course of a run (battery, tether, trim), or the parameter stands in for an effect that the model lacks. `hydrosysid discover` looks for it.";
-    SEGMENT_LENGTH = "M113" "depends-on-segments" Warning "An estimate depends on how long the fit simulates before it starts anew: the model lacks something slow, or the motion is unstable.";
-    CORIOLIS_WORKS = "M114" "coriolis-works" Warning "Free Coriolis coefficients do work on the vehicle, which inertia never does: lift or a missing effect is in them. Tie them to the inertias (coriolis = \"tied\"), or name the effect.";
-    INERTIA_AMPLITUDE = "M115" "inertia-against-amplitude" Warning "The inertia of a degree of freedom follows the Keulegan-Carpenter number of the runs: one number does not hold for all amplitudes. Add the effect added_mass_amplitude, or use the model only at the amplitudes of the fit.";
-    NEAR_VERTICAL = "M116" "near-vertical" Warning "A run comes near a pitch of 90 degrees, where roll and yaw are not told apart and their rates are infinite: angles and what hangs on them are poor there.";
+    DIFFERENT = "M117" "models-differ" Warning "Two models of a vehicle differ by more than chance: the vehicle, its load or the tests have changed.";
+
+    OTHER_TERMS = "M113" "other-terms" Note "Two models do not have the same terms: what one of them lacks the others take over, so that common parameters need not agree.";
+    SAME_DATA = "M114" "same-data" Note "Two models come from one campaign: their errors may be alike, and the test of their difference errs on the side of no difference.";
+    NOT_PUBLISHED = "M115" "not-published" Note "Parameters that a file of published ones does not hold are taken from the own model.";
+
+    NOT_APART = "M121" "not-told-apart" Warning "The data hardly tells some parameters apart: each is uncertain, their combination is known. Add the run that the message names, hold one of them, or use the model only where their combination counts.";
+    HALVES = "M122" "halves-differ" Warning "The first and the second halves of the runs give different values of a parameter: something changes in the course of a run (battery, tether, trim), or the parameter stands in for an effect that the model lacks. `hydrosysid discover` looks for it.";
+    SEGMENT_LENGTH = "M123" "depends-on-segments" Warning "An estimate depends on how long the fit simulates before it starts anew: the model lacks something slow, or the motion is unstable.";
+    CORIOLIS_WORKS = "M124" "coriolis-works" Warning "Free Coriolis coefficients do work on the vehicle, which inertia never does: lift or a missing effect is in them. Tie them to the inertias (coriolis = \"tied\"), or name the effect.";
+    INERTIA_AMPLITUDE = "M125" "inertia-against-amplitude" Warning "The inertia of a degree of freedom follows the Keulegan-Carpenter number of the runs: one number does not hold for all amplitudes. Add the effect added_mass_amplitude, or use the model only at the amplitudes of the fit.";
+    NEAR_VERTICAL = "M126" "near-vertical" Warning "A run comes near a pitch of 90 degrees, where roll and yaw are not told apart and their rates are infinite: angles and what hangs on them are poor there.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
     LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
+    COLUMN = "M206" "column-candidate" Note "A further column of the log has a standard form as a force: the discovery tries it beside the catalogue.";
     FAMILIES = "M205" "families" Note "The search was restricted to some families of effects: what is missing may be of another.";
-    HARMLESS = "M205" "harmless" Note "A parameter is not resolved, and its term carries hardly any force: what it is does not matter on runs like these.";
-    MUNK = "M206" "munk-moment" Note "The coefficient of u v in yaw beside the difference of the virtual masses, which an ideal fluid makes equal: shown, not judged.";
-    NOT_BOUNDED = "M207" "not-bounded" Note "The likelihood of a parameter does not rise on both sides: the data gives a bound on one side at most, and estimate ± deviation means little.";
+    HARMLESS = "M211" "harmless" Note "A parameter is not resolved, and its term carries hardly any force: what it is does not matter on runs like these.";
+    MUNK = "M212" "munk-moment" Note "The coefficient of u v in yaw beside the difference of the virtual masses, which an ideal fluid makes equal: shown, not judged.";
+    NOT_BOUNDED = "M213" "not-bounded" Note "The likelihood of a parameter does not rise on both sides: the data gives a bound on one side at most, and estimate ± deviation means little.";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }
 
@@ -48,6 +56,7 @@ pub fn everywhere() -> impl Iterator<Item = &'static Code> {
         .chain(crate::envelope::ALL)
         .chain(crate::discover::CODES)
         .chain(crate::plan::codes::ALL)
+        .chain(crate::monitor::ALL)
         .chain(ALL)
 }
 

@@ -4,13 +4,11 @@ use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
 use super::load::Campaign;
-use std::collections::BTreeMap;
+use super::log_faults::{Fault, faults};
 
-use crate::check::{self, CheckOptions, FaultKind};
-use crate::discover::{self, Discovery, LogFinding, SearchOptions};
+use crate::discover::{self, Discovery, SearchOptions};
 use crate::finding::Finding;
-use crate::frame::Dof;
-use crate::run::{Run, Signal};
+use crate::model::{Model, Parameter};
 
 /// Looks for what the baseline of a campaign lacks on its runs of free motion.
 ///
@@ -30,65 +28,61 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let mut runs = campaign.motion(None);
     let faults = faults(&runs, &campaign.model.dofs);
     for fault in &faults {
-        correct(&mut runs, fault);
+        fault.mend(&mut runs);
     }
     let fitting = &campaign.options.output_error;
-    let mut found = discover::discover(&campaign.model, &runs, &campaign.candidates, fitting, &options)?;
+    let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, fitting, &options);
+    let mut found = search(&campaign.model)?;
+    let (held, said) = undetermined(&campaign.model, &found);
+    if let Some(held) = held {
+        found = search(&held)?;
+    }
+    found.warnings.extend(said);
     found.seed = table.seed.unwrap_or(campaign.options.seed);
-    let told: Vec<_> = campaign.findings.iter().filter(|f| f.code != codes::NO_VALIDATION.code).cloned().collect();
     if table.families != usual.families {
         let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();
         let text = format!("only effects of the family {} were tried, and the campaign's own", names.join(", "));
         found.warnings.push(Finding::new(&codes::FAMILIES, text));
     }
+    let told = campaign.findings.iter().filter(|f| f.code != codes::NO_VALIDATION.code).cloned();
+    let told: Vec<Finding> = told.chain(campaign.brought.iter().cloned()).collect();
     found.warnings.splice(0..0, told);
-    let corrected = faults.iter().map(|fault| {
-        let text = format!(
-            "{}: the log is off by a factor of {:.4} ({}); the search worked on the corrected channel, the files are as they were",
-            fault.channel, fault.factor, fault.kind
-        );
+    let mended = |fault: &Fault| {
+        let text = format!("{fault}; the search worked on the mended channel, the files are as they were");
         Finding::new(&codes::CORRECTED, text)
-    });
-    found.warnings.extend(corrected);
-    found.log_findings = faults;
+    };
+    found.warnings.extend(faults.iter().map(mended));
+    found.log_findings = faults.iter().flat_map(Fault::findings).collect();
     Ok(found)
 }
 
-/// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
-const WRONG_UNIT: f64 = 5.0;
+/// An inertia whose standard deviation is above this part of it is not known: in quasi-steady motion the force and the
+/// drag balance each other, whatever the mass.
+const UNKNOWN: f64 = 0.3;
 
-/// Wrong units and signs on which more than half of the runs agree that say anything of the channel.
-fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<LogFinding> {
-    let options = CheckOptions { dofs: dofs.to_vec(), ..CheckOptions::default() };
-    let mut seen: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for run in runs {
-        for fault in check::run(run, &options).log_findings {
-            let unit = fault.kind == FaultKind::Unit && !(1.0 / WRONG_UNIT..=WRONG_UNIT).contains(&fault.factor.abs());
-            if unit || fault.kind == FaultKind::Sign {
-                seen.entry(fault.channel).or_default().push(fault.factor);
-            }
-        }
-    }
-    let agreed = |(channel, mut factors): (String, Vec<f64>)| {
-        factors.sort_by(f64::total_cmp);
-        let factor = factors[factors.len() / 2];
-        let alike = factors.iter().filter(|f| (*f / factor - 1.0).abs() < 0.1).count();
-        // one run may deceive; commands and velocities in a straight line say nothing of yaw
-        (alike >= 2 && 2 * alike > factors.len()).then(|| LogFinding {
-            kind: if factor < 0.0 && factor > -1.5 { "sign" } else { "unit" }.to_string(),
-            channel,
-            factor,
-        })
+/// What to say of inertias that the runs do not determine, and the model in which they are held where a value is known
+/// beforehand: left free they would take up what is missing.
+fn undetermined(model: &Model, found: &Discovery) -> (Option<Model>, Vec<Finding>) {
+    let Some(baseline) = found.steps.first().map(|step| &step.fit.model) else { return (None, Vec::new()) };
+    let loose = |p: &&Parameter| {
+        p.effect == "inertia" && !p.fixed && p.prior.is_none() && p.std.is_some_and(|std| std > UNKNOWN * p.value.abs())
     };
-    seen.into_iter().filter_map(agreed).collect()
-}
-
-/// Divides a channel by the factor by which it is off.
-fn correct(runs: &mut [Run], fault: &LogFinding) {
-    for run in runs {
-        if let Some(signal) = run.signals.get_mut(&fault.channel) {
-            let values: Vec<f64> = signal.values().iter().map(|x| x / fault.factor).collect();
-            *signal = Signal::new(signal.shared_time().clone(), values);
+    let mut held = model.clone();
+    let (mut any, mut said) = (false, Vec::new());
+    for p in baseline.parameters.iter().filter(loose) {
+        let known = held.parameters.iter_mut().find(|k| k.term == p.term && k.spec.name == p.spec.name);
+        let std = p.std.unwrap_or(f64::NAN);
+        let unit = p.spec.dimension;
+        let mut text = format!(
+            "{} of `{}` cannot be known from these runs: {:.4} ± {:.2} {unit}; it needs motion that accelerates under a known force",
+            p.spec.name, p.term, p.value, std
+        );
+        if let Some(known) = known.filter(|k| k.value > 0.0) {
+            known.fixed = true;
+            any = true;
+            text += &format!("; it was held at {:.4} {unit}", known.value);
         }
+        said.push(Finding::new(&codes::NO_INERTIA, text));
     }
+    (any.then_some(held), said)
 }

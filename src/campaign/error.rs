@@ -1,5 +1,7 @@
 //! Why a campaign cannot be put together, or a verb not be carried out.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use super::file::CampaignErrors;
@@ -32,6 +34,14 @@ pub enum Error {
         /// All that is wrong, over all runs.
         findings: Vec<Finding>,
     },
+    /// A file of published parameters cannot be used: wrong use.
+    #[error("{}: {message}", .file.display())]
+    Parameters {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong, with the key.
+        message: String,
+    },
     /// The model cannot be: wrong use.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -59,7 +69,7 @@ impl Error {
     /// Whether the call was wrong (exit code 2), not the data (exit code 1).
     pub fn is_wrong_use(&self) -> bool {
         match self {
-            Error::File(_) | Error::Model(_) | Error::Asked(_) => true,
+            Error::File(_) | Error::Model(_) | Error::Asked(_) | Error::Parameters { .. } => true,
             Error::Log { source, .. } => !matches!(source, LogError::Refused { .. }),
             _ => false,
         }

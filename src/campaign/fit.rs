@@ -419,7 +419,9 @@ pub(super) fn row_of(effect: &str, place: Place) -> Option<Dof> {
     place.dof.or_else(|| Dof::ALL.into_iter().find(|dof| effect.ends_with(&format!("_{dof}"))))
 }
 
-fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
+/// One parameter as it is told: its place, SNAME's name and value; `paper` is its standard deviation by (14), `runs` are
+/// those of its values per run.
+pub fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
     let dry = match p.place.dof {
         Some(dof) if p.effect == "inertia" && !dof.is_rotation() => vehicle.mass,
         _ => Some(0.0),

@@ -1,12 +1,13 @@
 //! A campaign ready for work: from its file, or from runs in memory.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
 use super::baseline::{self, Own, wrong};
 use super::codes;
+use super::columns;
 use super::derived;
 use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
@@ -57,8 +58,10 @@ pub struct Campaign {
     pub model: Model,
     /// The runs, in the order of the file: SI units, forces that act, derived channels in place.
     pub runs: Vec<Run>,
-    /// The user's own effects that the discovery may add.
+    /// The user's own effects that the discovery may add, and those that columns of the log brought.
     pub candidates: Vec<Own>,
+    /// Which columns brought candidates.
+    pub brought: Vec<Finding>,
     /// Options of the estimators.
     pub options: Options,
     /// What reading and preparing found.
@@ -109,10 +112,23 @@ impl Campaign {
     /// # Errors
     /// [`Error`].
     pub fn from_runs(file: CampaignFile, runs: Vec<Run>) -> Result<Campaign, Error> {
+        Campaign::from_commanded_runs(file, runs.into_iter().map(|run| (run, BTreeMap::new())).collect())
+    }
+
+    /// As [`Campaign::from_runs`], each run with the units of its commands: `V`, which is that of those that are not
+    /// named, `1` or `us`.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn from_commanded_runs(
+        file: CampaignFile,
+        runs: Vec<(Run, BTreeMap<String, &'static str>)>,
+    ) -> Result<Campaign, Error> {
         let tables: Vec<RunTable> =
-            runs.iter().map(|run| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
+            runs.iter().map(|(run, _)| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
         let position = file.log.position_source == Some(PositionSource::Independent);
-        let logged = runs.into_iter().map(|run| Logged { run, position, ..Logged::default() }).collect();
+        let logged =
+            runs.into_iter().map(|(run, units)| Logged { run, units, position, ..Logged::default() }).collect();
         assemble(file, logged, &tables, Vec::new())
     }
 
@@ -180,12 +196,12 @@ fn named(error: Error) -> Vec<Finding> {
 }
 
 fn assemble(
-    file: CampaignFile,
+    mut file: CampaignFile,
     logged: Vec<Logged>,
     tables: &[RunTable],
     sources: Vec<PathBuf>,
 ) -> Result<Campaign, Error> {
-    let (mut model, candidates) = baseline::build(&file)?;
+    let (mut model, mut candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
     // runs of both kinds stand together as lines, held commands as lines with steps
     let mixed = held.iter().any(|h| *h != held[0]);
@@ -222,6 +238,10 @@ fn assemble(
         return Err(Error::Refused { findings: refused });
     }
     own_formulas(&file, &model, &runs)?;
+    let (tables, brought) = columns::bring(&mut file, &runs);
+    for table in &tables {
+        candidates.push(baseline::own(table).map_err(|e| wrong(&file, "effect", &e))?);
+    }
     if !runs.iter().any(|run| run.role == Role::Validate) {
         let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
         findings.push(Finding::new(&codes::NO_VALIDATION, text));
@@ -241,6 +261,7 @@ fn assemble(
         model,
         runs,
         candidates,
+        brought,
         options,
         findings,
         sources,

@@ -83,8 +83,12 @@ pub(super) enum Verb {
     Discover(Discover),
     /// Propose the runs that bring parameters to wanted deviations, or say what given runs will bring.
     Plan(Plan),
+    /// Run a model along a new log and say when it no longer fits.
+    Monitor(Monitor),
     /// Write everything about a campaign as one HTML page.
     Report(Report),
+    /// Write a model for a simulator, for control design or as a table; without arguments list the targets.
+    Export(Export),
     /// List the effects that a model may hold, or tell all of one.
     Effects(Effects),
     /// Tell what the code of a warning or an error means.
@@ -259,13 +263,22 @@ pub(super) struct Series {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hydrosysid compare campaign.toml --model model.toml --json compare.json")]
+#[command(
+    after_help = "Examples:\n  hydrosysid compare campaign.toml --model model.toml --json compare.json\n  hydrosysid compare campaign.toml --params literature.toml\n  hydrosysid compare spring.toml autumn.toml"
+)]
 pub(super) struct Compare {
-    /// Campaign file.
+    /// Campaign file; or the first of two models.
+    #[arg(value_name = "CAMPAIGN|MODEL_A")]
     pub campaign: PathBuf,
+    /// The second of two models.
+    #[arg(value_name = "MODEL_B", conflicts_with_all = ["model", "params", "series"])]
+    pub other: Option<PathBuf>,
     /// Model to compare; the campaign is fitted when absent.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    /// Published parameters to hold against the runs and the own model: TOML with format, convention, [parameters].
+    #[arg(long, value_name = "FILE", conflicts_with = "series")]
+    pub params: Option<PathBuf>,
     #[command(flatten)]
     pub series: Series,
     #[command(flatten)]
@@ -367,6 +380,29 @@ fn rate(text: &str) -> Result<(String, f64), String> {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid monitor model.toml dive17.csv\n  hydrosysid monitor model.toml dive17.csv --campaign campaign.toml --window 10 --json watch.json"
+)]
+pub(super) struct Monitor {
+    /// Model file.
+    pub model: PathBuf,
+    /// Logs, one run each.
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// Campaign of the same vehicle, for its thrusters, noise and reading options.
+    #[arg(long, value_name = "FILE")]
+    pub campaign: Option<PathBuf>,
+    /// Length of a window, s.
+    #[arg(long, value_name = "S", default_value_t = 8.0)]
+    pub window: f64,
+    /// Probability of a false alarm in the whole log, by white noise.
+    #[arg(long, value_name = "P", default_value_t = 0.01)]
+    pub level: f64,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+#[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  hydrosysid demo\n  hydrosysid demo --hide current --seed 7")]
 pub(super) struct Demo {
     /// Folder to write; an earlier demo's is replaced, nobody else's.
@@ -396,6 +432,34 @@ pub(super) struct Report {
     pub no_discovery: bool,
     #[command(flatten)]
     pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid export\n  hydrosysid export model.toml --to gazebo-added-mass -o vehicle.sdf\n  hydrosysid export model.toml --to linear-python --at u=0.5 -o linear.py\n  hydrosysid export campaign.toml --to ardusub -o thrusters.param"
+)]
+pub(super) struct Export {
+    /// Model file; for thrusters a campaign file.
+    #[arg(value_name = "MODEL|CAMPAIGN")]
+    pub file: Option<PathBuf>,
+    /// Target.
+    #[arg(long, value_name = "TARGET")]
+    pub to: Option<String>,
+    /// File to write; standard output when absent.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Name of the link that the forces act on [default: base_link].
+    #[arg(long, value_name = "NAME")]
+    pub link: Option<String>,
+    /// Dry mass, kg; that of the vehicle when absent.
+    #[arg(long, value_name = "KG")]
+    pub mass: Option<f64>,
+    /// Dry moments of inertia about the body origin in roll, pitch, yaw, kg*m2.
+    #[arg(long, value_name = "IXX,IYY,IZZ", value_delimiter = ',')]
+    pub inertia: Vec<f64>,
+    /// Operating point of a linear model: u=0.5,r=0.1 and forces tau_u=... where they are not those that hold it.
+    #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = pair, allow_hyphen_values = true)]
+    pub at: Vec<(String, f64)>,
 }
 
 #[derive(Debug, Args)]

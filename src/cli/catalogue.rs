@@ -124,6 +124,7 @@ struct Told {
 pub(super) fn explain(arguments: &Explain, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
     let all: Vec<Told> = codes::everywhere()
+        .chain(crate::export::codes::ALL)
         .map(|c| Told { code: c.code, kind: c.kind, severity: c.severity, meaning: c.meaning })
         .collect();
     let severity = |told: &Told| format!("{:?}", told.severity).to_lowercase();

@@ -14,6 +14,9 @@ pub(super) enum Failure {
     /// A model file cannot be used.
     #[error(transparent)]
     Model(#[from] ModelFileError),
+    /// Nothing can be exported.
+    #[error(transparent)]
+    Export(#[from] crate::export::ExportError),
     /// An output is there already.
     #[error("{} exists: choose another name, or replace it with --force", .0.display())]
     Exists(PathBuf),

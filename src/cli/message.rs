@@ -8,6 +8,7 @@ use super::failure::Failure;
 use super::output::Output;
 use crate::campaign::Error;
 use crate::campaign::file::{CampaignError, CampaignErrors};
+use crate::export::ExportError;
 use crate::finding::{Finding, Severity};
 
 const RED: &str = "\x1b[1;31m";
@@ -32,7 +33,7 @@ pub(super) fn finding(finding: &Finding) -> String {
 /// Tells why the command failed.
 pub(super) fn failure(failure: &Failure, output: &Output) {
     let text = match failure {
-        Failure::Library(Error::File(errors)) => campaign(errors),
+        Failure::Library(Error::File(errors)) | Failure::Export(ExportError::Campaign(errors)) => campaign(errors),
         Failure::Library(error) if !error.findings().is_empty() => refused(error.findings()),
         Failure::Refused { findings, .. } => refused(findings),
         other => format!("{RED}error{PLAIN}: {other}"),

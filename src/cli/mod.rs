@@ -6,9 +6,13 @@
 mod arguments;
 mod catalogue;
 mod check;
+mod compare;
 mod convert;
+mod discovered;
+mod export;
 mod failure;
 mod message;
+mod monitor;
 mod output;
 mod plan;
 mod scatter;
@@ -64,10 +68,12 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Convert(a) => convert::convert(a, output),
         Verb::Fit(a) => verbs::fit(a, output),
         Verb::Simulate(a) => verbs::simulate(a, output),
-        Verb::Compare(a) => verbs::compare(a, output),
+        Verb::Compare(a) => compare::compare(a, output),
         Verb::Discover(a) => verbs::discover(a, output),
         Verb::Plan(a) => plan::plan(a, output),
+        Verb::Monitor(a) => monitor::monitor(a, output),
         Verb::Report(a) => show::report(a, output),
+        Verb::Export(a) => export::export(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
         Verb::Explain(a) => catalogue::explain(a, output),
         Verb::Completions(a) => shell::completions(a, output),

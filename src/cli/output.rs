@@ -31,7 +31,7 @@ impl Output {
     }
 
     /// Whether JSON takes standard output.
-    fn json_on_stdout(&self) -> bool {
+    pub fn json_on_stdout(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
 

@@ -6,7 +6,7 @@ use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
-use super::verbs::{load, print_discovery};
+use super::verbs::load;
 use crate::account::{self, gap_figure};
 use crate::campaign::{self, Campaign, ModelFile};
 use crate::demo::{self, Demo, DemoOptions};
@@ -101,7 +101,7 @@ fn print_demo(made: &Demo, output: &Output) {
     let heads: Vec<&str> = std::iter::once("model of").chain(names.iter().copied()).collect();
     output.print(&table(&heads, &rows));
     output.print(&format!("A second campaign, whose baseline lacks {}:", made.hidden.join(", ")));
-    print_discovery(&made.discovery, output);
+    super::discovered::print(&made.discovery, output);
     for file in &made.files {
         output.print(&format!("written: {}", file.display()));
     }

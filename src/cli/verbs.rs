@@ -8,7 +8,6 @@ use super::output::Output;
 use super::scatter;
 use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
-use crate::discover::Discovery;
 use crate::log::{self, LogOptions};
 use crate::run::Run;
 
@@ -148,13 +147,13 @@ fn print_identifiability(fitted: &Fit, output: &Output) {
 }
 
 /// The campaign under the model that was asked for: from a file, or fitted now.
-struct Chosen {
-    campaign: Campaign,
-    model: crate::model::Model,
-    envelope: crate::envelope::Envelope,
+pub(super) struct Chosen {
+    pub campaign: Campaign,
+    pub model: crate::model::Model,
+    pub envelope: crate::envelope::Envelope,
 }
 
-fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
+pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output) -> Result<Chosen, Failure> {
     // the model first: a wrong name is better told before the logs are read
     let file = model.map(ModelFile::read).transpose()?;
     let loaded = load(path, loading, output)?;
@@ -174,7 +173,7 @@ fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, output: &Output)
 }
 
 /// Refuses a file for series that cannot be written, before any work.
-fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> {
+pub(super) fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> {
     output.may_write(path)?;
     match path.map(|p| (p, p.extension().and_then(|e| e.to_str()))) {
         None | Some((_, Some("csv"))) => Ok(()),
@@ -187,7 +186,7 @@ fn may_hold_series(path: Option<&Path>, output: &Output) -> Result<(), Failure> 
 }
 
 /// Writes measured, simulated and residual series side by side.
-fn write_series(simulated: &Simulation, path: &Path, output: &Output) -> Result<(), Failure> {
+pub(super) fn write_series(simulated: &Simulation, path: &Path, output: &Output) -> Result<(), Failure> {
     let mut bytes = Vec::new();
     let failed = |source| Failure::Write { file: path.to_path_buf(), source };
     log::write_to(&simulated.series(), &mut bytes).map_err(failed)?;
@@ -227,36 +226,6 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
     output.json(&result)
 }
 
-pub(super) fn compare(a: &typed::Compare, output: &Output) -> Result<(), Failure> {
-    may_hold_series(a.series.series.as_deref(), output)?;
-    let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
-    let busy = output.busy("simulating");
-    let result = campaign::compare(&chosen.campaign, &chosen.model, &chosen.envelope)?;
-    if let Some(path) = &a.series.series {
-        write_series(&campaign::simulate(&chosen.campaign, &chosen.model, &chosen.envelope)?, path, output)?;
-    }
-    busy.finish_and_clear();
-    let rows: Vec<Vec<String>> = result
-        .runs
-        .iter()
-        .map(|r| {
-            vec![
-                r.run.clone(),
-                format!("{:?}", r.role).to_lowercase(),
-                r.dof.to_string(),
-                format!("{} ± {}", number(r.mean_abs), number(r.std_abs)),
-                number(r.rms),
-                number(r.noise_floor),
-                format!("{:.1}", r.fit_percent),
-                r.unit.clone(),
-            ]
-        })
-        .collect();
-    output.print(&table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows));
-    output.json(&result)?;
-    output.tell(&result.warnings)
-}
-
 pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
     let mut loaded = load(&a.campaign, &a.loading, output)?;
@@ -266,55 +235,7 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let busy = output.busy("searching");
     let found = campaign::discover(&loaded)?;
     busy.finish_and_clear();
-    print_discovery(&found, output);
+    super::discovered::print(&found, output);
     output.json(&found)?;
     output.tell(&found.warnings)
-}
-
-pub(super) fn print_discovery(found: &Discovery, output: &Output) {
-    let verdict = serde_json::to_value(found.verdict).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " ")));
-    output.print(&format!("verdict: {}", verdict.unwrap_or_default()));
-    let rows: Vec<Vec<String>> = found
-        .effects
-        .iter()
-        .map(|e| {
-            let values: Vec<String> = e
-                .parameters
-                .iter()
-                .map(|p| format!("{} = {} {}", p.name, measured(p.value, Some(p.std)), p.unit))
-                .collect();
-            vec![e.id.clone(), values.join("; "), format!("{:.1e}", e.p_value), e.also_possible.join(", ")]
-        })
-        .collect();
-    if !rows.is_empty() {
-        output.print(&table(&["missing", "value ± std", "p", "also possible"], &rows));
-    }
-    let rows: Vec<Vec<String>> = found
-        .gap
-        .iter()
-        .flat_map(|step| {
-            step.held_out_rms.iter().map(|(dof, rms)| {
-                let floor = step.noise_floor.get(dof).copied().map(number).unwrap_or_default();
-                vec![step.added.clone().unwrap_or_else(|| "baseline".into()), dof.to_string(), number(*rms), floor]
-            })
-        })
-        .collect();
-    output.print(&table(&["with", "dof", "held-out rms", "noise"], &rows));
-    const SHOWN: usize = 5;
-    for place in found.places.iter().take(SHOWN) {
-        output.print(&format!(
-            "{} {}, {} to {} s: {}",
-            place.run,
-            place.dof,
-            number(place.from),
-            number(place.to),
-            place.condition
-        ));
-    }
-    if found.places.len() > SHOWN {
-        output.print(&format!("and {} more places: --json has them all", found.places.len() - SHOWN));
-    }
-    if let Some(next) = &found.next_experiment {
-        output.print(&format!("next: {next}"));
-    }
 }

@@ -158,7 +158,14 @@ fn readable(effect: &dyn Effect, place: Place, runs: &[Run]) -> bool {
         "tether_drag" => &["z"],
         _ => &[],
     };
-    effect.channels(place).iter().all(|name| has(name)) && pose.iter().all(|name| has(name))
+    // a loss of thrust needs a thrust, and a memory of the motion listens to the log
+    let heard = match (about.family, place.other.or(place.dof)) {
+        (Family::Actuator, Some(dof)) => has(dof.force()),
+        (Family::Actuator, None) => Dof::ALL.iter().any(|dof| has(dof.force())),
+        (_, Some(dof)) if about.id == "fluid_memory" => has(dof.velocity()),
+        _ => true,
+    };
+    heard && effect.channels(place).iter().all(|name| has(name)) && pose.iter().all(|name| has(name))
 }
 
 /// Whether a channel moves by more than its noise.

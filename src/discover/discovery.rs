@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::next;
+use super::residual::{Residual, residuals};
 use super::search::{Search, SearchOptions, Step, search};
 use super::whereabouts::{Where, whereabouts};
-use super::{Gap, floor, gap, segment_gap};
+use super::{Candidate, Gap, candidates, floor, gap, segment_gap};
 use crate::effects::{Effect, Place, catalogue};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::finding::{Code, Finding, Severity};
@@ -103,8 +105,10 @@ pub struct LogFinding {
     pub kind: String,
     /// Channel.
     pub channel: String,
-    /// Factor between what is logged and what is consistent.
+    /// Factor between what is logged and what is consistent; of a frame −1 or the angle, rad; of a delay the time, s.
     pub factor: f64,
+    /// What it is and what to do, in one sentence.
+    pub message: String,
 }
 
 /// The answer of the discovery.
@@ -119,6 +123,8 @@ pub struct Discovery {
     /// Where the baseline disagrees with the data.
     #[serde(rename = "where")]
     pub places: Vec<Where>,
+    /// The force that the baseline lacks, by degree of freedom.
+    pub residuals: Vec<Residual>,
     /// The gap before and after each step.
     pub gap: Vec<GapStep>,
     /// What was added and dropped again.
@@ -190,7 +196,12 @@ pub fn discover(
     let last = found.last_fit();
     let mut warnings = Vec::new();
     let judges = if held.is_empty() { train.clone() } else { held.clone() };
-    let noise = floor(&last.model, &judges, fitting)?;
+    let mut noise = floor(&last.model, &judges, fitting)?;
+    for (measured, floor) in &mut noise {
+        // what is known of a sensor is not beaten by how well short segments fit it
+        let known = fitting.sigma.as_ref().and_then(|sigma| sigma.get(measured.channel()));
+        *floor = known.map_or(*floor, |known| floor.max(*known));
+    }
     let mut steps = Vec::new();
     for (k, step) in found.steps.iter().enumerate() {
         progress::tell("the gap on held-out runs", k, found.steps.len());
@@ -221,10 +232,15 @@ pub fn discover(
         (false, true) => Verdict::Explained,
         (false, false) => Verdict::PartlyExplained,
     };
+    let residuals = residuals(&found.steps[0].fit, &train);
+    let seen = |name: &String| found.last.iter().any(|(known, _)| known == name);
+    let all = candidates(&last.model, &train, own);
+    let unseen: Vec<String> = all.iter().map(Candidate::name).filter(|name| !seen(name)).collect();
     Ok(Discovery {
         format: 1,
         verdict,
-        next_experiment: next_experiment(verdict, &effects, &open, last.model.coriolis),
+        next_experiment: next::experiment(verdict, &effects, &open, &residuals, &unseen),
+        residuals,
         places: whereabouts(&found.steps[0].fit, &train),
         effects,
         gap: steps,
@@ -354,45 +370,5 @@ fn place_in(name: &str) -> Option<Place> {
             None => Dof::from_name(place).map(Place::at),
             Some((dof, other)) => Some(Place::pair(Dof::from_name(dof)?, Dof::from_name(other)?)),
         },
-    }
-}
-
-/// The run that would separate what is tied, or show where to look.
-fn next_experiment(
-    verdict: Verdict,
-    effects: &[FoundEffect],
-    open: &[Measured],
-    coriolis: crate::effects::Coriolis,
-) -> Option<String> {
-    let known = catalogue(coriolis);
-    let shown_by = |name: &str| {
-        let id = name.split('@').next().unwrap_or(name);
-        known.iter().find(|e| e.about().id == id).map(|e| e.about().shown_by.to_string())
-    };
-    if let Some(tied) = effects.iter().find(|e| !e.also_possible.is_empty()) {
-        let rivals = tied.also_possible.join(", ");
-        if tied.id == "thrust_delay" && tied.also_possible == ["sensor_delay"] {
-            return Some(
-                "No run of the vehicle can tell a late thrust from a late log: compare the clocks of command and \
-                 navigation on the bench."
-                    .into(),
-            );
-        }
-        return Some(format!(
-            "To tell {} from {rivals}: {}; against {}.",
-            tied.id,
-            shown_by(&tied.id).unwrap_or_default(),
-            tied.also_possible.iter().filter_map(|n| shown_by(n)).collect::<Vec<_>>().join("; ")
-        ));
-    }
-    match verdict {
-        Verdict::Unexplained | Verdict::PartlyExplained => {
-            let dofs = open.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-            Some(format!(
-                "Repeat a run with the same command and another depth, heading or time of day, and see whether the \
-                 disagreement in {dofs} repeats: what repeats is of the vehicle, what does not is of its surroundings."
-            ))
-        }
-        _ => None,
     }
 }

@@ -1,9 +1,12 @@
 //! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
 
 mod candidate;
+mod carried;
 mod discovery;
 mod evidence;
 mod gap;
+mod next;
+mod residual;
 mod score;
 mod search;
 mod whereabouts;
@@ -16,6 +19,7 @@ pub use discovery::{
 };
 pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
 pub use gap::{Gap, floor, gap, segment_gap};
+pub use residual::{Change, Dependence, Residual, residuals};
 pub use score::{Own, Probe, Products, score};
 
 pub use search::{Added, Search, SearchOptions, Step, search};

@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
+use super::carried::{available_of, carried};
 use crate::chain::{Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::estimate::output_error::{LANES, OutputErrorFit, OutputErrorOptions, Problem};
@@ -81,7 +82,9 @@ pub fn score(
     options: &OutputErrorOptions,
 ) -> Result<(Vec<Probe>, Vec<Own>), TrackError> {
     let runs = remembered(&fit.model, runs, candidates, options)?;
-    let (big, planned) = enlarge(&fit.model, candidates);
+    let (big, mut planned) = enlarge(&fit.model, candidates);
+    let carried = carried(fit, candidates, &super::common_channels(&runs));
+    planned.retain(|plan| carried[plan.candidate]);
     let mut chunks: Vec<Vec<&Planned>> = vec![Vec::new()];
     let mut filled = 0;
     for plan in &planned {
@@ -310,11 +313,6 @@ fn score_chunk(
         }
     }
     Ok((probes, model_products))
-}
-
-fn available_of(problem: &Problem) -> Available {
-    let position = problem.dynamics.states.iter().any(|s| matches!(s, StateId::Position(dof) if !dof.is_rotation()));
-    Available { position, ..Available::default() }
 }
 
 /// Products of one batch of segments: for each segment the model's own and those of each group of columns.

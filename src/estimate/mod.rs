@@ -15,6 +15,7 @@ pub use balance::RegressorError;
 pub use integral::{IntegralError, IntegralOptions, RowFit, fit_rows, integral_least_squares};
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
+pub(crate) use start::samples_in;
 pub use start::started;
 pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};
 

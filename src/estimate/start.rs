@@ -48,7 +48,7 @@ fn regressible(model: &Model, term: &Term) -> bool {
 }
 
 /// Number of samples of the slowest velocity sensor in `window` seconds, at least 1.
-fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
+pub(crate) fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
     let steps =
         runs.iter().flat_map(|run| model.dofs.iter().filter_map(|dof| run.signal(dof.velocity()))).filter_map(|s| {
             let (first, last) = (s.time().first()?, s.time().last()?);

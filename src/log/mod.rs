@@ -28,7 +28,7 @@ pub use error::LogError;
 pub use options::{LogOptions, OptionsError};
 pub use read::{LogFile, read, read_from};
 pub use rows::{Passage, Row, Rows};
-pub use write::{WriteError, write, write_log, write_to};
+pub use write::{WriteError, write, write_log, write_signals, write_to};
 
 use crate::frame::Dof;
 

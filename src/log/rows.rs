@@ -15,6 +15,10 @@ use super::header::Plan;
 use super::number;
 use super::options::{Duplicates, LogOptions, Missing, Truncated};
 use super::records::{Broken, Records};
+use crate::progress;
+
+/// Rows from one look at whether the work is still wanted to the next: some milliseconds.
+const ROWS_A_LOOK: u64 = 4096;
 
 /// One row.
 #[derive(Debug, Clone, Copy)]
@@ -144,6 +148,9 @@ impl<R: Read> Rows<R> {
     /// The next sound row; `None` at the end. Whether all rows were sound, [`Rows::finish`] says.
     pub fn next_row(&mut self) -> Option<Row<'_>> {
         loop {
+            if self.passage.rows.is_multiple_of(ROWS_A_LOOK) {
+                progress::look();
+            }
             let record = match self.records.next_record() {
                 Ok(Some(record)) => record,
                 Ok(None) => return None,

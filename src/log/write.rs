@@ -65,8 +65,11 @@ pub fn write_to(run: &Run, sink: &mut impl Write) -> std::io::Result<()> {
     write_signals(&run.signals, &BTreeMap::new(), sink)
 }
 
-/// Channels whose unit is not in `units` are in that of their name.
-fn write_signals(
+/// Writes signals, those of `units` under these units, the others under that of their name.
+///
+/// # Errors
+/// Those of the sink.
+pub fn write_signals(
     signals: &BTreeMap<String, Signal>,
     units: &BTreeMap<String, &'static str>,
     sink: &mut impl Write,

@@ -19,40 +19,72 @@ from ._campaign import Campaign
 from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
 from ._convert import convert, explain
 from ._discovery import (
+    Change,
+    Dependence,
     Discovery,
     FoundEffect,
     FoundParameter,
     GapOfRun,
     GapStep,
     LogFinding,
+    Residual,
     SmallestVisible,
     Where,
 )
 from ._errors import DataError, Finding, HydrosysidError, UsageError
 from ._fit import Fit, Parameter, Stage
 from ._many import Bootstrap, Resampled, bootstrap, map_fit
+from ._models import (
+    Export,
+    Joint,
+    ModelDifference,
+    Monitored,
+    ParameterDifference,
+    PublishedComparison,
+    PublishedParameter,
+    Reason,
+    Shift,
+    Window,
+)
 from ._motion import Check, CheckedLog, Comparison, Disagreement, SimulatedRun, Simulation
 from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
+from ._own_effect import OwnEffect
 from ._pages import demo, init, report
 from ._planning import Plan, PlannedParameter, PlannedRun, Push
 from ._resampling import Resampling, Scatter, block_bootstrap
 from ._run import Run
 from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
-from ._verbs import check, compare, discover, fit, plan, resample, simulate, tank_campaign
+from ._verbs import (
+    check,
+    compare,
+    compare_models,
+    compare_published,
+    discover,
+    export,
+    fit,
+    monitor,
+    plan,
+    resample,
+    simulate,
+    tank_campaign,
+)
 
 __all__ = [
     "Bootstrap",
     "Campaign",
+    "Change",
     "Check",
     "CheckedLog",
     "Comparison",
     "DataError",
+    "Dependence",
     "Disagreement",
     "Discovery",
     "Effect",
     "EffectParameter",
     "Estimate",
+    "Export",
     "Finding",
     "Fit",
     "FoundEffect",
@@ -60,18 +92,28 @@ __all__ = [
     "GapOfRun",
     "GapStep",
     "HydrosysidError",
+    "Joint",
     "LeastSquares",
     "LogFinding",
+    "ModelDifference",
+    "Monitored",
+    "OwnEffect",
     "Parameter",
+    "ParameterDifference",
     "Plan",
     "PlannedParameter",
     "PlannedRun",
+    "PublishedComparison",
+    "PublishedParameter",
     "Push",
+    "Reason",
     "Regressors",
     "Resampled",
     "Resampling",
+    "Residual",
     "Run",
     "Scatter",
+    "Shift",
     "SimulatedRun",
     "Simulation",
     "SmallestVisible",
@@ -80,21 +122,26 @@ __all__ = [
     "ThrusterFit",
     "UsageError",
     "Where",
+    "Window",
     "__version__",
     "block_bootstrap",
     "bootstrap",
     "check",
     "compare",
+    "compare_models",
+    "compare_published",
     "convert",
     "demo",
     "discover",
     "effects",
     "explain",
+    "export",
     "fit",
     "fit_thruster",
     "init",
     "least_squares",
     "map_fit",
+    "monitor",
     "plan",
     "polynomial_filter",
     "regressors",

@@ -9,6 +9,7 @@ from typing import Any
 
 from . import _native
 from ._errors import Finding, UsageError
+from ._own_effect import OwnEffect, prepared
 from ._plain import build
 from ._run import Run
 from ._view import html_table
@@ -30,7 +31,8 @@ class Campaign:
         water: ``density``, ``kinematic_viscosity``.
         noise: standard deviation of the noise of each channel; estimated from the data when absent.
         parameters: start, bounds, held value or prior: ``{"effect": "quadratic_drag@surge", "value": 309.0}``.
-        own_effects: effects of your own: ``{"id", "dof", "formula", "unit", "role"}``.
+        own_effects: effects of your own: `OwnEffect`, or ``{"id", "dof", "formula", "unit", "role"}``.
+        observe: logged functions of the states: ``{"channel", "formula"}``.
         tables: further tables of a campaign file by name: ``thruster``, ``efficiency``, ``fit``, ``stage``, …
 
     Raises:
@@ -50,10 +52,11 @@ class Campaign:
         water: Mapping[str, float] | None = None,
         noise: Mapping[str, float] | None = None,
         parameters: Sequence[Mapping[str, Any]] = (),
-        own_effects: Sequence[Mapping[str, Any]] = (),
+        own_effects: Sequence[OwnEffect | Mapping[str, Any]] = (),
+        observe: Sequence[Mapping[str, str]] = (),
         **tables: Any,
     ) -> None:
-        kept = tuple(runs)
+        effect_tables, kept = prepared(own_effects, runs, dofs)
         model = {"dofs": list(dofs), "effects": list(effects), "coriolis": coriolis, "input": input}
         # a campaign file names a log for each run; here the runs are at hand
         listed = [{"file": f"run{k}.csv", "kind": r.kind, "role": r.role} for k, r in enumerate(kept)]
@@ -64,7 +67,8 @@ class Campaign:
             "noise": dict(noise or {}),
             "model": model,
             "parameter": [dict(p) for p in parameters],
-            "effect": [dict(e) for e in own_effects],
+            "effect": effect_tables,
+            "observe": [dict(o) for o in observe],
             **tables,
             "run": listed,
         }

@@ -77,11 +77,43 @@ class GapStep:
 
 @dataclass(frozen=True)
 class LogFinding:
-    """A fault of the log that looks like missing physics."""
+    """A fault of the log that looks like missing physics, and in one sentence what to do."""
 
     kind: str
     channel: str
     factor: float
+    message: str
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """What a missing force goes with: a channel, a product of two, heading, depth, time or amplitude."""
+
+    quantity: str
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """An instant, s, at which the mean of a missing force changes in a run."""
+
+    run: str
+    at: float
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Residual:
+    """The force that the baseline lacks in one degree of freedom, root mean square, beside what noise makes of it."""
+
+    dof: str
+    rms: float
+    noise: float
+    unit: str
+    goes_with: tuple[Dependence, ...]
+    changes: tuple[Change, ...]
+    sentence: str
 
 
 @dataclass(frozen=True)
@@ -102,6 +134,7 @@ class Discovery(Result):
         verdict: ``nothing_missing``, ``explained``, ``partly_explained`` or ``unexplained``.
         effects: what was added, in order.
         where: where the baseline disagrees with the data.
+        residuals: the force that the baseline lacks, by degree of freedom.
         gap: error on held-out runs before and after each step.
         removed: what was added and dropped again.
         log_findings: what looks like a fault of the log.
@@ -115,6 +148,7 @@ class Discovery(Result):
     verdict: str
     effects: tuple[FoundEffect, ...]
     where: tuple[Where, ...]
+    residuals: tuple[Residual, ...]
     gap: tuple[GapStep, ...]
     removed: tuple[str, ...]
     log_findings: tuple[LogFinding, ...]

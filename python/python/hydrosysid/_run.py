@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from types import MappingProxyType
@@ -35,6 +36,8 @@ class Run(Readers):
         role: ``train`` takes part in the fit, ``validate`` does not.
         gaps: time stamps at which a gap ends; nothing is integrated across one.
         missing: what NaN means: ``error``, or ``no_sample`` where a sensor has no new sample at this instant.
+        units: units of commands that are not in V: ``{"V1": "us"}``, or ``"1"``; a pulse in us becomes a command by the
+            thruster's ``neutral`` and ``span``.
         channels: values, one a time stamp, or a pair (time stamps, values).
 
     Raises:
@@ -48,7 +51,7 @@ class Run(Readers):
     [0.0, 0.2]
     """
 
-    __slots__ = ("findings", "gaps", "kind", "name", "role", "signals")
+    __slots__ = ("findings", "gaps", "kind", "name", "role", "signals", "units")
 
     name: str
     kind: str
@@ -56,6 +59,7 @@ class Run(Readers):
     gaps: tuple[float, ...]
     signals: Mapping[str, tuple[Array, Array]]
     findings: tuple[Finding, ...]
+    units: Mapping[str, str]
 
     def __init__(
         self,
@@ -68,6 +72,7 @@ class Run(Readers):
         role: str = "train",
         gaps: Iterable[float] = (),
         missing: Literal["error", "no_sample"] = "error",
+        units: Mapping[str, str] | None = None,
         **channels: Any,
     ) -> None:
         given = dict(data or {}) | channels
@@ -92,7 +97,11 @@ class Run(Readers):
             signals[channel] = _signal(own, values, label, missing == "no_sample")
         if not signals:
             raise UsageError(f"run {name!r} has no channel")
-        self._set(name, kind, role, tuple(float(g) for g in gaps), signals, ())
+        for channel, unit in (units or {}).items():
+            if channel not in signals or not COMMAND.fullmatch(channel) or unit not in UNITS:
+                text = f"units[{channel!r}] = {unit!r}: a command V1, V2, … that is there has one of {', '.join(UNITS)}"
+                raise UsageError(f"run {name!r}: {text}")
+        self._set(name, kind, role, tuple(float(g) for g in gaps), signals, (), dict(units or {}))
 
     def _set(
         self,
@@ -102,9 +111,12 @@ class Run(Readers):
         gaps: tuple[float, ...],
         signals: dict[str, tuple[Array, Array]],
         findings: tuple[Finding, ...],
+        units: dict[str, str],
     ) -> None:
         shown = MappingProxyType(dict(sorted(signals.items())))
-        for key, value in zip(self.__slots__, (findings, gaps, kind, name, role, shown), strict=True):
+        volts_left_out = MappingProxyType({channel: unit for channel, unit in sorted(units.items()) if unit != "V"})
+        whole = (findings, gaps, kind, name, role, shown, volts_left_out)
+        for key, value in zip(self.__slots__, whole, strict=True):
             object.__setattr__(self, key, value)
 
     @classmethod
@@ -152,10 +164,10 @@ class Run(Readers):
         Raises:
             DataError: the log was refused; its `findings` name file, line and column.
         """
-        signals, _, gaps, found = _native.read_log(fspath(path), json.dumps(log), list(required))
+        signals, units, gaps, found = _native.read_log(fspath(path), json.dumps(log), list(required))
         findings = tuple(build(Finding, entry) for entry in json.loads(found))
         run = cls(signals, name=name or fspath(path), kind=kind, role=role, gaps=gaps)
-        run._set(run.name, kind, role, run.gaps, dict(run.signals), findings)
+        run._set(run.name, kind, role, run.gaps, dict(run.signals), findings, _commands(units))
         return run
 
     @property
@@ -166,6 +178,13 @@ class Run(Readers):
     def __getitem__(self, channel: str) -> tuple[Array, Array]:
         """Time stamps and values of a channel, both read-only."""
         return self.signals[channel]
+
+    def with_channels(self, channels: Mapping[str, tuple[Any, Any]]) -> Run:
+        """The same run with further channels, each a pair (time stamps, values); one of the same name is replaced."""
+        added = Run(channels, name=self.name)
+        run = object.__new__(Run)
+        run._set(self.name, self.kind, self.role, self.gaps, {**self.signals, **added.signals}, self.findings)
+        return run
 
     def to_frame(self, library: Literal["pandas", "polars"] | None = None) -> Any:
         """A data frame with a row for each instant at which some channel has a sample; NaN where one has none."""
@@ -187,23 +206,25 @@ class Run(Readers):
         """
         write(path, _native.csv_of(self._native()), force)
 
-    def _native(self) -> tuple[str, str, str, list[float], dict[str, tuple[Array, Array]]]:
-        return (self.name, self.kind, self.role, list(self.gaps), dict(self.signals))
+    def _native(self) -> tuple[str, str, str, list[float], dict[str, str], dict[str, tuple[Array, Array]]]:
+        return (self.name, self.kind, self.role, list(self.gaps), dict(self.units), dict(self.signals))
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a Run does not change: {name} cannot be set")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_unpickled, (self.name, self.kind, self.role, self.gaps, dict(self.signals), self.findings))
+        state = (self.name, self.kind, self.role, self.gaps, dict(self.signals), self.findings, dict(self.units))
+        return (_unpickled, state)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):
             return NotImplemented
-        same = (self.name, self.kind, self.role, self.gaps) == (
+        same = (self.name, self.kind, self.role, self.gaps, self.units) == (
             other.name,
             other.kind,
             other.role,
             other.gaps,
+            other.units,
         )
         return (
             same
@@ -227,13 +248,21 @@ class Run(Readers):
 
 
 MISSING = ("error", "no_sample")
+UNITS = ("V", "1", "us")
+COMMAND = re.compile(r"V[1-9][0-9]*")
 
 
-def _unpickled(name: str, kind: str, role: str, gaps: Any, signals: dict[str, Any], findings: Any) -> Run:
+def _commands(units: Mapping[str, str]) -> dict[str, str]:
+    return {channel: unit for channel, unit in units.items() if COMMAND.fullmatch(channel)}
+
+
+def _unpickled(
+    name: str, kind: str, role: str, gaps: Any, signals: dict[str, Any], findings: Any, units: dict[str, str]
+) -> Run:
     run = object.__new__(Run)
     # buffers that crossed a wire may lie at odd places
     whole = {channel: (_frozen(time), _frozen(values)) for channel, (time, values) in signals.items()}
-    run._set(name, kind, role, gaps, whole, findings)
+    run._set(name, kind, role, gaps, whole, findings, units)
     return run
 
 

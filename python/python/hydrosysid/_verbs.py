@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -14,8 +14,9 @@ from ._campaign import Campaign, campaign_of
 from ._discovery import Discovery
 from ._errors import UsageError
 from ._fit import Fit
+from ._models import Export, ModelDifference, Monitored, PublishedComparison
 from ._motion import Check, Comparison, Simulation
-from ._plain import build, plain
+from ._plain import build, plain, toml_text
 from ._planning import Plan
 from ._progress import Progress, listener
 from ._resampling import Resampling
@@ -104,6 +105,89 @@ def compare(campaign: Source, model: Model | None = None, *, progress: Progress 
 Family = Literal["body", "actuator", "environment", "sensor"]
 
 
+def compare_published(
+    campaign: Source, params: str | PathLike[str] | Mapping[str, Any], model: Model | None = None
+) -> PublishedComparison:
+    """Holds published parameters against the runs of a campaign and against its own estimates.
+
+    Args:
+        campaign: a campaign, or the path of one.
+        params: the path of a TOML file, or its content as a mapping: ``format``, ``convention`` (``sname``,
+            ``hydrosysid`` or ``fossen``), ``source``, ``mass``, ``inertia`` and ``parameters``.
+        model: the own model: a fit, or the path of a model file; fitted now when absent.
+
+    Raises:
+        UsageError: a name that is no parameter, or a convention that does not fit; the message names the key.
+    """
+    loaded = campaign_of(campaign)
+    if isinstance(params, Mapping):
+        text, name = toml_text(params), "params"
+    else:
+        text, name = Path(params).read_text(encoding="utf-8"), fspath(params)
+    result = loaded._native.compare_published(_model(loaded, model), text, name)
+    return build(PublishedComparison, json.loads(result))
+
+
+def compare_models(a: Model, b: Model, *, names: tuple[str, str] | None = None) -> ModelDifference:
+    """Tells two models of a vehicle apart: each parameter with its interval, and all together.
+
+    Args:
+        a: a fit, or the path of a model file.
+        b: another.
+        names: what they are called in the result; the paths, or ``a`` and ``b``.
+    """
+    texts = [m.model if isinstance(m, Fit) else Path(m).read_text(encoding="utf-8") for m in (a, b)]
+    called = [letter if isinstance(m, Fit) else fspath(m) for m, letter in ((a, "a"), (b, "b"))]
+    result = _native.model_difference(texts[0], texts[1], list(names or called))
+    return build(ModelDifference, json.loads(result))
+
+
+def monitor(campaign: Source, model: Model, *, window: float = 8.0, level: float = 0.01) -> Monitored:
+    """Runs a model, all parameters held, along the runs of a campaign and says where it no longer fits.
+
+    Args:
+        campaign: the new logs as a campaign, or the path of one.
+        model: a fit, or the path of a model file.
+        window: length of a window, s.
+        level: probability of a false alarm in all windows together, by white noise.
+    """
+    loaded = campaign_of(campaign)
+    return build(Monitored, json.loads(loaded._native.monitor(_model(loaded, model), window, level)))
+
+
+def export(
+    source: Model,
+    to: str,
+    path: str | PathLike[str] | None = None,
+    *,
+    link: str | None = None,
+    mass: float | None = None,
+    inertia: Sequence[float] | None = None,
+    at: Mapping[str, float] | None = None,
+) -> Export:
+    """Makes a file of a model for another tool; `Export.lost` names what of the model is not in it.
+
+    Args:
+        source: a fit, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a campaign.
+        to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``fossen-python``,
+            ``fossen-matlab``, ``linear-json``, ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
+        path: file to write; the content is in the result alone when absent.
+        link: name of the link that the forces act on.
+        mass: dry mass, kg; that of the vehicle when absent.
+        inertia: dry moments of inertia in roll, pitch and yaw, kg·m².
+        at: operating point of a linear model: states and forces by name.
+
+    Raises:
+        UsageError: an unknown target, or something that the target needs and the model does not say.
+    """
+    text, is_file = (source.model, False) if isinstance(source, Fit) else (fspath(source), True)
+    told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}))
+    made = build(Export, json.loads(told) | {"content": content})
+    if path is not None:
+        Path(path).write_bytes(content)
+    return made
+
+
 def discover(campaign: Source, *, families: Iterable[Family] | None = None, progress: Progress = None) -> Discovery:
     """Looks for what the baseline lacks, and names it only where held-out runs agree.
 
@@ -134,6 +218,7 @@ def plan(
     runs: Iterable[Mapping[str, Any]] | None = None,
     rehearse: int = 0,
     seed: int = 1,
+    progress: Progress = None,
 ) -> Plan:
     """Proposes the runs that bring parameters to wanted deviations, or says what given runs will bring.
 
@@ -151,6 +236,7 @@ def plan(
         runs: runs to judge instead, each with ``name``, ``kind``, ``length``, ``pushes`` as in `Plan.runs`.
         rehearse: number of simulated campaigns by which the plan is checked.
         seed: seed of the rehearsal.
+        progress: as for `discover`.
 
     Raises:
         DataError: nothing can be planned.
@@ -171,10 +257,11 @@ def plan(
     }
     text = json.dumps(request)
     model = _model_text(source)
-    if model is None:
-        result, told = _native.plan_campaign(campaign_of(cast("Source", source))._native, text)
-    else:
-        result, told = _native.plan_model(model, text)
+    with listener(progress) as tell:
+        if model is None:
+            result, told = _native.plan_campaign(campaign_of(cast("Source", source))._native, text, tell)
+        else:
+            result, told = _native.plan_model(model, text, tell)
     commands = tuple(Run(signals, name=name, kind=kind) for name, kind, signals in told)
     return build(Plan, json.loads(result) | {"commands": commands})
 

@@ -194,7 +194,10 @@ pub(crate) fn fit_from(
         if next_cost.is_finite() && gain >= -1e-9 * cost.abs() {
             (model, x0, current, cost) = (trial, states, next, next_cost);
             damping = (damping * 0.1).max(1e-12);
-            if predicted.min(gain.abs()) < options.tolerance || predicted < 1e-12 * cost {
+            // with all parameters held nothing is predicted, and the initial states alone move
+            let held = unknowns.is_empty();
+            let small = if held { gain.abs() } else { predicted.min(gain.abs()) };
+            if small < options.tolerance || (!held && predicted < 1e-12 * cost) {
                 converged = true;
                 break;
             }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .. import _native
 from .._errors import DataError, Finding, UsageError, found
-from .._run import Run
+from .._run import Run, _commands
 from .column_map import EARTH_VELOCITIES, ColumnMap, ColumnSource
 from .source import Array, Source, Stream, ticks
 
@@ -39,16 +39,16 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
         for one in (field, *extra):
             wanted.setdefault(stream, set()).update(_parts(source, stream, one, name))
     streams = source.read({stream: frozenset(names) for stream, names in wanted.items()})
-    signals = {}
+    signals, units = {}, {}
     for name, (stream, field) in chosen.items():
-        signals[name] = _samples(source, streams[stream], (stream, field), name, columns, findings)
+        signals[name], units[name] = _samples(source, streams[stream], (stream, field), name, columns, findings)
     seconds = _seconds(source, signals, findings)
     for clock in sorted({streams[stream].clock for stream, _ in chosen.values()}):
         names = sorted(name for name, (stream, _) in chosen.items() if streams[stream].clock == clock)
         findings.append(found("L211", f"{source.name}: {', '.join(names)}: {clock}"))
     turned = _to_body(source, columns, seconds, findings)
     made = Run(turned, **({"name": source.name} | run))
-    made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings))
+    made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings), _commands(units))
     return made
 
 
@@ -98,8 +98,8 @@ def _samples(
     name: str,
     columns: ColumnMap,
     findings: list[Finding],
-) -> tuple[str, NDArray[Any], float, Array]:
-    """Name, stamps, ticks a second and SI values of a channel."""
+) -> tuple[tuple[str, NDArray[Any], float, Array], str]:
+    """Name, stamps, ticks a second and SI values of a channel; and the unit that it has."""
     entry, field = columns.columns[name], address[1]
     parts = _parts(source, address[0], field, name)
     if len(parts) == 1:
@@ -129,8 +129,8 @@ def _samples(
         raise DataError(f"{source.name}: {name} has no sample")
     stamps, values = stamps[there], values[there]
     _finite(source, name, stamps, values)
-    name, values = _native.to_si(name, np.ascontiguousarray(values), columns.si_options(name))
-    return name, stamps, per_second, values
+    name, unit, values = _native.to_si(name, np.ascontiguousarray(values), columns.si_options(name))
+    return (name, stamps, per_second, values), unit
 
 
 def _finite(source: Source, name: str, stamps: NDArray[Any], values: Array) -> None:

@@ -1,0 +1,270 @@
+"""The results of `export`, of comparing two models or published parameters, and of `monitor`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ._errors import Finding
+from ._motion import Disagreement
+from ._result import Result
+from ._view import Rows, axes, text_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Export(Result):
+    """A model as a file for another tool.
+
+    Attributes:
+        format: 1.
+        target: name of the target.
+        version: versions of the target for which the file is meant.
+        lost: terms and coefficients of the model that the file does not hold.
+        warnings: what there is to say.
+        content: the file.
+    """
+
+    format: int
+    target: str
+    version: str
+    lost: tuple[str, ...]
+    warnings: tuple[Finding, ...]
+    content: bytes = field(default=b"", metadata={"own": True})
+
+    title: ClassVar[str] = "Export"
+
+    @property
+    def text(self) -> str:
+        """The file as text; not for ``linear-mat``."""
+        return self.content.decode()
+
+    def rows(self) -> Rows:
+        """One row a term or coefficient that is lost."""
+        return [{"target": self.target, "lost": name} for name in self.lost]
+
+
+@dataclass(frozen=True)
+class ParameterDifference:
+    """One parameter of two models: `b` less `a`, its standard deviation, 95 % interval, z and probability."""
+
+    effect: str
+    name: str
+    unit: str
+    a: float
+    b: float
+    std_a: float | None
+    std_b: float | None
+    difference: float
+    std: float | None
+    interval: tuple[float, ...] | None
+    z: float | None
+    p_value: float | None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """All common parameters together, with their covariances."""
+
+    chi_squared: float
+    degrees_of_freedom: int
+    p_value: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelDifference(Result):
+    """Two models of a vehicle told apart.
+
+    Attributes:
+        format: 1.
+        a: name of the first model.
+        b: name of the second model.
+        parameters: those that both have.
+        only_a: parameters of the first alone.
+        only_b: parameters of the second alone.
+        joint: all common parameters together.
+        warnings: what there is to say.
+    """
+
+    format: int
+    a: str
+    b: str
+    parameters: tuple[ParameterDifference, ...]
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    joint: Joint | None
+    warnings: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Two models"
+
+    def rows(self) -> Rows:
+        """One row a parameter."""
+        return [dict(vars(p)) for p in self.parameters]
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Difference of each parameter in its standard deviations, with the band of 95 %.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        ax = axes(ax)
+        known = [p for p in self.parameters if p.z is not None]
+        place = np.arange(len(known))[::-1]
+        ax.barh(place, [p.z for p in known], **style)
+        ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
+        ax.set_yticks(place, [f"{p.effect} {p.name}" for p in known])
+        ax.set_xlabel(f"{self.b} less {self.a}, standard deviations")
+        return ax
+
+
+@dataclass(frozen=True)
+class PublishedParameter:
+    """A published parameter beside the own estimate, in the signs of this package."""
+
+    effect: str
+    name: str
+    unit: str
+    sname: str | None
+    published: float | None
+    published_std: float | None
+    own: float | None
+    own_std: float | None
+    interval: tuple[float, ...] | None
+    z: float | None
+    p_value: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PublishedComparison(Result):
+    """Published parameters held against the runs of a campaign and the own estimates.
+
+    Attributes:
+        format: 1.
+        source: where the published parameters come from.
+        runs: the published model against each run and degree of freedom.
+        own_runs: the own model against the same.
+        parameters: each parameter beside the own estimate.
+        warnings: what there is to say.
+    """
+
+    format: int
+    source: str
+    runs: tuple[Disagreement, ...]
+    own_runs: tuple[Disagreement, ...]
+    parameters: tuple[PublishedParameter, ...]
+    warnings: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Published parameters"
+
+    def rows(self) -> Rows:
+        """One row a parameter."""
+        return [dict(vars(p)) for p in self.parameters]
+
+
+@dataclass(frozen=True)
+class Window:
+    """One window of a log in one degree of freedom; `off` where the model does not fit there."""
+
+    run: str
+    dof: str
+    from_: float = field(metadata={"key": "from"})
+    to: float
+    samples: int
+    rms: float
+    noise: float
+    chi_squared: float
+    p_value: float
+    cusum: float
+    off: bool
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A lasting change: from `from_` seconds on the disagreement is `times_noise` times the noise."""
+
+    run: str
+    dof: str
+    from_: float = field(metadata={"key": "from"})
+    times_noise: float
+
+
+@dataclass(frozen=True)
+class Reason:
+    """A change that would explain the disagreement.
+
+    Attributes:
+        id: term whose parameter has changed, or effect that has come.
+        known: whether the term is in the model.
+        parameter: symbol of its first parameter.
+        before: its value in the model; `None` for an effect that has come.
+        after: its value after the change, to first order.
+        unit: its unit.
+        explained: share of the disagreement that it explains, 0 to 1.
+        meaning: what has happened most likely.
+    """
+
+    id: str
+    known: bool
+    parameter: str
+    before: float | None
+    after: float | None
+    unit: str
+    explained: float
+    meaning: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Monitored(Result):
+    """A model along new logs.
+
+    Attributes:
+        format: 1.
+        fits: whether the model still fits.
+        changes: lasting changes.
+        reasons: likely reasons, the best first.
+        windows: all windows.
+        warnings: what there is to say.
+    """
+
+    format: int
+    fits: bool
+    changes: tuple[Shift, ...]
+    reasons: tuple[Reason, ...]
+    windows: tuple[Window, ...]
+    warnings: tuple[Finding, ...]
+
+    title: ClassVar[str] = "Model along a log"
+
+    def rows(self) -> Rows:
+        """One row a window and degree of freedom."""
+        return [{("from" if key == "from_" else key): value for key, value in vars(w).items()} for w in self.windows]
+
+    def summary(self) -> str:
+        """Changes and reasons as text."""
+        verdict = "the model still fits" if self.fits else "the model no longer fits"
+        reasons = text_table([dict(vars(r)) for r in self.reasons], "Likely reasons") if self.reasons else ""
+        return "\n".join(part for part in [f"{self.title}: {verdict}", reasons, *self._remarks()] if part)
+
+    def plot(self, run: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
+        """Disagreement over noise of each window of a run, one line a degree of freedom.
+
+        Args:
+            run: name of the run; the first when absent.
+            ax: axes to draw into; new ones when absent.
+            style: passed on to the lines.
+        """
+        ax = axes(ax)
+        name = self.windows[0].run if run is None else run
+        for dof in dict.fromkeys(w.dof for w in self.windows if w.run == name):
+            own = [w for w in self.windows if w.run == name and w.dof == dof]
+            ratio = [w.rms / w.noise for w in own]
+            ax.plot([0.5 * (w.from_ + w.to) for w in own], ratio, **({"marker": "o", "label": dof} | style))
+        ax.axhline(1.0, color="0.3", linewidth=0.8)
+        ax.set(xlabel="t, s", ylabel="disagreement over noise", title=name)
+        ax.legend()
+        return ax

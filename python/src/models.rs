@@ -1,0 +1,58 @@
+//! Models as files for other tools, and two models against each other.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use hydrosysid::campaign::{ModelFile, difference};
+use hydrosysid::export::{self, Export, ExportError, ExportOptions, Target};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::error;
+use crate::work::detached;
+
+/// What is told of an export, as JSON, and the content of the file.
+type Made<'py> = (String, Bound<'py, PyBytes>);
+
+fn made(py: Python<'_>, result: Result<Export, ExportError>) -> PyResult<Made<'_>> {
+    let export = result.map_err(|e| error::usage(py, &e))?;
+    Ok((error::to_json(&export)?, PyBytes::new(py, &export.bytes)))
+}
+
+fn target_of(py: Python<'_>, name: &str) -> PyResult<Target> {
+    let names: Vec<&str> = Target::ALL.iter().map(|t| t.name()).collect();
+    let unknown = || error::usage(py, &format!("no target is called {name:?}; there are {}", names.join(", ")));
+    Target::from_name(name).ok_or_else(unknown)
+}
+
+/// Exports a model (TOML, as a fit makes it), or with `is_file` the model or campaign file of that path.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // keywords of one call
+pub fn export_model<'py>(
+    py: Python<'py>,
+    model: &str,
+    is_file: bool,
+    target: &str,
+    link: Option<String>,
+    mass: Option<f64>,
+    inertia: Option<[f64; 3]>,
+    at: BTreeMap<String, f64>,
+) -> PyResult<Made<'py>> {
+    let target = target_of(py, target)?;
+    let options = ExportOptions { link, mass, inertia, at };
+    if is_file {
+        let result = detached(py, || export::export(&PathBuf::from(model), target, &options))?;
+        return made(py, result);
+    }
+    let file: ModelFile = toml::from_str(model).map_err(|e| error::usage(py, &e))?;
+    let result = detached(py, || export::export_model(&file, Path::new("a fit"), target, &options))?;
+    made(py, result)
+}
+
+/// The difference of two models (TOML) as JSON.
+#[pyfunction]
+pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) -> PyResult<String> {
+    let read = |text: &str| -> PyResult<ModelFile> { toml::from_str(text).map_err(|e| error::usage(py, &e)) };
+    let (a, b) = (read(a)?, read(b)?);
+    error::to_json(&detached(py, || difference(&a, &b, names))?)
+}

@@ -1,0 +1,164 @@
+//! The part of the account on what is missing: verdict in words, the effects, where the missing force lies and what it
+//! goes with, the gap as it shrinks, what the data could have shown.
+
+use super::Results;
+use crate::discover::{Discovery, Residual};
+use crate::frame::Measured;
+use crate::report::{
+    Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
+};
+
+/// Figures of the missing force a degree of freedom.
+const FIGURES: usize = 2;
+/// Most places in the table.
+const PLACES: usize = 12;
+
+/// The section of a report.
+pub(super) fn section(results: &Results<'_>, found: &Discovery) -> Section {
+    let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
+    paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", e.id, e.evidence)));
+    paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", r.sentence)));
+    paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
+    let mut blocks = Vec::new();
+    if !found.effects.is_empty() {
+        blocks.push(Block::Table(effects(found)));
+    }
+    for measured in results.fit.model.measured() {
+        blocks.extend(waterfall(found, &measured).map(Block::Figure));
+    }
+    blocks.extend(found.residuals.iter().flat_map(forces).map(Block::Figure));
+    if !found.places.is_empty() {
+        blocks.push(Block::Table(places(found)));
+    }
+    if !found.smallest_visible.is_empty() {
+        blocks.push(Block::Table(smallest(found)));
+    }
+    Section { heading: "What is missing".into(), paragraphs, blocks }
+}
+
+fn columns(names: &[&str]) -> Vec<Column> {
+    names.iter().map(|name| Column::new(*name, "")).collect()
+}
+
+fn effects(found: &Discovery) -> Table {
+    let row = |e: &crate::discover::FoundEffect, p: &crate::discover::FoundParameter| {
+        vec![
+            Cell::from(e.id.as_str()),
+            Cell::Text(Label::symbol(&p.name)),
+            Cell::Estimate { value: p.value, std: Some(p.std) },
+            Cell::from(crate::report::unit(&p.unit).as_str()),
+            Cell::Number { value: e.p_value, digits: 2 },
+            Cell::from(e.also_possible.join(", ").as_str()),
+        ]
+    };
+    Table {
+        title: "What was missing".into(),
+        columns: columns(&["effect", "symbol", "value ± std", "unit", "p", "also possible"]),
+        rows: found.effects.iter().flat_map(|e| e.parameters.iter().map(move |p| row(e, p))).collect(),
+        note: "p: probability of as much by chance, over all candidates.".into(),
+    }
+}
+
+/// The missing force against what it goes with, window by window.
+fn forces(residual: &Residual) -> Vec<Figure> {
+    let figure = |d: &crate::discover::Dependence| {
+        let (x, y) = d.points.iter().copied().unzip();
+        let panel = Panel {
+            y: Axis::new("missing force", residual.unit),
+            series: vec![Series::points("", x, y)],
+            floor: Some(residual.noise),
+        };
+        Figure {
+            title: format!("The missing force in {} against {}", residual.dof, d.quantity),
+            caption: format!(
+                "One point a second: what the balance of momentum lacks in the refitted baseline. Correlation {:.2}. \
+                 Shaded: what the noise of the velocity makes of it.",
+                d.correlation
+            ),
+            chart: Chart::Curves(Curves {
+                x: Axis::new(Label::symbol(&d.quantity), ""),
+                panels: vec![panel],
+                spans: Vec::new(),
+            }),
+        }
+    };
+    residual.goes_with.iter().take(FIGURES).map(figure).collect()
+}
+
+fn places(found: &Discovery) -> Table {
+    let number = |value| Cell::Number { value, digits: 3 };
+    let row = |p: &crate::discover::Where| {
+        vec![
+            Cell::from(p.run.as_str()),
+            Cell::from(p.dof.to_string().as_str()),
+            number(p.from),
+            number(p.to),
+            number(p.times_noise),
+            Cell::from(p.condition.as_str()),
+        ]
+    };
+    let more = found.places.len().saturating_sub(PLACES);
+    Table {
+        title: "Where the baseline disagrees".into(),
+        columns: columns(&["run", "in", "from, s", "to, s", "times the noise", "condition"]),
+        rows: found.places.iter().take(PLACES).map(row).collect(),
+        note: if more > 0 { format!("And {more} more, less clear.") } else { String::new() },
+    }
+}
+
+fn smallest(found: &Discovery) -> Table {
+    let row = |s: &crate::discover::SmallestVisible| {
+        let size = Cell::Number { value: s.value, digits: 2 };
+        vec![Cell::from(s.id.as_str()), size, Cell::from(crate::report::unit(&s.unit).as_str())]
+    };
+    Table {
+        title: "What this data could have shown".into(),
+        columns: columns(&["effect", "smallest size", "unit"]),
+        rows: found.smallest_visible.iter().filter(|s| !s.id.contains(':')).map(row).collect(),
+        note: "The size of its first parameter from which on an effect that was not added would all but surely have been seen. \
+               Couplings of two degrees of freedom are in the JSON."
+            .into(),
+    }
+}
+
+/// The waterfall of what is measured whose gap was widest against the noise.
+pub fn gap_figure(found: &Discovery) -> Option<Figure> {
+    let first = found.gap.first()?;
+    let ratio = |(dof, rms): (&Measured, &f64)| Some((dof.clone(), rms / first.noise_floor.get(dof)?));
+    let widest = first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    waterfall(found, &widest.0)
+}
+
+/// The held-out gap of what is measured, step by step, against the noise.
+fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
+    let unit = match dof.dof() {
+        Some(dof) if dof.is_rotation() => "rad/s",
+        Some(_) => "m/s",
+        None => "",
+    };
+    let mut bars: Vec<Bar> = Vec::new();
+    let mut before: Option<f64> = None;
+    for step in &found.gap {
+        let rms = *step.held_out_rms.get(dof)?;
+        let label = step.added.clone().unwrap_or_else(|| "baseline".into());
+        let (value, total) = before.map_or((rms, true), |known| (rms - known, false));
+        bars.push(Bar { label: label.into(), value, std: None, total });
+        before = Some(rms);
+    }
+    if found.gap.len() > 1 {
+        bars.push(Bar { label: "with all".into(), value: before?, std: None, total: true });
+    }
+    let noise = found.gap.first().and_then(|s| s.noise_floor.get(dof)).copied()?;
+    // a channel that takes no part has a noise beyond all bounds
+    let largest = found.gap.iter().filter_map(|s| s.held_out_rms.get(dof)).fold(0.0_f64, |m, x| m.max(*x));
+    if noise > 100.0 * largest {
+        return None;
+    }
+    let axis = Axis::new("held-out rms", unit);
+    let chart = Chart::Bars(Bars { axis, bars, waterfall: true, reference: Some(("sensor noise".into(), noise)) });
+    Some(Figure {
+        title: format!("The gap in {dof}"),
+        caption: "Root mean square of simulated less measured on runs that took no part, as effects are added.".into(),
+        chart,
+    })
+}

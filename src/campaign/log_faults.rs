@@ -1,0 +1,282 @@
+//! Faults of the log that would look like missing physics, told and mended before the search.
+//!
+//! ```text
+//! unit, sign      channel → channel/f
+//! frame           ψ → −ψ, y → −y (an axis counts the wrong way);  ψ → ψ + π;  (x, y) → (y, x);  (u, v) → (v, u)
+//! delay           channel(t) → channel(t + T)
+//! ```
+//!
+//! The checks of each run are the witnesses ([`crate::check`]); a fault stands when at least two runs, and more than half
+//! of those that say anything of the channel, agree on it. Which of two channels that contradict each other is wrong,
+//! a third one tells: a yaw rate that answers its moment as it should is right, and then it is the heading that counts
+//! the other way. A vehicle that is mirrored as a whole sails as well as its image, so that one correction serves both
+//! a log in forward-port-up axes and a heading of east-north-up. A command that comes late is physics, not a fault.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use crate::check::{self, CheckOptions, CheckReport, FaultKind};
+use crate::discover::LogFinding;
+use crate::frame::Dof;
+use crate::run::{Run, Signal};
+
+/// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
+const WRONG_UNIT: f64 = 5.0;
+/// How near an angle is to the one that it is taken for, rad.
+const NEAR: f64 = 0.25;
+/// Shortest latency that is mended, s.
+const LATE: f64 = 0.05;
+
+/// One fault.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Fault {
+    /// A channel in another unit, or with the opposite sign: logged over true.
+    Factor { channel: String, factor: f64 },
+    /// The heading counts the wrong way for the body axes.
+    Mirrored,
+    /// Heading and velocity differ by half a turn.
+    Turned,
+    /// North and east are exchanged.
+    PositionSwapped,
+    /// Surge and sway velocity are exchanged, with their forces or without.
+    VelocitySwapped { forces: bool },
+    /// A sensor says late what the others say: by so many seconds.
+    Late { channel: String, seconds: f64 },
+}
+
+/// The faults on which the runs agree.
+pub(super) fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<Fault> {
+    let options = CheckOptions { dofs: dofs.to_vec(), ..CheckOptions::default() };
+    let reports: Vec<CheckReport> = runs.iter().map(|run| check::run(run, &options)).collect();
+    let mut found = frames(&reports);
+    let framed = !found.is_empty();
+    let votes = factors(&reports);
+    let wrong = |channel: &str| votes.iter().any(|(name, f)| name == channel && *f < 0.0);
+    for (channel, factor) in &votes {
+        // a rate that contradicts both its angle and its moment is wrong itself
+        let own_rate = Dof::ALL.iter().find(|d| d.force() == channel).map(|d| d.velocity());
+        let blamed = own_rate.is_some_and(|rate| *factor < 0.0 && wrong(rate));
+        // what a wrong frame makes of signs is mended with the frame
+        let reflected = framed && (-1.5..0.0).contains(factor);
+        if !blamed && !reflected {
+            found.push(Fault::Factor { channel: channel.clone(), factor: *factor });
+        }
+    }
+    found.extend(delays(&reports));
+    found
+}
+
+/// Wrong units and signs: channel and factor.
+fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
+    let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for fault in reports.iter().flat_map(|r| &r.log_findings) {
+        let unit = fault.kind == FaultKind::Unit && !(1.0 / WRONG_UNIT..=WRONG_UNIT).contains(&fault.factor.abs());
+        if unit || fault.kind == FaultKind::Sign {
+            seen.entry(&fault.channel).or_default().push(fault.factor);
+        }
+    }
+    let agreed = |(channel, factors): (&str, Vec<f64>)| {
+        let alike = |middle: f64, f: f64| (f / middle - 1.0).abs() < 0.1;
+        agreed(factors, alike).map(|factor| (channel.to_string(), factor))
+    };
+    seen.into_iter().filter_map(agreed).collect()
+}
+
+/// The median, where at least two values and more than half of all are like it: one run may deceive.
+fn agreed(mut values: Vec<f64>, alike: impl Fn(f64, f64) -> bool) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let middle = *values.get(values.len() / 2)?;
+    let count = values.iter().filter(|v| alike(middle, **v)).count();
+    (count >= 2 && 2 * count > values.len()).then_some(middle)
+}
+
+/// What one run says of the axes.
+fn frame_of(report: &CheckReport) -> Option<Fault> {
+    let of = |channel: &str| report.agreements.iter().find(|a| a.channel == channel);
+    let angle = |channel: &str| of(channel).and_then(|a| a.angle);
+    let near = |angle: Option<f64>, target: f64| angle.is_some_and(|a| ((a - target).cos()) > NEAR.cos());
+    let turned_back = of("r").is_some_and(|a| (a.factor + 1.0).abs() < 0.35);
+    let answers = |dof: Dof| report.answers.iter().any(|a| a.channel == dof.force() && a.gain > 0.0);
+    let mirrored = |fault: &&check::LogFault| fault.kind == FaultKind::Frame && (fault.factor.abs() - PI).abs() < 1e-9;
+    let told = report.log_findings.iter().any(|fault| mirrored(&fault));
+    let (ahead, abeam) = (near(angle("u"), 0.5 * PI), near(angle("v"), -0.5 * PI));
+    // exchanged positions look the same, but with the heading mirrored
+    if !told && (ahead || abeam) && (ahead || angle("u").is_none()) && (abeam || angle("v").is_none()) {
+        return Some(Fault::VelocitySwapped { forces: answers(Dof::Surge) || answers(Dof::Sway) });
+    }
+    let half_turn = near(angle("u"), PI) && angle("v").is_none_or(|v| near(Some(v), PI));
+    match (told, turned_back) {
+        (_, true) if answers(Dof::Yaw) || told => Some(Fault::Mirrored),
+        (true, false) if half_turn => Some(Fault::Turned),
+        (true, false) if of("r").is_some() => Some(Fault::PositionSwapped),
+        _ => None,
+    }
+}
+
+/// The wrong frame on which the runs agree, if any.
+fn frames(reports: &[CheckReport]) -> Vec<Fault> {
+    let told: Vec<Fault> = reports.iter().filter_map(frame_of).collect();
+    let count = |fault: &Fault| told.iter().filter(|t| *t == fault).count();
+    let Some(most) = told.iter().max_by_key(|fault| count(fault)) else { return Vec::new() };
+    // who compares the heading with its rate speaks of that, who compares velocity with position of the other axes; on
+    // a straight way with one velocity a wrong axis is as well a heading that is off
+    let able = |r: &&CheckReport| {
+        let compared = r.agreements.iter().filter(|a| a.angle.is_some()).count();
+        match most {
+            Fault::Mirrored => r.agreements.iter().any(|a| a.channel == "r"),
+            Fault::VelocitySwapped { .. } => compared > 0,
+            _ => compared > 1,
+        }
+    };
+    let witnesses = reports.iter().filter(able).count();
+    // one velocity alone could as well have a heading that is off by a right angle
+    let turned = |channel: &str| {
+        let angles = reports.iter().flat_map(|r| &r.agreements).filter(|a| a.channel == channel);
+        angles.filter_map(|a| a.angle).any(|a| (a.abs() - 0.5 * PI).abs() < NEAR)
+    };
+    let both = !matches!(most, Fault::VelocitySwapped { .. }) || (turned("u") && turned("v"));
+    if both && count(most) >= 2 && 2 * count(most) > witnesses { vec![most.clone()] } else { Vec::new() }
+}
+
+/// Sensors that say late what others say.
+fn delays(reports: &[CheckReport]) -> Vec<Fault> {
+    let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    let of_sensor = |channel: &str| !channel.starts_with("tau_") && !channel.starts_with(['V', 'F']);
+    for fault in reports.iter().flat_map(|r| &r.log_findings) {
+        if fault.kind == FaultKind::Delay && of_sensor(&fault.channel) {
+            seen.entry(&fault.channel).or_default().push(fault.factor);
+        }
+    }
+    let agreed = |(channel, seconds): (&str, Vec<f64>)| {
+        let alike = |middle: f64, s: f64| (s - middle).abs() < (0.3 * middle.abs()).max(LATE);
+        let seconds = agreed(seconds, alike).filter(|s| s.abs() > LATE)?;
+        Some(Fault::Late { channel: channel.to_string(), seconds })
+    };
+    seen.into_iter().filter_map(agreed).collect()
+}
+
+impl Fault {
+    /// The fault as the discovery tells it, one entry a channel.
+    pub fn findings(&self) -> Vec<LogFinding> {
+        let of = |kind: &str, channel: &str, factor: f64| LogFinding {
+            kind: kind.into(),
+            channel: channel.into(),
+            factor,
+            message: self.to_string(),
+        };
+        match self {
+            Fault::Factor { channel, factor } => {
+                let kind = if *factor < 0.0 && *factor > -1.5 { "sign" } else { "unit" };
+                vec![of(kind, channel, *factor)]
+            }
+            Fault::Mirrored => vec![of("frame", "psi", -1.0)],
+            Fault::Turned => vec![of("frame", "psi", PI)],
+            Fault::PositionSwapped => vec![of("frame", "x", 0.5 * PI), of("frame", "y", 0.5 * PI)],
+            Fault::VelocitySwapped { .. } => vec![of("frame", "u", 0.5 * PI), of("frame", "v", -0.5 * PI)],
+            Fault::Late { channel, seconds } => vec![of("delay", channel, *seconds)],
+        }
+    }
+
+    /// Mends the fault in the runs; the files stay as they are.
+    pub fn mend(&self, runs: &mut [Run]) {
+        for run in runs {
+            let mut scale = |channel: &str, f: &dyn Fn(f64) -> f64| {
+                if let Some(signal) = run.signals.get_mut(channel) {
+                    let values: Vec<f64> = signal.values().iter().map(|x| f(*x)).collect();
+                    *signal = Signal::new(signal.shared_time().clone(), values);
+                }
+            };
+            match self {
+                Fault::Factor { channel, factor } => scale(channel, &|x| x / factor),
+                Fault::Mirrored => {
+                    scale("psi", &|x| -x);
+                    scale("y", &|x| -x);
+                }
+                Fault::Turned => scale("psi", &|x| x + PI),
+                Fault::PositionSwapped => swap(run, "x", "y"),
+                Fault::VelocitySwapped { forces } => {
+                    swap(run, "u", "v");
+                    if *forces {
+                        swap(run, "tau_u", "tau_v");
+                    }
+                }
+                Fault::Late { channel, seconds } => {
+                    let both: &[&str] = if ["x", "y"].contains(&channel.as_str()) { &["x", "y"] } else { &[channel] };
+                    both.iter().for_each(|name| earlier(run, name, *seconds));
+                }
+            }
+        }
+    }
+}
+
+fn swap(run: &mut Run, a: &str, b: &str) {
+    if let (Some(x), Some(y)) = (run.signals.remove(a), run.signals.remove(b)) {
+        run.signals.insert(a.into(), y);
+        run.signals.insert(b.into(), x);
+    }
+}
+
+fn earlier(run: &mut Run, channel: &str, seconds: f64) {
+    if let Some(signal) = run.signals.get_mut(channel) {
+        let time: Vec<f64> = signal.time().iter().map(|t| t - seconds).collect();
+        *signal = Signal::new(time.into(), signal.values().to_vec());
+    }
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fault::Factor { channel, factor } if (-1.5..0.0).contains(factor) => {
+                write!(f, "{channel} is logged with the opposite sign; set columns.{channel}.sign = -1")
+            }
+            Fault::Factor { channel, factor } => {
+                write!(f, "{channel} is logged in a unit {factor:.4} times too fine; set columns.{channel}.unit")
+            }
+            Fault::Mirrored => f.write_str(
+                "psi counts the other way than the body axes turn: heading of east-north-up, or body axes \
+                 forward-port-up; set earth_frame or body_frame",
+            ),
+            Fault::Turned => f.write_str("psi is off by half a turn, or u and v both point backwards"),
+            Fault::PositionSwapped => {
+                f.write_str("x and y are exchanged (east-north-up instead of north-east-down); set earth_frame")
+            }
+            Fault::VelocitySwapped { forces } => write!(
+                f,
+                "u and v are exchanged{}; name them rightly in [log] columns",
+                if *forces { ", with their forces" } else { "" }
+            ),
+            Fault::Late { channel, seconds } => {
+                write!(f, "{channel} says {seconds:.3} s late what the other sensors say; bring it to their clock")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_have_to_agree() {
+        let alike = |a: f64, b: f64| (a / b - 1.0).abs() < 0.1;
+        assert_eq!(agreed(vec![57.0, 57.5, 3.0], alike), Some(57.0));
+        assert_eq!(agreed(vec![57.0], alike), None);
+        assert_eq!(agreed(vec![57.0, 57.0, 3.0, 2.0], alike), None);
+    }
+
+    #[test]
+    fn mending_twice_is_as_before_for_reflections() {
+        let time: std::sync::Arc<[f64]> = vec![0.0, 1.0].into();
+        let mut run = Run::default();
+        for (k, name) in ["x", "y", "psi", "u", "v"].iter().enumerate() {
+            run.signals.insert((*name).into(), Signal::new(time.clone(), vec![k as f64, 1.0]));
+        }
+        for fault in [Fault::Mirrored, Fault::PositionSwapped, Fault::VelocitySwapped { forces: true }] {
+            let mut runs = [run.clone()];
+            fault.mend(&mut runs);
+            assert_ne!(runs[0].signals, run.signals, "{fault}");
+            fault.mend(&mut runs);
+            assert_eq!(runs[0].signals, run.signals, "{fault}");
+        }
+    }
+}

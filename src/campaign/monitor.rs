@@ -1,0 +1,88 @@
+//! The verb `monitor`: a fitted model along new logs.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::error::Error;
+use super::file::{CampaignFile, RunFile, RunTable};
+use super::load::Campaign;
+use super::model_file::ModelFile;
+use crate::envelope::{self, Envelope};
+use crate::finding::Finding;
+use crate::log::LogOptions;
+use crate::model::Model;
+use crate::monitor::{self, MonitorOptions, Watch};
+use crate::run::{Role, RunKind};
+
+/// A model watched along logs. Serialises as `hydrosysid monitor --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Monitored {
+    /// Format of the result: 1.
+    pub format: u32,
+    /// What was found; `warnings` are among it.
+    #[serde(flatten)]
+    pub watch: Watch,
+}
+
+/// New logs as runs of the vehicle of a model file: one run a log. Thrusters, noise and losses of thrust are those of
+/// `like`, a campaign of the same vehicle, where one is given.
+///
+/// # Errors
+/// [`Error`] when a log cannot be read or lacks what the model reads.
+pub fn new_logs(
+    file: &ModelFile,
+    logs: &[&Path],
+    log: Option<&LogOptions>,
+    like: Option<&CampaignFile>,
+) -> Result<Campaign, Error> {
+    let here = std::env::current_dir().unwrap_or_default();
+    let run = |path: &&Path| RunTable {
+        // absolute: the campaign has no folder
+        files: vec![RunFile { file: here.join(path).display().to_string(), clock_offset: 0.0 }],
+        kind: RunKind::Free,
+        role: Role::Validate,
+        ..RunTable::default()
+    };
+    let like = like.cloned().unwrap_or_default();
+    let campaign = CampaignFile {
+        vehicle: file.vehicle.clone(),
+        water: file.water,
+        model: file.model.clone(),
+        effects: file.effects.clone(),
+        observed: file.observed.clone(),
+        efficiency: file.efficiency.clone(),
+        noise: like.noise,
+        thrusters: like.thrusters,
+        log: log.cloned().unwrap_or(like.log),
+        fit: like.fit,
+        runs: logs.iter().map(run).collect(),
+        ..CampaignFile::default()
+    };
+    let mut campaign = Campaign::from_file(campaign)?;
+    for (run, path) in campaign.runs.iter_mut().zip(logs) {
+        run.name = path.display().to_string();
+    }
+    Ok(campaign)
+}
+
+/// Watches `model` along the runs of free motion of a campaign; `envelope` holds the velocities between which it was
+/// fitted.
+///
+/// # Errors
+/// [`Error`] when a run lacks what the model reads.
+pub fn monitor(
+    campaign: &Campaign,
+    model: &Model,
+    envelope: &Envelope,
+    options: &MonitorOptions,
+) -> Result<Monitored, Error> {
+    let runs = campaign.motion(None);
+    let mut watch = monitor::watch(model, &runs, &campaign.options.output_error, options)?;
+    let told = campaign.findings.iter().filter(|f| f.code != super::codes::NO_VALIDATION.code).cloned();
+    let mut warnings: Vec<Finding> = told.collect();
+    warnings.append(&mut watch.warnings);
+    warnings.extend(runs.iter().flat_map(|run| envelope::beyond(run, envelope)));
+    watch.warnings = warnings;
+    Ok(Monitored { format: 1, watch })
+}

@@ -1,0 +1,342 @@
+//! The verb `compare` with published parameters: numbers of the literature held against one's own log.
+//!
+//! ```text
+//! z = (published − own)/√(σ_published² + σ_own²)
+//! ```
+//!
+//! The file is TOML. `convention = "sname"`: names and signs of SNAME (`X_u|u|` negative where it brakes, `X_udot` the
+//! negative of the added mass); `"hydrosysid"`: names and signs of this crate (positive drag, virtual mass);
+//! `"fossen"`: diagonals of M_A, M_RB, D, D_n, positive, in the order of ν.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::codes;
+use super::compare::{Comparison, compare};
+use super::difference::{COVER, two_sided};
+use super::error::Error;
+use super::fit::described;
+use super::load::Campaign;
+use crate::compare::Disagreement;
+use crate::effects::catalogue;
+use crate::envelope::Envelope;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::model::{Model, Parameter, name_of, places_of};
+use crate::nearest::nearest;
+
+/// Names and signs of a file of parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Convention {
+    /// SNAME's names and signs.
+    Sname,
+    /// The names and signs of this crate.
+    Hydrosysid,
+    /// Diagonals of Fossen's matrices.
+    Fossen,
+}
+
+/// A published value.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+enum Given {
+    Plain(f64),
+    #[serde(rename_all = "snake_case")]
+    Measured {
+        value: f64,
+        std: Option<f64>,
+    },
+}
+
+/// A file of published parameters.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: i64,
+    convention: Convention,
+    #[serde(default)]
+    source: String,
+    /// Dry mass that goes with SNAME's added mass, kg; that of the campaign when absent.
+    mass: Option<f64>,
+    /// Dry moments of inertia, kg·m².
+    inertia: Option<[f64; 3]>,
+    #[serde(default)]
+    parameters: BTreeMap<String, Given>,
+    #[serde(rename = "M_A")]
+    added: Option<[f64; 6]>,
+    #[serde(rename = "M_RB")]
+    rigid: Option<[f64; 6]>,
+    #[serde(rename = "D")]
+    linear: Option<[f64; 6]>,
+    #[serde(rename = "D_n")]
+    quadratic: Option<[f64; 6]>,
+}
+
+/// Published parameters, in the signs of this crate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Published {
+    /// Where they come from, as their file says.
+    pub source: String,
+    /// Term, symbol, value, standard deviation.
+    values: Vec<(String, String, f64, Option<f64>)>,
+}
+
+/// A campaign compared with published parameters. Serialises as `hydrosysid compare --params --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct PublishedComparison {
+    /// Format of the result: 1.
+    pub format: u32,
+    /// Where the published parameters come from.
+    pub source: String,
+    /// The published model against each run and degree of freedom.
+    pub runs: Vec<Disagreement>,
+    /// The own model against the same.
+    pub own_runs: Vec<Disagreement>,
+    /// Each parameter beside the own estimate.
+    pub parameters: Vec<PublishedParameter>,
+    /// What there is to say.
+    pub warnings: Vec<Finding>,
+}
+
+/// A parameter beside the own estimate of it, in the signs of this crate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PublishedParameter {
+    /// Term that reads it.
+    pub effect: String,
+    /// Symbol.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// SNAME's name.
+    pub sname: Option<String>,
+    /// Published value; `null` where it is not published and the own one was taken.
+    pub published: Option<f64>,
+    /// Its standard deviation, where it is published.
+    pub published_std: Option<f64>,
+    /// Own estimate; `null` where the own model has no such term.
+    pub own: Option<f64>,
+    /// Its standard deviation.
+    pub own_std: Option<f64>,
+    /// Interval that covers the own value in 95 of 100 cases.
+    pub interval: Option<[f64; 2]>,
+    /// Published less own, in standard deviations of the difference.
+    pub z: Option<f64>,
+    /// Probability of so much by chance.
+    pub p_value: Option<f64>,
+}
+
+impl Published {
+    /// Reads a file of published parameters for the model of a campaign.
+    ///
+    /// # Errors
+    /// [`Error::Parameters`] naming the file and the key.
+    pub fn read(path: &Path, campaign: &Campaign) -> Result<Published, Error> {
+        let failed = |message: String| Error::Parameters { file: path.to_path_buf(), message };
+        let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+        Published::parse(&text, path, campaign)
+    }
+
+    /// The text of such a file; `path` is named in messages.
+    ///
+    /// # Errors
+    /// As [`Published::read`].
+    pub fn parse(text: &str, path: &Path, campaign: &Campaign) -> Result<Published, Error> {
+        let failed = |message: String| Error::Parameters { file: path.to_path_buf(), message };
+        let file: File = toml::from_str(text).map_err(|e| failed(e.to_string().trim_end().to_string()))?;
+        if file.format != 1 {
+            return Err(failed(format!("format = {}: this version reads format 1", file.format)));
+        }
+        let mut given: BTreeMap<String, Given> = file.parameters.clone();
+        let matrices = [("M_A", file.added), ("M_RB", file.rigid), ("D", file.linear), ("D_n", file.quadratic)];
+        let some: Vec<&str> = matrices.iter().filter(|(_, m)| m.is_some()).map(|(name, _)| *name).collect();
+        match (file.convention, some.as_slice()) {
+            (Convention::Fossen, []) => {
+                return Err(failed("convention = \"fossen\" needs M_A, D or D_n: six numbers each".into()));
+            }
+            (Convention::Fossen, _) if !given.is_empty() => {
+                return Err(failed("convention = \"fossen\" takes M_A, M_RB, D and D_n, not [parameters]".into()));
+            }
+            (Convention::Fossen, _) => given = snames(&file),
+            (_, [name, ..]) => return Err(failed(format!("{name} belongs to convention = \"fossen\""))),
+            (_, []) => {}
+        }
+        let own = file.convention == Convention::Hydrosysid;
+        let dry =
+            Dry { mass: file.mass.or(file.rigid.map(|m| m[0])).or(campaign.vehicle.mass), inertia: inertia(&file) };
+        let mut values = Vec::new();
+        for (key, value) in given {
+            let (number, std) = match value {
+                Given::Plain(value) => (value, None),
+                Given::Measured { value, std } => (value, std),
+            };
+            if !number.is_finite() || std.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
+                return Err(failed(format!("`{key}`: value and std must be finite numbers, std not below 0")));
+            }
+            let (term, symbol) = find(&key, own, &campaign.model).ok_or_else(|| {
+                failed(format!("`{key}` is no parameter that this version knows{}", hint(&key, own, campaign)))
+            })?;
+            let number = if own { number } else { dry.turned(&key, number).map_err(failed)? };
+            // a matrix of Fossen has a 0 where there is nothing
+            if file.convention == Convention::Fossen && !campaign.model.dofs.iter().any(|d| term.contains(d.name())) {
+                continue;
+            }
+            values.push((term, symbol, number, std));
+        }
+        if values.is_empty() {
+            return Err(failed("there is no parameter in it for this campaign".into()));
+        }
+        Ok(Published { source: file.source, values })
+    }
+
+    /// The own model with the published values in their places; absent terms are added.
+    fn model(&self, own: &Model, path: &Path) -> Result<Model, Error> {
+        let mut model = own.clone();
+        for (term, symbol, value, std) in &self.values {
+            if model.term(term).is_none() {
+                model
+                    .add_named(term)
+                    .map_err(|e| Error::Parameters { file: path.to_path_buf(), message: e.to_string() })?;
+            }
+            if let Some(p) = model.parameter(term, symbol) {
+                model.parameters[p].value = *value;
+                model.parameters[p].std = *std;
+                model.parameters[p].per_run.clear();
+            }
+        }
+        Ok(model)
+    }
+}
+
+/// The dry figures that go with added masses.
+struct Dry {
+    mass: Option<f64>,
+    inertia: Option<[f64; 3]>,
+}
+
+impl Dry {
+    /// A value of SNAME in the signs of this crate.
+    fn turned(&self, key: &str, value: f64) -> Result<f64, String> {
+        let diagonal = Dof::ALL.into_iter().find(|d| key == format!("{}_{}dot", d.sname(), d.velocity()));
+        let Some(dof) = diagonal else { return Ok(-value) };
+        let dry = match dof.is_rotation() {
+            true => self.inertia.map(|i| i[dof.index() - 3]),
+            false => self.mass,
+        };
+        let what =
+            if dof.is_rotation() { "the dry `inertia`, as in inertia = [Ixx, Iyy, Izz]" } else { "the dry `mass`" };
+        dry.map(|dry| dry - value)
+            .ok_or_else(|| format!("`{key}` is added mass alone: it needs {what}, to become the virtual one"))
+    }
+}
+
+fn inertia(file: &File) -> Option<[f64; 3]> {
+    file.inertia.or(file.rigid.map(|m| [m[3], m[4], m[5]]))
+}
+
+/// Diagonals of Fossen's matrices under SNAME's names.
+fn snames(file: &File) -> BTreeMap<String, Given> {
+    let mut all = BTreeMap::new();
+    for dof in Dof::ALL {
+        let (row, v) = (dof.sname(), dof.velocity());
+        let named = [
+            (file.added, format!("{row}_{v}dot")),
+            (file.linear, format!("{row}_{v}")),
+            (file.quadratic, format!("{row}_{v}|{v}|")),
+        ];
+        for (matrix, name) in named {
+            if let Some(m) = matrix {
+                all.insert(name, Given::Plain(-m[dof.index()]));
+            }
+        }
+    }
+    all
+}
+
+/// Term and symbol of a name: of a term of the model first, else of any that may stand in it.
+fn find(key: &str, own: bool, model: &Model) -> Option<(String, String)> {
+    let (term, symbol) = key.split_once(' ').map_or((None, key), |(term, symbol)| (Some(term), symbol));
+    let matches =
+        |p: &crate::effects::ParameterSpec| if own { p.name == symbol } else { p.sname.as_deref() == Some(symbol) };
+    for t in model.terms.iter().filter(|t| term.is_none_or(|name| t.name() == name)) {
+        if own && term.is_none() && t.name() == key {
+            return t.parameters.first().map(|p| (key.to_string(), model.parameters[*p].spec.name.clone()));
+        }
+        if let Some(p) = t.parameters.iter().find(|p| matches(&model.parameters[**p].spec)) {
+            return Some((t.name(), model.parameters[*p].spec.name.clone()));
+        }
+    }
+    let known = catalogue(model.coriolis);
+    known.iter().find_map(|effect| {
+        places_of(effect.as_ref(), &Dof::ALL).into_iter().find_map(|place| {
+            let name = name_of(effect.about().id, place);
+            let found = effect.parameters(place).into_iter().find(|p| matches(p) || (own && key == name))?;
+            (term.is_none_or(|t| t == name)).then_some((name, found.name))
+        })
+    })
+}
+
+fn hint(key: &str, own: bool, campaign: &Campaign) -> String {
+    let names: Vec<String> = campaign
+        .model
+        .parameters
+        .iter()
+        .filter_map(|p| if own { Some(p.spec.name.clone()) } else { p.spec.sname.clone() })
+        .collect();
+    match nearest(key, names.iter().map(String::as_str)) {
+        Some(near) => format!(", did you mean `{near}`?"),
+        None => format!("; the campaign's model has {}", names.join(", ")),
+    }
+}
+
+/// Holds published parameters against the runs of a campaign and against its own fitted model.
+///
+/// # Errors
+/// [`Error`] when a term cannot stand in the model or a run lacks what it reads.
+pub fn compare_published(
+    campaign: &Campaign,
+    own: &Model,
+    envelope: &Envelope,
+    published: &Published,
+    path: &Path,
+) -> Result<PublishedComparison, Error> {
+    let model = published.model(own, path)?;
+    let Comparison { runs, mut warnings, .. } = compare(campaign, &model, envelope)?;
+    let own_runs = compare(campaign, own, envelope)?.runs;
+    let parameters: Vec<PublishedParameter> =
+        model.parameters.iter().map(|p| beside(p, own, published, campaign)).collect();
+    let taken: Vec<String> =
+        parameters.iter().filter(|p| p.published.is_none()).map(|p| format!("{} of `{}`", p.name, p.effect)).collect();
+    if !taken.is_empty() {
+        let text = format!("not published, taken from the own model: {}", taken.join(", "));
+        warnings.push(Finding::new(&codes::NOT_PUBLISHED, text));
+    }
+    Ok(PublishedComparison { format: 1, source: published.source.clone(), runs, own_runs, parameters, warnings })
+}
+
+fn beside(p: &Parameter, own: &Model, published: &Published, campaign: &Campaign) -> PublishedParameter {
+    let told = described(p, None, &campaign.vehicle, &[]);
+    let given = published
+        .values
+        .iter()
+        .find(|(term, symbol, ..)| *symbol == p.spec.name && (*term == p.term || p.spec.shared.is_some()));
+    let mine = own.parameter(&p.term, &p.spec.name).map(|k| &own.parameters[k]);
+    let own_std = mine.and_then(|m| if m.fixed { Some(0.0) } else { m.std });
+    let std = own_std.map(|s| s.hypot(given.and_then(|g| g.3).unwrap_or(0.0))).filter(|s| *s > 0.0 && s.is_finite());
+    let z = given.zip(mine).zip(std).map(|((g, m), s)| (g.2 - m.value) / s);
+    PublishedParameter {
+        effect: p.term.clone(),
+        name: p.spec.name.clone(),
+        unit: p.spec.dimension.to_string(),
+        sname: told.sname,
+        published: given.map(|g| g.2),
+        published_std: given.and_then(|g| g.3),
+        own: mine.map(|m| m.value),
+        own_std,
+        interval: mine.zip(own_std).map(|(m, s)| [m.value - COVER * s, m.value + COVER * s]),
+        z,
+        p_value: z.map(two_sided),
+    }
+}

@@ -1,0 +1,116 @@
+//! The verb `compare`: a model or published parameters against the runs of a campaign, or two models against each other.
+
+use super::arguments::Compare;
+use super::failure::Failure;
+use super::output::Output;
+use super::table::{measured, number, table};
+use super::verbs::{Chosen, chosen, may_hold_series, write_series};
+use crate::campaign::{self, ModelDifference, Published, PublishedComparison};
+use crate::compare::Disagreement;
+
+pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
+    may_hold_series(a.series.series.as_deref(), output)?;
+    if let Some(other) = &a.other {
+        let found = campaign::difference_of(&a.campaign, other)?;
+        print_difference(&found, output);
+        output.json(&found)?;
+        return output.tell(&found.warnings);
+    }
+    let Chosen { campaign, model, envelope } = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
+    let Some(params) = &a.params else {
+        let busy = output.busy("simulating");
+        let result = campaign::compare(&campaign, &model, &envelope)?;
+        if let Some(path) = &a.series.series {
+            write_series(&campaign::simulate(&campaign, &model, &envelope)?, path, output)?;
+        }
+        busy.finish_and_clear();
+        output.print(&runs(&result.runs));
+        output.json(&result)?;
+        return output.tell(&result.warnings);
+    };
+    let published = Published::read(params, &campaign)?;
+    let busy = output.busy("simulating");
+    let result = campaign::compare_published(&campaign, &model, &envelope, &published, params)?;
+    busy.finish_and_clear();
+    print_published(&result, output);
+    output.json(&result)?;
+    output.tell(&result.warnings)
+}
+
+fn runs(rows: &[Disagreement]) -> String {
+    let rows: Vec<Vec<String>> = rows
+        .iter()
+        .map(|r| {
+            vec![
+                r.run.clone(),
+                format!("{:?}", r.role).to_lowercase(),
+                r.dof.to_string(),
+                format!("{} ± {}", number(r.mean_abs), number(r.std_abs)),
+                number(r.rms),
+                number(r.noise_floor),
+                format!("{:.1}", r.fit_percent),
+                r.unit.clone(),
+            ]
+        })
+        .collect();
+    table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows)
+}
+
+fn probability(p: Option<f64>) -> String {
+    p.map(|p| format!("{p:.1e}")).unwrap_or_default()
+}
+
+fn print_difference(found: &ModelDifference, output: &Output) {
+    let rows: Vec<Vec<String>> = found
+        .parameters
+        .iter()
+        .map(|p| {
+            vec![
+                p.effect.clone(),
+                p.name.clone(),
+                measured(p.a, p.std_a),
+                measured(p.b, p.std_b),
+                measured(p.difference, p.std),
+                p.z.map(|z| format!("{z:+.1}")).unwrap_or_default(),
+                probability(p.p_value),
+                p.unit.clone(),
+            ]
+        })
+        .collect();
+    output.print(&table(&["term", "symbol", &found.a, &found.b, "difference ± std", "z", "p", "unit"], &rows));
+    if let Some(joint) = found.joint {
+        output.print(&format!(
+            "all together: chi2 = {} on {} degrees of freedom, p = {:.1e}",
+            number(joint.chi_squared),
+            joint.degrees_of_freedom,
+            joint.p_value
+        ));
+    }
+}
+
+fn print_published(found: &PublishedComparison, output: &Output) {
+    output.print(&format!(
+        "published{}:",
+        if found.source.is_empty() { String::new() } else { format!(" ({})", found.source) }
+    ));
+    output.print(&runs(&found.runs));
+    output.print("own model:");
+    output.print(&runs(&found.own_runs));
+    let rows: Vec<Vec<String>> = found
+        .parameters
+        .iter()
+        .map(|p| {
+            vec![
+                p.effect.clone(),
+                p.name.clone(),
+                p.published.map(|x| measured(x, p.published_std)).unwrap_or_else(|| "-".into()),
+                p.own.map(|x| measured(x, p.own_std)).unwrap_or_else(|| "-".into()),
+                p.interval.map(|[low, high]| format!("{} to {}", number(low), number(high))).unwrap_or_default(),
+                p.z.map(|z| format!("{z:+.1}")).unwrap_or_default(),
+                probability(p.p_value),
+                p.unit.clone(),
+            ]
+        })
+        .collect();
+    output.print(&table(&["term", "symbol", "published", "own ± std", "95 % of own", "z", "p", "unit"], &rows));
+}

@@ -1,0 +1,140 @@
+//! What `discover` says on a terminal: the verdict, what is missing, the gap as it shrinks, where it lies, what next.
+
+use super::output::Output;
+use super::table::{measured, number, table};
+use crate::discover::{Discovery, Verdict};
+use crate::frame::Measured;
+
+/// Most places and sizes that are printed; the JSON has them all.
+const SHOWN: usize = 5;
+
+/// Prints a discovery.
+pub(super) fn print(found: &Discovery, output: &Output) {
+    output.print(&format!("verdict: {}", verdict(found)));
+    if !found.log_findings.is_empty() {
+        let rows: Vec<Vec<String>> = found
+            .log_findings
+            .iter()
+            .map(|f| vec![f.channel.clone(), f.kind.clone(), number(f.factor), f.message.clone()])
+            .collect();
+        output.print(&format!("\nthe log\n{}", table(&["channel", "fault", "factor", "what it is"], &rows)));
+    }
+    if !found.effects.is_empty() {
+        output.print(&format!("\nmissing\n{}", effects(found)));
+    }
+    if !found.removed.is_empty() {
+        output.print(&format!("added and dropped again: {}", found.removed.join(", ")));
+    }
+    output.print(&format!(
+        "\nthe gap: simulated less measured on runs that took no part, in units of the noise\n{}",
+        gap(found)
+    ));
+    place(found, output);
+    smallest(found, output);
+    if let Some(next) = &found.next_experiment {
+        output.print(&format!("\nnext: {next}"));
+    }
+}
+
+/// The verdict as a person would say it.
+fn verdict(found: &Discovery) -> String {
+    let names = found.effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(" and ");
+    match found.verdict {
+        Verdict::NothingMissing => "nothing missing: the baseline predicts the data down to the noise".into(),
+        Verdict::Explained => format!("explained: with {names} the model predicts the data down to the noise"),
+        Verdict::PartlyExplained => format!("partly explained: {names} helps, and something is left that has no name"),
+        Verdict::Unexplained => "unexplained: something is missing that no known effect explains".into(),
+    }
+}
+
+fn effects(found: &Discovery) -> String {
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for effect in &found.effects {
+        for (k, p) in effect.parameters.iter().enumerate() {
+            let first = |text: String| if k == 0 { text } else { String::new() };
+            rows.push(vec![
+                first(effect.id.clone()),
+                p.name.clone(),
+                measured(p.value, Some(p.std)),
+                p.unit.clone(),
+                first(format!("{:.1e}", effect.p_value)),
+                first(effect.also_possible.join(", ")),
+            ]);
+        }
+        if effect.parameters.is_empty() {
+            let (name, p) = (effect.id.clone(), format!("{:.1e}", effect.p_value));
+            rows.push(vec![name, "tied".into(), String::new(), String::new(), p, effect.also_possible.join(", ")]);
+        }
+    }
+    table(&["effect", "symbol", "value ± std", "unit", "p", "also possible"], &rows)
+}
+
+/// One row a step, one column a measured quantity: error and, in brackets, how many times the noise that is.
+fn gap(found: &Discovery) -> String {
+    let Some(first) = found.gap.first() else { return String::new() };
+    let columns: Vec<&Measured> = first.held_out_rms.keys().collect();
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for (k, step) in found.gap.iter().enumerate() {
+        let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}"));
+        let cell = |m: &&Measured| match (step.held_out_rms.get(*m), step.noise_floor.get(*m)) {
+            (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", number(*rms), rms / noise),
+            (Some(rms), _) => number(*rms),
+            _ => String::new(),
+        };
+        rows.push(std::iter::once(name).chain(columns.iter().map(cell)).collect());
+        if k + 1 == found.gap.len() {
+            let noise = columns.iter().map(|m| step.noise_floor.get(*m).copied().map(number).unwrap_or_default());
+            rows.push(std::iter::once("noise".to_string()).chain(noise).collect());
+        }
+    }
+    let names: Vec<String> = columns.iter().map(ToString::to_string).collect();
+    let headers: Vec<&str> = std::iter::once("with").chain(names.iter().map(String::as_str)).collect();
+    table(&headers, &rows)
+}
+
+/// Where the baseline disagrees: the missing force in a sentence a degree of freedom, then the worst places.
+fn place(found: &Discovery, output: &Output) {
+    if found.verdict == Verdict::NothingMissing || (found.places.is_empty() && found.residuals.is_empty()) {
+        return;
+    }
+    output.print("\nwhere the baseline disagrees");
+    for residual in &found.residuals {
+        output.print(&format!("  {}", residual.sentence));
+    }
+    let rows: Vec<Vec<String>> = found
+        .places
+        .iter()
+        .take(SHOWN)
+        .map(|p| {
+            let span = format!("{} to {}", number(p.from), number(p.to));
+            let condition = p.condition.split_once(": ").map_or(p.condition.as_str(), |(_, rest)| rest);
+            vec![p.run.clone(), p.dof.to_string(), span, format!("{:.1}", p.times_noise), condition.to_string()]
+        })
+        .collect();
+    if !rows.is_empty() {
+        output.print(&table(&["run", "in", "seconds", "x noise", "condition"], &rows));
+    }
+    if found.places.len() > SHOWN {
+        output.print(&format!("and {} more places: --json has them all", found.places.len() - SHOWN));
+    }
+}
+
+/// What the data could have shown, where nothing more was found: couplings are left to the JSON.
+fn smallest(found: &Discovery, output: &Output) {
+    if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+        return;
+    }
+    let single: Vec<_> = found.smallest_visible.iter().filter(|s| !s.id.contains(':')).collect();
+    let rows: Vec<Vec<String>> =
+        single.iter().take(SHOWN).map(|s| vec![s.id.clone(), number(s.value), s.unit.clone()]).collect();
+    if !rows.is_empty() {
+        output.print(&format!(
+            "\nsmallest sizes that this data would have shown\n{}",
+            table(&["effect", "size", "unit"], &rows)
+        ));
+    }
+    let rest = found.smallest_visible.len() - rows.len();
+    if rest > 0 && !rows.is_empty() {
+        output.print(&format!("and {rest} more: --json has them all"));
+    }
+}

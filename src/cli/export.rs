@@ -1,0 +1,63 @@
+//! The verb `export`: a model or the thrusters of a campaign as a file for another tool.
+
+use std::collections::BTreeMap;
+
+use super::arguments::Export;
+use super::failure::Failure;
+use super::output::Output;
+use super::table::table;
+use crate::export::{self, ExportOptions, Target};
+use crate::nearest::nearest;
+
+/// A target as it is listed.
+#[derive(serde::Serialize)]
+struct Listed {
+    target: Target,
+    version: &'static str,
+    takes: &'static str,
+}
+
+pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
+    let (Some(file), Some(name)) = (&a.file, &a.to) else { return list(a, output) };
+    output.may_write(a.output.as_deref())?;
+    let target = Target::from_name(name).ok_or_else(|| {
+        let near = nearest(name, Target::ALL.iter().map(|t| t.name())).map(|n| format!(", did you mean `{n}`?"));
+        Failure::Argument(format!(
+            "no target is called `{name}`{}; `hydrosysid export` lists them",
+            near.unwrap_or_default()
+        ))
+    })?;
+    if a.output.is_none() && (target.is_binary() || output.json_on_stdout()) {
+        return Err(Failure::Argument("give the file to write with --output".into()));
+    }
+    let inertia = match a.inertia.as_slice() {
+        [] => None,
+        [x, y, z] => Some([*x, *y, *z]),
+        _ => return Err(Failure::Argument("--inertia takes three numbers: IXX,IYY,IZZ".into())),
+    };
+    let at: BTreeMap<String, f64> = a.at.iter().cloned().collect();
+    let options = ExportOptions { link: a.link.clone(), mass: a.mass, inertia, at };
+    let made = export::export(file, target, &options)?;
+    match &a.output {
+        None => output.hand_over(&String::from_utf8_lossy(&made.bytes)),
+        Some(path) => {
+            output.write(path, &made.bytes)?;
+            output.print(&format!("{} written for {}: {}", path.display(), target.name(), target.version()));
+        }
+    }
+    output.json(&made)?;
+    output.tell(&made.warnings)
+}
+
+fn list(a: &Export, output: &Output) -> Result<(), Failure> {
+    if a.file.is_some() {
+        return Err(Failure::Argument("give the target with --to; `hydrosysid export` lists them".into()));
+    }
+    let takes = |t: Target| if t.takes_campaign() { "campaign" } else { "model" };
+    let all: Vec<Listed> =
+        Target::ALL.iter().map(|t| Listed { target: *t, version: t.version(), takes: takes(*t) }).collect();
+    let rows: Vec<Vec<String>> =
+        all.iter().map(|l| vec![l.target.name().into(), l.takes.into(), l.version.into()]).collect();
+    output.print(&table(&["target", "takes", "for"], &rows));
+    output.json(&all)
+}

@@ -1,0 +1,36 @@
+//! Whether a fit carries what a candidate reads: an angle that no run logs and no term reads is not simulated, and
+//! neither is a candidate that would turn with it.
+
+use std::collections::BTreeSet;
+
+use super::Candidate;
+use crate::chain::{Available, StateId};
+use crate::dynamics::Dynamics;
+use crate::estimate::output_error::{OutputErrorFit, Problem};
+
+/// Whether each candidate can stand in the model of `fit` without a state that this does not carry.
+pub(super) fn carried(fit: &OutputErrorFit, list: &[Candidate], channels: &BTreeSet<String>) -> Vec<bool> {
+    let own = &fit.problem.dynamics;
+    let angles = fit.model.dofs.iter().filter(|d| d.is_rotation());
+    if angles.clone().all(|d| own.states.contains(&StateId::Position(*d))) {
+        return vec![true; list.len()];
+    }
+    let observed: BTreeSet<String> = own.outputs.iter().cloned().collect();
+    let stays = |candidate: &Candidate| {
+        let mut model = fit.model.clone();
+        let probe = candidate.probes.first().map_or(&[][..], Vec::as_slice);
+        let available = Available { channels: channels.clone(), ..available_of(&fit.problem) };
+        candidate.add_to(&mut model, probe).is_ok() && {
+            let with = Dynamics::compile(&model, &available, &observed, &[]);
+            let known = |s: &StateId| matches!(s, StateId::Memory { .. }) || own.states.contains(s);
+            with.states.iter().all(known)
+        }
+    };
+    list.iter().map(stays).collect()
+}
+
+/// What the equations may read as those of `problem` do: whether the position is simulated.
+pub(super) fn available_of(problem: &Problem) -> Available {
+    let position = problem.dynamics.states.iter().any(|s| matches!(s, StateId::Position(dof) if !dof.is_rotation()));
+    Available { position, ..Available::default() }
+}

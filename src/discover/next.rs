@@ -1,0 +1,162 @@
+//! The run that would tell more: what separates names that are tied, where to look for what has no name, and what a
+//! campaign in which nothing is missing could not have shown.
+
+use super::residual::Residual;
+use super::{FoundEffect, Verdict};
+use crate::effects::{Coriolis, catalogue};
+use crate::frame::Measured;
+
+/// Runs that separate effects which are often tied: the ids, and the run.
+const SEPARATING: &[(&[&str], &str)] = &[
+    (
+        &["linear_drag", "quadratic_drag", "cubic_drag", "mixed_drag"],
+        "hold constant speeds, one after the other, from the slowest to full speed and in both directions: forms of drag \
+         part at the ends of the range",
+    ),
+    (
+        &["thrust_lag", "thrust_delay", "fluid_memory", "inertia"],
+        "step the command up and down, logged at 10 Hz or faster: a delay answers late but at once, a lag at once but \
+         slowly, and an inertia in proportion to the step",
+    ),
+    (
+        &["coulomb_friction", "bias", "drag_asymmetry", "thrust_reverse_loss", "thrust_deadband", "restoring_surge"],
+        "pass slowly through rest in both directions, once under small commands and once coasting: friction turns with \
+         the motion, a loss of thrust with the command, a bias with neither",
+    ),
+    (
+        &["thrust_interaction_loss", "supply_voltage", "inertia", "sensor_dvl_scale"],
+        "measure one force or one speed by itself: a bollard pull with load cells, or a position that is independent of \
+         the velocity sensor; no log of a free vehicle gives the scale of both",
+    ),
+    (
+        &["current", "bias", "linear_drag", "tether_spring", "wave"],
+        "sail the same straight run on four headings and twice as far: a current turns with the heading, a tether grows \
+         with the distance, a bias does neither",
+    ),
+];
+
+/// The next experiment in one sentence; `open` is where a gap is left, `unseen` what this campaign cannot show.
+pub(super) fn experiment(
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    open: &[Measured],
+    residuals: &[Residual],
+    unseen: &[String],
+) -> Option<String> {
+    if let Some(tied) = effects.iter().find(|e| !e.also_possible.is_empty()) {
+        return Some(separate(tied));
+    }
+    match verdict {
+        Verdict::Unexplained | Verdict::PartlyExplained => Some(look(open, residuals)),
+        Verdict::NothingMissing => reveal(unseen),
+        Verdict::Explained => None,
+    }
+}
+
+fn id_of(name: &str) -> &str {
+    name.split('@').next().unwrap_or(name)
+}
+
+/// Which data show a catalogue effect.
+fn shown_by(name: &str) -> Option<String> {
+    let known = catalogue(Coriolis::Free);
+    known.iter().find(|e| e.about().id == id_of(name)).map(|e| e.about().shown_by.to_string())
+}
+
+/// The run that tells a name from the others of its class.
+fn separate(tied: &FoundEffect) -> String {
+    if tied.id == "thrust_delay" && tied.also_possible == ["sensor_delay"] {
+        return "No run of the vehicle can tell a late thrust from a late log: compare the clocks of command and \
+                navigation on the bench."
+            .into();
+    }
+    let (id, rivals) = (id_of(&tied.id), tied.also_possible.join(", "));
+    let separates = |ids: &&[&str]| ids.contains(&id) && tied.also_possible.iter().any(|r| ids.contains(&id_of(r)));
+    if let Some((_, run)) = SEPARATING.iter().find(|(ids, _)| separates(ids)) {
+        return format!("To tell {} from {rivals}, {run}.", tied.id);
+    }
+    let shown = |name: &str| shown_by(name).map(|data| format!("{name} shows by {data}"));
+    let each: Vec<String> = std::iter::once(tied.id.as_str())
+        .chain(tied.also_possible.iter().map(String::as_str))
+        .filter_map(shown)
+        .collect();
+    match each.is_empty() {
+        true => format!("To tell {} from {rivals}, vary what their formulas read one at a time.", tied.id),
+        false => format!("To tell {} from {rivals}: {}.", tied.id, each.join("; ")),
+    }
+}
+
+/// Where to look for what no effect of the catalogue explains: along what the missing force goes with.
+fn look(open: &[Measured], residuals: &[Residual]) -> String {
+    let of = |residual: &&Residual| open.is_empty() || open.iter().any(|m| *m == residual.dof);
+    let best = residuals.iter().filter(of).filter_map(|r| Some((r, r.goes_with.first()?)));
+    let best = best.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()));
+    let (dof, with) = match best {
+        Some((residual, with)) => (residual.dof.to_string(), with.quantity.as_str()),
+        None => {
+            let names: Vec<String> = open.iter().map(ToString::to_string).collect();
+            return format!(
+                "Repeat a run with the same command at another depth, heading or time of day, and see whether the \
+                 disagreement in {} repeats: what repeats is of the vehicle, what does not is of its surroundings.",
+                names.join(", ")
+            );
+        }
+    };
+    match with {
+        "heading" => format!("The missing force in {dof} goes with the heading: repeat one run on four headings."),
+        "depth" => format!("The missing force in {dof} goes with the depth: repeat one run at three depths."),
+        "time" => format!(
+            "The missing force in {dof} drifts with time: repeat one run at the beginning and at the end of the day, \
+             with the supply voltage logged."
+        ),
+        amplitude if amplitude.starts_with("amplitude") => format!(
+            "The missing force in {dof} goes with the amplitude: oscillate at three amplitudes and two periods each."
+        ),
+        quantity => format!(
+            "The missing force in {dof} goes with {quantity}: vary {quantity} over its whole range, slowly and with all \
+             else as steady as it can be held, so that the form of the force can be read off."
+        ),
+    }
+}
+
+/// What a campaign in which nothing is missing could not have shown, and the data that would.
+fn reveal(unseen: &[String]) -> Option<String> {
+    const NAMED: usize = 3;
+    // what no run can show is no reason for another run
+    let first: Vec<&String> = unseen.iter().filter(|name| !name.contains(':')).take(NAMED).collect();
+    let data = shown_by(first.first()?)?;
+    let names: Vec<&str> = first.iter().map(|name| name.as_str()).collect();
+    Some(format!("This data could not have shown {} at any size: {} wants {data}.", names.join(", "), names[0]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tied(id: &str, rivals: &[&str]) -> FoundEffect {
+        FoundEffect {
+            id: id.into(),
+            dofs: Vec::new(),
+            parameters: Vec::new(),
+            p_value: 0.0,
+            also_possible: rivals.iter().map(|r| (*r).to_string()).collect(),
+            evidence: String::new(),
+        }
+    }
+
+    #[test]
+    fn every_verdict_has_its_sentence() {
+        let drag = [tied("cubic_drag@surge", &["quadratic_drag@surge"])];
+        let said = experiment(Verdict::Explained, &drag, &[], &[], &[]).unwrap();
+        assert!(said.contains("constant speeds"), "{said}");
+        let odd = [tied("wave@sway", &["sail@sway"])];
+        assert!(experiment(Verdict::Explained, &odd, &[], &[], &[]).unwrap().contains("wave@sway shows by"));
+        let open = [Measured::Velocity(crate::frame::Dof::Yaw)];
+        assert!(experiment(Verdict::Unexplained, &[], &open, &[], &[]).unwrap().contains("yaw repeats"));
+        let unseen = ["drag_asymmetry@surge".to_string()];
+        let said = experiment(Verdict::NothingMissing, &[], &[], &[], &unseen).unwrap();
+        assert!(said.contains("drag_asymmetry@surge wants"), "{said}");
+        assert_eq!(experiment(Verdict::NothingMissing, &[], &[], &[], &[]), None);
+        assert_eq!(experiment(Verdict::Explained, &[tied("wave@sway", &[])], &[], &[], &[]), None);
+    }
+}

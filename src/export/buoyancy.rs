@@ -1,0 +1,46 @@
+//! Weight and buoyancy as a simulator takes them: a mass, a volume and where it is.
+//!
+//! ```text
+//! B = m g − (W − B),   V = B/(ρ g),   r_b B = r_g W − (moment arms of the model)
+//! ```
+//!
+//! m: dry mass, kg; g: W/m where the weight is known, else 9.81 m/s²; W − B and z_g W − z_b B as identified, else as
+//! the figures of the vehicle have them, else 0. Fossen (2021), ch. 4.
+
+use super::body::Body;
+use super::coefficients::Coefficients;
+use crate::model::Model;
+use crate::vehicle::{Vehicle, Water};
+
+/// Standard acceleration of gravity where the vehicle's weight does not say another, m/s².
+const GRAVITY: f64 = 9.81;
+
+/// What holds a vehicle up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Buoyancy {
+    /// W − B, N.
+    pub net_weight: f64,
+    /// Displaced volume, m³.
+    pub volume: f64,
+    /// Centre of buoyancy in body axes forward-starboard-down, m.
+    pub centre: [f64; 3],
+}
+
+pub(super) fn buoyancy(found: &Coefficients, model: &Model, body: &Body, vehicle: &Vehicle, water: &Water) -> Buoyancy {
+    let g = vehicle.weight.map_or(GRAVITY, |w| w / vehicle.mass.unwrap_or(body.mass));
+    let has = |id: &str| model.terms.iter().any(|t| t.effect.about().id == id);
+    let restoring = &found.restoring;
+    let identified = ["restoring_surge", "restoring_sway", "restoring_heave"].iter().position(|id| has(id));
+    let net_weight = identified.map_or_else(|| vehicle.net_weight().unwrap_or(0.0), |i| restoring.net_weight[i]);
+    let weight = body.mass * g;
+    let up = weight - net_weight;
+    let righting = ["restoring_roll", "restoring_pitch"].iter().position(|id| has(id));
+    let given = vehicle.cb.unwrap_or(body.cg);
+    let arm = |axis: usize, moment: f64| (body.cg[axis] * weight - moment) / up;
+    let centre = [
+        if has("trim_offset") { arm(0, restoring.trim[0]) } else { given[0] },
+        if has("trim_offset") { arm(1, restoring.trim[1]) } else { given[1] },
+        righting.map_or(given[2], |i| arm(2, restoring.righting[i])),
+    ];
+    Buoyancy { net_weight, volume: up / (water.density * g), centre }
+}

@@ -1,0 +1,220 @@
+//! Matrices of Fossen's equations as a Python module or a MATLAB function.
+//!
+//! ```text
+//! M ν̇ + C(ν) ν + D ν + D_n(ν) ν + g(η) = τ + τ_0 + N(ν)       M = M_RB + M_A
+//! ```
+//!
+//! Axes forward-starboard-down, as in the model. M_RB, M_A positive definite, D and D_n positive where they brake; D_n
+//! has an entry i, j, k for ν_j |ν_k|. N holds the products ν_j ν_k that C does not: free Coriolis coefficients, lift,
+//! drag that differs astern. Fossen (2021), ch. 6.
+
+use std::fmt::Write;
+
+use super::body::split;
+use super::coefficients::{Coefficients, Matrix, Tensor, coefficients};
+use super::header::Draft;
+use super::number::{number, numbers};
+use super::{Export, ExportError, ExportOptions, Source, Target};
+
+pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
+    let found = coefficients(source.model);
+    let mut draft = Draft::new(target);
+    draft.left_out(&found);
+    draft.not_modelled(&found);
+    let parts = split(&found, &source.file.vehicle, options, &mut draft.warnings)?;
+    draft.cancelled(&found, &parts.rest);
+    let head = draft.head(
+        source,
+        &[
+            "Signs: M_RB, M_A positive; D, D_n positive where they brake; g(eta) on the left, as Fossen writes it",
+            "Axes: forward-starboard-down at the body origin, SI units; eta = (x, y, z, phi, theta, psi), z-y-x angles",
+            "M nu_dot + C(nu) nu + D nu + D_n(nu) nu + g(eta) = tau + tau_0 + N(nu)",
+        ],
+    );
+    let pieces = Pieces {
+        rigid: parts.body.matrix(),
+        added: parts.added,
+        linear: std::array::from_fn(|i| std::array::from_fn(|j| -found.linear[i][j])),
+        absolute: entries(&found.absolute, -1.0),
+        product: entries(&parts.rest, 1.0),
+        found: &found,
+    };
+    let text = match target {
+        Target::FossenPython => python(&head, &pieces),
+        _ => matlab(&head, &pieces),
+    };
+    Ok(draft.finish(text.into_bytes()))
+}
+
+struct Pieces<'a> {
+    rigid: Matrix,
+    added: Matrix,
+    linear: Matrix,
+    absolute: Vec<([usize; 3], f64)>,
+    product: Vec<([usize; 3], f64)>,
+    found: &'a Coefficients,
+}
+
+/// Entries that are not 0.
+fn entries(tensor: &Tensor, sign: f64) -> Vec<([usize; 3], f64)> {
+    let mut list = Vec::new();
+    for i in 0..6 {
+        for j in 0..6 {
+            for k in (0..6).filter(|k| tensor[i][j][*k] != 0.0) {
+                list.push(([i, j, k], sign * tensor[i][j][k]));
+            }
+        }
+    }
+    list
+}
+
+fn python(head: &[String], p: &Pieces<'_>) -> String {
+    // a name may hold quotes and backslashes
+    let head = head.join("\n").replace('\\', "/").replace('"', "'");
+    let matrix = |m: &Matrix| {
+        let rows: Vec<String> = m.iter().map(|row| format!("        [{}],\n", numbers(row, ", "))).collect();
+        format!("np.array(\n    [\n{}    ]\n)", rows.concat())
+    };
+    let table = |list: &[([usize; 3], f64)]| {
+        let rows: Vec<String> =
+            list.iter().map(|([i, j, k], x)| format!("    ({i}, {j}, {k}): {},\n", number(*x))).collect();
+        if rows.is_empty() { "{}".into() } else { format!("{{\n{}}}", rows.concat()) }
+    };
+    let r = &p.found.restoring;
+    let mut text = format!("\"\"\"{head}\n\"\"\"\n\nimport numpy as np\n\n");
+    let _ = write!(text, "M_RB = {}\n\nM_A = {}\n\nM = M_RB + M_A\n\n", matrix(&p.rigid), matrix(&p.added));
+    let _ = write!(text, "D = {}\n\n", matrix(&p.linear));
+    let _ = write!(text, "# D_n(nu)[i, j] += d |nu_k| for each (i, j, k): d\nQUADRATIC = {}\n\n", table(&p.absolute));
+    let _ = write!(text, "# N(nu)[i] += n nu_j nu_k for each (i, j, k): n\nPRODUCTS = {}\n\n", table(&p.product));
+    let _ = write!(text, "tau_0 = np.array([{}])\n\n", numbers(&p.found.constant, ", "));
+    let _ = write!(
+        text,
+        "# W - B by row, z_g W - z_b B in roll and pitch, x_g W and y_g W\nNET_WEIGHT = ({})\nRIGHTING = ({})\nTRIM = ({})\n",
+        numbers(&r.net_weight, ", "),
+        numbers(&r.righting, ", "),
+        numbers(&r.trim, ", ")
+    );
+    text + PYTHON
+}
+
+const PYTHON: &str = r#"
+
+def C(nu):
+    """Coriolis and centripetal matrix of M."""
+    nu = np.asarray(nu, dtype=float)
+    P, L = np.split(M @ nu, 2)
+    matrix = np.zeros((6, 6))
+    matrix[:3, 3:] = -S(P)
+    matrix[3:, :3] = -S(P)
+    matrix[3:, 3:] = -S(L)
+    return matrix
+
+
+def S(a):
+    """Matrix of the cross product, S(a) b = a x b."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def D_n(nu):
+    """Quadratic damping matrix."""
+    matrix = np.zeros((6, 6))
+    for (i, j, k), d in QUADRATIC.items():
+        matrix[i, j] += d * abs(nu[k])
+    return matrix
+
+
+def N(nu):
+    """Forces in proportion to products of velocities."""
+    force = np.zeros(6)
+    for (i, j, k), n in PRODUCTS.items():
+        force[i] += n * nu[j] * nu[k]
+    return force
+
+
+def g(eta):
+    """Restoring forces, on the left side."""
+    phi, theta = eta[3], eta[4]
+    down = np.array([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)])
+    x, y = TRIM
+    force = NET_WEIGHT * down
+    roll = -RIGHTING[0] * down[1] + y * down[2]
+    pitch = RIGHTING[1] * down[0] - x * down[2]
+    yaw = x * down[1] - y * down[0]
+    return -np.array([*force, roll, pitch, yaw])
+
+
+def nu_dot(eta, nu, tau):
+    """Acceleration under the force tau."""
+    nu, tau = np.asarray(nu, dtype=float), np.asarray(tau, dtype=float)
+    force = tau + tau_0 + N(nu) - C(nu) @ nu - D @ nu - D_n(nu) @ nu - g(eta)
+    return np.linalg.solve(M, force)
+"#;
+
+fn matlab(head: &[String], p: &Pieces<'_>) -> String {
+    let matrix = |m: &Matrix| {
+        let rows: Vec<String> = m.iter().map(|row| format!("  {}", numbers(row, " "))).collect();
+        format!("[\n{}\n]", rows.join(";\n"))
+    };
+    let cells = |name: &str, list: &[([usize; 3], f64)]| {
+        let mut text = format!("vehicle.{name} = zeros(6, 6, 6);\n");
+        for ([i, j, k], x) in list {
+            let _ = writeln!(text, "vehicle.{name}({}, {}, {}) = {};", i + 1, j + 1, k + 1, number(*x));
+        }
+        text
+    };
+    let r = &p.found.restoring;
+    let mut text: String = "function vehicle = hydrosysid_vehicle()\n".into();
+    for line in head {
+        let _ = writeln!(text, "% {line}");
+    }
+    let _ = write!(text, "vehicle.M_RB = {};\nvehicle.M_A = {};\n", matrix(&p.rigid), matrix(&p.added));
+    let _ = write!(text, "vehicle.M = vehicle.M_RB + vehicle.M_A;\nvehicle.D = {};\n", matrix(&p.linear));
+    let _ = write!(text, "% force -D_n(i, j, k) nu_j |nu_k|\n{}", cells("D_n", &p.absolute));
+    let _ = write!(text, "% force +N(i, j, k) nu_j nu_k\n{}", cells("N", &p.product));
+    let _ = writeln!(text, "vehicle.tau_0 = [{}];", numbers(&p.found.constant, "; "));
+    let _ = writeln!(text, "vehicle.net_weight = [{}];", numbers(&r.net_weight, "; "));
+    let _ = writeln!(text, "vehicle.righting = [{}];", numbers(&r.righting, "; "));
+    let _ = writeln!(text, "vehicle.trim = [{}];", numbers(&r.trim, "; "));
+    text + MATLAB
+}
+
+const MATLAB: &str = r"vehicle.nu_dot = @(eta, nu, tau) vehicle.M \ (tau + vehicle.tau_0 + products(vehicle.N, nu) ...
+  - coriolis(vehicle.M, nu) * nu - vehicle.D * nu - damping(vehicle.D_n, nu) * nu - restoring(vehicle, eta));
+end
+
+function C = coriolis(M, nu)
+pi = M * nu;
+C = [zeros(3), -skew(pi(1:3)); -skew(pi(1:3)), -skew(pi(4:6))];
+end
+
+function S = skew(a)
+S = [0, -a(3), a(2); a(3), 0, -a(1); -a(2), a(1), 0];
+end
+
+function D = damping(D_n, nu)
+D = zeros(6);
+for k = 1:6
+  D = D + D_n(:, :, k) * abs(nu(k));
+end
+end
+
+function f = products(N, nu)
+f = zeros(6, 1);
+for k = 1:6
+  f = f + N(:, :, k) * nu * nu(k);
+end
+end
+
+function g = restoring(vehicle, eta)
+phi = eta(4);
+theta = eta(5);
+down = [-sin(theta); cos(theta) * sin(phi); cos(theta) * cos(phi)];
+x = vehicle.trim(1);
+y = vehicle.trim(2);
+g = -[vehicle.net_weight .* down; ...
+  -vehicle.righting(1) * down(2) + y * down(3); ...
+  vehicle.righting(2) * down(1) - x * down(3); ...
+  x * down(2) - y * down(1)];
+end
+";

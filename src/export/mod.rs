@@ -1,0 +1,209 @@
+//! A model for the tools that use it: simulators, control design, tables.
+//!
+//! ```text
+//! model ──► coefficients (read off its terms) ──► rigid body + added mass + damping ──► one file a target
+//! ```
+//!
+//! Every file says in a comment what wrote it, for which version of the target, with which signs and in which axes, and
+//! what of the model is not in it. What a target cannot express is never dropped in silence: it is a finding.
+
+pub mod body;
+mod buoyancy;
+pub mod codes;
+pub mod coefficients;
+mod fossen;
+mod gazebo;
+mod header;
+mod linear;
+mod mat;
+mod number;
+mod tables;
+mod target;
+mod thrusters;
+mod urdf;
+mod uuv;
+mod xml;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use thiserror::Error;
+
+pub use coefficients::{Coefficients, LeftOut, coefficients};
+pub use linear::{Linear, linear};
+pub use target::Target;
+
+use crate::campaign::file::{CampaignErrors, CampaignFile, ReadOptions};
+use crate::campaign::{ModelFile, ModelFileError};
+use crate::finding::Finding;
+use crate::model::Model;
+
+/// What a target may need besides the model.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ExportOptions {
+    /// Name of the link; `base_link` when absent.
+    pub link: Option<String>,
+    /// Dry mass, kg; that of the vehicle when absent.
+    pub mass: Option<f64>,
+    /// Dry moments of inertia about the body origin (roll, pitch, yaw), kg·m².
+    pub inertia: Option<[f64; 3]>,
+    /// Operating point of the linear model: states and forces by their names in a log, SI; 0 where absent, but forces,
+    /// which are those that hold the point.
+    pub at: BTreeMap<String, f64>,
+}
+
+/// A file for a target. Serialises as `hydrosysid export --json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Export {
+    /// Format of this result: 1.
+    pub format: u32,
+    /// The target.
+    pub target: Target,
+    /// Versions of the target for which the file is meant.
+    pub version: &'static str,
+    /// Terms and coefficients of the model that the file does not hold.
+    pub lost: Vec<String>,
+    /// What there is to say.
+    pub warnings: Vec<Finding>,
+    /// The content of the file.
+    #[serde(skip)]
+    pub bytes: Vec<u8>,
+}
+
+/// Why nothing can be exported.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The model file cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelFileError),
+    /// The campaign file cannot be used.
+    #[error(transparent)]
+    Campaign(#[from] CampaignErrors),
+    /// The rigid body has no mass.
+    #[error("the dry mass is not known: give it in [vehicle] of the campaign before fitting, or with --mass KG")]
+    NoMass,
+    /// The rigid body has no inertia.
+    #[error("no moment of inertia is known and none can be made from the vehicle's length: give --inertia IXX,IYY,IZZ")]
+    NoInertia,
+    /// A value that no file can hold.
+    #[error("{name} = {value}: must be a finite number{}", if *.positive { " above 0" } else { "" })]
+    Value {
+        /// What it is.
+        name: String,
+        /// What was found.
+        value: f64,
+        /// Whether it has to be positive.
+        positive: bool,
+    },
+    /// A key of the operating point that is neither a state nor a force of the model.
+    #[error("the operating point has no `{key}`: this model has {known}")]
+    Point {
+        /// The key given.
+        key: String,
+        /// What there is.
+        known: String,
+    },
+    /// No force holds the operating point.
+    #[error("no force holds this operating point: {reason}")]
+    NoTrim {
+        /// Why.
+        reason: String,
+    },
+    /// The campaign describes no thruster.
+    #[error("{}: there is no [[thruster]] table to export", .0.display())]
+    NoThruster(PathBuf),
+    /// The target needs the other kind of file.
+    #[error("{}: the target `{target}` takes a {wanted}", .file.display())]
+    WrongFile {
+        /// The file given.
+        file: PathBuf,
+        /// Name of the target.
+        target: &'static str,
+        /// What it takes.
+        wanted: &'static str,
+    },
+}
+
+/// What is written: a model with where it comes from.
+struct Source<'a> {
+    path: &'a Path,
+    file: &'a ModelFile,
+    model: &'a Model,
+}
+
+/// Makes the file of a target from a model file, or, for thrusters, from a campaign file.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn export(path: &Path, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
+    check(options)?;
+    if target.takes_campaign() {
+        let read = ReadOptions { look_for_files: false, allow_outside: true, ..ReadOptions::default() };
+        let campaign = match CampaignFile::read(path, &read) {
+            Err(_) if ModelFile::read(path).is_ok() => {
+                return Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"));
+            }
+            read => read?,
+        };
+        return thrusters::export(path, &campaign, target);
+    }
+    let file = match ModelFile::read(path) {
+        Err(ModelFileError::Syntax { .. }) if is_campaign(path) => {
+            return Err(wrong_file(path, target, "model: fit the campaign with --model FILE, and export that"));
+        }
+        read => read?,
+    };
+    export_model(&file, path, target, options)
+}
+
+/// Makes the file of a target from a model in memory; `path` is named in it.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn export_model(
+    file: &ModelFile,
+    path: &Path,
+    target: Target,
+    options: &ExportOptions,
+) -> Result<Export, ExportError> {
+    check(options)?;
+    let model = file.model(&[], path)?;
+    if let Some(p) = model.parameters.iter().find(|p| !p.value.is_finite()) {
+        let name = format!("{} of `{}`", p.spec.name, p.term);
+        return Err(ExportError::Value { name, value: p.value, positive: false });
+    }
+    let source = Source { path, file, model: &model };
+    match target {
+        Target::Gazebo | Target::GazeboAddedMass => gazebo::export(&source, target, options),
+        Target::Uuv => uuv::export(&source, options),
+        Target::Urdf => urdf::export(&source, options),
+        Target::FossenPython | Target::FossenMatlab => fossen::export(&source, target, options),
+        Target::LinearJson | Target::LinearPython | Target::LinearMat => linear::export(&source, target, options),
+        Target::Latex | Target::Csv => Ok(tables::export(&source, target)),
+        Target::GazeboThrusters | Target::Ardusub => {
+            Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"))
+        }
+    }
+}
+
+fn check(options: &ExportOptions) -> Result<(), ExportError> {
+    let masses = options.mass.iter().map(|m| ("mass", *m));
+    let inertia = options.inertia.iter().flatten().map(|i| ("inertia", *i));
+    if let Some((name, value)) = masses.chain(inertia).find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+        return Err(ExportError::Value { name: name.into(), value, positive: true });
+    }
+    match options.at.iter().find(|(_, x)| !x.is_finite()) {
+        Some((name, value)) => Err(ExportError::Value { name: name.clone(), value: *value, positive: false }),
+        None => Ok(()),
+    }
+}
+
+fn is_campaign(path: &Path) -> bool {
+    let read = ReadOptions { look_for_files: false, allow_outside: true, ..ReadOptions::default() };
+    CampaignFile::read(path, &read).is_ok()
+}
+
+fn wrong_file(path: &Path, target: Target, wanted: &'static str) -> ExportError {
+    ExportError::WrongFile { file: path.to_path_buf(), target: target.name(), wanted }
+}

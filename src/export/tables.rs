@@ -1,0 +1,119 @@
+//! The parameters as a table: LaTeX for a paper, CSV for everything else.
+
+use std::fmt::Write;
+
+use super::header::Draft;
+use super::number::number;
+use super::{Export, Source, Target};
+use crate::campaign::{FitParameter, described};
+
+pub(super) fn export(source: &Source<'_>, target: Target) -> Export {
+    let draft = Draft::new(target);
+    let head = draft.head(
+        source,
+        &[
+            "SI units, axes forward-starboard-down; value: on the side of drag and inertia, SNAME: the opposite sign",
+            "SNAME's added mass is virtual less dry mass; it is left out where the dry one is not known",
+        ],
+    );
+    let rows: Vec<FitParameter> =
+        source.model.parameters.iter().map(|p| described(p, None, &source.file.vehicle, &[])).collect();
+    let text = match target {
+        Target::Latex => latex(&head, &rows),
+        _ => csv(&head, &rows),
+    };
+    draft.finish(text.into_bytes())
+}
+
+fn place(p: &FitParameter) -> String {
+    [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":")
+}
+
+fn csv(head: &[String], rows: &[FitParameter]) -> String {
+    let mut text: String = head.iter().map(|line| format!("# {}\n", line.replace('\n', " "))).collect();
+    text += "effect,dof,symbol,value,std,unit,sname,sname_value,fixed\n";
+    for p in rows {
+        let std = p.std.map(number).unwrap_or_default();
+        let (sname, value) = (p.sname.clone().unwrap_or_default(), p.sname_value.map(number).unwrap_or_default());
+        let cells =
+            [&p.effect, &place(p), &p.name, &number(p.value), &std, &p.unit, &sname, &value, &p.fixed.to_string()];
+        let quoted = |cell: &&String| match cell.contains([',', '"', '\n']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => (*cell).clone(),
+        };
+        text += &(cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n");
+    }
+    text
+}
+
+fn latex(head: &[String], rows: &[FitParameter]) -> String {
+    let mut text: String = head.iter().map(|line| format!("% {}\n", line.replace('\n', " "))).collect();
+    text += "\\begin{tabular}{llrll}\n\\toprule\nTerm & Symbol & Value & Unit & SNAME \\\\\n\\midrule\n";
+    for p in rows {
+        let std = p.std.filter(|s| *s > 0.0 && s.is_finite());
+        // as many digits as the standard deviation deserves: two
+        let value = match std {
+            Some(std) => {
+                let decimals = (1 - std.log10().floor() as i32).clamp(0, 12) as usize;
+                format!("${:.decimals$} \\pm {std:.decimals$}$", p.value)
+            }
+            None => format!("${}$", number(p.value)),
+        };
+        let sname = p.sname.as_ref().zip(p.sname_value).map(|(s, v)| format!("${} = {}$", symbol(s), rounded(v)));
+        let term = match place(p) {
+            place if place.is_empty() => p.effect.clone(),
+            place => format!("{}, {place}", p.effect),
+        };
+        let _ = writeln!(
+            text,
+            "{} & ${}$ & {value} & {} & {} \\\\",
+            term.replace('_', "\\_"),
+            symbol(&p.name),
+            unit(&p.unit),
+            sname.unwrap_or_default()
+        );
+    }
+    text + "\\bottomrule\n\\end{tabular}\n"
+}
+
+fn rounded(x: f64) -> String {
+    let decimals = (3 - x.abs().max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// `k_u|u|` as `k_{u|u|}`, `X_udot` as `X_{\dot{u}}`.
+fn symbol(name: &str) -> String {
+    let Some((letter, index)) = name.split_once('_') else { return name.replace('_', "\\_") };
+    let index = match index.strip_suffix("dot") {
+        Some(velocity) => format!("\\dot{{{velocity}}}"),
+        None => index.replace('_', "\\_"),
+    };
+    format!("{letter}_{{{index}}}")
+}
+
+/// `kg*m2/s` as `$\mathrm{kg\,m^{2}/s}$`.
+fn unit(unit: &str) -> String {
+    let mut out = String::new();
+    for c in unit.chars() {
+        match c {
+            '*' => out += "\\,",
+            c if c.is_ascii_digit() && out.ends_with(char::is_alphabetic) => out += &format!("^{{{c}}}"),
+            c => out.push(c),
+        }
+    }
+    format!("$\\mathrm{{{out}}}$")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symbols_and_units_are_those_of_latex() {
+        assert_eq!(symbol("X_u|u|"), "X_{u|u|}");
+        assert_eq!(symbol("N_rdot"), "N_{\\dot{r}}");
+        assert_eq!(unit("kg*m2/s"), "$\\mathrm{kg\\,m^{2}/s}$");
+        assert_eq!(unit("1"), "$\\mathrm{1}$");
+        assert_eq!(rounded(-309.0712), "-309.1");
+    }
+}

@@ -1,0 +1,122 @@
+//! The targets: names, versions, kinds of file.
+
+use serde::{Deserialize, Serialize};
+
+/// What a model can be exported to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Target {
+    /// gz-sim's Hydrodynamics system, added mass as a force.
+    Gazebo,
+    /// gz-sim's Hydrodynamics system, added mass in the inertia of the link.
+    GazeboAddedMass,
+    /// gz-sim's Thruster system, from a campaign.
+    GazeboThrusters,
+    /// uuv_simulator and DAVE, `fossen`.
+    Uuv,
+    /// URDF with a `<hydrodynamics>` element.
+    Urdf,
+    /// Matrices of Fossen's equations, Python.
+    FossenPython,
+    /// Matrices of Fossen's equations, MATLAB.
+    FossenMatlab,
+    /// Linear model as JSON.
+    LinearJson,
+    /// Linear model for python-control.
+    LinearPython,
+    /// Linear model as a MAT file.
+    LinearMat,
+    /// Thrust tables and parameters for ArduSub, from a campaign.
+    Ardusub,
+    /// Table of the parameters for LaTeX.
+    Latex,
+    /// Table of the parameters as CSV.
+    Csv,
+}
+
+impl Target {
+    /// All, in the order in which they are listed.
+    pub const ALL: [Target; 13] = [
+        Target::Gazebo,
+        Target::GazeboAddedMass,
+        Target::GazeboThrusters,
+        Target::Uuv,
+        Target::Urdf,
+        Target::FossenPython,
+        Target::FossenMatlab,
+        Target::LinearJson,
+        Target::LinearPython,
+        Target::LinearMat,
+        Target::Ardusub,
+        Target::Latex,
+        Target::Csv,
+    ];
+
+    /// Name as it is typed: `gazebo-added-mass`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Target::Gazebo => "gazebo",
+            Target::GazeboAddedMass => "gazebo-added-mass",
+            Target::GazeboThrusters => "gazebo-thrusters",
+            Target::Uuv => "uuv",
+            Target::Urdf => "urdf",
+            Target::FossenPython => "fossen-python",
+            Target::FossenMatlab => "fossen-matlab",
+            Target::LinearJson => "linear-json",
+            Target::LinearPython => "linear-python",
+            Target::LinearMat => "linear-mat",
+            Target::Ardusub => "ardusub",
+            Target::Latex => "latex",
+            Target::Csv => "csv",
+        }
+    }
+
+    /// The target of this name.
+    pub fn from_name(name: &str) -> Option<Target> {
+        Target::ALL.into_iter().find(|target| target.name() == name)
+    }
+
+    /// Versions of the target for which the file is meant.
+    pub const fn version(self) -> &'static str {
+        match self {
+            Target::Gazebo => "gz-sim 7.1 to 9 (Garden, Harmonic, Ionic), Hydrodynamics system",
+            Target::GazeboAddedMass => {
+                "SDF 1.10 and later, gz-sim 8 and later with the DART engine, Hydrodynamics system"
+            }
+            Target::GazeboThrusters => "gz-sim 7 and later, Thruster system",
+            Target::Uuv => "uuv_simulator 0.6, DAVE for Gazebo classic: underwater object plugin, model `fossen`",
+            Target::Urdf => "URDF with the <hydrodynamics> extension",
+            Target::FossenPython => "Python 3 with NumPy",
+            Target::FossenMatlab => "MATLAB R2016b and later, GNU Octave",
+            Target::LinearJson => "JSON, format 1",
+            Target::LinearPython => "Python 3, python-control 0.9 and later",
+            Target::LinearMat => "MAT file, level 5",
+            Target::Ardusub => "ArduSub 4",
+            Target::Latex => "LaTeX with booktabs",
+            Target::Csv => "CSV",
+        }
+    }
+
+    /// Whether it is made from a campaign, not from a model.
+    pub const fn takes_campaign(self) -> bool {
+        matches!(self, Target::GazeboThrusters | Target::Ardusub)
+    }
+
+    /// Whether the file is bytes, not text.
+    pub const fn is_binary(self) -> bool {
+        matches!(self, Target::LinearMat)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_the_json_and_lead_back() {
+        for target in Target::ALL {
+            assert_eq!(Target::from_name(target.name()), Some(target));
+            assert_eq!(serde_json::to_value(target).unwrap(), target.name());
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Thrusters of a campaign: gz-sim's Thruster system, and tables and parameters for ArduSub.
+//!
+//! ```text
+//! gz-sim: T = k_T ρ D⁴ n²        the command is a force, N; n, the speed of the blades, follows from it
+//! ArduSub: pwm = 1500 + d (max − 1500) for d > 0, 1500 + d (1500 − min) for d < 0        d: demand, −1 … 1
+//! ```
+//!
+//! ArduSub takes thrust as proportional to the demand (`AP_Motors6DOF::calc_thrust_to_pwm`); the true thrust of a demand
+//! is tabulated beside it. Sources: gz-sim, `Thruster.hh` (8); ArduPilot, `AP_Motors6DOF.cpp` (4.5).
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::body::turned_place;
+use super::number::{number, numbers};
+use super::xml::Xml;
+use super::{Export, ExportError, Target, codes};
+use crate::campaign::file::CampaignFile;
+use crate::finding::Finding;
+use crate::thrust::thruster::Thruster;
+
+pub(super) fn export(path: &Path, campaign: &CampaignFile, target: Target) -> Result<Export, ExportError> {
+    if campaign.thrusters.is_empty() {
+        return Err(ExportError::NoThruster(path.to_path_buf()));
+    }
+    let mut findings = Vec::new();
+    let head = vec![
+        format!(
+            "{}: written by hydrosysid {} from {}",
+            if campaign.vehicle.name.is_empty() { "a vehicle" } else { &campaign.vehicle.name },
+            env!("CARGO_PKG_VERSION"),
+            path.display()
+        ),
+        format!("Target: {} ({})", target.name(), target.version()),
+    ];
+    let bytes = match target {
+        Target::GazeboThrusters => gazebo(head, campaign, &mut findings),
+        _ => ardusub(&head, campaign, &mut findings).into_bytes(),
+    };
+    let warnings = findings;
+    Ok(Export { format: 1, target, version: target.version(), lost: Vec::new(), warnings, bytes })
+}
+
+fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, findings: &mut Vec<Finding>) -> Vec<u8> {
+    head.push("Commands are forces in N along the axis of the joint; positions and axes forward-port-up, m".into());
+    head.push(
+        "thrust_coefficient and propeller_diameter set the speed of the blades alone: put those of your propeller"
+            .into(),
+    );
+    let mut xml = Xml::new(&head);
+    let name = if campaign.vehicle.name.is_empty() { "vehicle" } else { &campaign.vehicle.name };
+    xml.open("sdf", &[("version", "1.9")]);
+    xml.open("model", &[("name", name)]);
+    for thruster in &campaign.thrusters {
+        let curve = thruster.curve();
+        let (least, most) = curve.range();
+        let axis = turned_place(thruster.direction().into());
+        xml.comment(&[
+            format!(
+                "{}: at {}, axis {}",
+                thruster.name,
+                numbers(&turned_place(thruster.position), " "),
+                numbers(&axis, " ")
+            ),
+            format!(
+                "F = a V|V| + b V, forward a {} b {}, reverse a {} b {}",
+                number(curve.forward.a),
+                number(curve.forward.b),
+                number(curve.reverse.a),
+                number(curve.reverse.b)
+            ),
+        ]);
+        xml.open("plugin", &[("filename", "gz-sim-thruster-system"), ("name", "gz::sim::systems::Thruster")]);
+        xml.leaf("namespace", name);
+        xml.leaf("joint_name", &format!("{}_joint", thruster.name));
+        xml.leaf("fluid_density", &number(campaign.water.density));
+        xml.leaf("thrust_coefficient", "1");
+        if most.is_finite() && least.is_finite() {
+            xml.leaf("max_thrust_cmd", &number(most));
+            xml.leaf("min_thrust_cmd", &number(least));
+        } else {
+            let text = format!("thruster {:?} has no `max`: the simulator limits it to its own 1000 N", thruster.name);
+            findings.push(Finding::new(&codes::PULSE, text));
+        }
+        xml.close();
+    }
+    xml.finish()
+}
+
+/// Demands that are tabulated.
+const DEMANDS: [f64; 9] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Pulse width at which ArduSub has no thrust, µs.
+const NEUTRAL: f64 = 1500.0;
+
+/// Pulse widths at full reverse and full forward of a thruster, µs, lower one first; whether it runs the other way.
+fn ends(thruster: &Thruster) -> Option<(f64, f64, bool)> {
+    let (neutral, span, max) = (thruster.neutral?, thruster.span?, thruster.max?);
+    let reach = (span * max).abs();
+    Some((neutral - reach, neutral + reach, span < 0.0))
+}
+
+fn ardusub(head: &[String], campaign: &CampaignFile, findings: &mut Vec<Finding>) -> String {
+    let mut text: String = head.iter().map(|line| format!("# {}\n", line.replace('\n', " "))).collect();
+    text +=
+        "# A parameter file (name,value); lines with # are for people. Motor n is the n-th [[thruster]]: check the\n";
+    text += "# order and MOT_n_DIRECTION against the frame before arming.\n";
+    let known: Vec<(f64, f64, bool)> = campaign.thrusters.iter().filter_map(ends).collect();
+    if !known.is_empty() {
+        let least = known.iter().map(|e| e.0).fold(f64::INFINITY, f64::min);
+        let most = known.iter().map(|e| e.1).fold(f64::NEG_INFINITY, f64::max);
+        let _ = writeln!(text, "MOT_PWM_MIN,{}\nMOT_PWM_MAX,{}", number(least.round()), number(most.round()));
+        for (n, thruster) in campaign.thrusters.iter().enumerate() {
+            if let Some((.., reverse)) = ends(thruster) {
+                let _ = writeln!(text, "MOT_{}_DIRECTION,{}", n + 1, if reverse { -1 } else { 1 });
+            }
+        }
+        text += &tables(campaign, (least, most), findings);
+    }
+    for thruster in campaign.thrusters.iter().filter(|t| ends(t).is_none()) {
+        let told =
+            format!("thruster {:?} has no `neutral`, `span` or `max`: its pulse widths are not known", thruster.name);
+        let _ = writeln!(text, "# {told}");
+        findings.push(Finding::new(&codes::PULSE, told));
+    }
+    text
+}
+
+/// True thrust beside the proportional one that ArduSub takes it for.
+fn tables(campaign: &CampaignFile, (least, most): (f64, f64), findings: &mut Vec<Finding>) -> String {
+    let mut text = String::new();
+    for thruster in &campaign.thrusters {
+        let Some((_, _, reverse)) = ends(thruster) else { continue };
+        let _ = writeln!(text, "# {}: demand, pulse us, thrust N, proportional N", thruster.name);
+        let curve = thruster.curve();
+        let pulse = |d: f64| NEUTRAL + d * if d > 0.0 { most - NEUTRAL } else { NEUTRAL - least };
+        let force = |d: f64| {
+            // MOT_n_DIRECTION mirrors the demand of a thruster that runs the other way
+            let mirrored = if reverse { pulse(-d) } else { pulse(d) };
+            thruster.command_of_pulse(mirrored).map_or(f64::NAN, |v| curve.force(v))
+        };
+        let full = |d: f64| d.abs() * force(d.signum());
+        let mut worst: f64 = 0.0;
+        for d in DEMANDS {
+            let (own, straight) = if d == 0.0 { (force(0.0), 0.0) } else { (force(d), full(d)) };
+            worst = worst.max((own - straight).abs() / force(1.0).abs().max(force(-1.0).abs()));
+            let shown = if reverse { pulse(-d) } else { pulse(d) };
+            let _ = writeln!(text, "#   {}, {}, {own:.2}, {straight:.2}", number(d), number(shown.round()));
+        }
+        if worst > 0.05 {
+            let told = format!(
+                "thruster {:?}: its thrust differs from a straight line of the demand by up to {:.0} % of full thrust, and ArduSub has no curve for it",
+                thruster.name,
+                100.0 * worst
+            );
+            findings.push(Finding::new(&codes::CURVE_LOST, told));
+        }
+    }
+    text
+}

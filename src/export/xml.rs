@@ -1,0 +1,96 @@
+//! XML, written element by element.
+
+use std::fmt::Write;
+
+/// A document being written.
+pub(super) struct Xml {
+    text: String,
+    open: Vec<String>,
+}
+
+impl Xml {
+    /// A document that opens with a comment of these lines.
+    pub fn new(head: &[String]) -> Xml {
+        let mut xml = Xml { text: "<?xml version=\"1.0\"?>\n".into(), open: Vec::new() };
+        xml.comment(head);
+        xml
+    }
+
+    fn indent(&self) -> String {
+        "  ".repeat(self.open.len())
+    }
+
+    /// A comment.
+    pub fn comment(&mut self, lines: &[String]) {
+        let indent = self.indent();
+        let lines: Vec<String> = lines.iter().map(|line| speakable(line)).collect();
+        let _ = match lines.as_slice() {
+            [one] => writeln!(self.text, "{indent}<!-- {one} -->"),
+            _ => writeln!(self.text, "{indent}<!--\n{indent}  {}\n{indent}-->", lines.join(&format!("\n{indent}  "))),
+        };
+    }
+
+    /// Opens an element.
+    pub fn open(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        let _ = writeln!(self.text, "{}<{name}{}>", self.indent(), written(attributes));
+        self.open.push(name.to_string());
+    }
+
+    /// Closes the element that was opened last.
+    pub fn close(&mut self) {
+        if let Some(name) = self.open.pop() {
+            let _ = writeln!(self.text, "{}</{name}>", self.indent());
+        }
+    }
+
+    /// An element with a text.
+    pub fn leaf(&mut self, name: &str, text: &str) {
+        let _ = writeln!(self.text, "{}<{name}>{}</{name}>", self.indent(), escaped(text));
+    }
+
+    /// An element with attributes alone.
+    pub fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        let _ = writeln!(self.text, "{}<{name}{}/>", self.indent(), written(attributes));
+    }
+
+    /// The document, all elements closed.
+    pub fn finish(mut self) -> Vec<u8> {
+        while !self.open.is_empty() {
+            self.close();
+        }
+        self.text.into_bytes()
+    }
+}
+
+fn written(attributes: &[(&str, &str)]) -> String {
+    attributes.iter().map(|(name, value)| format!(" {name}=\"{}\"", escaped(value))).collect()
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Two hyphens would end a comment.
+fn speakable(line: &str) -> String {
+    let mut line = line.to_string();
+    while line.contains("--") {
+        line = line.replace("--", "- -");
+    }
+    if line.ends_with('-') { line + " " } else { line }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hostile_names_do_not_leave_their_place() {
+        let mut xml = Xml::new(&["a --- b".into(), "c-->".into()]);
+        xml.open("model", &[("name", "\"<x>&\"")]);
+        xml.leaf("a", "<b>");
+        let text = String::from_utf8(xml.finish()).unwrap();
+        assert_eq!(text.matches("-->").count(), 1, "{text}");
+        assert!(text.contains("name=\"&quot;&lt;x&gt;&amp;&quot;\"") && text.contains("<a>&lt;b&gt;</a>"));
+        assert!(text.ends_with("</model>\n"));
+    }
+}

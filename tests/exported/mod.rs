@@ -1,0 +1,211 @@
+//! What the tests of exports share: models, their motion by the library, and an integrator for the targets' equations.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use hydrosysid::campaign::file::ModelTable;
+use hydrosysid::campaign::{Estimator, ModelFile, ModelParameter};
+use hydrosysid::chain::Available;
+use hydrosysid::dynamics::Dynamics;
+use hydrosysid::effects::Coriolis;
+use hydrosysid::export::{Export, ExportOptions, Target, export_model};
+use hydrosysid::frame::Dof;
+use hydrosysid::model::{Interpolation, Model};
+use hydrosysid::run::{Run, Signal};
+use hydrosysid::simulate::{Track, free_run};
+use hydrosysid::thrust::efficiency::Efficiency;
+use hydrosysid::vehicle::{Vehicle, Water};
+use nalgebra::{Matrix6, Vector6};
+use roxmltree::Node;
+
+pub const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
+pub const PATH: &str = "model.toml";
+
+/// A model file of these terms, each with the value of its first parameter.
+pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFile {
+    let mut model = Model::new(dofs, coriolis);
+    for (name, value) in terms {
+        for term in model.add_named(name).expect("the term can stand there") {
+            let first = model.terms[term].parameters.first().copied();
+            first.into_iter().for_each(|p| model.parameters[p].value = *value);
+        }
+    }
+    let parameters = model.parameters.iter().map(|p| ModelParameter {
+        effect: p.term.clone(),
+        name: p.spec.name.clone(),
+        value: p.value,
+        std: Some(0.01 * p.value.abs()),
+        unit: p.spec.dimension,
+        fixed: false,
+        per_run: BTreeMap::new(),
+    });
+    ModelFile {
+        format: 1,
+        hydrosysid: "0.1.0".into(),
+        campaign: "campaign.toml".into(),
+        estimator: Estimator::OutputError,
+        std_method: "clusters".into(),
+        vehicle: Vehicle { name: "a -- \"craft\" & <co>".into(), mass: Some(200.0), ..Vehicle::default() },
+        water: Water::default(),
+        model: ModelTable {
+            dofs: dofs.to_vec(),
+            effects: model.terms.iter().map(|t| t.name().parse().expect("a term's name is a name")).collect(),
+            coriolis,
+            input: Interpolation::Linear,
+        },
+        efficiency: Efficiency::default(),
+        envelope: BTreeMap::from([("u".to_string(), [-0.5, 1.0])]),
+        effects: Vec::new(),
+        observed: Vec::new(),
+        sensors: BTreeMap::new(),
+        covariance: vec![vec![0.0; model.parameters.len()]; model.parameters.len()],
+        parameters: parameters.collect(),
+    }
+}
+
+pub fn planar(more: &[(&str, f64)]) -> ModelFile {
+    let mut terms = vec![
+        ("inertia@surge", 250.0),
+        ("inertia@sway", 320.0),
+        ("inertia@yaw", 60.0),
+        ("coriolis_surge", 0.0),
+        ("coriolis_sway", 0.0),
+        ("coriolis_yaw", 0.0),
+        ("linear_drag@surge", 20.0),
+        ("linear_drag@sway", 35.0),
+        ("linear_drag@yaw", 15.0),
+        ("quadratic_drag@surge", 120.0),
+        ("quadratic_drag@sway", 260.0),
+        ("quadratic_drag@yaw", 40.0),
+    ];
+    terms.extend(more);
+    file(&PLANAR, &terms, Coriolis::Tied)
+}
+
+/// Couplings of every kind that a simulator of coefficients may hold.
+pub const COUPLED: [(&str, f64); 5] = [
+    ("mixed_drag@yaw:surge", 25.0),
+    ("linear_cross_damping@sway:yaw", 12.0),
+    ("cross_drag@yaw:sway", -30.0),
+    ("drag_asymmetry@surge", 50.0),
+    ("added_mass_coupling@sway:yaw", 9.0),
+];
+
+pub fn made(file: &ModelFile, target: Target, options: &ExportOptions) -> Export {
+    export_model(file, Path::new(PATH), target, options).expect("it can be exported")
+}
+
+pub fn text(export: &Export) -> String {
+    String::from_utf8(export.bytes.clone()).expect("it is text")
+}
+
+pub fn codes(export: &Export) -> BTreeSet<&str> {
+    export.warnings.iter().map(|w| w.code).collect()
+}
+
+/// The force of the tests at a time, forward-starboard-down: linear between its samples, as runs are.
+pub fn force(samples: &[[f64; 6]], t: f64) -> Vector6<f64> {
+    let k = ((t / STEP) as usize).min(samples.len() - 2);
+    let share = t / STEP - k as f64;
+    Vector6::from_fn(|i, _| samples[k][i] * (1.0 - share) + samples[k + 1][i] * share)
+}
+
+pub const STEP: f64 = 0.1;
+pub const SECONDS: f64 = 20.0;
+
+/// Forces that move every modelled degree of freedom, each with periods of its own.
+pub fn samples(dofs: &[Dof]) -> Vec<[f64; 6]> {
+    let size = [90.0, 80.0, 70.0, 9.0, 10.0, 12.0];
+    let at = |k: usize| {
+        let t = STEP * k as f64;
+        std::array::from_fn(|i| match dofs.iter().any(|d| d.index() == i) {
+            true => size[i] * ((0.5 + 0.13 * i as f64) * t + i as f64).sin() + 0.2 * size[i],
+            false => 0.0,
+        })
+    };
+    (0..=(SECONDS / STEP) as usize + 1).map(at).collect()
+}
+
+/// Velocities of the model at the samples, by the library.
+pub fn truth(file: &ModelFile) -> Vec<Vector6<f64>> {
+    let model = file.model(&[], Path::new(PATH)).expect("it is a model");
+    let samples = samples(&model.dofs);
+    let count = (SECONDS / STEP) as usize;
+    let time: std::sync::Arc<[f64]> = (0..=count).map(|k| STEP * k as f64).collect();
+    let mut run = Run { name: "test".into(), ..Run::default() };
+    for dof in &model.dofs {
+        let values: Vec<f64> = samples[..=count].iter().map(|row| row[dof.index()]).collect();
+        run.signals.insert(dof.force().into(), Signal::new(time.clone(), values));
+        run.signals.insert(dof.velocity().into(), Signal::new(time.clone(), vec![0.0; count + 1]));
+    }
+    let observed: BTreeSet<String> = model.dofs.iter().map(|d| d.velocity().to_string()).collect();
+    let channels = model.dofs.iter().map(|d| d.force().to_string()).collect();
+    let dynamics = Dynamics::compile(&model, &Available { channels, position: false, from_log: false }, &observed, &[]);
+    let track = Track::new(&run, 0, &dynamics, &model.values(), model.input, 0.02).expect("the run is complete");
+    let start = vec![0.0; dynamics.states.len()];
+    let path = free_run(&dynamics, &track, &model.values(), &start, 0, count);
+    let width = dynamics.outputs.len();
+    let row = |row: &[f64]| {
+        let mut nu = Vector6::zeros();
+        for (name, value) in dynamics.outputs.iter().zip(row) {
+            let dof = Dof::ALL.into_iter().find(|d| d.velocity() == *name).expect("it is a velocity");
+            nu[dof.index()] = *value;
+        }
+        nu
+    };
+    path.outputs.chunks(width).map(row).collect()
+}
+
+/// RK4 of ν̇ = f(t, ν) at 0.02 s, from rest, at the samples.
+pub fn integrate(f: &dyn Fn(f64, &Vector6<f64>) -> Vector6<f64>) -> Vec<Vector6<f64>> {
+    let h = STEP / 5.0;
+    let mut nu = Vector6::zeros();
+    let mut path = vec![nu];
+    for k in 0..(SECONDS / STEP) as usize {
+        for i in 0..5 {
+            let t = STEP * k as f64 + h * f64::from(i);
+            let a = f(t, &nu);
+            let b = f(t + h / 2.0, &(nu + a * (h / 2.0)));
+            let c = f(t + h / 2.0, &(nu + b * (h / 2.0)));
+            let d = f(t + h, &(nu + c * h));
+            nu += (a + b * 2.0 + c * 2.0 + d) * (h / 6.0);
+        }
+        path.push(nu);
+    }
+    path
+}
+
+pub fn turn(nu: &Vector6<f64>) -> Vector6<f64> {
+    Vector6::new(nu[0], -nu[1], -nu[2], nu[3], -nu[4], -nu[5])
+}
+
+/// −C(ν) ν of an inertia.
+pub fn coriolis(m: &Matrix6<f64>, nu: &Vector6<f64>) -> Vector6<f64> {
+    let pi = m * nu;
+    let (v, w) = (nu.fixed_rows::<3>(0), nu.fixed_rows::<3>(3));
+    let (p, l) = (pi.fixed_rows::<3>(0), pi.fixed_rows::<3>(3));
+    let (force, moment) = (-w.cross(&p), -w.cross(&l) - v.cross(&p));
+    Vector6::new(force[0], force[1], force[2], moment[0], moment[1], moment[2])
+}
+
+/// Same motion: two integrators of fourth order at different steps, with forces that have corners at the samples.
+pub fn assert_same(path: &[Vector6<f64>], truth: &[Vector6<f64>], tolerance: f64) {
+    assert_eq!(path.len(), truth.len());
+    let size = truth.iter().map(|nu| nu.amax()).fold(0.0, f64::max);
+    assert!(size > 0.1, "the test moves the vehicle");
+    let worst = path.iter().zip(truth).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+    assert!(worst < tolerance * size, "apart by {worst:e} of {size}");
+}
+
+pub fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Node<'a, 'i> {
+    node.descendants().find(|n| n.has_tag_name(name)).unwrap_or_else(|| panic!("there is a <{name}>"))
+}
+
+pub fn number(node: Node<'_, '_>) -> f64 {
+    node.text().expect("there is a text").trim().parse().expect("it is a number")
+}
+
+pub fn numbers(node: Node<'_, '_>) -> Vec<f64> {
+    let text = node.text().expect("there is a text");
+    text.split_whitespace().map(|x| x.parse().expect("it is a number")).collect()
+}
