@@ -292,8 +292,11 @@ fn motion_section(results: &Results<'_>) -> Section {
             };
             let chart =
                 Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![top, strip], spans: Vec::new() });
-            let role =
-                if held.get(run.run.as_str()) == Some(&true) { "took no part in the fit" } else { "part of the fit" };
+            let role = if held.get(run.run.as_str()) == Some(&true) {
+                "took no part in the fit"
+            } else {
+                "was part of the fit"
+            };
             blocks.push(Block::Figure(Figure {
                 title: format!("{}, {dof}", run.run),
                 caption: format!("This run {role}. The simulation starts from a state estimated on the first seconds."),

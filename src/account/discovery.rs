@@ -17,7 +17,7 @@ const PLACES: usize = 12;
 pub(super) fn section(results: &Results<'_>, found: &Discovery) -> Section {
     let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
     paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", e.id, e.evidence)));
-    paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", r.sentence)));
+    paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", r.sentence.replace("N*m", "N·m"))));
     paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
     let mut blocks = Vec::new();
     if !found.effects.is_empty() {
@@ -94,7 +94,8 @@ fn places(found: &Discovery) -> Table {
             number(p.from),
             number(p.to),
             number(p.times_noise),
-            Cell::from(p.condition.as_str()),
+            // the degree of freedom has a column of its own
+            Cell::from(p.condition.split_once(": ").map_or(p.condition.as_str(), |(_, rest)| rest)),
         ]
     };
     let more = found.places.len().saturating_sub(PLACES);

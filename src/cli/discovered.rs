@@ -119,14 +119,27 @@ fn place(found: &Discovery, output: &Output) {
     }
 }
 
-/// What the data could have shown, where nothing more was found: couplings are left to the JSON.
+/// Effects that are asked for most, in the order of the chain.
+const ASKED: [&str; 8] = [
+    "coriolis_yaw",
+    "cubic_drag",
+    "bias",
+    "thrust_interaction_loss",
+    "thrust_lag",
+    "current",
+    "tether_spring",
+    "sensor_gyro_bias",
+];
+
+/// What the data could have shown, where nothing more was found: the effects that are asked for most.
 fn smallest(found: &Discovery, output: &Output) {
     if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         return;
     }
-    let single: Vec<_> = found.smallest_visible.iter().filter(|s| !s.id.contains(':')).collect();
+    let asked =
+        ASKED.iter().flat_map(|id| found.smallest_visible.iter().filter(move |s| s.id.split('@').next() == Some(id)));
     let rows: Vec<Vec<String>> =
-        single.iter().take(SHOWN).map(|s| vec![s.id.clone(), number(s.value), s.unit.clone()]).collect();
+        asked.take(2 * SHOWN).map(|s| vec![s.id.clone(), number(s.value), s.unit.clone()]).collect();
     if !rows.is_empty() {
         output.print(&format!(
             "\nsmallest sizes that this data would have shown\n{}",

@@ -10,7 +10,7 @@ use super::residual::{Residual, residuals};
 use super::search::{Search, SearchOptions, Step, search};
 use super::whereabouts::{Where, whereabouts};
 use super::{Candidate, Gap, candidates, floor, gap, segment_gap};
-use crate::effects::{Effect, Place, catalogue};
+use crate::effects::{Effect, Place};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
@@ -246,7 +246,7 @@ pub fn discover(
         gap: steps,
         removed: found.removed.clone(),
         log_findings: Vec::new(),
-        smallest_visible: smallest_visible(&found, own),
+        smallest_visible: smallest_visible(&found, &all),
         seed: 1,
         warnings,
         steps: found.steps,
@@ -342,33 +342,27 @@ fn found_effects(found: &Search) -> Vec<FoundEffect> {
 }
 
 /// Of each candidate the smallest size that any of its probes would have shown, most easily seen first by name.
-fn smallest_visible(found: &Search, own: &[(Arc<dyn Effect>, Place)]) -> Vec<SmallestVisible> {
-    let known = catalogue(crate::effects::Coriolis::Free);
+fn smallest_visible(found: &Search, all: &[Candidate]) -> Vec<SmallestVisible> {
     let mut best: BTreeMap<String, (f64, String)> = BTreeMap::new();
     for (name, evidence) in &found.last {
-        let id = name.split('@').next().unwrap_or(name);
-        let Some(place) = place_in(name) else { continue };
-        let Some(effect) = known.iter().chain(own.iter().map(|(e, _)| e)).find(|e| e.about().id == id) else {
-            continue;
-        };
-        let specs = effect.parameters(place);
+        let Some(candidate) = all.iter().find(|c| c.name() == *name) else { continue };
+        let (effect, place) = &candidate.terms[0];
+        let specs = effect.parameters(*place);
         let Some(spec) = specs.iter().find(|s| s.is_linear()).or(specs.first()) else { continue };
-        // what is probed by blending in is seen as a share of the effect at the probe
-        let value = evidence.visible;
-        if value.is_finite() && best.get(name).is_none_or(|(known, _)| value < *known) {
+        let probe = candidate.probes.get(evidence.probe).and_then(|probe| probe.first().copied());
+        // of a limit the greatest one that shows is the smallest effect
+        let limit = effect.about().id == "thrust_saturation";
+        let value = match probe.filter(|_| candidate.blended) {
+            Some(at) if limit && evidence.visible <= 1.0 => at,
+            Some(_) if limit => continue,
+            // τ + α (effect(τ) − τ) is, for a small α, the effect at α times the probe
+            Some(at) => evidence.visible * at,
+            None => evidence.visible,
+        };
+        let smaller = |known: f64| if limit { value > known } else { value < known };
+        if value.is_finite() && best.get(name).is_none_or(|(known, _)| smaller(*known)) {
             best.insert(name.clone(), (value, spec.dimension.to_string()));
         }
     }
     best.into_iter().map(|(id, (value, unit))| SmallestVisible { id, value, unit }).collect()
-}
-
-/// The place that a term's name gives.
-fn place_in(name: &str) -> Option<Place> {
-    match name.split_once('@') {
-        None => Some(Place::VEHICLE),
-        Some((_, place)) => match place.split_once(':') {
-            None => Dof::from_name(place).map(Place::at),
-            Some((dof, other)) => Some(Place::pair(Dof::from_name(dof)?, Dof::from_name(other)?)),
-        },
-    }
 }

@@ -183,7 +183,15 @@ class Run(Readers):
         """The same run with further channels, each a pair (time stamps, values); one of the same name is replaced."""
         added = Run(channels, name=self.name)
         run = object.__new__(Run)
-        run._set(self.name, self.kind, self.role, self.gaps, {**self.signals, **added.signals}, self.findings)
+        run._set(
+            self.name,
+            self.kind,
+            self.role,
+            self.gaps,
+            {**self.signals, **added.signals},
+            self.findings,
+            dict(self.units),
+        )
         return run
 
     def to_frame(self, library: Literal["pandas", "polars"] | None = None) -> Any:
