@@ -1,11 +1,16 @@
 """Building blocks against NumPy and against what can be had by hand."""
 
+import pickle
+
 import hydrosysid as hs
+import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+
+mpl.use("Agg")
 
 
 @settings(max_examples=50, deadline=None)
@@ -126,3 +131,20 @@ def test_catalogue() -> None:
     assert catalogue["quadratic_drag"].parameters[0].unit == "kg/m"
     assert "surge" in catalogue["linear_drag"].dofs
     assert catalogue["thrust_lag"].family == "actuator"
+
+
+def test_blocks_show_themselves_as_results_do() -> None:
+    v = np.linspace(-1.0, 1.0, 21)
+    noisy = 30.0 * v * abs(v) + 10.0 * v + 0.1 * np.cos(40.0 * v)
+    H = np.c_[np.ones(5), np.arange(5.0)]
+    for found in (hs.least_squares(H, [1, 3, 2, 5, 4], ["offset", "slope"]), hs.fit_thruster(v, noisy)):
+        assert pickle.loads(pickle.dumps(found)) == found
+        assert [frame.shape[0] for frame in (found.to_frame("pandas"), found.to_frame("polars"))] == [
+            len(found.rows())
+        ] * 2
+        assert r"\begin{tabular}{lr" in found.to_latex()
+        assert "<table>" in found._repr_html_()
+        assert type(found).__name__ in repr(found)
+        axes = found.plot()
+        assert found.plot(ax=axes) is axes
+        axes.figure.clear()

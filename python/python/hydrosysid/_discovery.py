@@ -211,7 +211,9 @@ class Discovery(Result):
             ratio = [step.held_out_rms[dof] / step.noise_floor[dof] for step in self.gap]
             ax.plot(range(len(steps)), ratio, **({"marker": "o", "label": dof} | style))
         ax.axhline(1.0, color="0.3", linewidth=0.8)
-        ax.set_xticks(range(len(steps)), steps)
+        ax.set_yscale("log")
+        ax.set_xticks(range(len(steps)), [f"+ {step}" if k else step for k, step in enumerate(steps)])
+        ax.margins(x=0.25)
         ax.set_ylabel("held-out rms over sensor noise")
         if self.gap:
             ax.legend()

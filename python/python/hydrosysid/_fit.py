@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ._errors import Finding
 from ._result import Result
-from ._view import Rows, axes, html_table, number, text_table
+from ._view import Rows, html_table, known_and_unknown, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,12 +124,21 @@ class Fit(Result):
         return found[0]
 
     def summary(self) -> str:
-        """The parameters with 95 % intervals, then the stages, in the shape of statsmodels' summaries."""
+        """The parameters, then the stages, in the shape of statsmodels' summaries.
+
+        z is coef over std err, P the probability of as much by chance where the truth is 0.
+        """
+
+        def z(p: Parameter) -> float | None:
+            return p.value / p.std if p.std and not p.fixed else None
+
         parameters = [
             {
                 "": f"{p.term} {p.name}",
                 "coef": p.value,
                 "std err": "held" if p.fixed else p.std,
+                "z": z(p),
+                "P>|z|": None if z(p) is None else math.erfc(abs(z(p) or 0.0) / math.sqrt(2.0)),
                 "[0.025": None if p.std is None or p.fixed else p.value - 1.96 * p.std,
                 "0.975]": None if p.std is None or p.fixed else p.value + 1.96 * p.std,
                 "unit": p.unit,
@@ -158,19 +168,11 @@ class Fit(Result):
         return super()._repr_html_() + html_table(self._stage_rows(), "Stages")
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Estimates over their own size with 95 % intervals: which are known, and which are not.
+        """Half of the 95 % interval as a share of the estimate: which parameters are known, and which are not.
 
         Args:
             ax: axes to draw into; new ones when absent.
-            style: passed on to `matplotlib.axes.Axes.errorbar`.
+            style: passed on to `matplotlib.axes.Axes.barh`.
         """
-        ax = axes(ax)
-        free = [p for p in self.parameters if not p.fixed and p.std is not None and p.value != 0.0]
-        place = np.arange(len(free))[::-1]
-        half = [1.96 * (p.std or 0.0) / abs(p.value) for p in free]
-        look: dict[str, Any] = {"fmt": "o", "capsize": 3} | style
-        ax.errorbar([np.sign(p.value) for p in free], place, xerr=half, **look)
-        ax.axvline(0.0, color="0.6", linewidth=0.8)
-        ax.set_yticks(place, [f"{p.term}: {number(p.value)} {p.unit}" for p in free])
-        ax.set_xlabel("estimate over its own size, 95 % interval")
-        return ax
+        free = [p for p in self.parameters if not p.fixed and p.std and p.value != 0.0]
+        return known_and_unknown(ax, [(p.term, p.value, p.std or 0.0, p.unit) for p in free], style)

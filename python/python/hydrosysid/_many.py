@@ -151,7 +151,8 @@ def bootstrap(
     """Fits the model to runs drawn with replacement, kind by kind: how far estimates move between campaigns.
 
     What goes together within a run stays together, so that residuals may be correlated there. A handful of runs say
-    little of their own spread: cut them into stretches with `block`.
+    little of their own spread: cut them into stretches with `block`. Every draw is a whole fit by any estimator, which
+    an executor can share out; `resample` is the quick one in this process, by output error.
 
     Args:
         campaign: a campaign, or the path of one.

@@ -127,9 +127,16 @@ class Simulation(Result):
         there = np.isfinite(shown.measured[name])
         ax.plot(shown.time[there], shown.measured[name][there], ".", color="0.6", label="measured")
         ax.plot(shown.time, shown.simulated[name], **({"label": "simulated"} | style))
-        ax.set(xlabel="t, s", ylabel=name, title=shown.run)
-        ax.legend()
+        ax.set(xlabel="t, s", ylabel=f"{name}, {_unit(name)}".rstrip(", "), title=shown.run)
+        ax.margins(y=0.18)
+        ax.legend(loc="upper right", ncols=2)
         return ax
+
+
+def _unit(channel: str) -> str:
+    """Unit of a state, for the label of an axis; nothing for other channels."""
+    groups = {"u v w": "m/s", "p q r": "rad/s", "x y z": "m", "phi theta psi": "rad"}
+    return next((unit for names, unit in groups.items() if channel in names.split()), "")
 
 
 @dataclass(frozen=True)
@@ -188,10 +195,17 @@ class Comparison(Result):
         """
         ax = axes(ax)
         place = np.arange(len(self.runs))[::-1]
-        ax.barh(place, [entry.rms / entry.noise_floor for entry in self.runs], **style)
+        for role, look in (("train", {"color": "C0"}), ("validate", {"color": "C1"})):
+            chosen = [k for k, entry in enumerate(self.runs) if entry.role == role]
+            ratio = [self.runs[k].rms / self.runs[k].noise_floor for k in chosen]
+            if chosen:
+                ax.barh(place[chosen], ratio, **(look | {"label": role} | style))
         ax.axvline(1.0, color="0.3", linewidth=0.8)
         ax.set_yticks(place, [f"{entry.run} {entry.dof}" for entry in self.runs])
         ax.set_xlabel("rms error over sensor noise")
+        # below the bars, where none is
+        ax.set_ylim(-1.6, len(self.runs) - 0.4)
+        ax.legend(loc="lower right", ncols=2)
         return ax
 
 

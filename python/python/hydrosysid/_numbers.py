@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,13 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._arrays import array
 from ._errors import UsageError
-from ._view import html_table, text_table
+from ._result import Result
+from ._view import Rows, known_and_unknown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class LeastSquares:
+@dataclass(frozen=True, eq=False, repr=False)
+class LeastSquares(Result):
     """A solved system of n rows and p unknowns.
 
     Attributes:
@@ -45,7 +49,10 @@ class LeastSquares:
     residuals: Array
     names: tuple[str, ...]
 
-    def _rows(self) -> list[dict[str, Any]]:
+    title: ClassVar[str] = "Least squares"
+
+    def rows(self) -> Rows:
+        """One row a coefficient, with its 95 % interval."""
         columns = zip(self.names, self.coefficients.tolist(), self.standard_errors.tolist(), strict=True)
         return [
             {
@@ -66,13 +73,17 @@ class LeastSquares:
             f"R² {self.r_squared:.4g}, cond(HᵀH) {self.condition_number:.4g}, "
             f"cond scaled {self.condition_number_scaled:.4g}"
         )
-        return text_table(self._rows(), "Least squares") + "\n" + foot
+        return super().summary() + "\n" + foot
 
-    def __str__(self) -> str:
-        return self.summary()
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Half of the 95 % interval as a share of each coefficient: which are known, and which are not.
 
-    def _repr_html_(self) -> str:
-        return html_table(self._rows(), "Least squares")
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        columns = zip(self.names, self.coefficients.tolist(), self.standard_errors.tolist(), strict=True)
+        return known_and_unknown(ax, [(n, c, s, "") for n, c, s in columns if c != 0.0 and s > 0.0], style)
 
 
 def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None) -> LeastSquares:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import array
+from ._result import Result
+from ._view import Rows, known_and_unknown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -28,8 +34,8 @@ class ThrustDirection:
     residual_std: float
 
 
-@dataclass(frozen=True)
-class ThrusterFit:
+@dataclass(frozen=True, eq=False, repr=False)
+class ThrusterFit(Result):
     """A thruster's curve, |F| = (a x² + b x) (V_s/V_ref)ⁿ with x = max(0, |V| − deadband).
 
     Attributes:
@@ -43,6 +49,27 @@ class ThrusterFit:
     reverse: ThrustDirection
     deadband: Estimate
     exponent: Estimate | None
+
+    title: ClassVar[str] = "Thruster"
+
+    def _found(self) -> list[tuple[str, Estimate]]:
+        sides = (("forward", self.forward), ("reverse", self.reverse))
+        found = [(f"{side} {name}", getattr(d, name)) for side, d in sides for name in ("a", "b")]
+        return [*found, ("dead band", self.deadband), *([("exponent", self.exponent)] if self.exponent else [])]
+
+    def rows(self) -> Rows:
+        """One row a coefficient."""
+        return [{"": name, "coef": e.value, "std err": e.std or "held"} for name, e in self._found()]
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Half of the 95 % interval as a share of each coefficient: which are known, and which are not.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        free = [(name, e) for name, e in self._found() if e.std > 0.0 and e.value != 0.0]
+        return known_and_unknown(ax, [(name, e.value, e.std, "") for name, e in free], style)
 
 
 def fit_thruster(

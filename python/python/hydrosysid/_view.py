@@ -41,13 +41,18 @@ def number(value: Any) -> str:
     return str(value)
 
 
+def _numeric(rows: Rows, head: str) -> bool:
+    """Whether a column holds numbers and blanks alone."""
+    return all(isinstance(row.get(head), int | float | None) for row in rows)
+
+
 def text_table(rows: Rows, title: str = "") -> str:
     """A table in the shape that statsmodels' users know: rules above, below and under the heads."""
     if not rows:
         return title
     heads = list(rows[0])
     cells = [[number(row.get(head)) for head in heads] for row in rows]
-    numeric = [all(isinstance(row.get(h), int | float | None) for row in rows) for h in heads]
+    numeric = [_numeric(rows, head) for head in heads]
     widths = [max(len(h), *(len(line[k]) for line in cells)) for k, h in enumerate(heads)]
 
     def line(entries: Sequence[str]) -> str:
@@ -85,10 +90,11 @@ def latex(text: str) -> str:
 def latex_table(rows: Rows) -> str:
     """A `tabular` with one line a row."""
     heads = list(rows[0]) if rows else []
+    signs = "".join("r" if _numeric(rows, head) else "l" for head in heads)
     lines = [heads, *([number(row.get(head)) for head in heads] for row in rows)]
     body = [" & ".join(latex(cell) for cell in line) + r" \\" for line in lines]
     body.insert(1, r"\hline")
-    return "\n".join([rf"\begin{{tabular}}{{{'l' * len(heads)}}}", *body, r"\end{tabular}"])
+    return "\n".join([rf"\begin{{tabular}}{{{signs}}}", *body, r"\end{tabular}"])
 
 
 def axes(ax: Axes | None) -> Axes:
@@ -100,3 +106,18 @@ def axes(ax: Axes | None) -> Axes:
     except ImportError as error:
         raise ImportError("plots need matplotlib: pip install 'hydrosysid[plot]'") from error
     return plt.figure(layout="constrained").add_subplot()
+
+
+def known_and_unknown(ax: Axes | None, found: Sequence[tuple[str, float, float, str]], style: dict[str, Any]) -> Axes:
+    """Half of the 95 % interval of each (name, value, std, unit) as a share of the value, in red from all of it on."""
+    ax = axes(ax)
+    half = [1.96 * std for _, _, std, _ in found]
+    share = [100.0 * h / abs(value) for h, (_, value, _, _) in zip(half, found, strict=True)]
+    place = list(range(len(found)))[::-1]
+    ax.barh(place, share, **({"color": ["C3" if s >= 100.0 else "C0" for s in share]} | style))
+    ax.axvline(100.0, color="0.3", linewidth=0.8)
+    ax.set_xscale("log")
+    texts = zip(half, found, strict=True)
+    ax.set_yticks(place, [f"{name}\n{number(value)} ± {h:.2g} {unit}".rstrip() for h, (name, value, _, unit) in texts])
+    ax.set_xlabel("half of the 95 % interval, % of the estimate")
+    return ax
