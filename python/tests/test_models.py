@@ -118,6 +118,8 @@ def test_a_model_does_not_differ_from_itself(fit: hs.Fit) -> None:
     assert same.a == "one"
     assert all(p.z == 0.0 and p.interval is not None for p in same.parameters)
     assert len(same.rows()) == 3
+    labels = [label.get_text() for label in same.plot().get_yticklabels()]
+    assert "inertia@surge m_u" in labels
 
 
 def test_published_parameters_stand_beside_the_own_ones(campaign: hs.Campaign, fit: hs.Fit) -> None:
@@ -149,6 +151,7 @@ def test_a_log_is_watched(campaign: hs.Campaign, fit: hs.Fit, runs: list[hs.Run]
     assert found.changes[0].dof == "surge"
     assert found.reasons
     assert "no longer fits" in found.summary()
+    assert found.plot().get_title() == "weak"
     assert found.rows()[0]["from"] == pytest.approx(0.0)
     assert pickle.loads(pickle.dumps(found)) == found
     with pytest.raises(hs.UsageError, match="window"):

@@ -113,11 +113,11 @@ class ModelDifference(Result):
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
         ax = axes(ax)
-        known = [p for p in self.parameters if p.z is not None]
+        known = [(f"{p.effect} {p.name}", p.z) for p in self.parameters if p.z is not None]
         place = np.arange(len(known))[::-1]
-        ax.barh(place, [p.z for p in known], **style)
+        ax.barh(place, [z for _, z in known], **style)
         ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
-        ax.set_yticks(place, [f"{p.effect} {p.name}" for p in known])
+        ax.set_yticks(place, [name for name, _ in known])
         ax.set_xlabel(f"{self.b} less {self.a}, standard deviations")
         return ax
 
