@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint deny fuzz wheel blind plan coverage bench clean
+.PHONY: test test-rust test-python lint deny fuzz wheel blind plan coverage staged bench clean
 
 test: test-rust test-python
 
@@ -55,6 +55,10 @@ plan:
 # Intervals against the truth, errors against the Cramér-Rao bound; see docs/coverage.md.
 coverage:
 	cargo run --release --example coverage -- --write docs/coverage.md
+
+# The table of the staged procedure against the truth over fifty seeds; see docs/staged.md.
+staged:
+	cargo run --release --example staged -- --write docs/staged.md
 
 bench:
 	cargo bench

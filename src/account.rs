@@ -41,6 +41,7 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
         name => name,
     };
     let mut sections = vec![model_section(results), comparison_section(results), motion_section(results)];
+    sections.extend(force_section(results));
     sections.extend(results.discovery.map(|d| discovery::section(results, d)));
     Document {
         title: format!("{name}: identification"),
@@ -305,4 +306,27 @@ fn motion_section(results: &Results<'_>) -> Section {
         }
     }
     Section { heading: "Measured and simulated".into(), paragraphs: Vec::new(), blocks }
+}
+
+/// Force of each term over time, Fig. 11 of the paper: of the longest run, each degree of freedom.
+fn force_section(results: &Results<'_>) -> Option<Section> {
+    let campaign = results.campaign.under(&results.fit.efficiency);
+    let parts = campaign::components(&campaign, &results.fit.model).runs;
+    let longest = parts.iter().max_by_key(|p| p.time.len())?.run.clone();
+    let figure = |part: &campaign::RunComponents| {
+        let series =
+            |(name, force): (&String, &Vec<f64>)| Series::line(name.as_str(), part.time.clone(), force.clone());
+        let panel = Panel {
+            y: Axis::new("force", part.unit.replace('*', "\u{b7}").as_str()),
+            series: part.terms.iter().map(series).collect(),
+            floor: None,
+        };
+        Block::Figure(Figure {
+            title: format!("{}, {}: forces", part.run, part.dof),
+            caption: "Force of each term on the vehicle at the logged motion; their sum is what accelerates it.".into(),
+            chart: Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![panel], spans: Vec::new() }),
+        })
+    };
+    let blocks = parts.iter().filter(|p| p.run == longest).map(figure).collect();
+    Some(Section { heading: "Forces over time".into(), paragraphs: Vec::new(), blocks })
 }

@@ -158,15 +158,22 @@ fn held(model: &Model, k: usize, count: usize) -> Model {
 fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison, CompareError> {
     let failed = |source| CompareError::Simulation { run: run.name.clone(), source };
     let mut comparison = Comparison::default();
-    let mut simulated = Simulated::of(model, run, options.settle, false, options).map_err(failed)?;
-    if !simulated.stable {
-        simulated = Simulated::of(model, run, options.segment, true, options).map_err(failed)?;
-        let text = format!(
-            "run `{}`: the simulated motion is unstable; it is compared on segments of {} s, not over the whole run",
-            run.name, options.segment
-        );
-        comparison.warnings.push(Finding::new(&UNSTABLE, text).of_run(&run.name));
-    }
+    let whole = match Simulated::of(model, run, options.settle, false, options) {
+        Err(OutputErrorError::Diverges { .. }) => None,
+        other => Some(other.map_err(failed)?).filter(|simulated| simulated.stable),
+    };
+    let simulated = match whole {
+        Some(simulated) => simulated,
+        None => {
+            let (simulated, seconds) = in_segments(model, run, options).map_err(failed)?;
+            let text = format!(
+                "run `{}`: the simulated motion is unstable; it is compared on segments of {seconds} s, not over the whole run",
+                run.name
+            );
+            comparison.warnings.push(Finding::new(&UNSTABLE, text).of_run(&run.name));
+            simulated
+        }
+    };
     for measured in model.measured() {
         let Some(column) = simulated.outputs.iter().position(|name| *name == measured.channel()) else { continue };
         let pairs = simulated.pairs(column);
@@ -197,6 +204,19 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
     Ok(comparison)
 }
 
+/// The run in segments, of half the length where a model is so wrong that the motion leaves the range of a double
+/// within one, and so on down to two steps of the integrator.
+fn in_segments(model: &Model, run: &Run, options: &CompareOptions) -> Result<(Simulated, f64), OutputErrorError> {
+    let mut seconds = options.segment;
+    loop {
+        let simulated = Simulated::of(model, run, seconds, true, options)?;
+        if simulated.stable || seconds < 4.0 * options.longest_step {
+            return Ok((simulated, seconds));
+        }
+        seconds /= 2.0;
+    }
+}
+
 /// A run simulated in one piece a stretch without gap, or in segments.
 struct Simulated {
     track: Track,
@@ -208,7 +228,8 @@ struct Simulated {
 }
 
 impl Simulated {
-    /// Initial states are estimated on the first `seconds` of each piece. With `segments` every piece is that long.
+    /// Initial states are estimated on the first `seconds` of each piece. With `segments` every piece is that long, and
+    /// where the motion cannot be followed at all it starts from the measured state.
     fn of(
         model: &Model,
         run: &Run,
@@ -229,8 +250,16 @@ impl Simulated {
             problem.segments.retain(|s| track.starts.contains(&s.first));
         }
         let x0 = problem.initial_states(model);
-        let settled = fit_from(model, problem, x0, &fit_options)?;
-        let Problem { dynamics, segments: pieces, sigma, .. } = &settled.problem;
+        let (problem, starts) = match fit_from(model, problem, x0, &fit_options) {
+            Ok(settled) => (settled.problem, settled.initial_states),
+            Err(OutputErrorError::Diverges { .. } | OutputErrorError::TooFewSamples { .. }) if segments => {
+                let problem = Problem::new(model, std::slice::from_ref(run), &fit_options)?;
+                let measured = problem.initial_states(model);
+                (problem, measured)
+            }
+            Err(other) => return Err(other),
+        };
+        let Problem { dynamics, segments: pieces, sigma, .. } = &problem;
         let theta = model.values();
         let last = |first: usize, end: usize| {
             let next = track.starts.iter().find(|s| **s > first).copied().unwrap_or(track.time.len());
@@ -248,10 +277,12 @@ impl Simulated {
         let moves: Vec<usize> = (0..dynamics.outputs.len())
             .filter(|k| measured.iter().any(|m| m.channel() == dynamics.outputs[*k]))
             .collect();
-        for (piece, start) in pieces.iter().zip(&settled.initial_states) {
+        for (piece, start) in pieces.iter().zip(&starts) {
             let last = last(piece.first, piece.last);
             let trajectory = free_run(dynamics, &track, &theta, start, piece.first, last);
-            if !segments {
+            if segments {
+                simulated.stable &= trajectory.outputs.iter().all(|x| x.is_finite());
+            } else {
                 // a start that is off by a millionth of the noise, in all states at once
                 let off: Vec<f64> = start.iter().map(|x| x + 1e-6 * small(sigma)).collect();
                 let other = free_run(dynamics, &track, &theta, &off, piece.first, last);

@@ -80,6 +80,16 @@ impl Signal {
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
+
+    /// The straight line between samples, constant outside them; 0 for a signal without samples.
+    pub fn at(&self, t: f64) -> f64 {
+        let (time, x) = (self.time(), self.values());
+        match time.partition_point(|s| *s <= t) {
+            0 => x.first().copied().unwrap_or(0.0),
+            k if k == x.len() => x[k - 1],
+            k => x[k - 1] + (x[k] - x[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1]),
+        }
+    }
 }
 
 /// One run: named signals, what it is and what it is for.

@@ -88,6 +88,12 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
+    /// The forces of a model over time as JSON.
+    fn components(&self, py: Python<'_>, model: &str) -> PyResult<String> {
+        let (file, model) = self.model(py, model)?;
+        error::to_json(&detached(py, || campaign::components(&self.0.under(&file.efficiency), &model))?)
+    }
+
     /// The comparison of a model with the runs as JSON.
     fn compare(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;

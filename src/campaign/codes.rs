@@ -27,6 +27,7 @@ codes! {
     OTHER_TERMS = "M113" "other-terms" Note "Two models do not have the same terms: what one of them lacks the others take over, so that common parameters need not agree.";
     SAME_DATA = "M114" "same-data" Note "Two models come from one campaign: their errors may be alike, and the test of their difference errs on the side of no difference.";
     NOT_PUBLISHED = "M115" "not-published" Note "Parameters that a file of published ones does not hold are taken from the own model.";
+    NO_COMPONENTS = "M120" "no-components" Warning "The forces of a balance cannot be shown over time: it hangs on a state or a memory that no sensor logs.";
 
     NOT_APART = "M121" "not-told-apart" Warning "The data hardly tells some parameters apart: each is uncertain, their combination is known. Add the run that the message names, hold one of them, or use the model only where their combination counts.";
     HALVES = "M122" "halves-differ" Warning "The first and the second halves of the runs give different values of a parameter: something changes in the course of a run (battery, tether, trim), or the parameter stands in for an effect that the model lacks. `hydrosysid discover` looks for it.";

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::codes;
 use super::error::Error;
-use super::file::{Estimator, StageTable};
+use super::file::Estimator;
 use super::identifiability::{self, Identifiability};
 use super::load::{Campaign, moves};
 use crate::effects::Place;
@@ -17,10 +17,10 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
 use crate::plan::{Instrument, Instruments};
-use crate::procedure::{Bench, StagedOptions, staged};
+use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
+use crate::procedure::{Estimate, FlowNumbers, Stage, staged};
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
-use crate::thrust::interaction::Interaction;
 use crate::vehicle::Vehicle;
 
 /// Options of the verb.
@@ -48,6 +48,9 @@ pub struct Fit {
     /// What the data can tell and what it cannot; output error only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,
+    /// How the estimates move with window and degree of a polynomial filter, where [`filters`] was asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub filters: Vec<Setting>,
     /// What there is to say.
     pub warnings: Vec<Finding>,
     /// The model with the estimates in place.
@@ -112,6 +115,29 @@ pub struct FitStage {
     pub condition_number: f64,
     /// cond(H) with columns of unit length.
     pub condition_number_scaled: f64,
+    /// What this stage of the staged procedure has estimated; empty for other estimators, whose one fit the
+    /// `parameters` show.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub estimates: Vec<Estimate>,
+    /// Flow numbers of a single oscillatory run: Re, KC, λ, C_m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<FlowNumbers>,
+}
+
+impl From<Stage> for FitStage {
+    fn from(stage: Stage) -> FitStage {
+        FitStage {
+            name: stage.name,
+            dof: stage.dof,
+            runs: stage.runs,
+            rows: stage.rows,
+            residual_std: stage.residual_std,
+            condition_number: stage.condition_number,
+            condition_number_scaled: stage.condition_number_scaled,
+            estimates: stage.estimates,
+            numbers: stage.numbers,
+        }
+    }
 }
 
 /// What an estimator hands over before it is put into one form.
@@ -178,6 +204,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         covariance: raw.covariance,
         stages: raw.stages,
         identifiability: raw.identifiability,
+        filters: Vec::new(),
         warnings,
         model: raw.model,
         efficiency: raw.efficiency,
@@ -199,6 +226,15 @@ fn instruments(campaign: &Campaign, runs: &[Run]) -> Instruments {
     };
     let outputs = problem.dynamics.outputs.iter().zip(&problem.sigma);
     outputs.filter_map(|(name, noise)| Some((name.clone(), Instrument { noise: *noise, rate: rate(name)? }))).collect()
+}
+
+/// The staged and the all-at-once fit with filters of several windows and degrees, and without.
+///
+/// # Errors
+/// As the staged procedure.
+pub fn filters(campaign: &Campaign) -> Result<Vec<Setting>, Error> {
+    let nominal = campaign.nominal_runs();
+    Ok(filter_table(&nominal, &campaign.model, campaign.bench(), &campaign.file.stage, &usual_filters())?)
 }
 
 /// Load cells can be read by the staged procedure alone; everything else is best fitted by output error.
@@ -264,6 +300,8 @@ fn output_error_stages(fitted: &OutputErrorFit, runs: &[Run]) -> Vec<FitStage> {
             residual_std: fitted.residual_rms[k],
             condition_number,
             condition_number_scaled,
+            estimates: Vec::new(),
+            numbers: None,
         })
         .collect()
 }
@@ -308,6 +346,8 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
             residual_std: fit.residual_std,
             condition_number: fit.condition_number,
             condition_number_scaled: fit.condition_number_scaled,
+            estimates: Vec::new(),
+            numbers: None,
         }));
     }
     let efficiency = campaign.file.efficiency.clone();
@@ -316,65 +356,29 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     Ok(Raw { model, std_method, covariance, std_paper, stages, efficiency, identifiability, warnings })
 }
 
-/// The `[stage.*]` tables as options of the procedure.
-fn staged_options(table: &StageTable) -> StagedOptions {
-    let mut options = StagedOptions::default();
-    let usual = StageTable::default();
-    if table.steady.drift.to_bits() != usual.steady.drift.to_bits() {
-        options.steady.drift = table.steady.drift;
-    }
-    options.regressor.span = Span::Samples(table.oscillatory.window);
-    options.filter = table.oscillatory.filter.or(table.zigzag.filter);
-    if table.direct.filter != usual.direct.filter {
-        options.differentiation = table.direct.filter;
-    }
-    options
-}
-
 fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
-    let bench = Bench { vehicle: &campaign.vehicle, water: &campaign.water, efficiency: &campaign.file.efficiency };
-    let options = staged_options(&campaign.file.stage);
-    let result = staged(&campaign.nominal_runs(), &campaign.model, bench, &options)?;
-    let count = result.model.parameters.len();
-    let mut covariance = vec![vec![0.0; count]; count];
-    let mut std_paper = vec![None; count];
+    let bench = campaign.bench();
+    let result = staged(&campaign.nominal_runs(), &campaign.model, bench, &campaign.file.stage)?;
+    let mut std_paper = vec![None; result.model.parameters.len()];
     for (k, p) in result.model.parameters.iter().enumerate() {
-        covariance[k][k] = p.std.unwrap_or(0.0).powi(2);
-        let named = |e: &&crate::procedure::Estimate| e.name == p.spec.name && e.effect == p.effect;
-        let last = result.stages.iter().rev().find_map(|s| s.estimates.iter().find(named));
-        std_paper[k] = last.map(|e| e.std_paper);
-    }
-    let mut efficiency = campaign.file.efficiency.clone();
-    for stage in result.stages.iter().filter(|s| s.name == "bollard") {
-        let known = efficiency.eta_inter.0.iter().any(|entry| entry.dof == stage.dof);
-        if let Some(eta) = stage.estimate("eta_inter").filter(|_| !known) {
-            let entry = Interaction { dof: stage.dof, thrusters: Vec::new(), value: eta.value, std: Some(eta.std) };
-            efficiency.eta_inter.0.push(entry);
-        }
+        let named = |e: &&Estimate| e.name == p.spec.name && e.effect == p.effect;
+        let own = result.stages.iter().rev().filter(|s| s.name != "direct");
+        std_paper[k] = own.filter_map(|s| s.estimates.iter().find(named)).map(|e| e.std_paper).next();
     }
     let mut warnings = result.warnings;
     warnings.extend(result.stages.iter().flat_map(|s| s.warnings.iter().cloned()));
-    let stages = result
-        .stages
-        .into_iter()
-        .map(|s| FitStage {
-            name: s.name,
-            dof: s.dof,
-            runs: s.runs,
-            rows: s.rows,
-            residual_std: s.residual_std,
-            condition_number: s.condition_number,
-            condition_number_scaled: s.condition_number_scaled,
-        })
-        .collect();
-    let std_method = "hac, with what earlier stages leave uncertain by the delta method";
+    let stages = result.stages.into_iter().map(FitStage::from).collect();
+    let rows = match campaign.file.stage.std {
+        StdMethod::Paper => "paper",
+        StdMethod::Hac => "hac",
+    };
     Ok(Raw {
         model: result.model,
-        std_method: std_method.into(),
-        covariance,
+        std_method: format!("{rows}, with what earlier stages leave uncertain by the delta method"),
+        covariance: result.covariance,
         std_paper,
         stages,
-        efficiency,
+        efficiency: result.efficiency,
         identifiability: None,
         warnings,
     })

@@ -9,17 +9,14 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector6;
-
 use super::codes;
 use super::derived::supply;
 use super::logs::Logged;
 use super::window::numbered;
 use crate::finding::Finding;
 use crate::frame::Dof;
-use crate::procedure::{self, acting_forces};
+use crate::procedure::{acting_forces, thruster_force};
 use crate::run::{Run, RunKind, Signal};
-use crate::thrust::advance::Coverage;
 use crate::thrust::allocation::Allocation;
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
@@ -51,7 +48,6 @@ pub(super) fn apply(
         (false, true) => Some("V"),
         _ => None,
     };
-    let mut from_thrusters = false;
     match source {
         Some(letter) if !thrusters.is_empty() => {
             let forces = thruster_forces(logged, thrusters, letter)?;
@@ -67,8 +63,7 @@ pub(super) fn apply(
                 );
                 logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
             }
-            wrench(logged, thrusters, &forces, efficiency).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
-            from_thrusters = true;
+            wrench(logged, thrusters, &forces).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
         }
         Some(letter) if wrenches => {
             let text = format!("the forces are those of tau_*: {letter}1 … need [[thruster]] tables to be used");
@@ -94,8 +89,8 @@ pub(super) fn apply(
         return Err(absent);
     }
     let lossless = *efficiency == Efficiency::default();
-    if needs && !lossless && !from_thrusters {
-        let (acting, findings) = acting_forces(&logged.run, efficiency);
+    if needs && !lossless {
+        let (acting, findings) = acting_forces(&logged.run, efficiency, thrusters);
         let before = std::mem::replace(&mut logged.run, acting);
         for dof in Dof::ALL {
             if let Some(signal) = before.signal(dof.force()) {
@@ -123,11 +118,11 @@ fn thruster_forces(logged: &Logged, thrusters: &[Thruster], letter: &str) -> Res
         let curve = thruster.curve();
         let pulses = letter == "V" && logged.units.get(&column) == Some(&"us");
         let force = |t: f64| -> Result<f64, String> {
-            let x = at(signal, t);
+            let x = signal.at(t);
             let command = if pulses { thruster.command_of_pulse(x).map_err(|e| e.to_string())? } else { x };
             Ok(match (letter, volts, curve.supply) {
                 ("F", ..) => x,
-                (_, Some(volts), Some(_)) => curve.force_at(command, at(volts, t)),
+                (_, Some(volts), Some(_)) => curve.force_at(command, volts.at(t)),
                 _ => curve.force(command),
             })
         };
@@ -141,56 +136,28 @@ fn thruster_forces(logged: &Logged, thrusters: &[Thruster], letter: &str) -> Res
     if wrong.is_empty() { Ok(forces) } else { Err(wrong) }
 }
 
-/// Writes the wrench of thruster forces, nominal and acting, into the run.
-fn wrench(
-    logged: &mut Logged,
-    thrusters: &[Thruster],
-    forces: &[Signal],
-    efficiency: &Efficiency,
-) -> Result<(), String> {
+/// Writes the nominal force of each thruster and the wrench of all into the run.
+fn wrench(logged: &mut Logged, thrusters: &[Thruster], forces: &[Signal]) -> Result<(), String> {
     let run = &mut logged.run;
     let Some(clock) = forces.first().map(|f| f.shared_time().clone()) else { return Ok(()) };
     let allocation = Allocation::new(thrusters).map_err(|e| e.to_string())?;
-    let moves = !matches!(run.kind, RunKind::Bollard | RunKind::Towing) && *efficiency != Efficiency::default();
-    let (mut acting, mut plain) = (vec![Vec::new(); 6], vec![Vec::new(); 6]);
-    let mut coverage = [0_usize; 3];
-    for (k, t) in clock.iter().enumerate() {
+    let mut rows: Vec<Vec<f64>> = vec![Vec::new(); 6];
+    for k in 0..clock.len() {
         let now: Vec<f64> = forces.iter().map(|f| f.values()[k]).collect();
-        let nominal = allocation.wrench(&now);
-        let mut force = nominal;
-        if moves {
-            let nu = Vector6::from_fn(|i, _| run.signal(Dof::ALL[i].velocity()).map_or(0.0, |s| at(s, *t)));
-            let delivered = efficiency.wrench(thrusters, &now, &nu);
-            coverage[delivered.coverage as usize] += 1;
-            force = delivered.force;
-        }
-        for i in 0..6 {
-            acting[i].push(force[i]);
-            plain[i].push(nominal[i]);
+        for (row, force) in rows.iter_mut().zip(allocation.wrench(&now).iter()) {
+            row.push(*force);
         }
     }
-    for (dof, (acting, plain)) in Dof::ALL.into_iter().zip(acting.into_iter().zip(plain)) {
+    for (dof, row) in Dof::ALL.into_iter().zip(rows) {
         // what these thrusters cannot give is no command of that degree of freedom
-        if allocation.columns().iter().all(|c| c[dof.index()].abs() <= 1e-12) {
-            continue;
+        if allocation.columns().iter().any(|c| c[dof.index()].abs() > 1e-12) {
+            run.signals.insert(dof.force().into(), Signal::new(clock.clone(), row));
         }
-        run.signals.insert(dof.force().into(), Signal::new(clock.clone(), acting));
-        if moves {
-            run.signals.insert(nominal(dof), Signal::new(clock.clone(), plain));
-        }
+    }
+    for (k, force) in forces.iter().enumerate() {
+        run.signals.insert(thruster_force(k), force.clone());
     }
     silent(run, &clock);
-    let part = |c: Coverage| 100.0 * coverage[c as usize] as f64 / clock.len().max(1) as f64;
-    let told = [
-        (Coverage::OutOfRange, &procedure::codes::ADVANCE_RANGE),
-        (Coverage::AgainstMotion, &procedure::codes::ADVANCE_AGAINST),
-    ];
-    for (c, code) in told {
-        if efficiency.eta_adv.is_some() && part(c) > 1.0 {
-            let text = format!("{}: {:.0} % of the samples", code.meaning, part(c));
-            logged.findings.push(Finding::new(code, text).of_run(&run.name));
-        }
-    }
     Ok(())
 }
 
@@ -198,16 +165,6 @@ fn wrench(
 fn silent(run: &mut Run, clock: &Arc<[f64]>) {
     for dof in Dof::ALL {
         run.signals.entry(dof.force().into()).or_insert_with(|| Signal::new(clock.clone(), vec![0.0; clock.len()]));
-    }
-}
-
-/// The straight line between samples, constant outside them; 0 for a signal without samples.
-pub(super) fn at(signal: &Signal, t: f64) -> f64 {
-    let (time, x) = (signal.time(), signal.values());
-    match time.partition_point(|s| *s <= t) {
-        0 => x.first().copied().unwrap_or(0.0),
-        k if k == x.len() => x[k - 1],
-        k => x[k - 1] + (x[k] - x[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1]),
     }
 }
 

@@ -22,7 +22,7 @@ use crate::frame::Dof;
 use crate::log::options::PositionSource;
 use crate::model::{Interpolation, Model};
 use crate::navigation::unwrap;
-use crate::procedure::acting_forces;
+use crate::procedure::{Bench, acting_forces};
 use crate::run::{Role, Run, RunKind, Signal};
 use crate::thrust::efficiency::Efficiency;
 use crate::vehicle::{Vehicle, Water};
@@ -157,10 +157,21 @@ impl Campaign {
             return self.clone();
         }
         let mut campaign = self.clone();
-        let acting = |run: Run| if moves(run.kind) { acting_forces(&run, efficiency).0 } else { run };
+        let thrusters = &campaign.file.thrusters;
+        let acting = |run: Run| if moves(run.kind) { acting_forces(&run, efficiency, thrusters).0 } else { run };
         campaign.runs = self.nominal_runs().into_iter().map(acting).collect();
         campaign.file.efficiency = efficiency.clone();
         campaign
+    }
+
+    /// What is known of the vehicle apart from its model, for the staged procedure.
+    pub fn bench(&self) -> Bench<'_> {
+        Bench {
+            vehicle: &self.vehicle,
+            water: &self.water,
+            efficiency: &self.file.efficiency,
+            thrusters: &self.file.thrusters,
+        }
     }
 
     /// Whether some run takes no part in the fit.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::error::Error;
 use super::load::{Campaign, moves};
 use crate::envelope::{self, Envelope};
-use crate::estimate::output_error::{OutputErrorOptions, Problem, fit_from};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
 use crate::finding::Finding;
 use crate::model::Model;
 use crate::run::{Role, Run, Signal};
@@ -108,8 +108,13 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
     let starts = problem.tracks[0].starts.clone();
     problem.segments.retain(|s| starts.contains(&s.first));
     let x0 = problem.initial_states(&held);
-    let settled = fit_from(&held, problem, x0, &options)?;
-    let Problem { dynamics, segments, tracks, .. } = &settled.problem;
+    let (problem, begun) = match fit_from(&held, problem.clone(), x0.clone(), &options) {
+        Ok(settled) => (settled.problem, settled.initial_states),
+        // so wrong that it runs away within those seconds: from the measured state
+        Err(OutputErrorError::Diverges { .. }) => (problem, x0),
+        Err(other) => return Err(other.into()),
+    };
+    let Problem { dynamics, segments, tracks, .. } = &problem;
     let track = &tracks[0];
     let width = dynamics.outputs.len();
     let mut result = Simulated {
@@ -119,7 +124,7 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
         simulated: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
         measured: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
     };
-    let begins = segments.iter().zip(&settled.initial_states).filter(|(s, _)| track.starts.contains(&s.first));
+    let begins = segments.iter().zip(&begun).filter(|(s, _)| track.starts.contains(&s.first));
     for (segment, start) in begins {
         let next = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
         let path = free_run(dynamics, track, &held.values(), start, segment.first, next - 1);

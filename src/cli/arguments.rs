@@ -230,6 +230,9 @@ pub(super) struct Fit {
     /// Write the fitted model to FILE (TOML, or JSON where it ends in .json).
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    /// Repeat the staged and the all-at-once fit with polynomial filters of several windows and degrees.
+    #[arg(long)]
+    pub filters: bool,
     #[command(flatten)]
     pub loading: Loading,
 }
@@ -247,6 +250,9 @@ pub(super) struct Simulate {
     /// Folder in which each run is written as CSV.
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
+    /// Folder in which the forces of each run and degree of freedom are written as CSV, a column a term.
+    #[arg(long, value_name = "FOLDER")]
+    pub forces: Option<PathBuf>,
     #[command(flatten)]
     pub series: Series,
     #[command(flatten)]

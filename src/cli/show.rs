@@ -6,7 +6,7 @@ use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
-use super::verbs::load;
+use super::verbs::{load, print_filters};
 use crate::account::{self, gap_figure};
 use crate::campaign::{self, Campaign, ModelFile};
 use crate::demo::{self, Demo, DemoOptions};
@@ -100,6 +100,7 @@ fn print_demo(made: &Demo, output: &Output) {
         .collect();
     let heads: Vec<&str> = std::iter::once("model of").chain(names.iter().copied()).collect();
     output.print(&table(&heads, &rows));
+    print_filters(&made.filters, output);
     output.print(&format!("A second campaign, whose baseline lacks {}:", made.hidden.join(", ")));
     super::discovered::print(&made.discovery, output);
     for file in &made.files {

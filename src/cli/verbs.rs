@@ -1,5 +1,6 @@
 //! The verbs that work on logs and campaigns: arguments in, one call of the library, the result out.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::arguments::{self as typed, Loading, Reading};
@@ -9,7 +10,8 @@ use super::scatter;
 use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
 use crate::log::{self, LogOptions};
-use crate::run::Run;
+use crate::procedure::sensitivity::{Spread, spreads};
+use crate::run::{Run, Signal};
 
 /// The `[log]` options that were typed.
 pub(super) fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
@@ -67,6 +69,9 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     if a.thorough {
         campaign::examine(&loaded, &mut fitted)?;
     }
+    if a.filters {
+        fitted.filters = campaign::filters(&loaded)?;
+    }
     busy.finish_and_clear();
     print_fit(&fitted, output);
     print_identifiability(&fitted, output);
@@ -117,6 +122,8 @@ fn print_fit(fitted: &Fit, output: &Output) {
         })
         .collect();
     output.print(&table(&["stage", "dof", "runs", "rows", "residual", "cond(HᵀH)", "cond scaled"], &rows));
+    print_stages(fitted, output);
+    print_filters(&spreads(&fitted.filters), output);
     output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
 }
 
@@ -143,6 +150,49 @@ fn print_identifiability(fitted: &Fit, output: &Output) {
         let end = |x: Option<f64>| x.map_or("not bounded".to_string(), number);
         let [low, high] = one.interval.map(end);
         output.print(&format!("{} of {}: 95 % by profile likelihood from {low} to {high}", one.name, one.term));
+    }
+}
+
+/// What each stage has found: drag towed beside propelled with J, each oscillation with its flow numbers.
+fn print_stages(fitted: &Fit, output: &Output) {
+    let of_stage = |s: &campaign::FitStage| -> Vec<Vec<String>> {
+        let run = if s.runs.len() == 1 { s.runs[0].clone() } else { format!("{} runs", s.runs.len()) };
+        // J of Table 3 is the square of the residual's deviation in N or N m
+        let forces = ["bollard", "towing", "steady"].contains(&s.name.split(' ').next().unwrap_or_default());
+        let mut rows: Vec<Vec<String>> =
+            s.estimates.iter().map(|e| vec![e.name.clone(), measured(e.value, Some(e.std)), e.unit.clone()]).collect();
+        if forces {
+            rows.push(vec!["J".into(), number(s.residual_std.powi(2)), "".into()]);
+        }
+        if let Some(n) = s.numbers {
+            let all = [("KC", n.keulegan_carpenter), ("λ", Some(n.lambda)), ("C_m", n.inertia_coefficient)];
+            rows.extend(all.into_iter().filter_map(|(name, x)| Some(vec![name.into(), number(x?), "1".into()])));
+        }
+        let stage = s.name.split(' ').next().unwrap_or_default();
+        let way = if s.name.ends_with("clockwise") { s.name.as_str() } else { stage };
+        rows.into_iter().map(|row| [vec![way.into(), s.dof.to_string(), run.clone()], row].concat()).collect()
+    };
+    let rows: Vec<Vec<String>> = fitted.stages.iter().flat_map(of_stage).collect();
+    if !rows.is_empty() {
+        output.print(&table(&["stage", "dof", "of", "symbol", "value ± std", "unit"], &rows));
+    }
+}
+
+/// How far each estimate moves with window and degree of the filter, those of all runs together.
+pub(super) fn print_filters(spreads: &[Spread], output: &Output) {
+    let together = |s: &&Spread| !s.stage.contains(' ') && !["bollard", "towing", "steady"].contains(&s.stage.as_str());
+    let rows: Vec<Vec<String>> = spreads
+        .iter()
+        .filter(together)
+        .map(|s| {
+            let moved = if s.relative < 10.0 { format!("{:.1}", 100.0 * s.relative) } else { "> 1000".into() };
+            let range = format!("{} to {}", number(s.least), number(s.most));
+            vec![s.stage.clone(), s.dof.to_string(), s.name.clone(), range, number(s.std), moved, s.unit.clone()]
+        })
+        .collect();
+    if !rows.is_empty() {
+        output.print("With polynomial filters of 5, 9 and 15 samples, degree 2 and 3, and without:");
+        output.print(&table(&["stage", "dof", "symbol", "range", "std", "moves by, %", "unit"], &rows));
     }
 }
 
@@ -211,19 +261,32 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
         .collect();
     output.print(&table(&["run", "instants", "simulated"], &rows));
     if let Some(folder) = &a.output {
-        std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.clone(), source })?;
         for run in &result.runs {
-            let file = folder.join(run.run.replace(['/', '\\', ' ', '#'], "_")).with_extension("csv");
-            let signals = Run { name: run.run.clone(), signals: run.signals(), ..Run::default() };
-            let mut bytes = Vec::new();
-            log::write_to(&signals, &mut bytes).map_err(|source| Failure::Write { file: file.clone(), source })?;
-            output.write(&file, &bytes)?;
+            write_signals(folder, &run.run, run.signals(), output)?;
         }
     }
     if let Some(path) = &a.series.series {
         write_series(&result, path, output)?;
     }
+    if let Some(folder) = &a.forces {
+        let parts = campaign::components(&chosen.campaign, &chosen.model);
+        for part in &parts.runs {
+            let stem = Path::new(&part.run).with_extension("");
+            write_signals(folder, &format!("{}_{}.csv", stem.display(), part.dof), part.signals(), output)?;
+        }
+        output.tell(&parts.warnings)?;
+    }
     output.json(&result)
+}
+
+/// Writes signals as one CSV in a folder that is made where it is not there.
+fn write_signals(folder: &Path, name: &str, signals: BTreeMap<String, Signal>, output: &Output) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_path_buf(), source })?;
+    let file = folder.join(name.replace(['/', '\\', ' ', '#'], "_")).with_extension("csv");
+    let run = Run { name: name.to_string(), signals, ..Run::default() };
+    let mut bytes = Vec::new();
+    log::write_to(&run, &mut bytes).map_err(|source| Failure::Write { file: file.clone(), source })?;
+    output.write(&file, &bytes)
 }
 
 pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failure> {

@@ -18,12 +18,13 @@ use thiserror::Error;
 
 pub use folder::FolderError;
 
-use crate::campaign::{Campaign, Error as CampaignError, Fit, FitOptions, LoadOptions, fit};
+use crate::campaign::{Campaign, Error as CampaignError, Estimator, Fit, FitOptions, LoadOptions, filters, fit};
 use crate::compare::{CompareError, CompareOptions, compare, cross_validate};
 use crate::discover::Discovery;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::procedure::{Bench, ProcedureError, Stage, StagedOptions, StagedResult, made_ready, staged, twin};
+use crate::procedure::sensitivity::{Spread, spreads};
+use crate::procedure::{ProcedureError, Stage, StagedOptions, StagedResult, made_ready, staged, twin};
 use crate::run::{Run, RunKind};
 use crate::tank::{
     BlindOptions, FolderError as TankFolderError, Hidden, PaperCampaign, TankError, paper_campaign, write_blind,
@@ -153,6 +154,8 @@ pub struct Demo {
     pub twins: Vec<Twins>,
     /// Cross-validation of the surge oscillations.
     pub cross_validation: Vec<Crossed>,
+    /// How far estimates move with window and degree of a filter.
+    pub filters: Vec<Spread>,
     /// Effect that was hidden.
     pub hidden: Vec<String>,
     /// What the discovery says.
@@ -184,14 +187,16 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
     let campaign = Campaign::load(&paper_folder.join("campaign.toml"), LoadOptions::default())?;
 
     progress("the staged procedure");
-    let bench = Bench { vehicle: &campaign.vehicle, water: &campaign.water, efficiency: &campaign.file.efficiency };
+    let bench = campaign.bench();
     let nominal = campaign.nominal_runs();
-    let staging = StagedOptions::default();
-    let result = staged(&nominal, &campaign.model, bench, &staging)?;
-    let ready = made_ready(&nominal, &campaign.model, &campaign.file.efficiency, &staging)?;
-    let twins = twins(&ready, &campaign.model, &result, &staging, &tank)?;
+    let staging = &campaign.file.stage;
+    let result = staged(&nominal, &campaign.model, bench, staging)?;
+    let ready = made_ready(&nominal, &campaign.model, &result.efficiency, bench.thrusters, staging)?;
+    let twins = twins(&ready, &campaign.model, &result, staging, &tank)?;
     let cross_validation = cross(&ready, &result)?;
-    let fitted = fit(&campaign, FitOptions { estimator: Some(crate::campaign::Estimator::Staged) })?;
+    let fitted = fit(&campaign, FitOptions { estimator: Some(Estimator::Staged) })?;
+    progress("the same with filters");
+    let moved = spreads(&filters(&campaign)?);
 
     progress("a campaign with a hidden effect");
     let hidden = BlindOptions {
@@ -212,6 +217,7 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
         conditions: result.stages.iter().map(conditioned).collect(),
         twins,
         cross_validation,
+        filters: moved,
         hidden: secret.hidden,
         discovery,
         files: vec![paper_folder.join("campaign.toml"), blind_folder.join("campaign.toml")],
@@ -281,8 +287,9 @@ fn with_stage(model: &Model, stage: &Stage) -> Model {
     own
 }
 
+/// Mean |measured − simulated| of the balance of `dof` alone: the one that (29) and (30) are about.
 fn mean_abs(model: &Model, run: &Run, dof: Dof) -> Result<f64, CompareError> {
-    let result = compare(model, std::slice::from_ref(run), &CompareOptions::default())?;
+    let result = compare(&twin::alone(model, dof), std::slice::from_ref(run), &CompareOptions::default())?;
     Ok(result.runs.iter().find(|r| r.dof == dof).map_or(f64::NAN, |r| r.mean_abs))
 }
 

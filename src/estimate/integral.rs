@@ -75,7 +75,13 @@ impl RowFit {
 
     /// Writes values and standard deviations into `model`.
     pub fn write_to(&self, model: &mut Model) {
-        for (k, column) in self.parameters.iter().enumerate() {
+        let every: Vec<usize> = self.parameters.iter().map(|c| c.parameter).collect();
+        self.write_some(&every, model);
+    }
+
+    /// Writes those of the parameters `kept` alone.
+    pub fn write_some(&self, kept: &[usize], model: &mut Model) {
+        for (k, column) in self.parameters.iter().enumerate().filter(|(_, c)| kept.contains(&c.parameter)) {
             let parameter = &mut model.parameters[column.parameter];
             match column.run {
                 None => parameter.value = self.values[k],

@@ -14,4 +14,7 @@ codes! {
     TOO_LITTLE = "S109" "stage-failed" Warning "The data of a stage does not determine its parameters; they keep their values.";
     FEW_SPEEDS = "S110" "few-speeds" Note "A drag curve rests on few speeds; deviations are widened by Student's t.";
     GRAVITY = "S111" "net-weight-not-modelled" Note "The vehicle's net weight is known and the runs log pitch, but the model has no restoring_surge.";
+    NO_GROUP = "S112" "group-not-measured" Warning "A run drives a group of thrusters for which no eta_inter was measured or given; 1 was used.";
+    NO_PITCH = "S113" "no-pitch" Warning "The pitch of a steady run cannot be had from the balance of moments: figures of the vehicle or the thrusters' moment are missing.";
+    NO_SUCH_RUN = "S114" "no-such-run" Warning "A steady window is given for a run that is not a constant-velocity or towing run of this campaign.";
 }

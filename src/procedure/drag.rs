@@ -8,13 +8,11 @@
 //! window and divided by its length, with no inertia: so the pitch term, a drag per direction, or any other effect of
 //! the model takes part. With few windows the deviations are widened by Student's t, so that two of them hold 95.4 %.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
-use super::held::{Direction, Held};
+use super::held::{Direction, Found, Held, How, Known, student};
 use super::numbers::DRAG;
 use super::result::Stage;
-use super::{ProcedureError, StagedOptions, codes, parameters_at};
-use crate::estimate::{Columns, RegressorOptions, RowFit, Span, StdMethod, SteadyWindow, mean_of, steady_windows};
+use super::{ProcedureError, SteadyStage, codes, parameters_at};
+use crate::estimate::{Columns, RegressorOptions, Span, StdMethod, SteadyWindow, mean_of, steady_windows};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -30,18 +28,42 @@ struct Steady {
 pub(super) struct Drag {
     pub stages: Vec<Stage>,
     /// The fit of all windows.
-    pub fit: RowFit,
-    /// What is held by later stages.
-    pub held: Held,
+    pub found: Found,
+    /// Fits of one direction each, both or none.
+    ways: Vec<(Found, Direction)>,
 }
 
-/// Drag of `dof` from `runs` of constant velocity; `Ok(Err(…))` says why there is none.
+impl Drag {
+    /// Hands over to later stages: drag by direction where it was found so.
+    pub fn hold(&self, held: &mut Held, model: &Model, dof: Dof) {
+        let every: Vec<usize> = self.found.fit.parameters.iter().map(|c| c.parameter).collect();
+        let drag = parameters_at(model, dof, &DRAG);
+        let asymmetry = model.parameter_of(&format!("drag_asymmetry@{dof}"));
+        let quadratic = model.parameter_of(&format!("quadratic_drag@{dof}"));
+        let of_all = held.add(&self.found, &every, None);
+        for (part, direction) in &self.ways {
+            let extra = |p: usize| asymmetry.filter(|_| Some(p) == quadratic);
+            held.add_direction(part, &drag, *direction, (&self.found, &of_all), extra);
+        }
+        if !self.ways.is_empty() {
+            // each direction has all of its drag
+            for p in parameters_at(model, dof, &["drag_asymmetry"]) {
+                for direction in [Direction::Positive, Direction::Negative] {
+                    held.know(Known::Parameter(p, Some(direction)), 0.0, &[0.0]);
+                }
+            }
+        }
+    }
+}
+
+/// Drag of `dof` from `runs` of constant velocity, with nominal forces; `Ok(Err(…))` says why there is none.
 pub(super) fn stage(
     name: &str,
     dof: Dof,
     runs: &[&Run],
     model: &Model,
-    options: &StagedOptions,
+    held: &Held,
+    options: &SteadyStage,
 ) -> Result<Result<Drag, Finding>, ProcedureError> {
     let windows: Vec<Steady> = runs.iter().flat_map(|run| cut(run, dof, options)).collect();
     if windows.is_empty() {
@@ -53,39 +75,31 @@ pub(super) fn stage(
     let with_bias = [drag.clone(), parameters_at(model, dof, &["bias"])].concat();
     let all: Vec<&Run> = windows.iter().map(|w| &w.run).collect();
     let free = if all.len() > with_bias.len() { &with_bias } else { &drag };
-    let mut fit = match ProcedureError::unless_data(name, dof, means(dof, &all, &still, free))? {
-        Ok(fit) => fit,
+    let found = match ProcedureError::unless_data(name, dof, means(dof, &all, &still, free, held))? {
+        Ok(found) => found,
         Err(finding) => return Ok(Err(finding)),
     };
-    let mut stages = vec![of(name, dof, &all, &still, &mut fit)];
-    let mut held = Held::default();
+    let mut stages = vec![of(name, dof, &all, &still, &found)];
+    let mut ways = Vec::new();
     if options.per_direction && dof == Dof::Yaw {
-        let ways = [(Direction::Positive, "clockwise"), (Direction::Negative, "anticlockwise")];
-        let mut both = Vec::new();
-        for (direction, word) in ways {
+        for (direction, word) in [(Direction::Positive, "clockwise"), (Direction::Negative, "anticlockwise")] {
             let of_it: Vec<&Run> = windows.iter().filter(|w| w.direction == direction).map(|w| &w.run).collect();
             // what only tells the directions apart has no place in one direction
             let one_way: Vec<usize> =
                 free.iter().copied().filter(|p| model.parameters[*p].effect != "drag_asymmetry").collect();
             if of_it.len() > one_way.len()
-                && let Ok(mut fit) = ProcedureError::unless_data(name, dof, means(dof, &of_it, &still, &one_way))?
+                && let Ok(found) = ProcedureError::unless_data(name, dof, means(dof, &of_it, &still, &one_way, held))?
             {
-                both.push((of(&format!("{name} {word}"), dof, &of_it, &still, &mut fit), fit, direction));
+                stages.push(of(&format!("{name} {word}"), dof, &of_it, &still, &found));
+                ways.push((found, direction));
             }
         }
-        if both.len() == ways.len() {
-            for (_, fit, direction) in &both {
-                held.add(fit, &drag, Some(*direction));
-            }
-            // each direction has all of its drag
-            parameters_at(model, dof, &["drag_asymmetry"]).into_iter().for_each(|p| held.know(p, 0.0));
+        if ways.len() < 2 {
+            stages.truncate(1);
+            ways.clear();
         }
-        stages.extend(both.into_iter().map(|(stage, ..)| stage));
     }
-    if !drag.iter().any(|p| held.has(*p)) {
-        held.add(&fit, &drag, None);
-    }
-    Ok(Ok(Drag { stages, fit, held }))
+    Ok(Ok(Drag { stages, found, ways }))
 }
 
 /// The load cell's reading in place of the nominal force.
@@ -103,12 +117,9 @@ pub(super) fn towed(run: &Run, dof: Dof) -> Option<Run> {
     Some(towed)
 }
 
-fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, fit: &mut RowFit) -> Stage {
-    let freedom = (fit.rows - fit.values.len()) as f64;
-    let widening = student(freedom);
-    for row in &mut fit.covariance {
-        row.iter_mut().for_each(|c| *c *= widening * widening);
-    }
+fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, found: &Found) -> Stage {
+    let fit = &found.fit;
+    let widening = student((fit.rows - fit.values.len()) as f64);
     let mut names: Vec<String> = windows.iter().map(|r| r.name.clone()).collect();
     names.dedup();
     let mut stage = Stage::of_fit(name, dof, names, model, fit);
@@ -123,15 +134,15 @@ fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, fit: &mut RowFit) -
     stage
 }
 
-/// Half of the quantile of Student's t that holds what two standard deviations of a normal hold.
-fn student(freedom: f64) -> f64 {
-    const TWO_SIGMA: f64 = 0.977_249_868_051_820_8;
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(TWO_SIGMA) / 2.0)
-}
-
 /// Mean forces over the windows.
-fn means(dof: Dof, runs: &[&Run], model: &Model, free: &[usize]) -> Result<RowFit, crate::estimate::IntegralError> {
-    let whole = RegressorOptions { span: Span::Samples(usize::MAX), ..RegressorOptions::default() };
+fn means(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    free: &[usize],
+    held: &Held,
+) -> Result<Found, crate::estimate::IntegralError> {
+    let regressor = RegressorOptions { span: Span::Samples(usize::MAX), ..RegressorOptions::default() };
     let over_time = |columns: &mut Columns| {
         for (row, (from, to)) in columns.span.iter().enumerate() {
             let length = to - from;
@@ -139,15 +150,12 @@ fn means(dof: Dof, runs: &[&Run], model: &Model, free: &[usize]) -> Result<RowFi
             columns.columns.iter_mut().for_each(|c| c[row] /= length);
         }
     };
-    Held::default().fit((dof, runs), model, free, (whole, StdMethod::Paper), &over_time)
+    held.fit((dof, runs), model, free, How { regressor, std: StdMethod::Paper, few: true }, &over_time)
 }
 
 /// `model` at constant velocity: its momentum in `dof` does not change.
 fn without_inertia(model: &Model, dof: Dof) -> Model {
     let mut still = model.clone();
-    for p in parameters_at(model, dof, &["inertia", "added_mass_coupling", "added_mass_amplitude"]) {
-        still.parameters[p].value = 0.0;
-    }
     for p in &mut still.parameters {
         let momentum = ["inertia", "added_mass_coupling", "added_mass_amplitude"].contains(&p.effect.as_str());
         if momentum && p.place.dof == Some(dof) {
@@ -158,8 +166,8 @@ fn without_inertia(model: &Model, dof: Dof) -> Model {
 }
 
 /// The steady windows of a run: its own velocity cut, everything else whole.
-fn cut(run: &Run, dof: Dof, options: &StagedOptions) -> Vec<Steady> {
-    let Some(velocity) = run.signal(dof.velocity()) else { return Vec::new() };
+fn cut(run: &Run, dof: Dof, options: &SteadyStage) -> Vec<Steady> {
+    let Some(velocity) = run.signal(dof.velocity()).filter(|s| !s.is_empty()) else { return Vec::new() };
     let of_window = |window: SteadyWindow| {
         let inside: Vec<usize> =
             (0..velocity.len()).filter(|k| (window.from..=window.to).contains(&velocity.time()[*k])).collect();
@@ -170,18 +178,58 @@ fn cut(run: &Run, dof: Dof, options: &StagedOptions) -> Vec<Steady> {
         let direction = if mean.value < 0.0 { Direction::Negative } else { Direction::Positive };
         Some(Steady { run: part, direction })
     };
-    steady_windows(run, dof.velocity(), Some(dof.force()), options.steady).into_iter().filter_map(of_window).collect()
+    let given: Vec<SteadyWindow> =
+        options.windows.iter().filter(|w| w.run == run.name).map(super::options::GivenWindow::window).collect();
+    let found = || {
+        let (first, last) = (velocity.time()[0], velocity.time()[velocity.len() - 1]);
+        let late = run.between(last - options.steady_part * (last - first), last);
+        steady_windows(&late, dof.velocity(), Some(dof.force()), options.limits())
+    };
+    let windows = if given.is_empty() { found() } else { given };
+    windows.into_iter().filter_map(of_window).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// 40 s: a ramp to 1 m/s over 10 s, then steady.
+    fn run() -> Run {
+        let time: Vec<f64> = (0..=400).map(|k| 0.1 * f64::from(k)).collect();
+        let mut run = Run { name: "a.csv".into(), ..Run::default() };
+        let speed: Vec<f64> = time.iter().map(|t| (0.1 * t).min(1.0)).collect();
+        run.signals.insert("tau_u".into(), Signal::new(time.clone().into(), vec![100.0; time.len()]));
+        run.signals.insert("u".into(), Signal::new(time.into(), speed));
+        run
+    }
+
     #[test]
-    fn paper_quantiles_of_student() {
-        // tables: t(0.97725) is 13.97 for 1, 3.307 for 3 and 2.0 for infinitely many degrees of freedom
-        for (freedom, quantile) in [(1.0, 13.97), (3.0, 3.307), (1e6, 2.0)] {
-            assert!((2.0 * student(freedom) / quantile - 1.0).abs() < 1e-3, "four printed digits: {freedom}");
-        }
+    fn windows_are_found_in_the_last_part_or_given() {
+        let span = |options: &SteadyStage| -> Vec<(f64, f64)> {
+            cut(&run(), Dof::Surge, options)
+                .iter()
+                .filter_map(|s| s.run.signal("u"))
+                .map(|u| (u.time()[0], u.time()[u.len() - 1]))
+                .collect()
+        };
+        assert_eq!(span(&SteadyStage::default()), [(20.0, 40.0)]);
+        let given = |run: &str| {
+            let window = super::super::options::GivenWindow { run: run.into(), from: 12.0, to: 15.0 };
+            SteadyStage { windows: vec![window], ..SteadyStage::default() }
+        };
+        assert_eq!(span(&given("a.csv")), [(12.0, 15.0)]);
+        assert_eq!(span(&given("b.csv")), [(20.0, 40.0)], "windows of another run");
+    }
+
+    #[test]
+    fn a_speed_that_wanders_is_steady_within_the_scatter() {
+        let mut wandering = run();
+        let time = wandering.signals["u"].shared_time().clone();
+        // 3 % of one standard deviation about 1 m/s
+        let speed: Vec<f64> = time.iter().map(|t| 1.0 + 0.03 * f64::sqrt(2.0) * (2.0 * t).sin()).collect();
+        wandering.signals.insert("u".into(), Signal::new(time, speed));
+        let windows =
+            |scatter| cut(&wandering, Dof::Surge, &SteadyStage { scatter, drift: 0.1, ..SteadyStage::default() }).len();
+        assert_eq!((windows(0.08), windows(0.01)), (1, 0));
     }
 }

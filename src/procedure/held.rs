@@ -1,15 +1,25 @@
 //! What earlier stages have found and later ones hold: values with their covariance, carried on.
 //!
 //! ```text
-//! cov θ = cov(θ | held) + J Σ_held Jᵀ        J = ∂θ̂/∂held, by central differences of one standard deviation
+//! cov(θ, held) = J Σ_held        cov θ = cov(θ | held) + J Σ_held Jᵀ        J = ∂θ̂/∂held
 //! ```
 //!
-//! A drag may have one value for each direction of motion; a row takes those of its own direction.
+//! J by central differences of one standard deviation: the delta method, through the fit itself. Losses of thrust are
+//! held like any parameter, so that a drag and an inertia that rest on the same η_inter are correlated as they should
+//! be. A drag may have one value for each direction of motion; a row takes those of its own direction.
 
+use std::borrow::Cow;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::Bench;
+use super::acting::acting_forces;
 use crate::estimate::{Columns, IntegralError, RegressorOptions, RowFit, StdMethod, fit_rows, regressors_of};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
+use crate::thrust::efficiency::Efficiency;
+use crate::thrust::thruster::Thruster;
 
 /// Direction of motion: the sign of the velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,63 +30,125 @@ pub(super) enum Direction {
     Negative,
 }
 
-/// A parameter that a stage has found.
+/// What an entry stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Known {
+    /// A parameter of the model; of one direction of motion, or of both.
+    Parameter(usize, Option<Direction>),
+    /// The entry of this number in η_inter.
+    Interaction(usize),
+    /// Slope of η_adv.
+    Slope,
+    /// Intercept of η_adv.
+    Intercept,
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Entry {
-    parameter: usize,
-    /// For which direction; both when absent.
-    direction: Option<Direction>,
+    known: Known,
     value: f64,
+}
+
+/// How rows are made and solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct How {
+    /// Rows.
+    pub regressor: RegressorOptions,
+    /// Standard deviations of the rows' own noise.
+    pub std: StdMethod,
+    /// Whether rows are so few that Student's t counts.
+    pub few: bool,
+}
+
+/// A fit, and how it hangs on what was held.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    pub fit: RowFit,
+    /// ∂θ̂/∂held: a row a parameter, a column an entry that was held then.
+    jacobian: Vec<Vec<f64>>,
 }
 
 /// What earlier stages have found.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Held {
+    /// Losses that turn nominal forces into those that act; runs of load cells have none.
+    pub efficiency: Efficiency,
+    /// The thrusters, for runs that log each of them.
+    pub thrusters: Vec<Thruster>,
     entries: Vec<Entry>,
     covariance: Vec<Vec<f64>>,
 }
 
 impl Held {
-    /// Adds what a fit has found of the parameters `keep`; `direction` for a fit of one direction alone.
-    pub fn add(&mut self, fit: &RowFit, keep: &[usize], direction: Option<Direction>) {
-        let chosen: Vec<usize> =
-            (0..fit.parameters.len()).filter(|k| keep.contains(&fit.parameters[*k].parameter)).collect();
+    /// Nothing but what is known of the thrust beforehand.
+    pub fn of_bench(bench: &Bench<'_>) -> Held {
+        Held { efficiency: bench.efficiency.clone(), thrusters: bench.thrusters.to_vec(), ..Held::default() }
+    }
+
+    /// For load cells: no thrust stands in their balance, and nothing of it is carried.
+    pub fn without_thrust() -> Held {
+        Held::default()
+    }
+
+    /// Adds a quantity that was found apart from everything else; `row` its covariance with those added last.
+    pub fn know(&mut self, known: Known, value: f64, row: &[f64]) {
         let before = self.entries.len();
-        let size = before + chosen.len();
-        for row in &mut self.covariance {
-            row.resize(size, 0.0);
+        let mut own = vec![0.0; before + 1 - row.len()];
+        own.extend_from_slice(row);
+        for (k, line) in self.covariance.iter_mut().enumerate() {
+            line.push(own[k]);
         }
-        for k in &chosen {
-            self.entries.push(Entry { parameter: fit.parameters[*k].parameter, direction, value: fit.values[*k] });
-            let mut row = vec![0.0; before];
-            row.extend(chosen.iter().map(|l| fit.covariance[*k][*l]));
-            self.covariance.push(row);
+        self.covariance.push(own);
+        self.entries.push(Entry { known, value });
+    }
+
+    /// Adds the parameters `keep` of a fit; `direction` for a fit of one direction alone. Returns their entries.
+    pub fn add(&mut self, found: &Found, keep: &[usize], direction: Option<Direction>) -> Vec<(usize, usize)> {
+        let chosen: Vec<usize> =
+            (0..found.fit.parameters.len()).filter(|k| keep.contains(&found.fit.parameters[*k].parameter)).collect();
+        let mut added: Vec<(usize, usize)> = Vec::new();
+        for k in chosen {
+            let before = self.entries.len();
+            let carried =
+                |l: usize| found.jacobian[k].iter().enumerate().map(|(j, d)| d * self.covariance[j][l]).sum::<f64>();
+            let own = |l: usize| added.iter().find(|(entry, _)| *entry == l).map(|(_, i)| found.fit.covariance[k][*i]);
+            let mut row: Vec<f64> = (0..before).map(|l| own(l).unwrap_or_else(|| carried(l))).collect();
+            row.push(found.fit.covariance[k][k]);
+            self.know(Known::Parameter(found.fit.parameters[k].parameter, direction), found.fit.values[k], &row);
+            added.push((before, k));
+        }
+        added
+    }
+
+    /// Adds the drag of one direction beside that of all windows, `all` at the entries `of_all`. The covariance of the
+    /// best estimate with any other from part of the same rows is its own: cov(θ_part, θ) = G cov θ, G what θ says of
+    /// the part, here that the negative direction has `asymmetry` more of quadratic drag.
+    pub fn add_direction(
+        &mut self,
+        part: &Found,
+        keep: &[usize],
+        direction: Direction,
+        (all, of_all): (&Found, &[(usize, usize)]),
+        asymmetry: impl Fn(usize) -> Option<usize>,
+    ) {
+        for (entry, k) in self.add(part, keep, Some(direction)) {
+            let parameter = part.fit.parameters[k].parameter;
+            let extra = asymmetry(parameter).filter(|_| direction == Direction::Negative);
+            for (other, l) in of_all {
+                let with = |p: usize| {
+                    let i = all.fit.parameters.iter().position(|c| c.parameter == p);
+                    i.map_or(0.0, |i| all.fit.covariance[i][*l])
+                };
+                let covariance = with(parameter) + extra.map_or(0.0, with);
+                self.covariance[entry][*other] = covariance;
+                self.covariance[*other][entry] = covariance;
+            }
         }
     }
 
     /// Whether this parameter has been found.
     pub fn has(&self, parameter: usize) -> bool {
-        self.entries.iter().any(|e| e.parameter == parameter)
-    }
-
-    /// Adds a value that is known exactly.
-    pub fn know(&mut self, parameter: usize, value: f64) {
-        self.entries.push(Entry { parameter, direction: None, value });
-        let size = self.entries.len();
-        self.covariance.push(Vec::new());
-        self.covariance.iter_mut().for_each(|row| row.resize(size, 0.0));
-    }
-
-    /// Everything that `other` holds as well; the two were found apart.
-    pub fn join(&mut self, other: Held) {
-        let before = self.entries.len();
-        for row in &mut self.covariance {
-            row.resize(before + other.entries.len(), 0.0);
-        }
-        for row in other.covariance {
-            self.covariance.push([vec![0.0; before], row].concat());
-        }
-        self.entries.extend(other.entries);
+        self.entries.iter().any(|e| matches!(e.known, Known::Parameter(p, _) if p == parameter))
     }
 
     /// `model` with what is held, of a positive velocity where it depends on the direction.
@@ -84,17 +156,49 @@ impl Held {
         self.write_to(model, Direction::Positive, None)
     }
 
+    /// Covariance of the first `count` parameters of the model: of each, what was found last for both directions.
+    pub fn covariance_of(&self, count: usize) -> Vec<Vec<f64>> {
+        let last = |p: usize| self.entries.iter().rposition(|e| e.known == Known::Parameter(p, None));
+        let places: Vec<Option<usize>> = (0..count).map(last).collect();
+        let entry = |a: &Option<usize>, b: &Option<usize>| match (a, b) {
+            (Some(a), Some(b)) => self.covariance[*a][*b],
+            _ => 0.0,
+        };
+        places.iter().map(|a| places.iter().map(|b| entry(a, b)).collect()).collect()
+    }
+
+    /// The runs with the forces that act, entry `shifted.0` moved by `shifted.1`.
+    fn acting<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
+        let mut efficiency = self.efficiency.clone();
+        if let Some((k, by)) = shifted {
+            match (self.entries[k].known, &mut efficiency.eta_adv) {
+                (Known::Interaction(i), _) => efficiency.eta_inter.0[i].value += by,
+                (Known::Slope, Some(line)) => line.slope += by,
+                (Known::Intercept, Some(line)) => line.intercept += by,
+                _ => {}
+            }
+        }
+        if efficiency == Efficiency::default() {
+            return runs.iter().map(|run| Cow::Borrowed(*run)).collect();
+        }
+        runs.iter().map(|run| Cow::Owned(acting_forces(run, &efficiency, &self.thrusters).0)).collect()
+    }
+
     fn directional(&self, model: &Model, dof: Dof) -> bool {
-        self.entries.iter().any(|e| e.direction.is_some() && model.parameters[e.parameter].place.dof == Some(dof))
+        let here =
+            |e: &Entry| matches!(e.known, Known::Parameter(p, Some(_)) if model.parameters[p].place.dof == Some(dof));
+        self.entries.iter().any(here)
     }
 
     /// `model` with the held values for one direction, entry `shifted.0` moved by `shifted.1`.
     fn write_to(&self, model: &Model, direction: Direction, shifted: Option<(usize, f64)>) -> Model {
         let mut model = model.clone();
         for (k, entry) in self.entries.iter().enumerate() {
-            if entry.direction.is_none_or(|d| d == direction) {
+            if let Known::Parameter(p, of) = entry.known
+                && of.is_none_or(|d| d == direction)
+            {
                 let shift = shifted.filter(|(at, _)| *at == k).map_or(0.0, |(_, by)| by);
-                model.parameters[entry.parameter].value = entry.value + shift;
+                model.parameters[p].value = entry.value + shift;
             }
         }
         model
@@ -130,33 +234,52 @@ impl Held {
         Ok(columns)
     }
 
-    /// Fits `free` in the balance of `dof`, everything else held; `finish` may scale the rows. The covariance has what
-    /// the held values leave uncertain.
+    /// Whether what this entry stands for can move the balance of `dof`: a drag of another degree of freedom does not
+    /// stand in it; a mass may, by its Coriolis term.
+    fn counts(&self, k: usize, model: &Model, dof: Dof, free: &[usize]) -> bool {
+        match self.entries[k].known {
+            Known::Parameter(p, _) => {
+                let parameter = &model.parameters[p];
+                let elsewhere = parameter.place.dof.is_some_and(|d| d != dof) && parameter.effect != "inertia";
+                !free.contains(&p) && !elsewhere
+            }
+            Known::Interaction(i) => self.efficiency.eta_inter.0[i].dof == dof,
+            Known::Slope | Known::Intercept => true,
+        }
+    }
+
+    /// Fits `free` in the balance of `dof` to runs with nominal forces, everything else held; `finish` may scale the
+    /// rows. The covariance has what the held values leave uncertain.
     pub fn fit(
         &self,
         (dof, runs): (Dof, &[&Run]),
         model: &Model,
         free: &[usize],
-        options: (RegressorOptions, StdMethod),
+        how: How,
         finish: &dyn Fn(&mut Columns),
-    ) -> Result<RowFit, IntegralError> {
+    ) -> Result<Found, IntegralError> {
         let inertia = model.parameter_of(&format!("inertia@{dof}")).filter(|p| free.contains(p));
-        let solve = |shifted| -> Result<RowFit, IntegralError> {
-            let mut columns = self.rows((dof, runs), model, free, options.0, shifted)?;
+        let usual = self.acting(runs, None);
+        let solve = |shifted: Option<(usize, f64)>| -> Result<RowFit, IntegralError> {
+            let thrust = |k: usize| !matches!(self.entries[k].known, Known::Parameter(..));
+            let moved = shifted.filter(|(k, _)| thrust(*k)).map(|_| self.acting(runs, shifted));
+            let acting: Vec<&Run> = moved.as_ref().unwrap_or(&usual).iter().map(AsRef::as_ref).collect();
+            let mut columns = self.rows((dof, &acting), model, free, how.regressor, shifted)?;
             finish(&mut columns);
-            fit_rows(&columns, inertia, options.1)
+            fit_rows(&columns, inertia, how.std)
                 .map_err(|source| IntegralError::Linear { dofs: dof.to_string(), source })
         };
         let mut fit = solve(None)?;
         let n = fit.values.len();
-        let mut jacobian = vec![vec![0.0; self.entries.len()]; n];
-        for k in 0..self.entries.len() {
+        if how.few {
+            let widening = student((fit.rows - n) as f64).powi(2);
+            fit.covariance.iter_mut().flatten().for_each(|c| *c *= widening);
+        }
+        let size = self.entries.len();
+        let mut jacobian = vec![vec![0.0; size]; n];
+        for k in (0..size).filter(|k| self.counts(*k, model, dof, free)) {
             let std = self.covariance[k][k].max(0.0).sqrt();
-            let parameter = self.entries[k].parameter;
-            // a drag of another degree of freedom does not stand in this balance; a mass may, by its Coriolis term
-            let place = model.parameters[parameter].place;
-            let elsewhere = place.dof != Some(dof) && model.parameters[parameter].effect != "inertia";
-            if std > 0.0 && !free.contains(&parameter) && !elsewhere {
+            if std > 0.0 {
                 let (up, down) = (solve(Some((k, std)))?, solve(Some((k, -std)))?);
                 for i in 0..n {
                     jacobian[i][k] = (up.values[i] - down.values[i]) / (2.0 * std);
@@ -166,14 +289,65 @@ impl Held {
         for i in 0..n {
             for j in 0..n {
                 let carried = |k: usize, l: usize| jacobian[i][k] * self.covariance[k][l] * jacobian[j][l];
-                let size = self.entries.len();
                 fit.covariance[i][j] += (0..size).map(|k| (0..size).map(|l| carried(k, l)).sum::<f64>()).sum::<f64>();
             }
         }
-        Ok(fit)
+        Ok(Found { fit, jacobian })
     }
+}
+
+/// Half of the quantile of Student's t that holds what two standard deviations of a normal hold.
+pub(super) fn student(freedom: f64) -> f64 {
+    const TWO_SIGMA: f64 = 0.977_249_868_051_820_8;
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(TWO_SIGMA) / 2.0)
 }
 
 fn value_near(signal: &Signal, t: f64) -> f64 {
     signal.values()[signal.time().partition_point(|s| *s < t - 1e-9).min(signal.len() - 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+
+    #[test]
+    fn paper_quantiles_of_student() {
+        // tables: t(0.97725) is 13.97 for 1, 3.307 for 3 and 2.0 for infinitely many degrees of freedom
+        for (freedom, quantile) in [(1.0, 13.97), (3.0, 3.307), (1e6, 2.0)] {
+            assert!((2.0 * student(freedom) / quantile - 1.0).abs() < 1e-3, "four printed digits: {freedom}");
+        }
+    }
+
+    /// u̇ = (τ − k u)/m at constant u̇ = 0.1 m/s²: 10 s of a mass of 100 kg with a drag of 20 kg/s.
+    fn ramp() -> Run {
+        let time: Vec<f64> = (0..=100).map(|k| 0.1 * f64::from(k)).collect();
+        let mut run = Run { name: "ramp.csv".into(), ..Run::default() };
+        let force: Vec<f64> = time.iter().map(|t| 10.0 + 2.0 * t).collect();
+        run.signals
+            .insert("u".into(), Signal::new(time.clone().into(), time.iter().map(|t| 0.1 * t).collect::<Vec<_>>()));
+        run.signals.insert("tau_u".into(), Signal::new(time.into(), force));
+        run
+    }
+
+    #[test]
+    fn exact_carry_of_a_held_drag() {
+        let model = Model::with_effects(&[Dof::Surge], Coriolis::Free, &["inertia", "linear_drag"]).unwrap();
+        let (m, k) = (model.parameter_of("inertia@surge").unwrap(), model.parameter_of("linear_drag@surge").unwrap());
+        let mut held = Held::default();
+        held.know(Known::Parameter(k, None), 20.0, &[4.0]);
+        let how = How { regressor: RegressorOptions::default(), std: StdMethod::Paper, few: false };
+        let run = ramp();
+        let found = held.fit((Dof::Surge, &[&run]), &model, &[m], how, &|_| {}).unwrap();
+        assert!((found.fit.values[0] - 100.0).abs() < 1e-6, "no noise: {:?}", found.fit.values);
+        // m = Σ R²/Σ Δu R with R = (10 + 2 t − 0.1 k t) Δt = 10 Δt at k = 20 and Δu = 0.1 Δt, so that dm/dk is the mean
+        // of −0.1 t/0.1 over 10 s, −5, up to the bend of one deviation of 2 kg/s
+        assert!((found.jacobian[0][0] / -5.0 - 1.0).abs() < 0.01, "{:?}", found.jacobian);
+        let added = held.add(&found, &[m], None);
+        assert_eq!(added.len(), 1);
+        let covariance = held.covariance_of(model.parameters.len());
+        assert!((covariance[m][k] - found.jacobian[0][0] * 4.0).abs() < 1e-9);
+        assert_eq!(covariance[m][k], covariance[k][m]);
+        assert!((covariance[m][m] / (found.jacobian[0][0].powi(2) * 4.0) - 1.0).abs() < 1e-6, "no noise of its own");
+    }
 }

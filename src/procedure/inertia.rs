@@ -3,19 +3,22 @@
 //! ```text
 //! oscillatory:  u̇ = a₁ q̇ + a₂ R + a₃,   a₁ = −X_q̇/m_u, a₂ = 1/m_u, a₃ = −b/m_u              (20), (21), (26), (27)
 //! zig-zag:      ṙ = a₁ u v + a₂ R + a₃,  a₁ = −k_uv/I_r, a₂ = 1/I_r, a₃ = −b/I_r              (28), (29)
+//!               u̇ = a₁ v r + a₂ R + …,   v̇ = a₁ u r + a₂ R                                   (28), free coefficients
 //! R = τ − drag with the coefficients of stage (ii)
 //! ```
 //!
 //! In integral form, per unit inertia; the parameters follow from the fitted ratios by the delta method, and what the
 //! held drag leaves uncertain is carried on. Rows stand on the stamps of the own velocity; u and v of a slower sensor
-//! are straight lines between their samples. Each run has a stage of its own, and all runs together one more.
+//! are straight lines between their samples. Inertia and bias are free in a zig-zag too: held at what oscillations of
+//! other amplitudes have shown, their misfit would pass for a Coriolis coefficient, for v r hardly changes sign. Each run has a stage of its own, and all runs together one more.
 
-use super::held::Held;
-use super::numbers::flow_numbers;
+use super::acting::acting_forces;
+use super::held::{Found, Held, How};
+use super::numbers::{DRAG, flow_numbers};
 use super::result::Stage;
 use super::{Bench, ProcedureError, StagedOptions, codes, parameters_at};
 use crate::effects::Coriolis;
-use crate::estimate::RowFit;
+use crate::estimate::{RegressorOptions, Span};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -38,8 +41,18 @@ impl Kind {
         }
     }
 
+    /// Samples a row, whether drag is held, whether each run has a stage of its own.
+    fn options(self, options: &StagedOptions) -> (usize, bool, bool) {
+        let (o, z) = (&options.oscillatory, &options.zigzag);
+        match self {
+            Kind::Oscillatory => (o.window, o.hold_drag, o.per_run),
+            Kind::Zigzag => (z.window, z.hold_drag, z.per_run),
+        }
+    }
+
     /// Parameters to estimate in `dof`.
-    pub fn free(self, model: &Model, dof: Dof, held: &Held) -> Vec<usize> {
+    pub fn free(self, model: &Model, dof: Dof, held: &Held, options: &StagedOptions) -> Vec<usize> {
+        let drag = if self.options(options).1 { Vec::new() } else { parameters_at(model, dof, &DRAG) };
         let coriolis = match model.coriolis {
             Coriolis::Free => parameters_of_term(model, &format!("coriolis_{dof}")),
             // tied: k_uv = m_v − m_u, and the mass in sway is found in yaw where no run of its own has shown it
@@ -49,11 +62,16 @@ impl Kind {
             Coriolis::Tied => Vec::new(),
         };
         match self {
-            Kind::Oscillatory => parameters_at(model, dof, &MOMENTUM_AND_BIAS),
-            Kind::Zigzag => [parameters_at(model, dof, &MOMENTUM_AND_BIAS), coriolis].concat(),
+            Kind::Oscillatory => [parameters_at(model, dof, &MOMENTUM_AND_BIAS), drag].concat(),
+            // without a coefficient of its own the balance shows nothing that an oscillation does not show better
+            Kind::Zigzag if coriolis.is_empty() && dof != Dof::Yaw => Vec::new(),
+            Kind::Zigzag => [parameters_at(model, dof, &MOMENTUM_AND_BIAS), coriolis, drag].concat(),
         }
     }
 }
+
+/// Degrees of freedom whose balance a zig-zag is fitted in.
+pub(super) const ZIGZAG: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
 /// What a run in one degree of freedom shows when its drag is held.
 const MOMENTUM_AND_BIAS: [&str; 3] = ["inertia", "added_mass_coupling", "bias"];
@@ -63,7 +81,7 @@ fn parameters_of_term(model: &Model, name: &str) -> Vec<usize> {
     all.into_iter().filter(|p| !model.parameters[*p].fixed).collect()
 }
 
-/// Stages of each run and of all together; the fit is that of all.
+/// Stages of each run and of all together; what is found is that of all.
 pub(super) fn stages(
     kind: Kind,
     dof: Dof,
@@ -72,42 +90,61 @@ pub(super) fn stages(
     held: &Held,
     bench: &Bench<'_>,
     options: &StagedOptions,
-) -> Result<Result<(Vec<Stage>, RowFit), Finding>, ProcedureError> {
-    let free = kind.free(model, dof, held);
-    let how = (options.regressor, options.std);
+) -> Result<Result<(Vec<Stage>, Found), Finding>, ProcedureError> {
+    let free = kind.free(model, dof, held, options);
+    let (samples, _, per_run) = kind.options(options);
+    let regressor = RegressorOptions { span: Span::Samples(samples), ..RegressorOptions::default() };
+    let how = How { regressor, std: options.std, few: false };
     let mut stages = Vec::new();
-    for run in runs {
-        let fit = held.fit((dof, &[run]), model, &free, how, &|_| {});
-        let fit = match ProcedureError::unless_data(kind.name(), dof, fit)? {
-            Ok(fit) => fit,
+    for run in runs.iter().filter(|_| per_run && runs.len() > 1) {
+        let found = held.fit((dof, &[run]), model, &free, how, &|_| {});
+        let found = match ProcedureError::unless_data(kind.name(), dof, found)? {
+            Ok(found) => found,
             Err(finding) => return Ok(Err(finding.of_run(&run.name))),
         };
-        let name = if runs.len() > 1 { format!("{} {}", kind.name(), run.name) } else { kind.name().to_string() };
-        let mut stage = Stage::of_fit(name, dof, vec![run.name.clone()], model, &fit);
-        if kind == Kind::Oscillatory {
-            let mut of_run = held.written(model);
-            fit.write_to(&mut of_run);
-            stage.numbers = flow_numbers(run, 0, dof, &of_run, bench.vehicle, bench.water).ok().flatten();
-        }
-        if runs.len() == 1 {
-            finish(kind, model, &mut stage);
-            return Ok(Ok((vec![stage], fit)));
-        }
-        stages.push(stage);
+        stages.push(of_run(kind, format!("{} {}", kind.name(), run.name), dof, run, model, held, bench, &found));
     }
     // only several runs tell an inertia that grows with the amplitude
-    let amplitude =
-        if kind == Kind::Oscillatory { parameters_at(model, dof, &["added_mass_amplitude"]) } else { Vec::new() };
+    let several = kind == Kind::Oscillatory && runs.len() > 1;
+    let amplitude = if several { parameters_at(model, dof, &["added_mass_amplitude"]) } else { Vec::new() };
     let free = [free, amplitude].concat();
-    let fit = match ProcedureError::unless_data(kind.name(), dof, held.fit((dof, runs), model, &free, how, &|_| {}))? {
-        Ok(fit) => fit,
+    let found = match ProcedureError::unless_data(kind.name(), dof, held.fit((dof, runs), model, &free, how, &|_| {}))?
+    {
+        Ok(found) => found,
         Err(finding) => return Ok(Err(finding)),
     };
-    let names = runs.iter().map(|r| r.name.clone()).collect();
-    let mut stage = Stage::of_fit(kind.name(), dof, names, model, &fit);
+    let mut stage = match runs {
+        [run] => of_run(kind, kind.name().to_string(), dof, run, model, held, bench, &found),
+        runs => {
+            let names = runs.iter().map(|r| r.name.clone()).collect();
+            Stage::of_fit(kind.name(), dof, names, model, &found.fit)
+        }
+    };
     finish(kind, model, &mut stage);
     stages.push(stage);
-    Ok(Ok((stages, fit)))
+    Ok(Ok((stages, found)))
+}
+
+/// The stage of a single run, with its flow numbers where it oscillates.
+#[allow(clippy::too_many_arguments)] // one call; a struct for it would only name the same things twice
+fn of_run(
+    kind: Kind,
+    name: String,
+    dof: Dof,
+    run: &Run,
+    model: &Model,
+    held: &Held,
+    bench: &Bench<'_>,
+    found: &Found,
+) -> Stage {
+    let mut stage = Stage::of_fit(name, dof, vec![run.name.clone()], model, &found.fit);
+    if kind == Kind::Oscillatory {
+        let mut own = held.written(model);
+        found.fit.write_to(&mut own);
+        let (acting, _) = acting_forces(run, &held.efficiency, &held.thrusters);
+        stage.numbers = flow_numbers(&acting, 0, dof, &own, bench.vehicle, bench.water).ok().flatten();
+    }
+    stage
 }
 
 /// Says where the Munk coefficient is not the difference of the masses.

@@ -10,72 +10,46 @@
 //! Each stage sees only what earlier ones have left, with its uncertainty. The reason for stages is conditioning: in a
 //! single fit drag and inertia of one run are nearly the same signal, as the [`twin`] shows.
 
+mod acting;
+mod advance;
 mod bollard;
 pub mod codes;
 mod drag;
 mod held;
 mod inertia;
 pub mod numbers;
+mod options;
+mod pitch;
 mod prepare;
 mod result;
 pub mod sensitivity;
+mod stages;
 pub mod twin;
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use self::acting::{acting_forces, thruster_force};
 use self::held::Held;
 use self::inertia::Kind;
 use self::numbers::DRAG;
 pub use self::numbers::FlowNumbers;
-pub use self::prepare::acting_forces;
+pub use self::options::{
+    Align, BollardStage, DirectStage, GivenWindow, OscillatoryStage, PitchSource, StagedOptions, SteadyStage,
+    ZigzagStage,
+};
 pub use self::result::{Estimate, Stage, StagedResult};
-use crate::estimate::{IntegralError, LeastSquaresError, RegressorError, RegressorOptions, StdMethod, SteadyOptions};
-use crate::filter::{FilterError, PolynomialFilter, Window};
+use self::stages::Stages;
+use crate::estimate::{IntegralError, LeastSquaresError, RegressorError};
+use crate::filter::FilterError;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Role, Run, RunKind};
-use crate::thrust::efficiency::{Efficiency, EfficiencyError};
+use crate::thrust::efficiency::{AdvanceSpeed, Efficiency, EfficiencyError};
+use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
-
-/// Options of the procedure.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StagedOptions {
-    /// What counts as a steady window.
-    pub steady: SteadyOptions,
-    /// Rows of the integral stages.
-    pub regressor: RegressorOptions,
-    /// Standard deviations of the integral stages.
-    pub std: StdMethod,
-    /// Filter of all velocities before anything else; none when absent.
-    pub filter: Option<PolynomialFilter>,
-    /// Filter whose slope makes a body rate from its angle.
-    pub rates: PolynomialFilter,
-    /// Filter whose slope is the acceleration of the direct fit.
-    pub differentiation: PolynomialFilter,
-    /// Whether drag in yaw has values of its own clockwise and anticlockwise, where runs show both.
-    pub per_direction: bool,
-}
-
-impl Default for StagedOptions {
-    /// One-sample rows of unfiltered velocities, HAC deviations; angles and velocities are differentiated over 1 s.
-    fn default() -> StagedOptions {
-        let second = PolynomialFilter { window: Window::Seconds(1.0), degree: 2 };
-        StagedOptions {
-            steady: SteadyOptions::default(),
-            regressor: RegressorOptions::default(),
-            std: StdMethod::default(),
-            filter: None,
-            rates: second,
-            differentiation: second,
-            per_direction: true,
-        }
-    }
-}
 
 /// What is known of the vehicle apart from its model.
 #[derive(Debug, Clone, Copy)]
@@ -86,6 +60,8 @@ pub struct Bench<'a> {
     pub water: &'a Water,
     /// Losses of thrust that are known beforehand; η_inter of bollard runs takes the place of what is absent.
     pub efficiency: &'a Efficiency,
+    /// The thrusters, where they are described; runs that log each of them lose thrust one by one.
+    pub thrusters: &'a [Thruster],
 }
 
 /// Why the procedure cannot be carried out.
@@ -96,9 +72,12 @@ pub enum ProcedureError {
     NoTrainingRun,
     /// Losses along the thrusters' own axes need the forces of the thrusters.
     #[error(
-        "[efficiency] advance_speed = \"thruster_axis\" needs thruster forces; the staged procedure has τ alone: use \"vehicle\""
+        "[efficiency] advance_speed = \"thruster_axis\" needs [[thruster]] tables and the force or command of each thruster; run `{run}` has forces of the vehicle alone: log V1 … or F1 …, or use \"vehicle\""
     )]
-    AdvanceByThruster,
+    AdvanceByThruster {
+        /// A run without them.
+        run: String,
+    },
     /// A velocity or an angle cannot be filtered.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -145,22 +124,34 @@ pub fn staged(
     bench: Bench<'_>,
     options: &StagedOptions,
 ) -> Result<StagedResult, ProcedureError> {
-    let mut result = StagedResult { stages: Vec::new(), model: model.clone(), warnings: Vec::new() };
-    let runs = ready(runs, model, options, &mut result.warnings)?;
-    let efficiency = interaction(&runs, model, bench.efficiency, &mut result)?;
-    let acting = acting(&runs, &efficiency, &mut result)?;
-    let mut held = Held::default();
-    for dof in &model.dofs {
-        drag_of(*dof, &runs, &acting, options, &mut held, &mut result)?;
+    let mut result = StagedResult {
+        stages: Vec::new(),
+        model: model.clone(),
+        covariance: Vec::new(),
+        efficiency: bench.efficiency.clone(),
+        warnings: Vec::new(),
+    };
+    let runs = pitched(ready(runs, model, options, &mut result.warnings)?, bench, options, &mut result.warnings);
+    check_axis(&runs, bench)?;
+    check_windows(&runs, options, &mut result.warnings);
+    let mut held = Held::of_bench(&bench);
+    let mut stages = Stages { runs: &runs, bench, options, held: &mut held, result: &mut result };
+    stages.interaction()?;
+    let towed = stages.towed()?;
+    stages.advance();
+    stages.coverage();
+    for (dof, towed) in model.dofs.iter().zip(towed) {
+        stages.drag(*dof, towed)?;
     }
     for dof in &model.dofs {
-        integral(Kind::Oscillatory, RunKind::Oscillatory, *dof, &acting, bench, options, &mut held, &mut result)?;
+        stages.integral(Kind::Oscillatory, *dof)?;
     }
-    // (29) is the balance of yaw: in surge and sway the bias of these runs would pass for a Coriolis coefficient
-    if model.dofs.contains(&Dof::Yaw) {
-        integral(Kind::Zigzag, RunKind::Zigzag, Dof::Yaw, &acting, bench, options, &mut held, &mut result)?;
+    for dof in inertia::ZIGZAG.into_iter().filter(|dof| model.dofs.contains(dof)) {
+        stages.integral(Kind::Zigzag, dof)?;
     }
-    thrust_scale(&efficiency, &mut result);
+    stages.direct();
+    result.efficiency = held.efficiency.clone();
+    result.covariance = held.covariance_of(model.parameters.len());
     judge(model, &held, bench.vehicle, &runs, &mut result);
     Ok(result)
 }
@@ -174,10 +165,11 @@ pub fn made_ready(
     runs: &[Run],
     model: &Model,
     efficiency: &Efficiency,
+    thrusters: &[Thruster],
     options: &StagedOptions,
 ) -> Result<Vec<Run>, ProcedureError> {
     let ready = ready(runs, model, options, &mut Vec::new())?;
-    Ok(ready.iter().map(|run| acting_forces(run, efficiency).0).collect())
+    Ok(ready.iter().map(|run| acting_forces(run, efficiency, thrusters).0).collect())
 }
 
 /// Training runs, smoothed, with the rates that are not logged.
@@ -190,7 +182,7 @@ fn ready(
     let mut ready = Vec::new();
     let mut made: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for run in runs.iter().filter(|run| run.role == Role::Train) {
-        let mut run = options.filter.map_or_else(|| Ok(run.clone()), |filter| prepare::smooth(run, &filter))?;
+        let mut run = prepare::smooth(run, options)?;
         for rate in prepare::make_rates(&mut run, model, &options.rates)? {
             made.entry(rate).or_default().push(run.name.clone());
         }
@@ -208,127 +200,41 @@ fn ready(
     if ready.is_empty() { Err(ProcedureError::NoTrainingRun) } else { Ok(ready) }
 }
 
-/// Stage (i): η_inter of each degree of freedom that has bollard runs and no known value.
-fn interaction(
-    runs: &[Run],
-    model: &Model,
-    known: &Efficiency,
-    result: &mut StagedResult,
-) -> Result<Efficiency, ProcedureError> {
-    let mut efficiency = known.clone();
-    for dof in &model.dofs {
-        if let Some((stage, found)) = bollard::stage(*dof, &of_kind(runs, RunKind::Bollard, *dof, &model.dofs))? {
-            result.stages.push(stage);
-            if !known.eta_inter.0.iter().any(|entry| entry.dof == *dof) {
-                efficiency.eta_inter.0.push(found);
+/// Steady runs with their pitch by the balance of moments, where it is asked for.
+fn pitched(runs: Vec<Run>, bench: Bench<'_>, options: &StagedOptions, warnings: &mut Vec<Finding>) -> Vec<Run> {
+    if options.steady.pitch == PitchSource::Logged {
+        return runs;
+    }
+    let of = |run: Run| match run.kind {
+        RunKind::ConstantVelocity => match pitch::of_moments(&run, bench.vehicle, &options.steady) {
+            Ok(pitched) => pitched,
+            Err(text) => {
+                warnings.push(Finding::new(&codes::NO_PITCH, text).of_run(&run.name));
+                run
             }
-        }
-    }
-    Ok(efficiency)
+        },
+        _ => run,
+    };
+    runs.into_iter().map(of).collect()
 }
 
-/// Every run with the forces that act.
-fn acting(runs: &[Run], efficiency: &Efficiency, result: &mut StagedResult) -> Result<Vec<Run>, ProcedureError> {
-    if efficiency.eta_adv.is_some() && !prepare::is_paper_speed(efficiency) {
-        return Err(ProcedureError::AdvanceByThruster);
-    }
-    let mut acting = Vec::new();
-    for run in runs.iter().filter(|run| run.kind != RunKind::Bollard) {
-        let (acts, warnings) = acting_forces(run, efficiency);
-        acting.push(acts);
-        // of what holds the other degrees of freedom nothing is estimated
-        let shown = prepare::shown(run, &result.model.dofs).map(Dof::force);
-        result.warnings.extend(warnings.into_iter().filter(|w| w.column.as_deref() == shown));
-    }
-    Ok(acting)
+/// Losses along the thrusters' axes need the thrusters' forces in every run that moves by them.
+fn check_axis(runs: &[Run], bench: Bench<'_>) -> Result<(), ProcedureError> {
+    let along = bench.efficiency.advance_speed == AdvanceSpeed::ThrusterAxis && bench.efficiency.eta_adv.is_some();
+    let drives = |run: &&Run| !matches!(run.kind, RunKind::Bollard | RunKind::Towing);
+    let lacking = runs.iter().filter(drives).find(|run| along && !acting::by_thruster(run, bench.thrusters));
+    lacking.map_or(Ok(()), |run| Err(ProcedureError::AdvanceByThruster { run: run.name.clone() }))
 }
 
-/// Stage (ii): towed where load cells were logged, propelled where the vehicle ran at constant velocity; the propelled
-/// drag is the one that is kept when both are there, as in the paper.
-fn drag_of(
-    dof: Dof,
-    runs: &[Run],
-    acting: &[Run],
-    options: &StagedOptions,
-    held: &mut Held,
-    result: &mut StagedResult,
-) -> Result<(), ProcedureError> {
-    let towing = of_kind(runs, RunKind::Towing, dof, &result.model.dofs);
-    let towed: Vec<Run> = towing.into_iter().filter_map(|run| drag::towed(run, dof)).collect();
-    let sources = [
-        ("towing", towed.iter().collect::<Vec<_>>()),
-        ("steady", of_kind(acting, RunKind::ConstantVelocity, dof, &result.model.dofs)),
-    ];
-    let mut found = None;
-    for (name, runs) in sources {
-        if runs.is_empty() {
-            continue;
-        }
-        match drag::stage(name, dof, &runs, &result.model, options)? {
-            Ok(mut drag) => {
-                result.stages.append(&mut drag.stages);
-                found = Some(drag);
-            }
-            Err(finding) => result.warnings.push(finding),
-        }
-    }
-    match found {
-        Some(drag) => {
-            drag.fit.write_to(&mut result.model);
-            held.join(drag.held);
-        }
-        None if !parameters_at(&result.model, dof, &DRAG).is_empty() => {
-            let text = format!("no run shows the drag in {dof}: constant_velocity or towing runs would");
-            result.warnings.push(Finding::new(&codes::NO_RUN, text));
-        }
-        None => {}
-    }
-    Ok(())
-}
-
-/// Stage (iii) of one kind in one degree of freedom.
-#[allow(clippy::too_many_arguments)] // the state of the procedure, named piece by piece
-fn integral(
-    kind: Kind,
-    of: RunKind,
-    dof: Dof,
-    acting: &[Run],
-    bench: Bench<'_>,
-    options: &StagedOptions,
-    held: &mut Held,
-    result: &mut StagedResult,
-) -> Result<(), ProcedureError> {
-    let runs = of_kind(acting, of, dof, &result.model.dofs);
-    if runs.is_empty() || kind.free(&result.model, dof, held).is_empty() {
-        return Ok(());
-    }
-    match inertia::stages(kind, dof, &runs, &result.model, held, &bench, options)? {
-        Ok((stages, fit)) => {
-            result.stages.extend(stages);
-            fit.write_to(&mut result.model);
-            let masses: Vec<usize> = parameters_at(&result.model, dof, &["inertia"]);
-            if kind == Kind::Oscillatory {
-                held.add(&fit, &masses, None);
-            }
-        }
-        Err(finding) => result.warnings.push(finding),
-    }
-    Ok(())
-}
-
-/// A scale of thrust that is known to σ_η/η leaves every coefficient known to no better than that part of itself.
-fn thrust_scale(efficiency: &Efficiency, result: &mut StagedResult) {
-    for entry in &efficiency.eta_inter.0 {
-        let Some(part) = entry.std.map(|std| std / entry.value) else { continue };
-        let widen = |value: f64, std: f64| std.hypot(value * part);
-        for stage in
-            result.stages.iter_mut().filter(|s| s.dof == entry.dof && !["bollard", "towing"].contains(&s.name.as_str()))
-        {
-            stage.estimates.iter_mut().for_each(|e| e.std = widen(e.value, e.std));
-        }
-        for p in result.model.parameters.iter_mut().filter(|p| p.place.dof == Some(entry.dof)) {
-            p.std = p.std.map(|std| widen(p.value, std));
-        }
+/// Windows given for runs that are not there.
+fn check_windows(runs: &[Run], options: &StagedOptions, warnings: &mut Vec<Finding>) {
+    let steady = |run: &&Run| matches!(run.kind, RunKind::ConstantVelocity | RunKind::Towing);
+    let names: Vec<&str> = runs.iter().filter(steady).map(|run| run.name.as_str()).collect();
+    for window in options.steady.windows.iter().filter(|w| !names.contains(&w.run.as_str())) {
+        let hint = crate::nearest::nearest(&window.run, names.iter().copied());
+        let hint = hint.map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let text = format!("stage.steady.windows: `{}` is no constant-velocity or towing run{hint}", window.run);
+        warnings.push(Finding::new(&codes::NO_SUCH_RUN, text));
     }
 }
 

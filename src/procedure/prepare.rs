@@ -1,32 +1,62 @@
-//! Runs made ready for the stages: smoothed, with the rates that are not logged, with the force that acts.
+//! Runs made ready for the stages: smoothed, with the rates that are not logged, at common instants.
 //!
 //! ```text
-//! τ = η_inter η_adv(|V|) τ_nom,   V = (u, v, w)          p, q, r: slope of the filtered φ, θ, ψ where not logged
+//! p, q, r: slope of the filtered φ, θ, ψ where not logged
 //! ```
-//!
-//! (16) and (17) of Avila et al. (2013). A model that holds the losses itself (`thrust_advance_loss`, …) needs no
-//! efficiency here.
 
-use super::codes;
+use super::{Align, StagedOptions};
 use crate::filter::{FilterError, PolynomialFilter};
-use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::navigation::unwrap;
 use crate::run::{Run, RunKind, Signal};
-use crate::thrust::advance::Coverage;
-use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
 
-/// Smooths the velocities of a run; angles and forces stay as they are.
-pub(super) fn smooth(run: &Run, filter: &PolynomialFilter) -> Result<Run, FilterError> {
+/// The run as its stage asks for it: velocities smoothed, slow channels brought to the instants of fast ones.
+pub(super) fn smooth(run: &Run, options: &StagedOptions) -> Result<Run, FilterError> {
+    let filter = match run.kind {
+        RunKind::Oscillatory => options.oscillatory.filter,
+        RunKind::Zigzag => options.zigzag.filter,
+        _ => None,
+    };
     let mut smoothed = run.clone();
     for dof in Dof::ALL {
-        if let Some(signal) = run.signal(dof.velocity()) {
+        if let (Some(filter), Some(signal)) = (filter, run.signal(dof.velocity())) {
             smoothed.signals.insert(dof.velocity().into(), filter.apply(signal, &run.gaps)?.value);
         }
     }
     Ok(smoothed)
 }
+
+/// A zig-zag with the velocities other than that of `dof` as [`Align`] wants them at its instants.
+pub(super) fn aligned(run: &Run, dof: Dof, align: Align) -> Run {
+    let mut common = run.clone();
+    let (Some(own), false) = (run.signal(dof.velocity()), align == Align::Linear) else { return common };
+    let others: Vec<Dof> = Dof::ALL.into_iter().filter(|d| *d != dof && run.signal(d.velocity()).is_some()).collect();
+    let index = |signal: &Signal, t: f64| signal.time().partition_point(|s| *s <= t + SLACK).checked_sub(1);
+    let stamps: Vec<f64> = own.time().to_vec();
+    for other in others {
+        let Some(signal) = run.signal(other.velocity()) else { continue };
+        match align {
+            Align::Previous => {
+                let seen: Vec<(f64, f64)> =
+                    stamps.iter().filter_map(|t| Some((*t, signal.values()[index(signal, *t)?]))).collect();
+                let (time, values): (Vec<f64>, Vec<f64>) = seen.into_iter().unzip();
+                common.signals.insert(other.velocity().into(), Signal::new(time.into(), values));
+            }
+            Align::Linear | Align::Common => {
+                let there = |t: f64| index(signal, t).is_some_and(|k| (signal.time()[k] - t).abs() <= SLACK);
+                let Some(kept) = common.signal(dof.velocity()) else { continue };
+                let pairs = kept.time().iter().zip(kept.values()).filter(|(t, _)| there(**t));
+                let (time, values): (Vec<f64>, Vec<f64>) = pairs.map(|(t, x)| (*t, *x)).unzip();
+                common.signals.insert(dof.velocity().into(), Signal::new(time.into(), values));
+            }
+        }
+    }
+    common
+}
+
+/// Two stamps nearer than this, s, are one instant.
+const SLACK: f64 = 1e-6;
 
 /// Makes the body rates that a coupling of the model reads and the run does not log, for small roll and pitch; returns
 /// which.
@@ -51,67 +81,6 @@ pub(super) fn make_rates(
     Ok(made)
 }
 
-/// The run with the forces that act in place of the nominal ones, and what the efficiencies do not cover.
-///
-/// η_adv is taken at the speed of the vehicle, |V|; a thrust along a translation that it opposes is against the motion.
-/// `thrusters` that run are not named: the entry of η_inter for any group counts.
-pub fn acting_forces(run: &Run, efficiency: &Efficiency) -> (Run, Vec<Finding>) {
-    let mut acting = run.clone();
-    let mut warnings = Vec::new();
-    for dof in Dof::ALL {
-        let Some(nominal) = run.signal(dof.force()) else { continue };
-        let mut counts = [0_usize; 3];
-        let forces: Vec<f64> = nominal
-            .time()
-            .iter()
-            .zip(nominal.values())
-            .map(|(t, tau)| {
-                let delivered = efficiency.force(dof, &[], *tau, advance_speed(run, dof, *tau, *t));
-                if tau.abs() > 0.0 {
-                    counts[delivered.coverage as usize] += 1;
-                }
-                delivered.force
-            })
-            .collect();
-        acting.signals.insert(dof.force().into(), Signal::new(nominal.shared_time().clone(), forces));
-        let part = |coverage: Coverage| 100.0 * counts[coverage as usize] as f64 / nominal.len().max(1) as f64;
-        let all = [(Coverage::OutOfRange, &codes::ADVANCE_RANGE), (Coverage::AgainstMotion, &codes::ADVANCE_AGAINST)];
-        for (coverage, code) in all {
-            // single samples about rest are no finding
-            if efficiency.eta_adv.is_some() && part(coverage) > 1.0 {
-                let meaning = code.meaning.trim_end_matches('.');
-                let text = format!("{meaning}: {:.0} % of the samples of {}", part(coverage), dof.force());
-                let column = Some(dof.force().to_string());
-                warnings.push(Finding { column, ..Finding::new(code, text) }.of_run(&run.name));
-            }
-        }
-    }
-    (acting, warnings)
-}
-
-/// Advance speed, m/s: positive where the thrust is along the motion, negative where it is against it.
-fn advance_speed(run: &Run, dof: Dof, tau: f64, t: f64) -> f64 {
-    let velocity = |dof: Dof| run.signal(dof.velocity()).map_or(0.0, |signal| at(signal, t));
-    let speed = [Dof::Surge, Dof::Sway, Dof::Heave].map(velocity).iter().map(|v| v * v).sum::<f64>().sqrt();
-    let against = !dof.is_rotation() && velocity(dof) * tau < 0.0;
-    if against { -speed } else { speed }
-}
-
-/// The straight line between samples.
-pub(super) fn at(signal: &Signal, t: f64) -> f64 {
-    let (time, x) = (signal.time(), signal.values());
-    match time.partition_point(|s| *s <= t) {
-        0 => x.first().copied().unwrap_or(0.0),
-        k if k == x.len() => x[k - 1],
-        k => x[k - 1] + (x[k] - x[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1]),
-    }
-}
-
-/// Whether the losses are taken at the speed of the vehicle, as here.
-pub(super) fn is_paper_speed(efficiency: &Efficiency) -> bool {
-    efficiency.advance_speed == AdvanceSpeed::Vehicle
-}
-
 /// The degree of freedom that a run shows: the one into which the command puts most power, |τ ν| in W, of means at
 /// constant velocity, else of deviations from them. Power compares translations with rotations without any scale.
 pub(super) fn shown(run: &Run, dofs: &[Dof]) -> Option<Dof> {
@@ -130,4 +99,25 @@ pub(super) fn shown(run: &Run, dofs: &[Dof]) -> Option<Dof> {
         _ => size(dof.force()) * size(dof.velocity()),
     };
     dofs.iter().copied().max_by(|a, b| power(a).total_cmp(&power(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn zigzag() -> Run {
+        let mut run = Run { kind: RunKind::Zigzag, ..Run::default() };
+        run.signals.insert("r".into(), Signal::new(vec![0.0, 1.0, 2.0, 3.0].into(), vec![0.0, 1.0, 2.0, 3.0]));
+        run.signals.insert("u".into(), Signal::new(vec![0.0, 1.5, 3.0].into(), vec![4.0, 5.0, 6.0]));
+        run
+    }
+
+    #[test]
+    fn slow_channels_come_to_the_instants_of_fast_ones() {
+        let of = |align| aligned(&zigzag(), Dof::Yaw, align);
+        assert_eq!(of(Align::Linear).signals, zigzag().signals);
+        assert_eq!(of(Align::Previous).signals["u"].values(), [4.0, 4.0, 5.0, 6.0]);
+        let common = of(Align::Common);
+        assert_eq!((common.signals["r"].time(), common.signals["r"].values()), (&[0.0, 3.0][..], &[0.0, 3.0][..]));
+    }
 }

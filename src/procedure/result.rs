@@ -8,6 +8,7 @@ use crate::estimate::RowFit;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
+use crate::thrust::efficiency::Efficiency;
 
 /// An estimated quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,7 +32,8 @@ pub struct Estimate {
 /// One stage of the procedure.
 #[derive(Debug, Clone, Serialize)]
 pub struct Stage {
-    /// What was done: `bollard`, `steady`, `steady clockwise`, `towing`, `oscillatory`, `zigzag`, `direct`.
+    /// What was done: `bollard`, `advance`, `towing`, `steady`, `steady clockwise`, `oscillatory`,
+    /// `zigzag`, `direct`; of a single one of several runs, and of a group of thrusters, with its name behind.
     pub name: String,
     /// Degree of freedom.
     pub dof: Dof,
@@ -110,6 +112,11 @@ pub struct StagedResult {
     pub stages: Vec<Stage>,
     /// The model with what was estimated written in.
     pub model: Model,
+    /// Covariance of the model's parameters, in their order, SI: 0 for those that were not estimated. Those of
+    /// different stages are correlated by what the later ones hold.
+    pub covariance: Vec<Vec<f64>>,
+    /// Losses of thrust that the values go with: those known, and what load cells have shown.
+    pub efficiency: Efficiency,
     /// What to know about the whole.
     pub warnings: Vec<Finding>,
 }

@@ -36,7 +36,7 @@ pub fn direct(
     for (k, parameter) in all.parameters.iter_mut().enumerate() {
         parameter.fixed = !free.contains(&k);
     }
-    let columns = direct_columns(dof, runs, &all, &options.differentiation).map_err(|error| match error {
+    let columns = direct_columns(dof, runs, &all, &options.direct.filter).map_err(|error| match error {
         DirectError::Regressor(e) => ProcedureError::Integral(IntegralError::Regressor(e)),
         DirectError::Filter(e) => ProcedureError::Filter(e),
     })?;
@@ -50,6 +50,18 @@ pub fn direct(
     fit.write_to(&mut twin);
     let stage = Stage::of_fit("direct", dof, runs.iter().map(|r| r.name.clone()).collect(), model, &fit);
     Ok((stage, twin))
+}
+
+/// The balance of `dof` alone, every other motion as it was logged: what (29) and (30) are about.
+#[must_use]
+pub fn alone(model: &Model, dof: Dof) -> Model {
+    let mut own = model.clone();
+    own.dofs = vec![dof];
+    own.terms.retain(|term| match term.place.dof {
+        Some(place) => place == dof,
+        None => term.effect.about().id.ends_with(&format!("_{dof}")),
+    });
+    own
 }
 
 /// The kind of runs that the direct fit of `dof` is made on: zig-zags for yaw where there are any, else oscillations.

@@ -149,13 +149,16 @@ impl Efficiency {
         let mut total = Delivered { force: Vector6::zeros(), coverage: Coverage::Covered };
         let mut running = vec![];
         for (thruster, &force) in thrusters.iter().zip(forces).filter(|(_, force)| force.abs() > 0.0) {
-            running.push(thruster.name.as_str());
+            running.push(thruster);
             let advance = self.advance(self.advance_of(thruster, force, nu));
             total.force += thruster.unit_wrench() * (advance.efficiency * force);
             total.coverage = total.coverage.max(advance.coverage);
         }
         for dof in Dof::ALL {
-            total.force[dof.index()] *= self.eta_inter.value(dof, &running);
+            // the group of a degree of freedom is that of the thrusters that push in it
+            let pushes = |t: &&&Thruster| t.unit_wrench()[dof.index()].abs() > 1e-12;
+            let group: Vec<&str> = running.iter().filter(pushes).map(|t| t.name.as_str()).collect();
+            total.force[dof.index()] *= self.eta_inter.value(dof, &group);
         }
         total
     }

@@ -32,7 +32,7 @@ from ._discovery import (
     Where,
 )
 from ._errors import DataError, Finding, HydrosysidError, UsageError
-from ._fit import Fit, Parameter, Stage
+from ._fit import Fit, Parameter, Stage, StageEstimate
 from ._many import Bootstrap, Resampled, bootstrap, map_fit
 from ._models import (
     Export,
@@ -46,7 +46,7 @@ from ._models import (
     Shift,
     Window,
 )
-from ._motion import Check, CheckedLog, Comparison, Disagreement, SimulatedRun, Simulation
+from ._motion import Check, CheckedLog, Comparison, Disagreement, Forces, SimulatedRun, Simulation
 from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
 from ._own_effect import OwnEffect
@@ -63,6 +63,7 @@ from ._verbs import (
     discover,
     export,
     fit,
+    force_components,
     monitor,
     plan,
     resample,
@@ -87,6 +88,7 @@ __all__ = [
     "Export",
     "Finding",
     "Fit",
+    "Forces",
     "FoundEffect",
     "FoundParameter",
     "GapOfRun",
@@ -118,6 +120,7 @@ __all__ = [
     "Simulation",
     "SmallestVisible",
     "Stage",
+    "StageEstimate",
     "ThrustDirection",
     "ThrusterFit",
     "UsageError",
@@ -138,6 +141,7 @@ __all__ = [
     "export",
     "fit",
     "fit_thruster",
+    "force_components",
     "init",
     "least_squares",
     "map_fit",

@@ -57,8 +57,25 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class StageEstimate:
+    """What one stage of the staged procedure has estimated, SI units."""
+
+    effect: str
+    dof: str
+    name: str
+    value: float
+    std: float
+    std_paper: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Stage:
-    """One fit of which a result is made; residual in the unit of what was fitted."""
+    """One fit of which a result is made; residual in the unit of what was fitted.
+
+    `estimates` are those of a stage of the staged procedure, `numbers` the flow numbers of a single oscillation
+    (``reynolds``, ``keulegan_carpenter``, ``lambda``, ``inertia_coefficient``).
+    """
 
     name: str
     dof: str
@@ -67,6 +84,8 @@ class Stage:
     residual_std: float
     condition_number: float
     condition_number_scaled: float
+    estimates: tuple[StageEstimate, ...] = ()
+    numbers: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

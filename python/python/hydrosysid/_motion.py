@@ -21,6 +21,27 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
+class Forces:
+    """Forces in one degree of freedom of one run, at the logged motion, SI units.
+
+    Attributes:
+        run: name of the run.
+        dof: degree of freedom.
+        time: time stamps, s: those of the velocity.
+        velocity: velocity, m/s or rad/s.
+        terms: force of each term on the vehicle, in `unit`; their sum is what accelerates it.
+        unit: ``N`` or ``N*m``.
+    """
+
+    run: str
+    dof: str
+    time: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    terms: dict[str, NDArray[np.float64]]
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
 class SimulatedRun:
     """One simulated run, SI units; `measured` is NaN where a sensor has no sample."""
 

@@ -15,7 +15,7 @@ from ._discovery import Discovery
 from ._errors import UsageError
 from ._fit import Fit
 from ._models import Export, ModelDifference, Monitored, PublishedComparison
-from ._motion import Check, Comparison, Simulation
+from ._motion import Check, Comparison, Forces, Simulation
 from ._plain import build, plain, toml_text
 from ._planning import Plan
 from ._progress import Progress, listener
@@ -87,6 +87,20 @@ def simulate(campaign: Source, model: Model | None = None, *, progress: Progress
     loaded = campaign_of(campaign)
     with listener(progress) as tell:
         return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model), tell)))
+
+
+def force_components(campaign: Source, model: Model | None = None) -> tuple[Forces, ...]:
+    """The force of each term of a model over time, for each run of free motion and degree of freedom.
+
+    A balance that hangs on what no sensor logs has no entry.
+
+    Args:
+        campaign: a campaign, or the path of one.
+        model: a fit, or the path of a model file; fitted now when absent.
+    """
+    loaded = campaign_of(campaign)
+    parts = json.loads(loaded._native.components(_model(loaded, model)))
+    return tuple(build(Forces, entry) for entry in parts["runs"])
 
 
 def compare(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Comparison:

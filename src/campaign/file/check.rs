@@ -271,9 +271,19 @@ impl Check<'_> {
         for (name, value) in [("bollard", stage.bollard.steady_part), ("steady", stage.steady.steady_part)] {
             self.range(&format!("stage.{name}.steady_part"), value, value > 0.0 && value <= 1.0, part);
         }
-        let least = stage.bollard.least_command;
-        self.range("stage.bollard.least_command", least, least >= 0.0, "a size of a command is not negative");
-        self.range("stage.steady.drift", stage.steady.drift, stage.steady.drift > 0.0, "a part of the speed above 0");
+        let least = stage.bollard.least_force;
+        self.range("stage.bollard.least_force", least, least >= 0.0, "a size of a force is not negative");
+        let steady = &stage.steady;
+        for (name, value) in [("drift", steady.drift), ("scatter", steady.scatter)] {
+            self.range(&format!("stage.steady.{name}"), value, value > 0.0, "a part of the speed above 0");
+        }
+        self.range("stage.steady.length", steady.length, steady.length > 0.0, "a length of time above 0 s");
+        for (i, window) in steady.windows.iter().enumerate() {
+            if window.from >= window.to {
+                let problem = Problem::FromAfterTo { from: window.from, to: window.to };
+                self.report.at(&format!("stage.steady.windows[{i}]"), problem);
+            }
+        }
         for (name, window) in [("oscillatory", stage.oscillatory.window), ("zigzag", stage.zigzag.window)] {
             self.range(&format!("stage.{name}.window"), window as f64, window > 0, "at least 1 sample");
         }
@@ -282,6 +292,7 @@ impl Check<'_> {
             ("zigzag", stage.zigzag.filter),
             ("direct", Some(stage.direct.filter)),
         ];
+        self.filter("stage.rates", stage.rates);
         for (name, filter) in filters {
             if let Some(filter) = filter {
                 self.filter(&format!("stage.{name}.filter"), filter);

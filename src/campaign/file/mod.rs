@@ -12,7 +12,6 @@ mod model;
 mod paths;
 mod report;
 mod runs;
-mod stage;
 mod tree;
 
 use std::collections::BTreeMap;
@@ -27,10 +26,10 @@ pub use fit::{Estimator, FitTable};
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
 pub use report::Source;
 pub use runs::{RunFile, RunTable};
-pub use stage::{Align, BollardStage, DirectStage, OscillatoryStage, StageTable, SteadyStage, ZigzagStage};
 
 use crate::effects::{Coriolis, catalogue};
 use crate::log::LogOptions;
+use crate::procedure::StagedOptions;
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
@@ -80,7 +79,7 @@ pub struct CampaignFile {
     pub fit: FitTable,
     /// Options of the staged procedure.
     #[serde(skip_serializing_if = "is_default")]
-    pub stage: StageTable,
+    pub stage: StagedOptions,
     /// Options of the discovery.
     #[serde(skip_serializing_if = "is_default")]
     pub discover: DiscoverTable,
@@ -108,7 +107,7 @@ impl Default for CampaignFile {
             efficiency: Efficiency::default(),
             log: LogOptions::default(),
             fit: FitTable::default(),
-            stage: StageTable::default(),
+            stage: StagedOptions::default(),
             discover: DiscoverTable::default(),
             runs: Vec::new(),
             source: None,

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::effects::Family;
 use crate::frame::Dof;
+use crate::procedure::Align;
 use crate::run::{Role, RunKind};
 use crate::thrust::efficiency::AdvanceSpeed;
 
@@ -162,7 +163,8 @@ fn refused(old: &str, new: &str, told: &[&str]) {
 #[test]
 fn unknown_keys_name_the_nearest() {
     refused("mass", "mas", &["4:1: vehicle.mas: unknown key `mas`, did you mean `mass`?"]);
-    let told = "1:7: stage.filter: unknown key `filter`; there are bollard, steady, oscillatory, zigzag, direct";
+    let told =
+        "1:7: stage.filter: unknown key `filter`; there are bollard, steady, oscillatory, zigzag, direct, std, rates";
     refused("format = 1", "stage.filter = 1\nformat = 1", &[told]);
     let told = "9:20: run[0].file[0].clock_ofset: unknown key `clock_ofset`, did you mean `clock_offset`?";
     refused("'a.csv'", "[{file='a', clock_ofset=1}]", &[told]);

@@ -1,0 +1,73 @@
+//! Stage (i), second part: loss of thrust by advance, from towing runs with the thrusters running.
+//!
+//! ```text
+//! load = D(U) − η_inter η_adv(U) τ_nom        D: drag towed without thrust;    η_adv = slope U + intercept     (17)
+//! ```
+//!
+//! One row a powered run, means over it. The line is valid between the least and the greatest speed of the rows; how
+//! well it is known is carried on. Avila et al. (2013), eq. 16 and 17.
+
+use super::held::Held;
+use super::result::{Estimate, Stage};
+use crate::estimate::{SteadyWindow, mean_of};
+use crate::frame::Dof;
+use crate::least_squares::least_squares;
+use crate::model::Model;
+use crate::run::Run;
+use crate::thrust::advance::{AdvanceFit, fit_advance};
+
+/// Whether the thrusters run while the vehicle is towed.
+pub(super) fn is_powered(run: &Run, dof: Dof) -> bool {
+    run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|f| f.abs() > 0.0))
+}
+
+/// A line, its stage, and the covariance of slope and intercept.
+pub(super) struct Line {
+    pub fit: AdvanceFit,
+    pub stage: Stage,
+    pub covariance: [[f64; 2]; 2],
+}
+
+/// η_adv from powered towing runs of `dof`; `model` has the drag that was found without thrust. The error says what
+/// the data lacks.
+pub(super) fn stage(dof: Dof, runs: &[&Run], model: &Model, held: &Held) -> Result<Line, String> {
+    let value = |effect: &str| model.value(&format!("{effect}@{dof}")).unwrap_or(0.0);
+    let mut rows: Vec<(f64, f64)> = Vec::new();
+    for run in runs {
+        let Some((from, to)) = run.span() else { continue };
+        let mean = |name: &str| mean_of(run, name, SteadyWindow { from, to }).map(|m| m.value);
+        let (Some(speed), Some(load), Some(force)) = (mean(dof.velocity()), mean(dof.load()), mean(dof.force())) else {
+            continue;
+        };
+        let drag = value("quadratic_drag") * speed * speed.abs() + value("linear_drag") * speed + value("bias");
+        let group = super::acting::group(run, dof, &held.thrusters);
+        let names: Vec<&str> = group.iter().map(String::as_str).collect();
+        rows.push((speed, (drag - load) / (held.efficiency.eta_inter.value(dof, &names) * force)));
+    }
+    let (speed, eta): (Vec<f64>, Vec<f64>) = rows.into_iter().map(|(v, e)| (v.abs(), e)).unzip();
+    let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
+    let linear = least_squares(&[&speed, &vec![1.0; speed.len()]], &eta).map_err(|e| e.to_string())?;
+    let estimate = |name: &str, k: usize, unit: &str| Estimate {
+        effect: "thrust_advance_loss".into(),
+        dof: dof.to_string(),
+        name: name.into(),
+        value: linear.coefficients[k],
+        std: linear.standard_errors[k],
+        std_paper: linear.standard_errors[k],
+        unit: unit.into(),
+    };
+    let stage = Stage {
+        name: "advance".into(),
+        dof,
+        runs: runs.iter().map(|run| run.name.clone()).collect(),
+        rows: speed.len(),
+        residual_std: fit.residual_std,
+        condition_number: linear.condition_number,
+        condition_number_scaled: linear.condition_number_scaled,
+        estimates: vec![estimate("slope", 0, "s/m"), estimate("intercept", 1, "1")],
+        numbers: None,
+        warnings: Vec::new(),
+    };
+    let c = &linear.covariance;
+    Ok(Line { fit, stage, covariance: [[c[0][0], c[0][1]], [c[1][0], c[1][1]]] })
+}

@@ -1,0 +1,211 @@
+//! The stages one after the other, each with what earlier ones have left.
+
+use std::collections::BTreeSet;
+
+use super::drag::Drag;
+use super::held::{Held, Known};
+use super::inertia::Kind;
+use super::numbers::DRAG;
+use super::{
+    Bench, ProcedureError, StagedOptions, StagedResult, acting, acting_forces, advance, bollard, codes, drag, inertia,
+    of_kind, parameters_at, prepare, twin,
+};
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::run::{Run, RunKind};
+use crate::thrust::interaction::Interaction;
+
+/// The procedure under way.
+pub(super) struct Stages<'a> {
+    /// Training runs with nominal forces.
+    pub runs: &'a [Run],
+    pub bench: Bench<'a>,
+    pub options: &'a StagedOptions,
+    pub held: &'a mut Held,
+    pub result: &'a mut StagedResult,
+}
+
+impl<'a> Stages<'a> {
+    fn of_kind(&self, kind: RunKind, dof: Dof) -> Vec<&'a Run> {
+        of_kind(self.runs, kind, dof, &self.result.model.dofs)
+    }
+
+    /// Stage (i): η_inter of each degree of freedom and group that has bollard runs and no known value.
+    pub fn interaction(&mut self) -> Result<(), ProcedureError> {
+        if self.options.bollard.skip {
+            return Ok(());
+        }
+        for dof in self.result.model.dofs.clone() {
+            let runs = self.of_kind(RunKind::Bollard, dof);
+            for (stage, found) in bollard::stages(dof, &runs, self.bench.thrusters, &self.options.bollard)? {
+                self.result.stages.push(stage);
+                let table = &mut self.held.efficiency.eta_inter.0;
+                if !table.iter().any(|e| e.dof == dof && (e.thrusters.is_empty() || e.thrusters == found.thrusters)) {
+                    table.push(found);
+                }
+            }
+        }
+        let known: Vec<_> = self.held.efficiency.eta_inter.0.iter().map(|e| (e.value, e.std)).collect();
+        for (k, (value, std)) in known.into_iter().enumerate() {
+            if let Some(std) = std {
+                self.held.know(Known::Interaction(k), value, &[std * std]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Stage (ii), towed: the load cells' drag, from runs without thrust.
+    pub fn towed(&mut self) -> Result<Vec<Option<Drag>>, ProcedureError> {
+        let mut found = Vec::new();
+        for dof in self.result.model.dofs.clone() {
+            let still = self.of_kind(RunKind::Towing, dof).into_iter().filter(|run| !advance::is_powered(run, dof));
+            let runs: Vec<Run> = still.filter_map(|run| drag::towed(run, dof)).collect();
+            let cells = Held::without_thrust();
+            found.push(self.drag_stage("towing", dof, &runs.iter().collect::<Vec<_>>(), &cells)?);
+        }
+        Ok(found)
+    }
+
+    /// A drag stage of these runs, where it is asked for and there are any.
+    fn drag_stage(&mut self, name: &str, dof: Dof, runs: &[&Run], held: &Held) -> Result<Option<Drag>, ProcedureError> {
+        if self.options.steady.skip || runs.is_empty() {
+            return Ok(None);
+        }
+        match drag::stage(name, dof, runs, &self.result.model, held, &self.options.steady)? {
+            Ok(mut drag) => {
+                self.result.stages.append(&mut drag.stages);
+                drag.found.fit.write_to(&mut self.result.model);
+                Ok(Some(drag))
+            }
+            Err(finding) => {
+                self.result.warnings.push(finding);
+                Ok(None)
+            }
+        }
+    }
+
+    /// η_adv from powered towing, where it is not known.
+    pub fn advance(&mut self) {
+        if self.held.efficiency.eta_adv.is_some() || self.options.bollard.skip {
+            return;
+        }
+        for dof in self.result.model.dofs.clone() {
+            let runs: Vec<&Run> =
+                self.of_kind(RunKind::Towing, dof).into_iter().filter(|run| advance::is_powered(run, dof)).collect();
+            if runs.is_empty() || self.held.efficiency.eta_adv.is_some() {
+                continue;
+            }
+            match advance::stage(dof, &runs, &self.result.model, self.held) {
+                Ok(line) => {
+                    self.result.stages.push(line.stage);
+                    self.held.efficiency.eta_adv = Some(line.fit.loss);
+                    let [[slope, both], [_, intercept]] = line.covariance;
+                    self.held.know(Known::Slope, line.fit.slope.value, &[slope]);
+                    self.held.know(Known::Intercept, line.fit.intercept.value, &[both, intercept]);
+                }
+                Err(lack) => {
+                    let text = format!("advance, {dof}: {lack}");
+                    self.result.warnings.push(Finding::new(&codes::TOO_LITTLE, text));
+                }
+            }
+        }
+    }
+
+    /// Says where the losses of thrust are not known.
+    pub fn coverage(&mut self) {
+        let dofs = &self.result.model.dofs;
+        let mut unknown: BTreeSet<(Dof, Vec<String>)> = BTreeSet::new();
+        for run in self.runs.iter().filter(|run| !matches!(run.kind, RunKind::Bollard | RunKind::Towing)) {
+            // of what holds the other degrees of freedom nothing is estimated
+            let shown = prepare::shown(run, dofs).map(Dof::force);
+            let warnings = acting_forces(run, &self.held.efficiency, self.bench.thrusters).1;
+            let counts = |w: &Finding| w.column.is_none() || w.column.as_deref() == shown;
+            self.result.warnings.extend(warnings.into_iter().filter(counts));
+            for dof in dofs {
+                let group = acting::group(run, *dof, self.bench.thrusters);
+                let table = &self.held.efficiency.eta_inter.0;
+                let measured = table.iter().any(|e| e.dof == *dof);
+                let known = |e: &Interaction| e.dof == *dof && (e.thrusters.is_empty() || e.thrusters == group);
+                if measured && !group.is_empty() && !table.iter().any(known) {
+                    unknown.insert((*dof, group));
+                }
+            }
+        }
+        for (dof, group) in unknown {
+            let text = format!("{dof}: no eta_inter for {} together; 1 was used", group.join(", "));
+            self.result.warnings.push(Finding::new(&codes::NO_GROUP, text));
+        }
+    }
+
+    /// Stage (ii), propelled; the propelled drag is the one that is kept when the towed one is there too, as in the
+    /// paper.
+    pub fn drag(&mut self, dof: Dof, towed: Option<Drag>) -> Result<(), ProcedureError> {
+        let runs = self.of_kind(RunKind::ConstantVelocity, dof);
+        let own = self.held.clone();
+        let propelled = self.drag_stage("steady", dof, &runs, &own)?;
+        match propelled.or(towed) {
+            Some(drag) => drag.hold(self.held, &self.result.model, dof),
+            None if !parameters_at(&self.result.model, dof, &DRAG).is_empty() && !self.options.steady.skip => {
+                let text = format!("no run shows the drag in {dof}: constant_velocity or towing runs would");
+                self.result.warnings.push(Finding::new(&codes::NO_RUN, text));
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// Stage (iii) of one kind in one degree of freedom.
+    pub fn integral(&mut self, kind: Kind, dof: Dof) -> Result<(), ProcedureError> {
+        let (of, skip) = match kind {
+            Kind::Oscillatory => (RunKind::Oscillatory, self.options.oscillatory.skip),
+            Kind::Zigzag => (RunKind::Zigzag, self.options.zigzag.skip),
+        };
+        let model = &self.result.model;
+        let runs: Vec<Run> = match kind {
+            Kind::Oscillatory => self.of_kind(of, dof).into_iter().cloned().collect(),
+            Kind::Zigzag => {
+                let align = self.options.zigzag.align;
+                self.of_kind(of, dof).into_iter().map(|run| prepare::aligned(run, dof, align)).collect()
+            }
+        };
+        let runs: Vec<&Run> = runs.iter().collect();
+        if skip || runs.is_empty() || kind.free(model, dof, self.held, self.options).is_empty() {
+            return Ok(());
+        }
+        match inertia::stages(kind, dof, &runs, model, self.held, &self.bench, self.options)? {
+            Ok((stages, found)) => {
+                self.result.stages.extend(stages);
+                let every = found.fit.parameters.iter().map(|c| c.parameter);
+                // (29) names I_r and b as results of the zig-zag; in surge and sway an oscillation shows them better
+                let kept: Vec<usize> =
+                    every.filter(|p| kind == Kind::Oscillatory || dof == Dof::Yaw || !self.held.has(*p)).collect();
+                found.fit.write_some(&kept, &mut self.result.model);
+                self.held.add(&found, &kept, None);
+            }
+            Err(finding) => self.result.warnings.push(finding),
+        }
+        Ok(())
+    }
+
+    /// The cautionary twin beside the stages, for those who ask.
+    pub fn direct(&mut self) {
+        if self.options.direct.skip {
+            return;
+        }
+        let act = |run: &Run| acting_forces(run, &self.held.efficiency, self.bench.thrusters).0;
+        let acting: Vec<Run> = self.runs.iter().map(act).collect();
+        for dof in self.result.model.dofs.clone() {
+            let moving = of_kind(&acting, twin::kind_of(dof, &acting), dof, &self.result.model.dofs);
+            if moving.is_empty() {
+                continue;
+            }
+            match twin::direct(dof, &moving, &self.result.model, self.options) {
+                Ok((stage, _)) => self.result.stages.push(stage),
+                Err(error) => {
+                    let text = format!("direct, {dof}: {error}");
+                    self.result.warnings.push(Finding::new(&codes::TOO_LITTLE, text));
+                }
+            }
+        }
+    }
+}
