@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint deny fuzz wheel blind plan coverage staged bench clean
+.PHONY: test test-rust test-python lint deny fuzz wheel blind blind-short plan coverage staged bench clean
 
 test: test-rust test-python
 
@@ -47,6 +47,10 @@ fuzz:
 # The table of hits, misses and false names over hidden effects; see docs/blind.md.
 blind:
 	cargo run --release --example blind -- --write docs/blind.md
+
+# The same over two seeds a row, printed and not written.
+blind-short:
+	cargo run --release --example blind -- --seeds 2 --records target/blind-short.jsonl
 
 # The table of plans against simulated campaigns; see docs/plan.md.
 plan:

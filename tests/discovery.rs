@@ -41,8 +41,8 @@ fn blind_coloured_noise_is_no_effect() {
     assert!(found.effects.is_empty(), "{:?}", found.effects);
 }
 
-/// One effect of each family on the large vehicle (on the small one the name comes out as well, but the final fit can end
-/// in a wrong valley: see CHANGELOG, known weaknesses): named, with a value within four of its standard deviations, and the gap closed.
+/// One effect of each family, on the large vehicle and on the small one, whose motion is unstable in yaw: named, with a
+/// value within four of its standard deviations, and the gap closed.
 #[test]
 fn blind_one_hidden_effect_of_each_family_is_named() {
     for (name, craft, seed) in [
@@ -50,6 +50,9 @@ fn blind_one_hidden_effect_of_each_family_is_named() {
         ("thrust_reverse_loss@surge", CraftKind::Large, 104),
         ("current", CraftKind::Large, 105),
         ("sensor_dvl_misalignment", CraftKind::Large, 106),
+        ("thrust_reverse_loss@surge", CraftKind::Small, 104),
+        ("thrust_deadband@surge", CraftKind::Small, 104),
+        ("sensor_dvl_misalignment", CraftKind::Small, 106),
     ] {
         let (campaign, found) = hiding(name, craft, seed);
         let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
@@ -73,19 +76,28 @@ fn blind_a_delay_lists_what_no_data_can_tell_from_it() {
     assert!(found.next_experiment.is_some());
 }
 
-/// Two effects of different families: both degrees of freedom get a name and the gap closes. Which form of resistance
-/// stands for the friction in surge is not asked here: at this seed the search stays with a cubic one, a known weakness
-/// that `docs/blind.md` counts.
+/// Two effects of different families: at the baseline, far from the data, the friction in surge looks like a cubic drag.
 #[test]
-fn blind_two_effects_close_the_gap_together() {
+fn blind_two_effects_are_both_named() {
     let hidden = vec![Hidden::new("coulomb_friction@surge", 1.0), Hidden::new("sensor_gyro_bias", 1.0)];
     let (_, found) = answer(&BlindOptions { seed: 108, hidden, ..BlindOptions::default() });
-    let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
-    assert!(names.contains(&"sensor_gyro_bias"), "{names:?}");
-    assert!(names.iter().any(|n| n.ends_with("@surge")), "{names:?}");
-    assert_eq!(names.len(), 2);
-    let (before, after) = (gap(&found, 0), gap(&found, 2));
-    assert!(before > 3.0 && after < 0.5 * before, "from {before} to {after} times the noise");
+    let mut names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["coulomb_friction@surge", "sensor_gyro_bias"]);
+    assert_eq!(found.verdict, Verdict::Explained);
+    let last = found.gap.len() - 1;
+    assert!(gap(&found, 0) > 3.0 && gap(&found, last) < 1.2, "{} to {}", gap(&found, 0), gap(&found, last));
+}
+
+/// Under its commands the small vehicle is unstable: a whole run cannot be simulated, which is said, and the gap is that
+/// of segments.
+#[test]
+fn blind_unstable_runs_are_compared_in_segments() {
+    let (_, found) = answer(&BlindOptions { seed: 110, craft: CraftKind::Small, ..BlindOptions::default() });
+    assert!(found.effects.is_empty(), "{:?}", found.effects);
+    assert_eq!(found.verdict, Verdict::NothingMissing);
+    assert!(found.warnings.iter().any(|w| w.code == "D102"), "{:?}", found.warnings);
+    assert!(gap(&found, 0) < 1.15, "{}", gap(&found, 0));
 }
 
 /// What no catalogue holds may get a neighbour's name, but not the verdict that it is explained by a stranger.

@@ -14,7 +14,8 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::score::{Own, Probe, Products};
+use super::products::{Own, Products};
+use super::score::Probe;
 use crate::estimate::output_error::Problem;
 
 /// A probe judged.

@@ -6,18 +6,28 @@
 //!
 //! The initial state of each stretch is estimated on its first seconds with the model's parameters held. The noise
 //! floor is what remains when the same model starts anew every two seconds: too short for a missing force to build up,
-//! long enough to see all of the sensor's noise, coloured noise included.
+//! long enough to see all of the sensor's noise, coloured noise included. A run that is unstable under its commands
+//! ([`unstable`]) is compared in segments, each from an initial state of its own.
 
 use std::collections::BTreeMap;
 
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
+use crate::estimate::output_error::{
+    Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from,
+};
 use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::Run;
-use crate::simulate::{free_run, values_in_run};
+use crate::simulate::{Emission, Stretch, free_run, integrate_fast, values_in_run};
 
 /// Length of the segments from which the noise floor is read, s.
 const FLOOR_SEGMENT: f64 = 2.0;
+
+/// Length of the beginning of a run on which its initial state is estimated, s: short enough that an unstable motion has
+/// not yet left the data.
+const FIRST_SECONDS: f64 = 3.0;
+
+/// Steps in which an initial state is found.
+const SETTLING: usize = 15;
 
 /// Disagreement of a model with runs, by what is measured.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -28,40 +38,21 @@ pub struct Gap {
     pub runs: Vec<(String, BTreeMap<Measured, f64>)>,
 }
 
-/// Free simulation of `model` over `runs`.
+/// Squares of the disagreement and their number, by degree of freedom.
+type Sums = BTreeMap<Measured, (f64, f64)>;
+
+/// Free simulation of `model` over `runs`; over those marked in `cut` in segments.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what the model reads.
-pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Gap, OutputErrorError> {
+pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions, cut: &[bool]) -> Result<Gap, OutputErrorError> {
     let mut result = Gap::default();
-    let mut sums: BTreeMap<Measured, (f64, f64)> = BTreeMap::new();
-    for run in runs {
-        let held = held_for(model, run, options)?;
-        let mut problem = Problem::new(&held, std::slice::from_ref(run), options)?;
-        let track = problem.tracks[0].clone();
-        problem.segments.retain(|s| track.starts.contains(&s.first));
-        let x0 = problem.initial_states(&held);
-        let settled = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 15, ..options.clone() })?;
-        let dynamics = &settled.problem.dynamics;
-        let theta = values_in_run(&held, 0);
-        let mut own: BTreeMap<Measured, (f64, f64)> = BTreeMap::new();
-        for (segment, start) in settled.problem.segments.iter().zip(&settled.initial_states) {
-            let next = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
-            let simulated = free_run(dynamics, &track, &theta, start, segment.first, next - 1);
-            let width = dynamics.outputs.len();
-            for compared in model.measured() {
-                let Some(column) = dynamics.outputs.iter().position(|o| *o == compared.channel()) else { continue };
-                let measured = track.observed[segment.first * width..].iter().skip(column).step_by(width);
-                let predicted = simulated.outputs.iter().skip(column).step_by(width);
-                let sum = own.entry(compared).or_default();
-                for (y, x) in measured.zip(predicted).filter(|(y, _)| !y.is_nan()) {
-                    // a simulation that runs away is as wrong as can be, not more
-                    let error = if x.is_finite() { (x - y).clamp(-1e3, 1e3) } else { 1e3 };
-                    sum.0 += error * error;
-                    sum.1 += 1.0;
-                }
-            }
-        }
+    let mut sums = Sums::new();
+    for (k, run) in runs.iter().enumerate() {
+        let own = match cut.get(k) {
+            Some(true) => in_segments(model, run, options)?,
+            _ => whole(model, run, options)?,
+        };
         for (dof, (squares, count)) in &own {
             let sum = sums.entry(dof.clone()).or_default();
             sum.0 += squares;
@@ -73,41 +64,127 @@ pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<
     Ok(result)
 }
 
+/// The initial state of each stretch of a run, fitted on its first segment with the parameters held.
+fn beginning(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<OutputErrorFit, OutputErrorError> {
+    let held = held_for(model, run, options)?;
+    let short = OutputErrorOptions { segment: FIRST_SECONDS, iterations: SETTLING, ..options.clone() };
+    let mut problem = Problem::new(&held, std::slice::from_ref(run), &short)?;
+    let starts = problem.tracks[0].starts.clone();
+    problem.segments.retain(|s| starts.contains(&s.first));
+    let x0 = problem.initial_states(&held);
+    fit_from(&held, problem, x0, &short)
+}
+
+/// Grid points of the stretch that a segment begins.
+fn stretch_of(fit: &OutputErrorFit, segment: &Stretch) -> Stretch {
+    let track = &fit.problem.tracks[0];
+    let next = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
+    Stretch { track: 0, first: segment.first, last: next - 1 }
+}
+
+/// One simulation of each stretch of a run from beginning to end.
+fn whole(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums, OutputErrorError> {
+    let settled = beginning(model, run, options)?;
+    let (dynamics, track) = (&settled.problem.dynamics, &settled.problem.tracks[0]);
+    let theta = values_in_run(&settled.model, 0);
+    let width = dynamics.outputs.len();
+    let mut own = Sums::new();
+    for (segment, start) in settled.problem.segments.iter().zip(&settled.initial_states) {
+        let stretch = stretch_of(&settled, segment);
+        let simulated = free_run(dynamics, track, &theta, start, stretch.first, stretch.last);
+        for compared in model.measured() {
+            let Some(column) = dynamics.outputs.iter().position(|o| *o == compared.channel()) else { continue };
+            let measured = track.observed[segment.first * width..].iter().skip(column).step_by(width);
+            let predicted = simulated.outputs.iter().skip(column).step_by(width);
+            let sum = own.entry(compared).or_default();
+            for (y, x) in measured.zip(predicted).filter(|(y, _)| !y.is_nan()) {
+                // a simulation that runs away is as wrong as can be, not more
+                let error = if x.is_finite() { (x - y).clamp(-1e3, 1e3) } else { 1e3 };
+                sum.0 += error * error;
+                sum.1 += 1.0;
+            }
+        }
+    }
+    Ok(own)
+}
+
+/// Which runs cannot be simulated whole, however good the model: what their first seconds leave open of the initial
+/// state grows to more than the noise.
+///
+/// ```text
+/// std of y(t) = |R⁻ᵀ (∂y/∂x₀)ᵀ|     R: factor of the first segment's information on x₀, in units of the noise
+/// ```
+///
+/// # Errors
+/// As [`gap`].
+pub fn unstable(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Vec<bool>, OutputErrorError> {
+    runs.iter()
+        .map(|run| {
+            let settled = beginning(model, run, options)?;
+            let stretches = settled.problem.segments.iter().zip(&settled.linearised).zip(&settled.initial_states);
+            let mut spreads = stretches
+                .map(|((segment, linear), start)| spread(&settled, &stretch_of(&settled, segment), linear, start));
+            // NaN: it has run away altogether
+            Ok(spreads.any(|s| s.is_nan() || s > 1.0))
+        })
+        .collect()
+}
+
+/// Root mean square over a stretch of what the uncertain initial state makes of a velocity, in units of its noise; the
+/// worst of all velocities.
+fn spread(fit: &OutputErrorFit, stretch: &Stretch, linear: &Linearised, start: &[f64]) -> f64 {
+    let dynamics = &fit.problem.dynamics;
+    let nx = dynamics.states.len();
+    let theta: Vec<[f64; 1]> = values_in_run(&fit.model, 0).iter().map(|v| [*v]).collect();
+    let start: Vec<[f64; 1]> = start.iter().map(|v| [*v]).collect();
+    let velocities: Vec<usize> = (0..dynamics.outputs.len())
+        .filter(|k| fit.model.dofs.iter().any(|dof| dof.velocity() == dynamics.outputs[*k].as_str()))
+        .collect();
+    let (mut sums, mut count) = (vec![0.0; velocities.len()], 0.0);
+    let mut take = |at: &Emission<'_, 1>| {
+        count += 1.0;
+        for (sum, output) in sums.iter_mut().zip(&velocities) {
+            let row = &at.jacobian[output * nx..(output + 1) * nx];
+            let mut solved = vec![0.0; nx];
+            for i in 0..nx {
+                let known: f64 = (0..i).map(|j| linear.at(j, i) * solved[j]).sum();
+                let pivot = linear.at(i, i);
+                // a state of which nothing is known and that nothing reads spreads nothing
+                let rest = row[i][0] - known;
+                solved[i] = if pivot == 0.0 { if rest == 0.0 { 0.0 } else { f64::INFINITY } } else { rest / pivot };
+            }
+            *sum += solved.iter().map(|x| x * x).sum::<f64>() / fit.problem.sigma[*output].powi(2);
+        }
+    };
+    integrate_fast(dynamics, &fit.problem.tracks, &[Some(*stretch)], &theta, &start, true, &mut take);
+    let sizes = sums.iter().map(|s| (s / f64::max(count, 1.0)).sqrt());
+    sizes.fold(0.0, |most, s| if s.is_nan() || s > most { s } else { most })
+}
+
 fn rms(sums: &BTreeMap<Measured, (f64, f64)>) -> BTreeMap<Measured, f64> {
     sums.iter().map(|(dof, (squares, count))| (dof.clone(), (squares / count.max(1.0)).sqrt())).collect()
 }
 
-/// Disagreement with the simulation started anew every segment: root mean square by degree of freedom. Where motion is
-/// unstable a whole run cannot be simulated however good the model; a segment can.
-///
-/// # Errors
-/// As [`gap`].
-pub fn segment_gap(
-    model: &Model,
-    runs: &[Run],
-    options: &OutputErrorOptions,
-) -> Result<BTreeMap<Measured, f64>, OutputErrorError> {
-    let mut sums: BTreeMap<Measured, (f64, f64)> = BTreeMap::new();
-    for run in runs {
-        let held = held_for(model, run, options)?;
-        let problem = Problem::new(&held, std::slice::from_ref(run), options)?;
-        let x0 = problem.initial_states(&held);
-        let fit = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: 15, ..options.clone() })?;
-        let freedom = spare(&fit);
-        for compared in model.measured() {
-            let outputs = &fit.problem.dynamics.outputs;
-            let Some(column) = outputs.iter().position(|o| *o == compared.channel()) else { continue };
-            let count = fit.problem.samples_of(column) as f64;
-            let sum = sums.entry(compared).or_default();
-            sum.0 += (fit.residual_rms[column] * freedom).powi(2) * count;
-            sum.1 += count;
-        }
+/// The simulation of a run started anew every segment. Where motion is unstable a whole run cannot be simulated however
+/// good the model; a segment can.
+fn in_segments(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums, OutputErrorError> {
+    let held = held_for(model, run, options)?;
+    let problem = Problem::new(&held, std::slice::from_ref(run), options)?;
+    let x0 = problem.initial_states(&held);
+    let fit = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: SETTLING, ..options.clone() })?;
+    let freedom = spare(&fit);
+    let mut own = Sums::new();
+    for compared in model.measured() {
+        let outputs = &fit.problem.dynamics.outputs;
+        let Some(column) = outputs.iter().position(|o| *o == compared.channel()) else { continue };
+        let count = fit.problem.samples_of(column) as f64;
+        own.insert(compared, ((fit.residual_rms[column] * freedom).powi(2) * count, count));
     }
-    Ok(rms(&sums))
+    Ok(own)
 }
 
 /// √(samples over samples less initial states): what a residual has lost to the states that were fitted to it.
-fn spare(fit: &crate::estimate::output_error::OutputErrorFit) -> f64 {
+fn spare(fit: &OutputErrorFit) -> f64 {
     let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
     let used = (states * fit.problem.segments.len()) as f64;
     (fit.samples as f64 / (fit.samples as f64 - used).max(1.0)).sqrt()
@@ -122,7 +199,8 @@ pub fn floor(
     runs: &[Run],
     options: &OutputErrorOptions,
 ) -> Result<BTreeMap<Measured, f64>, OutputErrorError> {
-    segment_gap(model, runs, &OutputErrorOptions { segment: FLOOR_SEGMENT, ..options.clone() })
+    let short = OutputErrorOptions { segment: FLOOR_SEGMENT, ..options.clone() };
+    Ok(gap(model, runs, &short, &vec![true; runs.len()])?.rms)
 }
 
 /// The model with every parameter held for one run; those that each run has its own value of are estimated on it.

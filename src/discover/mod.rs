@@ -2,13 +2,19 @@
 
 mod candidate;
 mod carried;
+mod confirm;
 mod discovery;
+mod enlarged;
 mod evidence;
 mod gap;
 mod next;
+mod products;
+mod refit;
 mod residual;
+mod revise;
 mod score;
 mod search;
+mod thin;
 mod whereabouts;
 
 use std::collections::BTreeSet;
@@ -18,10 +24,10 @@ pub use discovery::{
     CODES, Discovery, FoundEffect, FoundParameter, GapOfRun, GapStep, LogFinding, SmallestVisible, Verdict, discover,
 };
 pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
-pub use gap::{Gap, floor, gap, segment_gap};
+pub use gap::{Gap, floor, gap, unstable};
+pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};
-pub use score::{Own, Probe, Products, score};
-
+pub use score::{Probe, score};
 pub use search::{Added, Search, SearchOptions, Step, search};
 pub use whereabouts::{Where, whereabouts};
 

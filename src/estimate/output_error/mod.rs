@@ -17,13 +17,14 @@ mod join;
 mod loss;
 mod problem;
 mod resampled;
+mod states;
 
 use std::collections::BTreeMap;
 
 use thiserror::Error;
 
 pub(crate) use fold::Fold;
-pub(crate) use problem::LANES;
+pub(crate) use problem::{LANES, longest_step};
 pub use problem::{Linearised, Problem, Unknown};
 
 pub use bound::cramer_rao;
@@ -174,7 +175,13 @@ pub(crate) fn fit_from(
     if samples <= count {
         return Err(OutputErrorError::TooFewSamples { samples, unknowns: count });
     }
-    let (mut damping, mut iterations, mut converged) = (1e-6, 0, unknowns.is_empty());
+    if unknowns.is_empty() {
+        let (x0, settled, steps) = states::settle(&problem, &model, x0, current, options);
+        let cost = total(&settled);
+        return finish(model, problem, x0, settled, cost, samples, steps, steps < options.iterations, options);
+    }
+    let (mut damping, mut iterations, mut converged) = (1e-6, 0, false);
+    let mut held = vec![0.0; problem.segments.len()];
     while iterations < options.iterations {
         iterations += 1;
         let global = normal_factor(&problem, &model, &current);
@@ -184,7 +191,7 @@ pub(crate) fn fit_from(
             move_by(&mut trial, *unknown, *delta);
         }
         let taken: Vec<f64> = unknowns.iter().map(|u| value(&trial, *u) - value(&model, *u)).collect();
-        let states = follow(&problem, &current, &x0, &taken);
+        let states = states::follow(&problem, &current, &x0, &taken, &held);
         if unknowns.iter().zip(&taken).any(|(u, d)| delays.contains(&u.parameter) && *d != 0.0) {
             read_inputs(&mut problem, &trial);
         }
@@ -194,10 +201,8 @@ pub(crate) fn fit_from(
         if next_cost.is_finite() && gain >= -1e-9 * cost.abs() {
             (model, x0, current, cost) = (trial, states, next, next_cost);
             damping = (damping * 0.1).max(1e-12);
-            // with all parameters held nothing is predicted, and the initial states alone move
-            let held = unknowns.is_empty();
-            let small = if held { gain.abs() } else { predicted.min(gain.abs()) };
-            if small < options.tolerance || (!held && predicted < 1e-12 * cost) {
+            states::ease(&mut held);
+            if predicted.min(gain.abs()) < options.tolerance || predicted < 1e-12 * cost {
                 converged = true;
                 break;
             }
@@ -206,6 +211,7 @@ pub(crate) fn fit_from(
                 read_inputs(&mut problem, &model);
             }
             damping = (damping * 10.0).max(1e-4);
+            states::hold_back(&mut held, &current, &next);
             if damping > 1e8 {
                 converged = predicted < 1.0;
                 break;
@@ -374,30 +380,6 @@ fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f
             held[k] = true;
         }
     }
-}
-
-/// Initial states that go with a step of the unknowns: R_xx δx = −r_x − R_xθ δθ, segment by segment.
-fn follow(problem: &Problem, segments: &[Linearised], x0: &[Vec<f64>], step: &[f64]) -> Vec<Vec<f64>> {
-    let nx = problem.dynamics.states.len();
-    segments
-        .iter()
-        .zip(&problem.segments)
-        .zip(x0)
-        .map(|((segment, stretch), x)| {
-            let columns = problem.columns_of(stretch.track);
-            let mut delta = vec![0.0; nx];
-            for i in (0..nx).rev() {
-                let by_theta: f64 = columns.iter().enumerate().map(|(d, c)| segment.at(i, nx + d) * step[*c]).sum();
-                let by_state: f64 = (i + 1..nx).map(|j| segment.at(i, j) * delta[j]).sum();
-                let pivot = segment.at(i, i);
-                let size: f64 = (0..=i).map(|k| segment.at(k, i).powi(2)).sum::<f64>().sqrt();
-                if pivot.abs() > 1e-9 * size {
-                    delta[i] = (-segment.at(i, segment.n - 1) - by_theta - by_state) / pivot;
-                }
-            }
-            x.iter().zip(delta).map(|(x, d)| x + d).collect()
-        })
-        .collect()
 }
 
 impl Problem {

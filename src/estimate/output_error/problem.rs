@@ -154,41 +154,47 @@ impl Problem {
         let mut squares = vec![[0.0; L]; ny];
         let mut samples = [0usize; L];
         let (mut curvature, mut pull) = ([[0.0; 2]; L], [0.0; L]);
-        integrate(&self.dynamics, &self.tracks, &stretches, &theta, &start, true, &mut |at: &Emission<'_, L>| {
-            for output in 0..ny {
-                let (mut weight, mut residual) = ([0.0; L], [0.0; L]);
-                for lane in 0..L {
-                    let measured = self.measured(&stretches, at.grid, lane, output);
-                    if !measured.is_nan() {
-                        weight[lane] = 1.0 / self.sigma[output];
-                        residual[lane] = (at.outputs[output][lane] - measured) * weight[lane];
-                        squares[output][lane] += residual[lane] * residual[lane];
-                        samples[lane] += 1;
-                    }
-                }
-                if self.loss.is_robust() {
+        let mut take = std::convert::identity(
+            #[inline(always)]
+            |at: &Emission<'_, L>| {
+                for output in 0..ny {
+                    let (mut weight, mut residual) = ([0.0; L], [0.0; L]);
                     for lane in 0..L {
-                        if weight[lane] <= 0.0 {
-                            continue;
+                        let measured = self.measured(&stretches, at.grid, lane, output);
+                        if !measured.is_nan() {
+                            weight[lane] = 1.0 / self.sigma[output];
+                            residual[lane] = (at.outputs[output][lane] - measured) * weight[lane];
+                            squares[output][lane] += residual[lane] * residual[lane];
+                            samples[lane] += 1;
                         }
-                        let Tempered { value, slope, bend } = self.loss.temper(residual[lane]);
-                        residual[lane] = value;
-                        weight[lane] *= slope;
-                        curvature[lane][0] += slope * slope;
-                        curvature[lane][1] += bend;
-                        pull[lane] += (value * slope).powi(2);
                     }
+                    if self.loss.is_robust() {
+                        for lane in 0..L {
+                            if weight[lane] <= 0.0 {
+                                continue;
+                            }
+                            let Tempered { value, slope, bend } = self.loss.temper(residual[lane]);
+                            residual[lane] = value;
+                            weight[lane] *= slope;
+                            curvature[lane][0] += slope * slope;
+                            curvature[lane][1] += bend;
+                            pull[lane] += (value * slope).powi(2);
+                        }
+                    }
+                    let row = &at.jacobian[output * (n - 1)..(output + 1) * (n - 1)];
+                    fold.push(
+                        row.iter()
+                            .map(|g| {
+                                std::array::from_fn(
+                                    |lane| if weight[lane] == 0.0 { 0.0 } else { g[lane] * weight[lane] },
+                                )
+                            })
+                            .chain(std::iter::once(residual)),
+                    );
                 }
-                let row = &at.jacobian[output * (n - 1)..(output + 1) * (n - 1)];
-                fold.push(
-                    row.iter()
-                        .map(|g| {
-                            std::array::from_fn(|lane| if weight[lane] == 0.0 { 0.0 } else { g[lane] * weight[lane] })
-                        })
-                        .chain(std::iter::once(residual)),
-                );
-            }
-        });
+            },
+        );
+        integrate(&self.dynamics, &self.tracks, &stretches, &theta, &start, true, &mut take);
         fold.fold();
         (0..batch.len())
             .map(|lane| Linearised {
@@ -296,7 +302,7 @@ fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeS
 }
 
 /// The longest step, s: as asked, and short enough for the quickest memory of the model.
-fn longest_step(model: &Model, options: &OutputErrorOptions) -> f64 {
+pub(crate) fn longest_step(model: &Model, options: &OutputErrorOptions) -> f64 {
     let quickest = model.terms.iter().filter(|t| t.effect.about().id == "thrust_lag").flat_map(|t| &t.parameters);
     quickest.fold(options.longest_step, |step, p| step.min(model.parameters[*p].value.max(0.02)))
 }
