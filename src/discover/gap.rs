@@ -130,12 +130,31 @@ pub fn unstable(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Re
         .collect()
 }
 
+/// What an uncertain initial state may grow to, in units of the noise, on a segment that is to be fitted.
+const BOUND: f64 = 10.0;
+
+/// Of so many segments one is looked at.
+const EVERY: usize = 4;
+
+/// Whether the motion is so steady that segments of `length` seconds can be fitted from where shorter ones begin.
+pub(super) fn steady(fit: &OutputErrorFit, length: f64) -> bool {
+    let segments = fit.problem.segments.iter().zip(&fit.linearised).zip(&fit.initial_states);
+    segments.step_by(EVERY).all(|((segment, linear), start)| {
+        let track = &fit.problem.tracks[segment.track];
+        let end = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
+        let last = track.time[..end].partition_point(|t| *t < track.time[segment.first] + length) - 1;
+        let stretch = Stretch { last: last.max(segment.last), ..*segment };
+        spread(fit, &stretch, linear, start) < BOUND
+    })
+}
+
 /// Root mean square over a stretch of what the uncertain initial state makes of a velocity, in units of its noise; the
 /// worst of all velocities.
 fn spread(fit: &OutputErrorFit, stretch: &Stretch, linear: &Linearised, start: &[f64]) -> f64 {
     let dynamics = &fit.problem.dynamics;
-    let nx = dynamics.states.len();
-    let theta: Vec<[f64; 1]> = values_in_run(&fit.model, 0).iter().map(|v| [*v]).collect();
+    let (nx, width) = (dynamics.states.len(), dynamics.states.len() + dynamics.directions.len());
+    let run = fit.problem.tracks[stretch.track].run;
+    let theta: Vec<[f64; 1]> = values_in_run(&fit.model, run).iter().map(|v| [*v]).collect();
     let start: Vec<[f64; 1]> = start.iter().map(|v| [*v]).collect();
     let velocities: Vec<usize> = (0..dynamics.outputs.len())
         .filter(|k| fit.model.dofs.iter().any(|dof| dof.velocity() == dynamics.outputs[*k].as_str()))
@@ -144,7 +163,7 @@ fn spread(fit: &OutputErrorFit, stretch: &Stretch, linear: &Linearised, start: &
     let mut take = |at: &Emission<'_, 1>| {
         count += 1.0;
         for (sum, output) in sums.iter_mut().zip(&velocities) {
-            let row = &at.jacobian[output * nx..(output + 1) * nx];
+            let row = &at.jacobian[output * width..output * width + nx];
             let mut solved = vec![0.0; nx];
             for i in 0..nx {
                 let known: f64 = (0..i).map(|j| linear.at(j, i) * solved[j]).sum();
@@ -169,9 +188,11 @@ fn rms(sums: &BTreeMap<Measured, (f64, f64)>) -> BTreeMap<Measured, f64> {
 /// good the model; a segment can.
 fn in_segments(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums, OutputErrorError> {
     let held = held_for(model, run, options)?;
-    let problem = Problem::new(&held, std::slice::from_ref(run), options)?;
+    let segment = options.segment.min(FIRST_SECONDS);
+    let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
+    let problem = Problem::new(&held, std::slice::from_ref(run), &short)?;
     let x0 = problem.initial_states(&held);
-    let fit = fit_from(&held, problem, x0, &OutputErrorOptions { iterations: SETTLING, ..options.clone() })?;
+    let fit = fit_from(&held, problem, x0, &short)?;
     let freedom = spare(&fit);
     let mut own = Sums::new();
     for compared in model.measured() {

@@ -39,14 +39,18 @@ pub(super) fn exchange(
     Ok(false)
 }
 
-/// Drops effects without which the fit is hardly worse.
-pub(super) fn prune(found: &mut Search, runs: &[Run], fitting: &OutputErrorOptions) -> Result<(), OutputErrorError> {
+/// Drops effects without which the fit is hardly worse; the `latest` ones, which have just come, are not questioned.
+pub(super) fn prune(
+    found: &mut Search,
+    runs: &[Run],
+    fitting: &OutputErrorOptions,
+    latest: usize,
+) -> Result<(), OutputErrorError> {
     loop {
         let current = found.last_fit().clone();
         let level = noise_level(&current).max(1.0);
         let mut weakest: Option<(usize, OutputErrorFit)> = None;
-        // the effect that has just come is not questioned
-        for (k, added) in found.added.iter().enumerate().take(found.added.len().saturating_sub(1)) {
+        for (k, added) in found.added.iter().enumerate().take(found.added.len().saturating_sub(latest)) {
             let Some(fit) = fit_without(&current, &added.candidate, runs, fitting)? else { continue };
             let loss = fit.cost - current.cost;
             if loss < level * (penalty(added.evidence.parameters) + 10.0)

@@ -9,6 +9,7 @@
 
 use std::sync::Arc;
 
+use super::gap::steady;
 use super::refit::best;
 use super::revise::{exchange, prune};
 use super::{Candidate, Evidence, candidates, judge, score};
@@ -124,17 +125,18 @@ pub fn search(
             // each exchange lowers the cost by more than a tie, so that this ends; the bound is for rounding
             exchanges += 1;
             if exchanges > options.most || !exchange(&mut found, runs, own, &at, options)? {
+                prune(&mut found, runs, &at, 0)?;
                 break;
             }
-            prune(&mut found, runs, &at)?;
+            prune(&mut found, runs, &at, 1)?;
             continue;
         };
-        if at.segment < fitting.segment {
+        if at.segment < fitting.segment && steady(&fit, fitting.segment) {
             (fit, at) = settle(&fit.model, runs, fitting)?;
         }
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
-        prune(&mut found, runs, &at)?;
+        prune(&mut found, runs, &at, 1)?;
     }
     found.segment = at.segment;
     Ok(found)
@@ -164,14 +166,18 @@ fn same_as(newest: &mut Added, before: &[(String, Evidence)], now: &[(String, Ev
     }
 }
 
+/// Residual variance over that of the noise up to which a fit is not questioned.
+const PLAIN: f64 = 1.3;
+
 /// Residual variance over that of the noise from which on segments are cut short.
 const ROUGH: f64 = 25.0;
 
 /// Steps after which a fit that is still rough is given up.
 const PATIENCE: usize = 10;
 
-/// Fits a model on segments of the wanted length; where it is so far from the data that a long segment can lead into a
-/// wrong valley, on segments of a third of it. Returns the fit with the options it was made with.
+/// Fits a model on segments of the wanted length; where it is so far from the data, or the motion so unstable, that a
+/// long segment can lead into a wrong valley, on segments of a third of it. Returns the fit with the options it was made
+/// with.
 fn settle(
     model: &Model,
     runs: &[Run],
@@ -183,20 +189,33 @@ fn settle(
         fit_from(model, problem, x0, options)
     };
     let whole = attempt(&OutputErrorOptions { iterations: PATIENCE, ..fitting.clone() });
-    if let Ok(fit) = &whole
-        && noise_level(fit) < ROUGH
-    {
+    let finished = |whole: Result<OutputErrorFit, OutputErrorError>| {
+        let fit = whole?;
         let states = fit.initial_states.clone();
-        let settled = if fit.converged { whole } else { fit_from(&fit.model, fit.problem.clone(), states, fitting) };
-        return settled.map(|fit| (fit, fitting.clone()));
+        let fit = if fit.converged { fit } else { fit_from(&fit.model, fit.problem.clone(), states, fitting)? };
+        Ok((fit, fitting.clone()))
+    };
+    if whole.as_ref().is_ok_and(|fit| noise_level(fit) < PLAIN) {
+        return finished(whole);
     }
+    let tame = whole.as_ref().is_ok_and(|fit| noise_level(fit) < ROUGH);
+    let mut last = None;
     for parts in [3.0, 8.0] {
-        let short = OutputErrorOptions { segment: fitting.segment / parts, ..fitting.clone() };
-        if let Ok(fit) = attempt(&short) {
-            return Ok((fit, short));
+        let short = OutputErrorOptions { segment: fitting.segment / parts, iterations: PATIENCE, ..fitting.clone() };
+        let Ok(fit) = attempt(&short) else { continue };
+        if tame && steady(&fit, fitting.segment) {
+            return finished(whole);
+        }
+        let done = fit.converged && noise_level(&fit) < ROUGH;
+        last = Some((fit, OutputErrorOptions { iterations: fitting.iterations, ..short }));
+        if done {
+            break;
         }
     }
-    whole.map(|fit| (fit, fitting.clone()))
+    if let Some(short) = last {
+        return Ok(short);
+    }
+    finished(whole)
 }
 
 /// Fall of the cost less what as many parameters of nothing would bring, in units of the inflated noise.
