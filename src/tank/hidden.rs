@@ -13,7 +13,7 @@ use super::outside::{PowerDrag, Sloshing, VortexShedding};
 use super::{Craft, Noise, TankError};
 use crate::effects::{Coriolis, Effect, ParameterSpec, Place, Scope, catalogue};
 use crate::frame::Dof;
-use crate::model::{Model, name_of};
+use crate::model::{Model, name_of, places_of};
 
 /// An effect that the truth has and the baseline lacks.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +54,13 @@ pub(super) fn hide(
     let name = name_of(id, place);
 
     lose(baseline, &name, id, model);
+    for (other, at) in partners(effect.as_ref(), place, model) {
+        let part = name_of(other.about().id, at);
+        lose(baseline, &part, other.about().id, model);
+        if model.term(&part).is_none() {
+            model.add(other, at)?;
+        }
+    }
     let known = model.term(&name);
     let term = known.map_or_else(|| model.add(effect, place), Ok)?;
     let parameters = model.terms[term].parameters.clone();
@@ -83,6 +90,18 @@ pub(super) fn hide(
         model.parameters[parameters[1]].per_run = phases.iter().map(|p| amplitude * p.sin()).collect();
     }
     Ok(name)
+}
+
+/// The other parts of an effect whose parts in several degrees of freedom share their parameter: they are hidden together.
+fn partners(effect: &dyn Effect, place: Place, model: &Model) -> Vec<(Arc<dyn Effect>, Place)> {
+    let key = |effect: &dyn Effect, place| effect.parameters(place).first().and_then(|p| p.shared);
+    let Some(own) = key(effect, place) else { return Vec::new() };
+    catalogue(model.coriolis)
+        .into_iter()
+        .filter(|other| other.about().id != effect.about().id)
+        .flat_map(|other| places_of(other.as_ref(), &model.dofs).into_iter().map(move |at| (other.clone(), at)))
+        .filter(|(other, at)| key(other.as_ref(), *at) == Some(own))
+        .collect()
 }
 
 /// Where a name puts its effect.
@@ -309,6 +328,14 @@ mod tests {
             blind.baseline.iter().map(String::as_str).filter(|b| b.starts_with("quadratic")).collect();
         assert_eq!(drags, ["quadratic_drag@surge", "quadratic_drag@sway"]);
         assert!(blind.truth.value("quadratic_drag@yaw").unwrap() > 1.0);
+    }
+
+    #[test]
+    fn parts_that_share_a_parameter_are_hidden_together() {
+        let planar = campaign(CraftKind::Large, false, &["restoring_surge"], 1.0).unwrap();
+        assert!(planar.truth.term("restoring_sway").is_some());
+        let spatial = campaign(CraftKind::Large, true, &["restoring_roll"], 1.0).unwrap();
+        assert!(!spatial.baseline.iter().any(|b| b == "restoring_roll" || b == "restoring_pitch"));
     }
 
     #[test]
