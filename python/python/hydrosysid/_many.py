@@ -223,7 +223,7 @@ def _refit(
     campaign: Campaign, names: tuple[tuple[str, str], ...], estimator: str | None, stretches: Stretches
 ) -> list[float] | None:
     try:
-        result, _ = campaign._native.resampled(list(stretches)).fit(estimator, None)
+        result, _ = campaign._native.resampled(list(stretches)).fit(estimator, False, None)
     except DataError:
         return None
     found = {(p.term, p.name): p.value for p in build(Fit, json.loads(result)).parameters}
