@@ -30,7 +30,7 @@ struct Arguments {
 
 fn arguments() -> Result<Arguments, String> {
     let mut found =
-        Arguments { campaigns: 400, first: 10_000, segment: OutputErrorOptions::default().segment, write: None };
+        Arguments { campaigns: 420, first: 10_000, segment: OutputErrorOptions::default().segment, write: None };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value"));
@@ -83,7 +83,8 @@ fn campaign(seed: u64, level: f64, segment: f64) -> Result<Vec<Outcome>, String>
         let row = &rows.parameters[unknown.parameter];
         let (own, off) = (found.value - truth, row.value - truth);
         Ok(Outcome {
-            name: format!("{} of {}", found.spec.name, found.term),
+            // a bar would end the cell of the table
+            name: format!("{} of {}", found.spec.name.replace('|', "\\|"), found.term),
             error: [own / least, off / least],
             score: [
                 own / found.std.unwrap_or(f64::NAN),

@@ -12,6 +12,7 @@ codes! {
     NOT_ON_CHANNEL = "M007" "missing-column" Error "The model or an option reads a channel that a run does not have.";
     VERTICAL = "M019" "vertical" Error "A run goes through a pitch of 90 degrees in a model that simulates pitch by z-y-x Euler angles, which are singular there: cut the stretch with where = \"abs(theta) < 1.4\".";
     NO_TRAINING = "M008" "no-training-run" Error "No run takes part in the fit: at least one needs role = \"train\".";
+    NOT_STREAMED = "M010" "not-streamed" Error "A fit by --stream keeps no log, and this run asks for something that needs it whole.";
     RESAMPLE = "M009" "resample" Error "Resampling would make more than a thousand samples of each: the rate or the unit of time is wrong.";
 
     NOT_CONVERGED = "M101" "not-converged" Warning "The estimation stopped before it converged: the start may be far off, or some parameters are nearly tied.";

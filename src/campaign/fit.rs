@@ -12,7 +12,7 @@ use super::load::{Campaign, moves};
 use crate::effects::Place;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, Problem, output_error};
-use crate::estimate::{IntegralOptions, RegressorOptions, Span, StdMethod, integral_least_squares, started};
+use crate::estimate::{IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares, started};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
@@ -141,15 +141,15 @@ impl From<Stage> for FitStage {
 }
 
 /// What an estimator hands over before it is put into one form.
-struct Raw {
-    model: Model,
-    std_method: String,
-    covariance: Vec<Vec<f64>>,
-    std_paper: Vec<Option<f64>>,
-    stages: Vec<FitStage>,
-    efficiency: Efficiency,
-    identifiability: Option<Identifiability>,
-    warnings: Vec<Finding>,
+pub(super) struct Raw {
+    pub model: Model,
+    pub std_method: String,
+    pub covariance: Vec<Vec<f64>>,
+    pub std_paper: Vec<Option<f64>>,
+    pub stages: Vec<FitStage>,
+    pub efficiency: Efficiency,
+    pub identifiability: Option<Identifiability>,
+    pub warnings: Vec<Finding>,
 }
 
 /// Fits the free parameters of the campaign's model to its training runs.
@@ -186,6 +186,18 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
     }
     place_runs(&mut raw.model, campaign, &runs);
+    let envelope = envelope::of(runs.iter().filter(|run| moves(run.kind)));
+    Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
+}
+
+/// The result in its one form, with what there is to say about it.
+pub(super) fn assembled(
+    mut raw: Raw,
+    campaign: &Campaign,
+    estimator: Estimator,
+    envelope: Envelope,
+    instruments: Instruments,
+) -> Fit {
     judge(&raw.model, &campaign.vehicle, &mut raw.warnings);
     let mut warnings = campaign.findings.clone();
     warnings.extend(raw.warnings);
@@ -196,7 +208,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         .zip(&raw.std_paper)
         .map(|(p, paper)| described(p, *paper, &campaign.vehicle, &campaign.runs))
         .collect();
-    Ok(Fit {
+    Fit {
         format: 1,
         parameters,
         estimator,
@@ -208,9 +220,9 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         warnings,
         model: raw.model,
         efficiency: raw.efficiency,
-        envelope: envelope::of(runs.iter().filter(|run| moves(run.kind))),
-        instruments: instruments(campaign, &runs),
-    })
+        envelope,
+        instruments,
+    }
 }
 
 /// Noise and rate of what the runs of free motion log and the model predicts.
@@ -327,11 +339,17 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let regressor = RegressorOptions { span: Span::Samples(stage.window), ..RegressorOptions::default() };
     let (model, fits) =
         integral_least_squares(&all, &campaign.model, IntegralOptions { regressor, ..IntegralOptions::default() })?;
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    Ok(of_rows(model, &fits, &names, campaign))
+}
+
+/// Fits of rows put together.
+pub(super) fn of_rows(model: Model, fits: &[RowFit], runs: &[String], campaign: &Campaign) -> Raw {
     let count = model.parameters.len();
     let mut covariance = vec![vec![0.0; count]; count];
     let mut std_paper = vec![None; count];
     let mut stages = Vec::new();
-    for fit in &fits {
+    for fit in fits {
         for (i, a) in fit.parameters.iter().enumerate() {
             std_paper[a.parameter] = Some(fit.std_paper[i]);
             for (j, b) in fit.parameters.iter().enumerate() {
@@ -341,7 +359,7 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
         stages.extend(fit.dofs.iter().map(|dof| FitStage {
             name: Estimator::Integral.name().into(),
             dof: *dof,
-            runs: runs.iter().map(|run| run.name.clone()).collect(),
+            runs: runs.to_vec(),
             rows: fit.rows,
             residual_std: fit.residual_std,
             condition_number: fit.condition_number,
@@ -353,7 +371,7 @@ fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let efficiency = campaign.file.efficiency.clone();
     let std_method = "hac".into();
     let (identifiability, warnings) = (None, Vec::new());
-    Ok(Raw { model, std_method, covariance, std_paper, stages, efficiency, identifiability, warnings })
+    Raw { model, std_method, covariance, std_paper, stages, efficiency, identifiability, warnings }
 }
 
 fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {

@@ -186,7 +186,7 @@ pub(super) fn moves(kind: RunKind) -> bool {
 }
 
 /// Names of the runs: their first file; a number behind it where two are of one file.
-fn names(tables: &[RunTable]) -> Vec<String> {
+pub(super) fn names(tables: &[RunTable]) -> Vec<String> {
     let first = |table: &RunTable| table.files.first().map_or_else(String::new, |f| f.file.clone());
     let mut names: Vec<String> = Vec::new();
     for table in tables {
@@ -206,7 +206,8 @@ fn named(error: Error) -> Vec<Finding> {
     }
 }
 
-fn assemble(
+/// A campaign of logs that are read: one a table.
+pub(super) fn assemble(
     mut file: CampaignFile,
     logged: Vec<Logged>,
     tables: &[RunTable],

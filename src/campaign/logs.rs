@@ -77,7 +77,7 @@ fn read_one(path: &std::path::Path, options: &LogOptions, required: &[&str]) -> 
 /// Columns that a run of this kind must have: time and velocities, and the forces unless thrusters give them. A
 /// bollard table may count its rows; a towed vehicle pushes nothing. A velocity that an observed function tells, and
 /// the force where a formula of the user drives, may be absent.
-fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
+pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     let (told, driven) = (baseline::told_by_functions(file), baseline::driven_by_formulas(file));
     let optional = |column: &&str| {
         told.iter().any(|dof| dof.velocity() == *column) || driven.iter().any(|dof| dof.force() == *column)

@@ -31,6 +31,7 @@ mod plan_request;
 mod published;
 mod resample;
 mod simulate;
+mod stream;
 mod window;
 
 pub use baseline::Own;
@@ -55,3 +56,4 @@ pub use plan_request::{PlanRequest, Want};
 pub use published::{Convention, Published, PublishedComparison, PublishedParameter, compare_published};
 pub use resample::{Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};
+pub use stream::fit_streamed;

@@ -217,6 +217,9 @@ pub(super) struct Fit {
     /// error otherwise.
     #[arg(long, value_enum)]
     pub estimator: Option<EstimatorName>,
+    /// Fit by integral least squares without keeping the logs: for logs larger than memory.
+    #[arg(long, conflicts_with_all = ["bootstrap", "monte_carlo", "estimator", "thorough", "filters"])]
+    pub stream: bool,
     /// Refit by output error on N resamplings of stretches of the training runs, and show the scatter.
     #[arg(long, value_name = "N", value_parser = refits, conflicts_with = "monte_carlo")]
     pub bootstrap: Option<usize>,

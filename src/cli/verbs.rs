@@ -11,6 +11,7 @@ use super::table::{measured, number, table};
 use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
 use crate::log::{self, LogOptions};
 use crate::procedure::sensitivity::{Spread, spreads};
+use crate::progress::{Watch, watched};
 use crate::run::{Run, Signal};
 
 /// The `[log]` options that were typed.
@@ -63,16 +64,7 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
 
 pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     output.may_write(a.model.as_deref())?;
-    let loaded = load(&a.campaign, &a.loading, output)?;
-    let busy = output.busy("fitting");
-    let mut fitted = campaign::fit(&loaded, FitOptions { estimator: a.estimator.map(Into::into) })?;
-    if a.thorough {
-        campaign::examine(&loaded, &mut fitted)?;
-    }
-    if a.filters {
-        fitted.filters = campaign::filters(&loaded)?;
-    }
-    busy.finish_and_clear();
+    let (loaded, fitted) = if a.stream { streamed(a, output)? } else { kept(a, output)? };
     print_fit(&fitted, output);
     print_identifiability(&fitted, output);
     match scatter::refits(a, &loaded, output)? {
@@ -85,6 +77,33 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
         output.write(path, text.as_bytes())?;
     }
     Ok(())
+}
+
+/// A fit of logs that are in memory.
+fn kept(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure> {
+    let loaded = load(&a.campaign, &a.loading, output)?;
+    let busy = output.busy("fitting");
+    let mut fitted = campaign::fit(&loaded, FitOptions { estimator: a.estimator.map(Into::into) })?;
+    if a.thorough {
+        campaign::examine(&loaded, &mut fitted)?;
+    }
+    if a.filters {
+        fitted.filters = campaign::filters(&loaded)?;
+    }
+    busy.finish_and_clear();
+    Ok((loaded, fitted))
+}
+
+/// A fit of logs that pass by.
+fn streamed(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure> {
+    let busy = output.busy("reading logs");
+    let shown = busy.clone();
+    let watch = Watch::new(move |step| shown.set_message(format!("{} {}", step.what, step.done)));
+    let options = LoadOptions { allow_outside: a.loading.allow_outside };
+    let done = watched(&watch, || campaign::fit_streamed(&a.campaign, options));
+    busy.finish_and_clear();
+    // nobody stops this watch
+    Ok(done.map_err(|stopped| Failure::Argument(stopped.to_string()))??)
 }
 
 fn print_fit(fitted: &Fit, output: &Output) {

@@ -68,6 +68,38 @@ pub struct RowFit {
 }
 
 impl RowFit {
+    /// A solution as forces, or where `at` is the column of the inertia, per unit of it: then the right-hand side stands
+    /// there. `covariance` is that of the solution.
+    pub(super) fn of(
+        fit: &Fit,
+        at: Option<usize>,
+        covariance: &[Vec<f64>],
+        parameters: &[Column],
+        dofs: &[Dof],
+    ) -> RowFit {
+        let unit = |matrix: &[Vec<f64>]| at.map_or_else(|| matrix.to_vec(), |at| per_unit_inertia(fit, at, matrix));
+        let paper = unit(&fit.covariance);
+        let values = match at {
+            None => fit.coefficients.clone(),
+            Some(at) => {
+                let scale = fit.coefficients[at];
+                let value = |(j, c): (usize, &f64)| if j == at { 1.0 / scale } else { -c / scale };
+                fit.coefficients.iter().enumerate().map(value).collect()
+            }
+        };
+        RowFit {
+            dofs: dofs.to_vec(),
+            parameters: parameters.to_vec(),
+            values,
+            covariance: unit(covariance),
+            std_paper: (0..paper.len()).map(|k| paper[k][k].max(0.0).sqrt()).collect(),
+            rows: fit.rows,
+            residual_std: fit.residual_std,
+            condition_number: fit.condition_number,
+            condition_number_scaled: fit.condition_number_scaled,
+        }
+    }
+
     /// Standard deviation of parameter `k`.
     pub fn std(&self, k: usize) -> f64 {
         self.covariance[k][k].max(0.0).sqrt()
@@ -111,28 +143,9 @@ pub fn fit_rows(columns: &Columns, inertia: Option<usize>, method: StdMethod) ->
     };
     let options = LeastSquaresOptions { names: Names { columns: names, response: None }, ..Default::default() };
     let fit = least_squares_with(&h, y, &options)?;
-    let unit = |matrix: &[Vec<f64>]| at.map_or_else(|| matrix.to_vec(), |at| per_unit_inertia(&fit, at, matrix));
-    let covariance = unit(&fit.covariance_by(method, &h, y, &blocks)?);
-    let paper = unit(&fit.covariance);
-    let values = match at {
-        None => fit.coefficients.clone(),
-        Some(at) => {
-            let scale = fit.coefficients[at];
-            (0..h.len()).map(|j| if j == at { 1.0 / scale } else { -fit.coefficients[j] / scale }).collect()
-        }
-    };
+    let covariance = fit.covariance_by(method, &h, y, &blocks)?;
     let dofs: BTreeSet<Dof> = columns.blocks.iter().map(|b| b.dof).collect();
-    Ok(RowFit {
-        dofs: dofs.into_iter().collect(),
-        parameters: columns.parameters.clone(),
-        values,
-        covariance,
-        std_paper: (0..h.len()).map(|k| paper[k][k].max(0.0).sqrt()).collect(),
-        rows: columns.rows(),
-        residual_std: fit.residual_std,
-        condition_number: fit.condition_number,
-        condition_number_scaled: fit.condition_number_scaled,
-    })
+    Ok(RowFit::of(&fit, at, &covariance, &columns.parameters, &dofs.into_iter().collect::<Vec<_>>()))
 }
 
 /// Covariance of (m, θ) from that of (1/m, −θ/m), by the delta method.

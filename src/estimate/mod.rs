@@ -9,6 +9,7 @@ pub mod output_error;
 mod regressor;
 mod start;
 mod steady;
+mod streamed;
 
 pub use at_samples::{Components, DirectError, direct_columns, force_components};
 pub use balance::RegressorError;
@@ -18,6 +19,7 @@ pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regres
 pub(crate) use start::samples_in;
 pub use start::started;
 pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};
+pub use streamed::Streamed;
 
 pub use crate::least_squares::{
     Blocks, Draws, Fit, LeastSquaresError, LeastSquaresOptions, Names, RSquared, Refinement, StdMethod, Tall,

@@ -107,9 +107,29 @@ pub fn regressors_of(
     model: &Model,
     options: RegressorOptions,
 ) -> Result<Columns, RegressorError> {
+    let columns = rows_of(dof, runs, model, options)?;
+    check_scale(dof, &columns.rhs)?;
+    Ok(columns)
+}
+
+/// [`regressors_of`] for runs in which nothing known may act, such as a piece of a run.
+pub(super) fn rows_of(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    options: RegressorOptions,
+) -> Result<Columns, RegressorError> {
     let mut columns = Columns::default();
     stack(&mut columns, dof, runs, model, options)?;
     Ok(columns)
+}
+
+/// Where nothing known acts, every solution could be multiplied by anything.
+fn check_scale(dof: Dof, known: &[f64]) -> Result<(), RegressorError> {
+    if !known.is_empty() && known.iter().all(|y| y.abs() <= 0.0) {
+        return Err(RegressorError::NoScale { dof });
+    }
+    Ok(())
 }
 
 /// The regressors of all modelled degrees of freedom, stacked: first all runs of the first one, and so on.
@@ -120,7 +140,9 @@ pub fn regressors_of(
 pub fn regressors(runs: &[&Run], model: &Model, options: RegressorOptions) -> Result<Columns, RegressorError> {
     let mut columns = Columns::default();
     for dof in &model.dofs {
+        let first = columns.rows();
         stack(&mut columns, *dof, runs, model, options)?;
+        check_scale(*dof, &columns.rhs[first..])?;
     }
     Ok(columns)
 }
@@ -132,7 +154,6 @@ fn stack(
     model: &Model,
     options: RegressorOptions,
 ) -> Result<(), RegressorError> {
-    let first = columns.rows();
     for (index, run) in runs.iter().enumerate() {
         let balance = Balance::compile(model, dof, run)?;
         if balance.free.is_empty() {
@@ -144,10 +165,6 @@ fn stack(
         let rows = columns.rows();
         columns.columns.iter_mut().for_each(|c| c.resize(rows, 0.0));
         columns.blocks.push(Block { dof, run: index, rows: begin..rows });
-    }
-    let known = &columns.rhs[first..];
-    if !known.is_empty() && known.iter().all(|y| y.abs() <= 0.0) {
-        return Err(RegressorError::NoScale { dof });
     }
     Ok(())
 }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::scale::times_power_of_two;
 use super::solve::Fit;
 use super::system::LeastSquaresError;
+use super::tall::Tall;
 
 /// How standard deviations are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -59,6 +60,31 @@ impl Fit {
             w.iter().map(|w| (0..p).map(|k| (0..p).map(|l| w[l] * meat[l][k]).sum()).collect()).collect();
         let unit = |j: usize, x: f64| times_power_of_two(x, self.frame.y_exponent - exponents[j]);
         Ok((0..p).map(|i| (0..p).map(|j| unit(i, unit(j, dot(&half[i], &w[j])))).collect()).collect())
+    }
+}
+
+impl Fit {
+    /// Covariance of the estimates, (p, p), by clusters: stretches of rows whose factors are `blocks` and whose residuals
+    /// are independent of each other's. By (14) where there are fewer than twice as many clusters as unknowns.
+    pub fn covariance_of_blocks(&self, blocks: &[Tall]) -> Vec<Vec<f64>> {
+        let (p, count) = (self.coefficients.len(), blocks.len() as f64);
+        if count < 2.0 * p as f64 {
+            return self.covariance.clone();
+        }
+        let (w, exponents) = (&self.frame.w, &self.frame.exponents);
+        let factor = count / (count - 1.0) * self.rows as f64 / (self.rows - p) as f64;
+        let unit = |j: usize, x: f64| times_power_of_two(x, -exponents[j]);
+        // (HᵀH)⁻¹ g of each cluster
+        let shifts: Vec<Vec<f64>> = blocks
+            .iter()
+            .map(|block| {
+                let score = block.score(&self.coefficients, exponents);
+                let along: Vec<f64> = (0..p).map(|k| (0..p).map(|j| w[j][k] * score[j]).sum()).collect();
+                (0..p).map(|j| unit(j, dot(&w[j], &along))).collect()
+            })
+            .collect();
+        let entry = |i: usize, j: usize| factor * shifts.iter().map(|s: &Vec<f64>| s[i] * s[j]).sum::<f64>();
+        (0..p).map(|i| (0..p).map(|j| entry(i, j)).collect()).collect()
     }
 }
 

@@ -199,6 +199,95 @@ impl Tall {
         Ok(whole)
     }
 
+    /// Number of unknowns.
+    pub fn columns(&self) -> usize {
+        self.triangle.width() - 1
+    }
+
+    /// The same rows with the right-hand side and column `column` exchanged.
+    #[must_use]
+    pub fn exchanged(&self, column: usize) -> Tall {
+        let p = self.columns();
+        let places: Vec<usize> = (0..=p)
+            .map(|j| {
+                if j == column {
+                    p
+                } else if j == p {
+                    column
+                } else {
+                    j
+                }
+            })
+            .collect();
+        self.placed(&places, p + 1, 0)
+    }
+
+    /// The same rows times `weight`, column j in the place `places[j]` of `width` columns; the others are 0.
+    #[must_use]
+    pub fn embedded(&self, places: &[usize], width: usize, weight: f64) -> Tall {
+        let places: Vec<usize> = places.iter().copied().chain([width]).collect();
+        // the mantissa goes into the rows, so that no square leaves the range of a double
+        let power = exponent(weight);
+        let mut wide = self.placed(&places, width + 1, power);
+        let rest = times_power_of_two(weight, -power);
+        (0..=width).for_each(|j| wide.triangle.scale_column(j, |x| rest * x));
+        wide
+    }
+
+    fn placed(&self, places: &[usize], width: usize, power: i32) -> Tall {
+        let mut exponents = vec![None; width];
+        let mut rows = vec![vec![0.0; width]; self.triangle.width()];
+        for (j, place) in places.iter().enumerate() {
+            exponents[*place] = self.exponents[j].map(|e| e + power);
+            for (i, row) in rows.iter_mut().enumerate() {
+                row[*place] = self.triangle.at(i, j);
+            }
+        }
+        let names = (0..width - 1).map(|k| match places.iter().position(|p| *p == k) {
+            Some(j) if j < self.columns() => self.names.column(j),
+            _ => self.names.response(),
+        });
+        Tall {
+            names: Names { columns: names.collect(), response: None },
+            triangle: Triangle::of_rows(width, &rows),
+            exponents,
+            watch: self.watch.placed(places, width),
+            rows: self.rows,
+            block: Vec::new(),
+        }
+    }
+
+    /// Root mean square of y − H θ.
+    pub fn residual_rms(&self, theta: &[f64]) -> f64 {
+        let square: f64 = self.residual_rows(theta).iter().map(|e| e * e).sum();
+        (square / self.rows.max(1) as f64).sqrt()
+    }
+
+    /// Qᵀ(y − H θ), p + 1 values.
+    fn residual_rows(&self, theta: &[f64]) -> Vec<f64> {
+        let p = self.columns();
+        let entry = |i: usize, j: usize| times_power_of_two(self.triangle.at(i, j), self.exponents[j].unwrap_or(0));
+        (0..=p).map(|i| entry(i, p) - (0..p).map(|j| entry(i, j) * theta[j]).sum::<f64>()).collect()
+    }
+
+    /// Hᵀ(y − H θ), each entry times `2^(−exponents[j])`.
+    pub(super) fn score(&self, theta: &[f64], exponents: &[i32]) -> Vec<f64> {
+        let left = self.residual_rows(theta);
+        let scaled = |j: usize| {
+            let shift = self.exponents[j].unwrap_or(0) - exponents[j];
+            move |x: f64| times_power_of_two(x, shift)
+        };
+        (0..self.columns()).map(|j| self.triangle.column(j).zip(&left).map(|(h, e)| scaled(j)(h) * e).sum()).collect()
+    }
+
+    /// Refuses columns that are zero or the same up to a factor.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError::ZeroColumn`] and [`LeastSquaresError::Proportional`].
+    pub fn judge(&self) -> Result<(), LeastSquaresError> {
+        self.watch.judge(&self.names)
+    }
+
     /// The solution of all rows folded so far.
     ///
     /// # Errors

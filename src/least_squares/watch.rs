@@ -80,6 +80,19 @@ impl Watch {
         }
     }
 
+    /// The same columns in other places of `width`; what is known of pairs is left behind, and columns in no place are
+    /// not taken for constant.
+    pub fn placed(&self, places: &[usize], width: usize) -> Watch {
+        let mut placed = Watch::new(width);
+        placed.pairs.fill(Pair::Apart);
+        placed.varies.fill(true);
+        for (j, place) in places.iter().enumerate() {
+            placed.constant[*place] = self.constant[j];
+            placed.varies[*place] = self.varies[j];
+        }
+        placed
+    }
+
     /// Takes in what another has seen of further rows.
     pub fn merge(&mut self, other: &Watch) {
         for j in 0..self.varies.len() {

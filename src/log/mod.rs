@@ -19,6 +19,7 @@ pub mod header;
 pub mod iso8601;
 pub mod number;
 pub mod options;
+mod pieces;
 mod read;
 pub mod records;
 pub mod rows;
@@ -26,6 +27,7 @@ mod write;
 
 pub use error::LogError;
 pub use options::{LogOptions, OptionsError};
+pub use pieces::{Piece, Pieces};
 pub use read::{LogFile, read, read_from};
 pub use rows::{Passage, Row, Rows};
 pub use write::{WriteError, write, write_log, write_signals, write_to};

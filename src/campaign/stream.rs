@@ -1,0 +1,192 @@
+//! The verb `fit` with `--stream`: integral least squares on logs larger than memory.
+//!
+//! Each log is read piece by piece, each piece prepared as a run is (window, condition, forces) and folded into triangular
+//! factors; one thread reads while another folds. What needs a whole run at once cannot be had so and is refused.
+
+use std::path::Path;
+use std::sync::mpsc::sync_channel;
+use std::thread;
+
+use super::codes;
+use super::error::Error;
+use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
+use super::fit::{Fit, Raw, assembled, of_rows};
+use super::load::{Campaign, LoadOptions, assemble, moves, names};
+use super::logs::{Logged, needed};
+use crate::effects::channel;
+use crate::envelope::{self, Envelope};
+use crate::estimate::{RegressorOptions, Span, Streamed};
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::log::options::Repeated;
+use crate::log::{LogOptions, Piece, Pieces, Rows};
+use crate::model::Model;
+use crate::plan::Instruments;
+use crate::progress::tell;
+use crate::run::{Role, Run};
+
+/// Rows of a piece: some 2 MiB, and enough for a cluster.
+const ROWS: usize = 1 << 15;
+
+/// Pieces that wait between reading and folding.
+const WAITING: usize = 2;
+
+/// Fits the free parameters of a campaign to its training runs of free motion without keeping their logs. The campaign
+/// that comes with the fit has no runs.
+///
+/// # Errors
+/// [`Error`] as for loading and fitting, and where a run asks for something that needs it whole.
+pub fn fit_streamed(path: &Path, options: LoadOptions) -> Result<(Campaign, Fit), Error> {
+    in_pieces(path, options, ROWS)
+}
+
+fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campaign, Fit), Error> {
+    let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
+    let file = CampaignFile::read(path, &read)?;
+    let names = names(&file.runs);
+    let used = |table: &&RunTable| table.role == Role::Train && moves(table.kind);
+    let mut folding = Folding { file: &file, first: None, streamed: None, envelope: Envelope::new(), rows: 0, length };
+    let mut fitted_runs = Vec::new();
+    for (table, name) in file.runs.iter().zip(&names).filter(|(table, _)| used(table)) {
+        refuse_what_needs_all(&file, table, name)?;
+        folding.run(table, name)?;
+        fitted_runs.push(name.clone());
+    }
+    let (Some(campaign), Some(streamed)) = (folding.first, folding.streamed) else {
+        let text = "no run of free motion has role = \"train\"";
+        return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
+    };
+    let (model, fits) = streamed.fit()?;
+    let raw = Raw { std_method: "clusters of rows".into(), ..of_rows(model, &fits, &fitted_runs, &campaign) };
+    let fit = assembled(raw, &campaign, Estimator::Integral, folding.envelope, Instruments::new());
+    Ok((campaign, fit))
+}
+
+/// A campaign whose runs are folded one after the other.
+struct Folding<'a> {
+    file: &'a CampaignFile,
+    /// The campaign as the first piece made it, without runs.
+    first: Option<Campaign>,
+    streamed: Option<Streamed>,
+    envelope: Envelope,
+    rows: usize,
+    /// Rows of a piece.
+    length: usize,
+}
+
+impl Folding<'_> {
+    fn run(&mut self, table: &RunTable, name: &str) -> Result<(), Error> {
+        let options = table.log.as_ref().unwrap_or(&self.file.log);
+        let wrong = |source| Error::Log { run: name.to_string(), source };
+        let rows = Rows::open(&self.file.path_of(&table.files[0]), options, &needed(self.file, table.kind));
+        let mut pieces = Pieces::new(rows.map_err(wrong)?, self.length);
+        let (send, receive) = sync_channel::<Piece>(WAITING);
+        thread::scope(|scope| {
+            let reader = scope.spawn(move || {
+                while let Some(piece) = pieces.next_piece() {
+                    // nobody takes it any more: the folding has failed, and says why
+                    if send.send(piece).is_err() {
+                        return Ok(None);
+                    }
+                }
+                pieces.finish().map(Some)
+            });
+            // the receiver goes with the loop, so that the reader ends where the folding fails
+            let folded = receive.into_iter().try_for_each(|piece| self.piece(table, name, options, piece));
+            let read = reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            // a row that is not sound comes first: what is folded behind it does not count
+            read.map_err(wrong)?;
+            folded
+        })
+    }
+
+    fn piece(&mut self, table: &RunTable, name: &str, options: &LogOptions, piece: Piece) -> Result<(), Error> {
+        self.rows += piece.rows;
+        tell(format!("{name}: rows folded"), self.rows, 0);
+        let Piece { signals, units, gaps, .. } = piece;
+        let run = Run { name: name.into(), kind: table.kind, role: table.role, signals, gaps };
+        let position = options.position_source == Some(crate::log::options::PositionSource::Independent);
+        let logged = Logged { run, units, position, ..Logged::default() };
+        let mut campaign = match assemble(self.file.clone(), vec![logged], std::slice::from_ref(table), Vec::new()) {
+            Ok(campaign) => campaign,
+            // a window or a condition may leave nothing of a piece
+            Err(Error::Refused { findings }) if findings.iter().all(|f| f.code == codes::NOTHING_LEFT.code) => {
+                return Ok(());
+            }
+            Err(other) => return Err(other),
+        };
+        let Some(run) = campaign.runs.pop() else { return Ok(()) };
+        for (name, [low, high]) in envelope::of([&run]) {
+            // Keulegan-Carpenter numbers are of whole runs
+            if !Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == name) {
+                let range = self.envelope.entry(name).or_insert([low, high]);
+                *range = [range[0].min(low), range[1].max(high)];
+            }
+        }
+        let window = self.file.stage.oscillatory.window;
+        let regressor = RegressorOptions { span: Span::Samples(window), ..RegressorOptions::default() };
+        let streamed = self.streamed.get_or_insert_with(|| Streamed::new(&campaign.model, regressor));
+        streamed.push(&run)?;
+        self.first.get_or_insert(campaign);
+        Ok(())
+    }
+}
+
+/// What cannot be done with pieces.
+fn refuse_what_needs_all(file: &CampaignFile, table: &RunTable, name: &str) -> Result<(), Error> {
+    let options = table.log.as_ref().unwrap_or(&file.log);
+    let (model, _): (Model, _) = super::baseline::build(file)?;
+    let whole = |channel: &str| {
+        let amplitude = Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == channel);
+        amplitude || [channel::SUPPLY_RATIO, channel::ANCHOR_NORTH, channel::ANCHOR_EAST].contains(&channel)
+    };
+    let reads = model.terms.iter().find(|t| t.effect.channels(t.place).iter().any(|c| whole(c)));
+    let own = model.parameters.iter().find(|p| p.spec.per_run);
+    let text = match (reads, own) {
+        _ if table.files.len() != 1 => "a run of several logs cannot be streamed".to_string(),
+        _ if options.sort => "`sort` needs the whole log".to_string(),
+        _ if options.repeated == Repeated::NoSample => "`repeated = \"no_sample\"` needs the whole log".to_string(),
+        _ if table.input.is_some_and(|input| input != file.model.input) => {
+            "an `input` other than the model's needs all runs at once".to_string()
+        }
+        (Some(term), _) => format!("`{}` reads a channel that is made of the whole run", term.name()),
+        (None, Some(p)) => format!("{} of `{}` has a value of its own in each run", p.spec.name, p.term),
+        _ => return Ok(()),
+    };
+    let text = format!("{name}: {text}; fit without --stream");
+    Err(Error::Refused { findings: vec![Finding::new(&codes::NOT_STREAMED, text).of_run(name)] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::{FitOptions, fit};
+    use super::*;
+    use crate::tank::{BlindOptions, write_blind};
+
+    fn folder(name: &str) -> std::path::PathBuf {
+        let folder = std::env::temp_dir().join(format!("hydrosysid-stream-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        folder
+    }
+
+    /// The same rows of the same balance, folded instead of kept: QR of another order of rows.
+    #[test]
+    fn a_stream_finds_what_logs_in_memory_say() {
+        let folder = folder("same");
+        write_blind(&folder, &BlindOptions { duration: 30.0, ..BlindOptions::default() }).unwrap();
+        let path = folder.join("campaign.toml");
+        let kept = Campaign::load(&path, LoadOptions::default()).unwrap();
+        let kept = fit(&kept, FitOptions { estimator: Some(Estimator::Integral) }).unwrap();
+        let (campaign, streamed) = in_pieces(&path, LoadOptions::default(), 70).unwrap();
+        assert!(campaign.runs.is_empty() && streamed.std_method == "clusters of rows");
+        assert_eq!(streamed.stages[0].rows, kept.stages[0].rows);
+        assert_eq!(streamed.envelope["u"], kept.envelope["u"]);
+        for (a, b) in streamed.parameters.iter().zip(&kept.parameters) {
+            assert!((a.value / b.value - 1.0).abs() < 1e-8, "{}: {} {}", a.name, a.value, b.value);
+            assert!((a.std_paper.unwrap() / b.std_paper.unwrap() - 1.0).abs() < 1e-8, "{}", a.name);
+            // two ways to allow for correlated residuals: of one size
+            assert!((a.std.unwrap() / b.std.unwrap()).ln().abs() < 1.0, "{}: {:?} {:?}", a.name, a.std, b.std);
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

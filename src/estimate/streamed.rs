@@ -1,0 +1,203 @@
+//! Integral least squares on runs that come piece by piece and are not kept.
+//!
+//! ```text
+//! [H_d | y_d] = Q R_d  of each degree of freedom d, folded as rows come      Σ = (HᵀH)⁻¹ Σ_b g_b g_bᵀ (HᵀH)⁻¹ c
+//! ```
+//!
+//! What [`super::integral_least_squares`] finds follows from the factors alone: per unit of the inertia by an exchange of
+//! two columns, shared parameters by stacking weighed factors. Standard deviations are those of clusters: b is a stretch
+//! of consecutive rows, g_b = H_bᵀ e_b, c = B/(B − 1) · n/(n − p). At most [`BLOCKS`] factors are kept; neighbours then
+//! merge, and the clusters grow.
+
+use std::collections::BTreeSet;
+
+use super::integral::{IntegralError, RowFit};
+use super::regressor::rows_of;
+use super::{Column, RegressorError, RegressorOptions};
+use crate::frame::Dof;
+use crate::least_squares::{LeastSquaresError, Names, Tall};
+use crate::model::Model;
+use crate::run::Run;
+
+/// Factors kept for each degree of freedom.
+const BLOCKS: usize = 512;
+
+/// Rows of one degree of freedom.
+#[derive(Debug, Clone)]
+struct System {
+    dof: Dof,
+    parameters: Vec<Column>,
+    blocks: Vec<Tall>,
+}
+
+/// Integral least squares of a model on its way.
+#[derive(Debug, Clone)]
+pub struct Streamed {
+    model: Model,
+    options: RegressorOptions,
+    systems: Vec<System>,
+    /// Pieces that one kept factor holds.
+    stride: usize,
+    pieces: usize,
+}
+
+impl Streamed {
+    /// For the free parameters of `model`.
+    pub fn new(model: &Model, options: RegressorOptions) -> Streamed {
+        Streamed { model: model.clone(), options, systems: Vec::new(), stride: 1, pieces: 0 }
+    }
+
+    /// Folds a piece of a run.
+    ///
+    /// # Errors
+    /// [`IntegralError`] where the balance has no linear regressor, reads what is not logged, or a value is not finite.
+    pub fn push(&mut self, piece: &Run) -> Result<(), IntegralError> {
+        let begins = self.pieces.is_multiple_of(self.stride);
+        for dof in self.model.dofs.clone() {
+            let columns = match rows_of(dof, &[piece], &self.model, self.options) {
+                Err(RegressorError::NothingFree { .. }) => continue,
+                other => other?,
+            };
+            let names = columns.parameters.iter().map(|c| c.name.clone()).collect();
+            let names = Names { columns: names, response: Some(dof.force().into()) };
+            let linear = |source| IntegralError::Linear { dofs: dof.name().into(), source };
+            let mut block = Tall::new(columns.columns.len(), names).map_err(linear)?;
+            block.push(&columns.slices(), &columns.rhs).map_err(linear)?;
+            match self.systems.iter_mut().find(|s| s.dof == dof) {
+                None => self.systems.push(System { dof, parameters: columns.parameters, blocks: vec![block] }),
+                Some(system) => match system.blocks.last_mut().filter(|_| !begins) {
+                    Some(last) => last.merge(block).map_err(linear)?,
+                    None => system.blocks.push(block),
+                },
+            }
+        }
+        self.pieces += 1;
+        if self.systems.iter().any(|s| s.blocks.len() > BLOCKS) {
+            self.stride *= 2;
+            self.systems.iter_mut().for_each(System::halve);
+        }
+        Ok(())
+    }
+
+    /// The model with estimates and standard deviations written in, and what is known of each fit.
+    ///
+    /// # Errors
+    /// [`IntegralError`] where the rows do not determine the parameters.
+    pub fn fit(&self) -> Result<(Model, Vec<RowFit>), IntegralError> {
+        let mut fitted = self.model.clone();
+        let mut fits = Vec::new();
+        for group in groups(&self.systems) {
+            let dofs = group.iter().map(|s| s.dof.name()).collect::<Vec<_>>().join(", ");
+            let fit = match group.as_slice() {
+                [one] => {
+                    let own = self.model.parameter_of(&format!("inertia@{}", one.dof));
+                    let own = own.filter(|p| !self.model.parameters[*p].fixed);
+                    let at = own.and_then(|p| one.parameters.iter().position(|c| c.parameter == p));
+                    solve(&one.blocks, at, &one.parameters, &[one.dof])
+                }
+                several => together(several),
+            };
+            let fit = fit.map_err(|source| IntegralError::Linear { dofs, source })?;
+            fit.write_to(&mut fitted);
+            fits.push(fit);
+        }
+        fits.sort_by_key(|fit| fit.dofs.first().copied());
+        Ok((fitted, fits))
+    }
+}
+
+impl System {
+    /// Merges neighbours two by two.
+    fn halve(&mut self) {
+        let mut merged: Vec<Tall> = Vec::with_capacity(self.blocks.len().div_ceil(2));
+        for (k, block) in self.blocks.drain(..).enumerate() {
+            match merged.last_mut().filter(|_| k % 2 == 1) {
+                // blocks of one system are of one width
+                Some(last) => drop(last.merge(block)),
+                None => merged.push(block),
+            }
+        }
+        self.blocks = merged;
+    }
+}
+
+/// Systems that share free parameters.
+fn groups(systems: &[System]) -> Vec<Vec<&System>> {
+    let free = |s: &System| s.parameters.iter().map(|c| c.parameter).collect::<BTreeSet<usize>>();
+    let mut groups: Vec<(BTreeSet<usize>, Vec<&System>)> = Vec::new();
+    for system in systems {
+        let mut own = free(system);
+        let (shared, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|(f, _)| !f.is_disjoint(&own));
+        groups = apart;
+        let mut members: Vec<&System> = Vec::new();
+        for (known, others) in shared {
+            own.extend(known);
+            members.extend(others);
+        }
+        members.push(system);
+        groups.push((own, members));
+    }
+    groups.into_iter().map(|(_, members)| members).collect()
+}
+
+fn whole(blocks: &[Tall]) -> Result<Tall, LeastSquaresError> {
+    let mut all = blocks[0].clone();
+    for block in &blocks[1..] {
+        all.merge(block.clone())?;
+    }
+    Ok(all)
+}
+
+/// Solves one system: per unit of the inertia in column `at`, else as forces.
+fn solve(blocks: &[Tall], at: Option<usize>, parameters: &[Column], dofs: &[Dof]) -> Result<RowFit, LeastSquaresError> {
+    let force = whole(blocks)?;
+    force.judge()?;
+    let exchanged = |tall: &Tall| at.map_or_else(|| tall.clone(), |at| tall.exchanged(at));
+    let fit = exchanged(&force).fit()?;
+    let parts: Vec<Tall> = blocks.iter().map(exchanged).collect();
+    let covariance = fit.covariance_of_blocks(&parts);
+    Ok(RowFit::of(&fit, at, &covariance, parameters, dofs))
+}
+
+/// Solves systems that share parameters, each weighed by the inverse of its residual's deviation.
+fn together(systems: &[&System]) -> Result<RowFit, LeastSquaresError> {
+    // first with the forces' own size as weight, then twice with the residuals that the pass before has shown
+    const PASSES: usize = 3;
+    let mut parameters: Vec<Column> = Vec::new();
+    for column in systems.iter().flat_map(|s| &s.parameters) {
+        if !parameters.contains(column) {
+            parameters.push(column.clone());
+        }
+    }
+    let places = |s: &System| -> Vec<usize> {
+        s.parameters.iter().filter_map(|c| parameters.iter().position(|all| all == c)).collect()
+    };
+    let factors: Vec<Tall> = systems.iter().map(|s| whole(&s.blocks)).collect::<Result<_, _>>()?;
+    let mut weights: Vec<f64> = factors.iter().map(|f| 1.0 / f.residual_rms(&vec![0.0; f.columns()])).collect();
+    let dofs: Vec<Dof> = systems.iter().map(|s| s.dof).collect();
+    let mut fit = None;
+    for _ in 0..PASSES {
+        let count = systems.iter().map(|s| s.blocks.len()).max().unwrap_or(0);
+        let joint = |b: usize| -> Result<Option<Tall>, LeastSquaresError> {
+            let mut all: Option<Tall> = None;
+            for (system, weight) in systems.iter().zip(&weights) {
+                let Some(block) = system.blocks.get(b) else { continue };
+                let wide = block.embedded(&places(system), parameters.len(), *weight);
+                match &mut all {
+                    Some(all) => all.merge(wide)?,
+                    None => all = Some(wide),
+                }
+            }
+            Ok(all)
+        };
+        let blocks: Vec<Tall> = (0..count).map(joint).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+        let found = solve(&blocks, None, &parameters, &dofs)?;
+        for ((weight, factor), system) in weights.iter_mut().zip(&factors).zip(systems) {
+            let theta: Vec<f64> = places(system).into_iter().map(|k| found.values[k]).collect();
+            // a perfect fit needs no other weight
+            *weight = 1.0 / factor.residual_rms(&theta).max(1e-12 / *weight);
+        }
+        fit = Some(found);
+    }
+    fit.ok_or(LeastSquaresError::NoColumns)
+}
