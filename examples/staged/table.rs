@@ -50,10 +50,9 @@ pub struct Twin {
     pub negative: bool,
 }
 
-/// The campaign's baseline with the coupling of the paper's equation (20); W − B is weighed.
+/// The campaign's baseline; W − B is weighed.
 pub fn model(campaign: &PaperCampaign) -> Model {
-    let mut effects: Vec<&str> = campaign.baseline.iter().map(String::as_str).collect();
-    effects.push("added_mass_coupling@surge:pitch");
+    let effects: Vec<&str> = campaign.baseline.iter().map(String::as_str).collect();
     let mut model = Model::with_effects(&campaign.dofs, Coriolis::Free, &effects).expect("the baseline is a model");
     model.set("restoring_surge", campaign.net_weight);
     let net_weight = model.parameter_of("restoring_surge").expect("it is in the baseline");

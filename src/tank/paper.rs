@@ -49,13 +49,14 @@ pub struct PaperCampaign {
 /// Degrees of freedom of the campaign.
 const ASKED: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
 /// Its baseline.
-const BASELINE: [&str; 11] = [
+const BASELINE: [&str; 12] = [
     "inertia",
     "linear_drag",
     "quadratic_drag",
     "coriolis_surge",
     "coriolis_sway",
     "coriolis_yaw",
+    "added_mass_coupling@surge:pitch",
     "restoring_surge",
     "restoring_heave",
     "bias@surge",
