@@ -4,19 +4,18 @@
 //! nanoseconds a row, which should be flat, and the ratios of the rows in one run. Without `--bench` (as in the tests)
 //! the smallest size runs once.
 
+mod planar;
+
 use std::collections::BTreeSet;
 use std::hint::black_box;
-use std::sync::Arc;
 use std::time::Instant;
 
 use hydrosysid::chain::Available;
 use hydrosysid::dynamics::Dynamics;
-use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
 use hydrosysid::estimate::{RegressorOptions, least_squares, regressors_of, started};
 use hydrosysid::frame::Dof;
-use hydrosysid::model::{Interpolation, Model};
-use hydrosysid::run::{Run, Signal};
+use hydrosysid::model::Interpolation;
 use hydrosysid::simulate::{Track, free_run};
 use hydrosysid::tank::{BlindOptions, blind};
 
@@ -26,7 +25,7 @@ fn main() {
         if thorough { (&[1_000, 10_000, 100_000, 1_000_000], 7) } else { (&[1_000], 1) };
     println!("{:32} {:>9} {:>12} {:>9}", "part", "rows", "median ms", "ns/row");
     for n in sizes {
-        let (model, run) = planar(*n);
+        let (model, run) = (planar::model(false), planar::run(*n, 0.1, 0.0));
         let options = RegressorOptions::default();
         report("columns of surge, trapezoid", *n, repeats, || {
             black_box(regressors_of(Dof::Surge, &[&run], &model, options).expect("surge can be regressed"));
@@ -65,32 +64,4 @@ fn report(part: &str, rows: usize, repeats: usize, mut work: impl FnMut()) {
     times.sort_by(f64::total_cmp);
     let median = times[times.len() / 2];
     println!("{part:32} {rows:>9} {:>12.3} {:>9.1}", 1e3 * median, 1e9 * median / rows as f64);
-}
-
-/// A planar model and a run of `n` samples at 10 Hz in which everything moves.
-fn planar(n: usize) -> (Model, Run) {
-    let effects = ["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];
-    let mut model = Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).expect("planar");
-    for (dof, [m, linear, quadratic]) in
-        [("surge", [842.0, 82.0, 309.0]), ("sway", [1100.0, 120.0, 450.0]), ("yaw", [186.0, 12.8, 95.3])]
-    {
-        model.set(&format!("inertia@{dof}"), m);
-        model.set(&format!("linear_drag@{dof}"), linear);
-        model.set(&format!("quadratic_drag@{dof}"), quadratic);
-    }
-    let time: Arc<[f64]> = (0..n).map(|k| 0.1 * k as f64).collect();
-    let mut run = Run::default();
-    let signals: [(&str, f64, f64, f64); 6] = [
-        ("u", 0.5, 0.3, 0.21),
-        ("v", 0.0, 0.2, 0.37),
-        ("r", 0.0, 0.3, 0.53),
-        ("tau_u", 180.0, 140.0, 0.22),
-        ("tau_v", 0.0, 60.0, 0.31),
-        ("tau_r", 0.0, 40.0, 0.47),
-    ];
-    for (name, offset, amplitude, rate) in signals {
-        let values: Vec<f64> = time.iter().map(|t| offset + amplitude * (rate * t).sin()).collect();
-        run.signals.insert(name.into(), Signal::new(time.clone(), values));
-    }
-    (model, run)
 }
