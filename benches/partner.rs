@@ -7,7 +7,6 @@
 
 mod planar;
 
-use std::collections::BTreeSet;
 use std::hint::black_box;
 use std::io::{BufRead as _, Write as _};
 use std::path::Path;
@@ -181,7 +180,7 @@ fn regression(rows: usize) -> (Model, Run) {
 
 fn compiled(model: &Model, run: &Run) -> (Dynamics, Track) {
     let available = Available { channels: run.signals.keys().cloned().collect(), ..Available::default() };
-    let observed = BTreeSet::from(["u".into(), "v".into(), "r".into()]);
+    let observed = ["u", "v", "r", "psi"].map(String::from).into();
     let dynamics = Dynamics::compile(model, &available, &observed, &[]);
     let track = Track::new(run, 0, &dynamics, &model.values(), Interpolation::Linear, 1.0).expect("a complete run");
     (dynamics, track)

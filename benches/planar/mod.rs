@@ -14,11 +14,8 @@ use hydrosysid::model::Model;
 use hydrosysid::run::{Run, Signal};
 
 /// Virtual mass, linear and quadratic drag and advance loss of each degree of freedom, SI.
-pub const FIGURES: [(&str, [f64; 4]); 3] = [
-    ("surge", [842.0, 82.0, 309.0, 0.12]),
-    ("sway", [1100.0, 120.0, 450.0, 0.08]),
-    ("yaw", [186.0, 12.8, 95.3, 0.05]),
-];
+pub const FIGURES: [(&str, [f64; 4]); 3] =
+    [("surge", [842.0, 82.0, 309.0, 0.12]), ("sway", [1100.0, 120.0, 450.0, 0.08]), ("yaw", [186.0, 12.8, 95.3, 0.05])];
 
 /// Offset, amplitude and angular frequency of the three commands, N and N·m.
 pub const COMMANDS: [(&str, [f64; 3]); 3] =
@@ -26,7 +23,8 @@ pub const COMMANDS: [(&str, [f64; 3]); 3] =
 
 /// The model with its values; `losses` adds the advance loss.
 pub fn model(losses: bool) -> Model {
-    let mut effects = vec!["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];
+    let mut effects =
+        vec!["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];
     if losses {
         effects.push("thrust_advance_loss");
     }
