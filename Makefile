@@ -64,8 +64,16 @@ coverage:
 staged:
 	cargo run --release --example staged -- --write docs/staged.md
 
-bench:
-	cargo bench
+# Time of our parts, and of others on the same work; see docs/benchmarks.md. The peers live in an environment of their own.
+PEERS := target/peers
+bench: wheel
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet -r benches/peers/requirements.txt
+	cargo build --release
+	cargo bench --bench parts --bench least_squares | tee target/parts.txt
+	partner=$$(cargo bench --bench partner --no-run --message-format=json | sed -n 's/.*"name":"partner".*"executable":"\([^"]*\)".*/\1/p') && \
+	$(PEERS)/bin/python benches/peers/run.py "$$partner" target/release/hydrosysid $(BIN)/python \
+		--parts target/parts.txt --write docs/benchmarks.md
 
 clean:
 	cargo clean

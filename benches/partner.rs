@@ -18,7 +18,7 @@ use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
-use hydrosysid::estimate::{LeastSquaresOptions, Refinement, RegressorOptions, least_squares_with, regressors_of};
+use hydrosysid::estimate::{Blocks, LeastSquaresOptions, Names, Refinement, RegressorOptions, least_squares_with, regressors_of};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
@@ -38,7 +38,7 @@ struct Sizes {
 fn main() {
     if !std::env::args().any(|a| a == "--bench") {
         let works = Works::new(&Sizes { rows: 1_000, steps: 100, seconds: 24.0 });
-        for name in ["least_squares", "refined", "rk4", "ensemble", "output_error"] {
+        for name in ["least_squares", "refined", "bootstrap", "rk4", "ensemble", "output_error"] {
             works.run(name).expect("a known work");
         }
         return;
@@ -59,13 +59,14 @@ fn main() {
 /// Everything that is prepared once.
 struct Works {
     columns: (Model, Run),
+    few: (Model, Run),
     motion: (Model, Dynamics, Track),
     fit: (Model, Vec<Run>, OutputErrorOptions),
 }
 
 impl Works {
     fn new(sizes: &Sizes) -> Works {
-        Works { columns: regression(sizes.rows), motion: motion(sizes.steps), fit: fit(sizes.seconds) }
+        Works { columns: regression(sizes.rows), few: regression(sizes.rows.min(10_001)), motion: motion(sizes.steps), fit: fit(sizes.seconds) }
     }
 
     fn timed(&self, name: &str) -> Result<String, String> {
@@ -80,6 +81,7 @@ impl Works {
         match name {
             "least_squares" => Ok(self.regress(Refinement::Never)),
             "refined" => Ok(self.regress(Refinement::Always)),
+            "bootstrap" => Ok(self.resample()),
             "rk4" => Ok(self.sail()),
             "ensemble" => Ok(self.sail_together()),
             "output_error" => Ok(self.fit_motion()),
@@ -94,6 +96,14 @@ impl Works {
         let options = LeastSquaresOptions { refinement, ..LeastSquaresOptions::default() };
         let fit = least_squares_with(&columns.slices(), &columns.rhs, &options).expect("full rank");
         format!("{:?} cond {:e}", fit.coefficients, fit.condition_number)
+    }
+
+    fn resample(&self) -> String {
+        let (model, run) = &self.few;
+        let columns = regressors_of(Dof::Surge, &[run], model, RegressorOptions::default()).expect("surge is linear");
+        let blocks = Blocks::of(&columns.slices(), &columns.rhs, 50, &Names::default()).expect("full rank");
+        let draws = blocks.bootstrap(1_000, 1);
+        format!("{:?}", (0..5).map(|k| draws.std(k)).collect::<Vec<_>>())
     }
 
     fn sail(&self) -> String {
@@ -143,6 +153,7 @@ impl Works {
         };
         match name {
             "least_squares" => signals(&self.columns.1, "")?,
+            "bootstrap" => signals(&self.few.1, "")?,
             "rk4" => {
                 signals(&planar::run(self.motion.2.time.len(), 0.1, 0.0), "")?;
                 write(folder, "figures", planar::FIGURES.map(|(_, figures)| figures).as_flattened())?;

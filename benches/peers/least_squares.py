@@ -1,6 +1,6 @@
 """Trapezoid columns, least squares, standard deviations and both condition numbers: a million rows by five.
 
-    m u' + d u + d_q u|u| + b - k v r = tau      over every sample interval
+m u' + d u + d_q u|u| + b - k v r = tau      over every sample interval
 """
 
 from collections.abc import Iterator

@@ -1,6 +1,6 @@
 """Output error on segments: eight planar runs of 120 s at 10 Hz, 120 segments, 491 unknowns.
 
-    min  sum |x(t; x0, theta) - y|^2 / sigma^2     by Gauss-Newton with the exact Jacobian
+min  sum |x(t; x0, theta) - y|^2 / sigma^2     by Gauss-Newton with the exact Jacobian
 """
 
 from collections.abc import Iterator

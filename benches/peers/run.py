@@ -1,0 +1,92 @@
+"""Ours and others side by side, and the page that tells it: `make bench`.
+
+python run.py PARTNER COMMAND PYTHON [--parts FILE] [--write FILE]
+"""
+
+import argparse
+import importlib.metadata as metadata
+import platform
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import bootstrap
+import discovery
+import least_squares
+import motion
+import output_error
+import start
+from paired import Row
+from partner import Partner
+
+PEERS = ["numpy", "scipy", "statsmodels", "numba", "casadi", "pysindy"]
+WORKS = [least_squares, bootstrap, motion, output_error, discovery]
+
+
+def processor() -> str:
+    """Name of the processor, as the system tells it."""
+    told = Path("/proc/cpuinfo")
+    lines = told.read_text().splitlines() if told.exists() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0]}, {len(names)} threads" if names else platform.processor() or platform.machine()
+
+
+def measured(partner: Partner) -> Iterator[Row]:
+    """Every row, printed as it comes."""
+    for work in WORKS:
+        for row in work.rows(partner):
+            print(f"{row.work:46} {row.peer:32} {1e3 * row.ours:10.3f} ms  {row.ratio:8.2f} x", flush=True)
+            if row.note:
+                print(f"    {row.note}", file=sys.stderr)
+            yield row
+
+
+def page(rows: list[Row], starts: list[tuple[str, float, str]], parts: str | None) -> str:
+    """docs/benchmarks.md."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PEERS)
+    lines = [
+        "# Benchmarks",
+        "",
+        "Written by `make bench`. Both sides work on the same numbers in turn; each time is the median of process CPU over",
+        "the pairs, each ratio the median of the pairs' ratios (theirs over ours: above 1 we are faster). Machines are noisy:",
+        "read the ratios.",
+        "",
+        f"Machine: {processor()}. Python {platform.python_version()}, {versions}.",
+        "",
+        "| work | beside | ours, ms | theirs, ms | ratio | goal | pairs |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {r.work} | {r.peer} | {1e3 * r.ours:.3f} | {1e3 * r.theirs:.3f} | {r.ratio:.2f} | {r.goal} | {r.pairs} |"
+        for r in rows
+    ]
+    lines += ["", "| start | ms, wall | goal |", "|---|---|---|"]
+    lines += [f"| {what} | {1e3 * seconds:.1f} | {goal} |" for what, seconds, goal in starts]
+    if parts:
+        lines += ["", "Our parts, as rows grow (median wall time; the last column should be flat):", "", "```text"]
+        lines += [line for line in parts.splitlines() if line.strip()]
+        lines += ["```"]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measures and writes."""
+    asked = argparse.ArgumentParser()
+    asked.add_argument("partner")
+    asked.add_argument("command")
+    asked.add_argument("python")
+    asked.add_argument("--parts", type=Path)
+    asked.add_argument("--write", type=Path)
+    given = asked.parse_args()
+    with Partner(given.partner) as partner:
+        rows = list(measured(partner))
+    starts = start.lines(given.command, given.python)
+    text = page(rows, starts, given.parts.read_text() if given.parts else None)
+    if given.write:
+        given.write.write_text(text)
+    else:
+        print(text)
+
+
+if __name__ == "__main__":
+    main()
