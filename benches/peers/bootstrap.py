@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
-from least_squares import columns
 from paired import Row, paired
 from partner import Partner
+
+from least_squares import columns
 
 DRAWS, LENGTH = 1000, 50
 

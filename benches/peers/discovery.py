@@ -13,6 +13,7 @@ from partner import Partner
 
 
 def weak(runs: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> str:
+    """Fits every run on its own and counts the terms that stay."""
     functions = [lambda x: x, lambda x, y: x * y, lambda x: x * np.abs(x), lambda x, y: x * np.abs(y), lambda x: x**3]
     names = [
         lambda x: x,

@@ -48,6 +48,7 @@ def sail(tau_u, tau_v, tau_r, h, p):
 
 
 def casadi_rates(x, tau, p):
+    """The same accelerations and the rate of the heading, as CasADi expressions."""
     u, v, r = x[0], x[1], x[2]
     return ca.vertcat(
         ((1 - p[3] * ca.fabs(u)) * tau[0] + p[4] * v * r - (p[1] + p[2] * ca.fabs(u)) * u) / p[0],
@@ -69,6 +70,7 @@ def casadi_step() -> ca.Function:
 
 
 def scipy_sail(data: dict[str, np.ndarray], p: np.ndarray) -> str:
+    """By RK45 with a step of its own choice; the inputs are interpolated where it asks."""
     t = data["t"]
     taus = [data[f"tau_{name}"] for name in "uvr"]
 

@@ -124,13 +124,15 @@ def step(p, x0, inputs, measured, weight):
 
 
 def by_numba(start, inputs, measured, weight) -> str:
-    p, x0, last = start.copy(), measured[:, 0].copy(), np.inf
-    for k in range(ITERATIONS):
+    """Gauss-Newton with the sensitivities above, until the cost stays."""
+    p, x0, last, taken = start.copy(), measured[:, 0].copy(), np.inf, 0
+    for _ in range(ITERATIONS):
+        taken += 1
         p, cost = step(p, x0, inputs, measured, weight)
         if abs(last - cost) < 1e-3:
             break
         last = cost
-    return f"{k + 1} steps, cost {cost:.6f}"
+    return f"{taken} steps, cost {cost:.6f}"
 
 
 def casadi_residual(inputs, measured, weight):
@@ -171,9 +173,11 @@ def casadi_residual(inputs, measured, weight):
 
 
 def by_casadi(function, start, measured) -> str:
+    """Gauss-Newton on the sparse Jacobian of all unknowns, until the cost stays."""
     w = np.concatenate([start, measured[:, 0].ravel()])
-    last = np.inf
-    for k in range(ITERATIONS):
+    last, taken = np.inf, 0
+    for _ in range(ITERATIONS):
+        taken += 1
         value, jacobian = function(w)
         r, j = np.asarray(value).ravel(), sp.csc_matrix(jacobian.sparse())
         cost = float(r @ r)
@@ -181,7 +185,7 @@ def by_casadi(function, start, measured) -> str:
             break
         last = cost
         w = w - spsolve((j.T @ j).tocsc(), j.T @ r)
-    return f"{k + 1} steps, cost {cost:.6f}"
+    return f"{taken} steps, cost {cost:.6f}"
 
 
 def rows(partner: Partner) -> Iterator[Row]:

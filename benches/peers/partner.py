@@ -13,19 +13,23 @@ class Partner:
     """The bench binary `partner`, asked line by line."""
 
     def __init__(self, binary: str) -> None:
+        """Starts it."""
         self.process = subprocess.Popen([binary, "--bench"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def __enter__(self) -> Self:
+        """Itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """Ends it."""
         assert self.process.stdin is not None
         self.process.stdin.close()
         self.process.wait()
 
     def ask(self, line: str) -> dict[str, Any]:
         """One line there, one line back."""
-        assert self.process.stdin is not None and self.process.stdout is not None
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
         answer: dict[str, Any] = json.loads(self.process.stdout.readline())

@@ -12,12 +12,13 @@ from pathlib import Path
 
 import bootstrap
 import discovery
-import least_squares
 import motion
 import output_error
 import start
 from paired import Row
 from partner import Partner
+
+import least_squares
 
 PEERS = ["numpy", "scipy", "statsmodels", "numba", "casadi", "pysindy"]
 WORKS = [least_squares, bootstrap, motion, output_error, discovery]
@@ -47,9 +48,9 @@ def page(rows: list[Row], starts: list[tuple[str, float, str]], parts: str | Non
     lines = [
         "# Benchmarks",
         "",
-        "Written by `make bench`. Both sides work on the same numbers in turn; each time is the median of process CPU over",
-        "the pairs, each ratio the median of the pairs' ratios (theirs over ours: above 1 we are faster). Machines are noisy:",
-        "read the ratios.",
+        "Written by `make bench`. Both sides work on the same numbers in turn; each time is the median of process CPU",
+        "over the pairs, each ratio the median of the pairs' ratios (theirs over ours: above 1 we are faster). Machines",
+        "are noisy: read the ratios.",
         "",
         f"Machine: {processor()}. Python {platform.python_version()}, {versions}.",
         "",
