@@ -21,9 +21,9 @@ fn book() -> PathBuf {
 fn is_in_step(page: &str, written: &str) {
     let path = book().join(page);
     if std::env::var_os("HYDROSYSID_WRITE_BOOK").is_some() {
-        std::fs::write(&path, written).unwrap();
+        std::fs::write(&path, written).expect("the book can be written");
     }
-    let there = std::fs::read_to_string(&path).unwrap();
+    let there = std::fs::read_to_string(&path).expect("a page of the book");
     assert!(there == written, "{page} is out of step: HYDROSYSID_WRITE_BOOK=1 cargo test --test book");
 }
 
