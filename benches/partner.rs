@@ -18,7 +18,9 @@ use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
-use hydrosysid::estimate::{Blocks, LeastSquaresOptions, Names, Refinement, RegressorOptions, least_squares_with, regressors_of};
+use hydrosysid::estimate::{
+    Blocks, LeastSquaresOptions, Names, Refinement, RegressorOptions, least_squares_with, regressors_of,
+};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
@@ -66,7 +68,12 @@ struct Works {
 
 impl Works {
     fn new(sizes: &Sizes) -> Works {
-        Works { columns: regression(sizes.rows), few: regression(sizes.rows.min(10_001)), motion: motion(sizes.steps), fit: fit(sizes.seconds) }
+        Works {
+            columns: regression(sizes.rows),
+            few: regression(sizes.rows.min(10_001)),
+            motion: motion(sizes.steps),
+            fit: fit(sizes.seconds),
+        }
     }
 
     fn timed(&self, name: &str) -> Result<String, String> {

@@ -8,7 +8,7 @@
 //! ŷ: simulated from a state that is estimated in the window with all parameters held, so that what is left in a window
 //! is made in it; σ: noise of the sensor; n: samples. A window counts as off where chance is unlikely *and* the
 //! disagreement is large beside the noise: residuals of sensors are never quite white. Page, *Biometrika* 41 (1954);
-//! Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), ch. 2. The reason is looked for in [`reason`].
+//! Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), ch. 2. The reason is looked for in `reason`.
 
 mod reason;
 
