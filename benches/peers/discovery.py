@@ -25,8 +25,8 @@ def weak(runs: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> str:
     named = ps.CustomLibrary(library_functions=functions, function_names=names)
     found = 0
     for t, x, tau in runs:
-        library = ps.WeakPDELibrary(function_library=named, spatiotemporal_grid=t, K=100, is_uniform=True)
-        model = ps.SINDy(feature_library=library, optimizer=ps.STLSQ(threshold=0.01, normalize_columns=True))
+        library = ps.WeakPDELibrary(function_library=named, spatiotemporal_grid=t, K=100)
+        model = ps.SINDy(feature_library=library, optimizer=ps.STLSQ(threshold=0.01))
         model.fit(x, t=t, u=tau)
         found += int(np.count_nonzero(model.coefficients()))
     return f"{found} terms in {len(runs)} runs"

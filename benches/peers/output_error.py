@@ -115,11 +115,11 @@ def step(p, x0, inputs, measured, weight):
         both[:, npar] = gx
         solved = np.linalg.solve(a, both)
         back[s] = solved
-        gram += c - b.T @ solved[:, :npar]
-        right += gp - b.T @ solved[:, npar]
+        gram += c - np.ascontiguousarray(b.T) @ np.ascontiguousarray(solved[:, :npar])
+        right += gp - np.ascontiguousarray(b.T) @ np.ascontiguousarray(solved[:, npar])
     change = np.linalg.solve(gram, right)
     for s in range(segments):
-        x0[s] -= back[s, :, npar] - back[s, :, :npar] @ change
+        x0[s] -= back[s, :, npar] - np.ascontiguousarray(back[s, :, :npar]) @ change
     return p - change, cost
 
 
