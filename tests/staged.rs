@@ -35,8 +35,8 @@ fn law_staged_estimates_hold_the_truth_of_their_own_run() {
     assert!(10 * inside >= 9 * count, "{inside} of {count} inside:\n{}", told.join("\n"));
 }
 
-/// The twin: in each campaign an absurd value although the simulated error is no worse than twice that of the staged
-/// balance; over fifty seeds that is what the table shows for nearly all.
+/// The twin: an absurd value although the simulated error is no worse than twice that of the staged balance, in all of
+/// these campaigns but at most one; `docs/staged.md` counts it over fifty, for several filters.
 #[test]
 fn law_the_twin_simulates_well_with_absurd_values() {
     let options = StagedOptions::default();
