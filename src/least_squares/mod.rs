@@ -8,6 +8,7 @@
 //! covariance where residuals are correlated along a run.
 
 mod double_double;
+mod factor;
 mod pivoted;
 mod refine;
 mod resample;

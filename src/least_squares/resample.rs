@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use super::factor::{factor_of, solve};
 use super::solve::Fit;
 use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
-use super::tall::{factor_of, solve};
 use super::triangle::Triangle;
 use crate::noise::Noise;
 use crate::progress::tell;
