@@ -39,6 +39,8 @@ mod _native {
     use super::numbers::{fit_thruster, polynomial_filter, rk4};
     #[pymodule_export]
     use super::plan::{plan_campaign, plan_model};
+    #[pymodule_export]
+    use super::work::fail;
 
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {

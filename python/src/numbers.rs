@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error;
-use crate::work::detached;
+use crate::work::{attended, detached};
 
 /// Solves ẏ = f(t, y) by the classical Runge-Kutta scheme; `f` takes and returns arrays.
 #[pyfunction]
@@ -32,7 +32,8 @@ pub fn rk4<'py>(
         out.copy_from_slice(found);
         Ok(())
     };
-    let rows = simulate::rk4(rate, time, start, substeps).map_err(|e| match e {
+    let solve = || Ok(simulate::rk4(rate, time, start, substeps));
+    let rows = attended(solve)?.map_err(|e| match e {
         OdeError::Function { error, .. } => error,
         OdeError::NotFinite { .. } => error::data(py, &e),
         other => error::usage(py, &other),

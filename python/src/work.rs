@@ -18,6 +18,31 @@ fn defect(panic: &(dyn std::any::Any + Send)) -> PyErr {
     PyRuntimeError::new_err(format!("defect of hydrosysid, please report it: {}", text.unwrap_or("panic")))
 }
 
+/// Runs `work` that needs the interpreter.
+///
+/// # Errors
+/// `RuntimeError` for a panic, which is a defect of the library; what `work` raises.
+pub fn attended<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(defect(&*panic)))
+}
+
+/// Fails as a defect of the library would, behind one of the three doors of this file: tests hold it against them.
+#[pyfunction]
+pub fn fail(py: Python<'_>, door: &str) -> PyResult<()> {
+    match door {
+        "attended" => attended(|| {
+            asked_for();
+            Ok(())
+        }),
+        "detached" => detached(py, asked_for),
+        _ => interruptible(py, None, asked_for),
+    }
+}
+
+fn asked_for() {
+    panic!("asked for")
+}
+
 /// Runs short `work` while other Python threads go on.
 ///
 /// # Errors

@@ -79,6 +79,7 @@ def export_model(
     inertia: Sequence[float] | None,
     at: Mapping[str, float],
 ) -> tuple[str, bytes]: ...
+def fail(door: str) -> None: ...
 def fit_thruster(
     command: _Array,
     force: _Array,
