@@ -1,11 +1,14 @@
 //! A column of the log that has a standard form as a force becomes a candidate by itself, and is found where it acts.
 
+mod surge;
+
 use std::path::Path;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
 use hydrosysid::campaign::{self, Campaign};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
+use surge::surge;
 
 /// Surge of a vehicle at the surface: 100 u̇ = τ − 80 u|u| + k W² cos(ψ_W − ψ), W the wind.
 fn run(name: &str, role: Role, seed: u64, k: f64) -> Run {
@@ -17,20 +20,7 @@ fn run(name: &str, role: Role, seed: u64, k: f64) -> Run {
     let psi = |t: f64| 0.1 * t + phase;
     let rate =
         |t: f64, u: f64| (tau(t) - 80.0 * u * u.abs() + k * wind(t).powi(2) * (direction - psi(t)).cos()) / 100.0;
-    let (mut u, step) = (0.0, 0.01);
-    let (mut speed, mut time) = (Vec::new(), Vec::new());
-    for n in 0..samples * 10 {
-        let t = n as f64 * step;
-        if n % 10 == 0 {
-            time.push(t);
-            speed.push(u);
-        }
-        let k1 = rate(t, u);
-        let k2 = rate(t + 0.5 * step, u + 0.5 * step * k1);
-        let k3 = rate(t + 0.5 * step, u + 0.5 * step * k2);
-        let k4 = rate(t + step, u + step * k3);
-        u += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-    }
+    let (time, speed) = surge(samples, rate);
     let white = Noise::new(seed, 3).coloured(samples, 0.0);
     let clock: std::sync::Arc<[f64]> = time.clone().into();
     let of = |f: &dyn Fn(usize) -> f64| Signal::new(clock.clone(), (0..samples).map(f).collect::<Vec<_>>());

@@ -14,18 +14,10 @@ use hydrosysid::frame::Dof;
 use hydrosysid::log;
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::tank::{BlindOptions, blind};
-use swim::{Swim, TRUTH};
+use swim::{CAMPAIGN, Swim, TRUTH};
 
-const CAMPAIGN: &str = r#"
-format = 1
-[vehicle]
-name = "swim"
-mass = 800.0
-volume = 0.8
-[model]
-dofs = ["surge", "sway", "yaw"]
-effects = ["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway"]
-[log]
+/// Sensors with their own rates share a file; position and speed are their own measurements.
+const LOG: &str = r#"[log]
 missing = "no_sample"
 position_source = "independent"
 velocity_reference = "ground"
@@ -81,7 +73,7 @@ fn file(rows: &[[f64; 7]], sensors: &[Sensor], ahead: f64) -> String {
 
 fn load(folder: &Path, run: &str) -> Campaign {
     let path = folder.join("campaign.toml");
-    fs::write(&path, format!("{CAMPAIGN}\n[[run]]\nfile = {run}\n")).unwrap();
+    fs::write(&path, format!("{CAMPAIGN}{LOG}[[run]]\nfile = {run}\n")).unwrap();
     Campaign::load(&path, LoadOptions::default()).unwrap()
 }
 
@@ -199,7 +191,7 @@ fn the_latency_between_files_is_estimated() {
     log::write(&part(&compass, 0.4), folder.join("compass.csv")).unwrap();
     let check = |file: &str| -> Check {
         let path = folder.join("campaign.toml");
-        fs::write(&path, format!("{CAMPAIGN}\n[[run]]\nfile = {file}\n")).unwrap();
+        fs::write(&path, format!("{CAMPAIGN}{LOG}[[run]]\nfile = {file}\n")).unwrap();
         check_campaign(&path, LoadOptions::default()).unwrap()
     };
     let lag = |check: &Check| {
@@ -230,7 +222,7 @@ fn stamps_that_are_no_seconds_do_not_hang() {
     let error = campaign::fit(&loaded, FitOptions { estimator: Some(Estimator::OutputError) }).unwrap_err().to_string();
     assert!(error.contains("time_unit") && error.contains("2.0000e9 s"), "{error}");
     let path = folder.join("campaign.toml");
-    fs::write(&path, format!("{CAMPAIGN}\n[[run]]\nfile = 'log.csv'\nresample = 4.0\n")).unwrap();
+    fs::write(&path, format!("{CAMPAIGN}{LOG}[[run]]\nfile = 'log.csv'\nresample = 4.0\n")).unwrap();
     let error = Campaign::load(&path, LoadOptions::default()).unwrap_err();
     assert_eq!(error.findings()[0].code, "M009", "{error}");
 }

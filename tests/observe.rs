@@ -1,12 +1,15 @@
 //! A logged function of the states takes part in the fit, the comparison and the discovery, even where the state itself
 //! is not logged.
 
+mod surge;
+
 use std::path::Path;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
 use hydrosysid::campaign::{self, Campaign, FitOptions};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
+use surge::surge;
 
 const MASS: f64 = 300.0;
 const DRAG: f64 = 250.0;
@@ -19,20 +22,7 @@ fn run(name: &str, role: Role, (seed, speed_noise): (u64, f64), offset: f64) -> 
     let tau = |t: f64| 60.0 * (0.7 * t + phase).sin() + 40.0 * (0.19 * t).sin();
     let theta = |t: f64| 0.5 * (0.23 * t + 2.0 * phase).sin();
     let rate = |t: f64, u: f64| (tau(t) - offset * theta(t).sin() - DRAG * u * u.abs()) / MASS;
-    let (mut u, step) = (0.0, 0.01);
-    let (mut speed, mut time) = (Vec::new(), Vec::new());
-    for k in 0..samples * 10 {
-        let t = k as f64 * step;
-        if k % 10 == 0 {
-            time.push(t);
-            speed.push(u);
-        }
-        let k1 = rate(t, u);
-        let k2 = rate(t + 0.5 * step, u + 0.5 * step * k1);
-        let k3 = rate(t + 0.5 * step, u + 0.5 * step * k2);
-        let k4 = rate(t + step, u + step * k3);
-        u += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-    }
+    let (time, speed) = surge(samples, rate);
     let mut noise = Noise::new(seed, 7);
     let (white, own) = (noise.coloured(samples, 0.0), noise.coloured(samples, 0.0));
     let clock: std::sync::Arc<[f64]> = time.clone().into();

@@ -12,20 +12,7 @@ use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions};
 use hydrosysid::log::{LogOptions, PLANAR, read_from};
 use hydrosysid::run::Run;
 use proptest::prelude::*;
-use swim::Swim;
-
-const CAMPAIGN: &str = r#"
-format = 1
-[vehicle]
-name = "swim"
-mass = 800.0
-volume = 0.8
-[model]
-dofs = ["surge", "sway", "yaw"]
-effects = ["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway"]
-[[run]]
-file = "f.csv"
-"#;
+use swim::{CAMPAIGN, Swim};
 
 /// Values of the parameters, each estimator after the other.
 fn estimates(bytes: &[u8], options: &str) -> Vec<f64> {
@@ -33,7 +20,8 @@ fn estimates(bytes: &[u8], options: &str) -> Vec<f64> {
     let log = read_from(bytes, "f.csv", &options, &PLANAR).unwrap();
     let run = Run { name: "f.csv".into(), gaps: log.gaps, signals: log.signals, ..Run::default() };
     let read = ReadOptions { look_for_files: false, ..ReadOptions::default() };
-    let file = CampaignFile::from_bytes(CAMPAIGN.as_bytes(), Path::new("c.toml"), &read).unwrap();
+    let text = format!("{CAMPAIGN}[[run]]\nfile = \"f.csv\"\n");
+    let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("c.toml"), &read).unwrap();
     let campaign = Campaign::from_runs(file, vec![run]).unwrap();
     [Estimator::Integral, Estimator::OutputError]
         .into_iter()

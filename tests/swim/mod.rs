@@ -6,6 +6,17 @@ use std::fmt::Write as _;
 
 use hydrosysid::log::PLANAR;
 
+/// Its campaign file, up to what a test adds: the baseline holds every effect of the swim.
+pub const CAMPAIGN: &str = r#"format = 1
+[vehicle]
+name = "swim"
+mass = 800.0
+volume = 0.8
+[model]
+dofs = ["surge", "sway", "yaw"]
+effects = ["inertia", "linear_drag", "quadratic_drag", "coriolis_surge", "coriolis_sway"]
+"#;
+
 /// Parameters of the swim, in the order inertia, linear, quadratic drag of surge, sway, yaw.
 pub const TRUTH: [f64; 9] = [841.93, 82.3, 309.07, 1100.0, 120.0, 450.0, 186.0, 12.78, 95.32];
 
