@@ -28,6 +28,8 @@ lint: $(BIN)/python
 	cargo fmt --all -- --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --quiet
+	@crates=$$(cargo tree --package hydrosysid --no-default-features --edges normal --prefix none --no-dedupe | sort -u | wc -l); \
+	echo "the core stands on $$crates crates, itself among them (under 90)"; test $$crates -lt 90
 	$(BIN)/python -m pip install --quiet ruff
 	$(BIN)/ruff format --check python
 	$(BIN)/ruff check python

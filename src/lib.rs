@@ -49,4 +49,5 @@ pub mod tank;
 pub mod thrust;
 pub mod units;
 pub mod vehicle;
+mod whole;
 pub mod widest;

@@ -145,3 +145,6 @@ def test_tank_campaign(tmp_path: Path) -> None:
     campaign = hs.tank_campaign(tmp_path / "tank", seed=3)
     assert {kind for _, kind, _ in campaign.runs} >= {"towing", "oscillatory", "zigzag"}
     assert "LAURS" in repr(campaign)
+    with pytest.raises(hs.UsageError, match=r"campaign\.toml exists"):
+        hs.tank_campaign(tmp_path / "tank", seed=4)
+    hs.tank_campaign(tmp_path / "tank", seed=4, force=True)

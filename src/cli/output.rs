@@ -1,7 +1,5 @@
 //! Where results go: standard output, files written whole or not at all, and progress on a terminal.
 
-use std::ffi::OsString;
-use std::fs;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,6 +11,7 @@ use serde::Serialize;
 use super::arguments::Shared;
 use super::failure::Failure;
 use crate::finding::{Finding, Severity};
+use crate::whole;
 
 /// The outlets of one call.
 pub(super) struct Output {
@@ -78,23 +77,13 @@ impl Output {
         self.write(path, (text + "\n").as_bytes())
     }
 
-    /// Writes a file whole or not at all: beside its place first, then under its name.
+    /// Writes a file whole or not at all, and over another only where `--force` asks for it.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         let failed = |source| Failure::Write { file: path.to_path_buf(), source };
         if !self.force && path.exists() {
             return Err(Failure::Exists(path.to_path_buf()));
         }
-        let mut name = OsString::from(".");
-        name.push(path.file_name().unwrap_or_default());
-        name.push(format!(".{}", std::process::id()));
-        let beside = path.with_file_name(name);
-        let written = fs::File::create(&beside)
-            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-            .and_then(|()| fs::rename(&beside, path));
-        written.map_err(|source| {
-            let _ = fs::remove_file(&beside);
-            failed(source)
-        })
+        whole::write(path, |file| file.write_all(bytes)).map_err(failed)
     }
 
     /// Turns until it is dropped, where standard error is a terminal.

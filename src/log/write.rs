@@ -4,14 +4,13 @@
 //! such a file is read back with `missing = "no_sample"`.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
 use super::columns::quantity;
 use super::read::LogFile;
 use crate::run::{Run, Signal};
+use crate::whole;
 
 /// Why a run was not written.
 #[derive(Debug, thiserror::Error)]
@@ -26,27 +25,14 @@ pub enum WriteError {
     },
 }
 
-/// Writes a run to a file, replacing it: beside its place first, then under its name, so that it is there whole or not
-/// at all.
+/// Writes a run to a file, replacing it whole or not at all.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write(run: &Run, path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}", std::process::id()));
-    let beside = path.with_file_name(name);
-    let written = File::create(&beside).map(BufWriter::new).and_then(|mut file| {
-        write_to(run, &mut file)?;
-        file.flush()?;
-        fs::rename(&beside, path)
-    });
-    written.map_err(|source| {
-        // what is left of it is of no use to anybody
-        let _ = fs::remove_file(&beside);
-        WriteError::File { file: path.display().to_string(), source }
-    })
+    whole::write(path, |file| write_to(run, file))
+        .map_err(|source| WriteError::File { file: path.display().to_string(), source })
 }
 
 /// Writes a log that was read: its signals, commands in the unit in which they were logged.

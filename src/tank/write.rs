@@ -1,5 +1,6 @@
 //! A campaign of the tank as a folder: `campaign.toml`, one CSV a run, and the truth in `truth.json`.
 
+use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
@@ -13,6 +14,7 @@ use crate::log::{WriteError, write};
 use crate::model::{Interpolation, Model};
 use crate::run::{Role, Run, RunKind};
 use crate::vehicle::{Vehicle, Water};
+use crate::whole;
 
 /// Why a campaign was not written.
 #[derive(Debug, Error)]
@@ -130,7 +132,7 @@ pub(super) fn write_folder(
     std::fs::create_dir_all(folder).map_err(failed(folder))?;
     let text = |name: &str, text: String| {
         let path = folder.join(name);
-        std::fs::write(&path, text).map_err(failed(&path))
+        whole::write(&path, |file| file.write_all(text.as_bytes())).map_err(failed(&path))
     };
     text("campaign.toml", toml::to_string(tables)?)?;
     text("truth.json", format!("{truth:#}\n"))?;

@@ -13,6 +13,7 @@ from . import _native
 from ._campaign import Campaign, campaign_of
 from ._discovery import Discovery
 from ._errors import UsageError
+from ._files import may_write
 from ._fit import Fit
 from ._models import Export, ModelDifference, Monitored, PublishedComparison
 from ._motion import Check, Comparison, Forces, Simulation
@@ -319,16 +320,23 @@ def check(
     return build(Check, json.loads(_native.check_logs(paths, json.dumps(log), list(required))))
 
 
-def tank_campaign(folder: str | PathLike[str], *, seed: int = 1, noise: float = 1.0) -> Campaign:
+def tank_campaign(
+    folder: str | PathLike[str], *, seed: int = 1, noise: float = 1.0, force: bool = False
+) -> Campaign:
     """Writes the paper's campaign, sailed in the virtual tank, into a folder, and reads it.
 
     Args:
         folder: where ``campaign.toml`` and its logs are written; made when absent.
         seed: seed of everything random.
         noise: noise of the sensors in units of the paper's; 0 for perfect ones.
+        force: replace a campaign that is there.
+
+    Raises:
+        UsageError: the folder holds a campaign already, or cannot be written.
     """
+    file = may_write(Path(folder) / "campaign.toml", force)
     _native.tank_campaign(fspath(folder), seed, noise)
-    return Campaign.from_file(Path(folder) / "campaign.toml")
+    return Campaign.from_file(file)
 
 
 def _model(campaign: Campaign, model: Model | None) -> str:
