@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use hydrosysid::account::page_of;
-use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError, Published};
+use hydrosysid::campaign::file::{CampaignFile, Estimator, ReadOptions};
+use hydrosysid::campaign::{
+    self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError, Published,
+};
 use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
 use hydrosysid::tank;
@@ -58,8 +60,7 @@ impl NativeCampaign {
         thorough: bool,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, String)> {
-        let estimator = estimator.map(|name| serde_json::from_value(name.into()));
-        let estimator = estimator.transpose().map_err(|e| error::usage(py, &e))?;
+        let estimator = named(py, estimator)?;
         let fitted = interruptible(py, progress, || {
             let mut fitted = campaign::fit(&self.0, FitOptions { estimator })?;
             if thorough {
@@ -67,9 +68,7 @@ impl NativeCampaign {
             }
             Ok(fitted)
         })?;
-        let fitted = fitted.map_err(|e| error::campaign(py, &e))?;
-        let model = ModelFile::of(&self.0, &fitted).to_text(Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
-        Ok((error::to_json(&fitted)?, model))
+        with_model(py, &self.0, &fitted.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// Refits as JSON.
@@ -202,6 +201,34 @@ impl NativeCampaign {
         let model = file.model(&self.0.runs, Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
         Ok((file, model))
     }
+}
+
+/// An estimator by its name.
+fn named(py: Python<'_>, estimator: Option<&str>) -> PyResult<Option<Estimator>> {
+    let estimator = estimator.map(|name| serde_json::from_value(name.into()));
+    estimator.transpose().map_err(|e| error::usage(py, &e))
+}
+
+/// A fit as JSON, and the model file that it makes, as TOML.
+fn with_model(py: Python<'_>, campaign: &Campaign, fitted: &Fit) -> PyResult<(String, String)> {
+    let model = ModelFile::of(campaign, fitted).to_text(Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
+    Ok((error::to_json(fitted)?, model))
+}
+
+/// Whether a fit would read its logs piece by piece of itself.
+#[pyfunction]
+pub fn too_large_to_keep(py: Python<'_>, path: PathBuf, estimator: Option<&str>) -> PyResult<bool> {
+    let estimator = named(py, estimator)?;
+    let large = detached(py, || campaign::too_large_to_keep(&path, LoadOptions::default(), estimator))?;
+    large.map_err(|e| error::campaign(py, &e))
+}
+
+/// As the fit of a campaign, by integral least squares on logs that are not kept.
+#[pyfunction]
+pub fn fit_streamed(py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<(String, String)> {
+    let fitted = interruptible(py, progress, || campaign::fit_streamed(&path, LoadOptions::default()))?;
+    let (campaign, fitted) = fitted.map_err(|e| error::campaign(py, &e))?;
+    with_model(py, &campaign, &fitted)
 }
 
 /// The check of a campaign as JSON.

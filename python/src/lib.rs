@@ -24,7 +24,9 @@ mod _native {
     #[pymodule_export]
     use super::attitude::{euler, to_body};
     #[pymodule_export]
-    use super::campaign::{NativeCampaign, check_campaign, init_campaign, tank_campaign};
+    use super::campaign::{
+        NativeCampaign, check_campaign, fit_streamed, init_campaign, tank_campaign, too_large_to_keep,
+    };
     #[pymodule_export]
     use super::catalogue::{codes_explained, effects, regressors};
     #[pymodule_export]

@@ -148,3 +148,20 @@ def test_tank_campaign(tmp_path: Path) -> None:
     with pytest.raises(hs.UsageError, match=r"campaign\.toml exists"):
         hs.tank_campaign(tmp_path / "tank", seed=4)
     hs.tank_campaign(tmp_path / "tank", seed=4, force=True)
+
+
+def test_a_fit_need_not_keep_its_logs(tmp_path: Path) -> None:
+    clock = np.arange(0.0, 60.0, 0.1)
+    push = 30 * np.sin(0.5 * clock) + 10 * np.sin(0.13 * clock)
+    speed = hs.rk4(lambda t, y: np.array([(np.interp(t, clock, push) - 20 * y[0] * abs(y[0])) / 50]), clock, np.zeros(1))
+    hs.Run({"t": clock, "u": speed[:, 0], "tau_u": push}, name="swim").to_csv(tmp_path / "swim.csv")
+    campaign = tmp_path / "campaign.toml"
+    campaign.write_text(
+        'format = 1\n[model]\ndofs = ["surge"]\neffects = ["inertia", "quadratic_drag"]\n[[run]]\nfile = "swim.csv"\n'
+    )
+    kept, streamed = (hs.fit(campaign, estimator="integral", stream=stream) for stream in (None, True))
+    assert [p.value for p in streamed.parameters] == pytest.approx([p.value for p in kept.parameters], rel=1e-9)
+    assert "M214" in {w.code for w in streamed.warnings}
+    assert "M214" not in {w.code for w in kept.warnings}
+    with pytest.raises(hs.UsageError, match="given by its path"):
+        hs.fit(hs.Campaign.from_file(campaign), stream=True)

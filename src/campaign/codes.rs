@@ -45,6 +45,7 @@ codes! {
     HARMLESS = "M211" "harmless" Note "A parameter is not resolved, and its term carries hardly any force: what it is does not matter on runs like these.";
     MUNK = "M212" "munk-moment" Note "The coefficient of u v in yaw beside the difference of the virtual masses, which an ideal fluid makes equal: shown, not judged.";
     NOT_BOUNDED = "M213" "not-bounded" Note "The likelihood of a parameter does not rise on both sides: the data gives a bound on one side at most, and estimate ± deviation means little.";
+    STREAMED = "M214" "streamed" Note "Integral least squares read the logs piece by piece and kept none of them, as --stream asks or because they are more than 64 MiB; its deviations allow for correlation within clusters of rows.";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }
 

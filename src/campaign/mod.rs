@@ -56,4 +56,4 @@ pub use plan_request::{PlanRequest, Want};
 pub use published::{Convention, Published, PublishedComparison, PublishedParameter, compare_published};
 pub use resample::{Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};
-pub use stream::fit_streamed;
+pub use stream::{fit_streamed, too_large_to_keep};

@@ -1,4 +1,4 @@
-//! The verb `fit` with `--stream`: integral least squares on logs larger than memory.
+//! The verb `fit` with `--stream`, or where logs are too large to keep: integral least squares in O(p²) memory.
 //!
 //! Each log is read piece by piece, each piece prepared as a run is (window, condition, forces) and folded into triangular
 //! factors; one thread reads while another folds. What needs a whole run at once cannot be had so and is refused.
@@ -31,6 +31,36 @@ const ROWS: usize = 1 << 15;
 /// Pieces that wait between reading and folding.
 const WAITING: usize = 2;
 
+/// Bytes of logs together beyond which integral least squares does not keep them; kept, they take twice as much memory.
+const KEPT: u64 = 64 << 20;
+
+/// Whether a fit by `estimator`, or else by that of the campaign file, is one by integral least squares on training logs
+/// of more than 64 MiB that can be read piece by piece.
+///
+/// # Errors
+/// [`Error`] where the campaign file cannot be read.
+pub fn too_large_to_keep(path: &Path, options: LoadOptions, estimator: Option<Estimator>) -> Result<bool, Error> {
+    let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
+    let file = CampaignFile::read(path, &read)?;
+    if estimator.or(file.fit.estimator) != Some(Estimator::Integral) || bytes_of(&file) <= KEPT {
+        return Ok(false);
+    }
+    let names = names(&file.runs);
+    Ok(trained(&file, &names).all(|(table, name)| refuse_what_needs_all(&file, table, name).is_ok()))
+}
+
+/// The runs that a streamed fit reads, with their names.
+fn trained<'a>(file: &'a CampaignFile, names: &'a [String]) -> impl Iterator<Item = (&'a RunTable, &'a String)> {
+    file.runs.iter().zip(names).filter(|(table, _)| table.role == Role::Train && moves(table.kind))
+}
+
+/// Size of the logs of [`trained`] on disk.
+fn bytes_of(file: &CampaignFile) -> u64 {
+    let names = names(&file.runs);
+    let logs = trained(file, &names).flat_map(|(table, _)| &table.files);
+    logs.map(|log| std::fs::metadata(file.path_of(log)).map_or(0, |found| found.len())).sum()
+}
+
 /// Fits the free parameters of a campaign to its training runs of free motion without keeping their logs. The campaign
 /// that comes with the fit has no runs.
 ///
@@ -44,10 +74,9 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
     let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
     let file = CampaignFile::read(path, &read)?;
     let names = names(&file.runs);
-    let used = |table: &&RunTable| table.role == Role::Train && moves(table.kind);
     let mut folding = Folding { file: &file, first: None, streamed: None, envelope: Envelope::new(), rows: 0, length };
     let mut fitted_runs = Vec::new();
-    for (table, name) in file.runs.iter().zip(&names).filter(|(table, _)| used(table)) {
+    for (table, name) in trained(&file, &names) {
         refuse_what_needs_all(&file, table, name)?;
         folding.run(table, name)?;
         fitted_runs.push(name.clone());
@@ -58,7 +87,13 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
     };
     let (model, fits) = streamed.fit()?;
     let raw = Raw { std_method: "clusters of rows".into(), ..of_rows(model, &fits, &fitted_runs, &campaign) };
-    let fit = assembled(raw, &campaign, Estimator::Integral, folding.envelope, Instruments::new());
+    let mut fit = assembled(raw, &campaign, Estimator::Integral, folding.envelope, Instruments::new());
+    let text = format!(
+        "{} rows of {:.1} MiB of logs were read piece by piece and not kept",
+        folding.rows,
+        bytes_of(&file) as f64 / f64::from(1 << 20)
+    );
+    fit.warnings.push(Finding::new(&codes::STREAMED, text));
     Ok((campaign, fit))
 }
 
@@ -179,6 +214,7 @@ mod tests {
         let kept = fit(&kept, FitOptions { estimator: Some(Estimator::Integral) }).unwrap();
         let (campaign, streamed) = in_pieces(&path, LoadOptions::default(), 70).unwrap();
         assert!(campaign.runs.is_empty() && streamed.std_method == "clusters of rows");
+        assert!(streamed.warnings.iter().any(|w| w.code == codes::STREAMED.code && w.message.contains(" MiB")));
         assert_eq!(streamed.stages[0].rows, kept.stages[0].rows);
         assert_eq!(streamed.envelope["u"], kept.envelope["u"]);
         for (a, b) in streamed.parameters.iter().zip(&kept.parameters) {
@@ -187,6 +223,26 @@ mod tests {
             // two ways to allow for correlated residuals: of one size
             assert!((a.std.unwrap() / b.std.unwrap()).ln().abs() < 1.0, "{}: {:?} {:?}", a.name, a.std, b.std);
         }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// Only the size on disk is asked for: a log of nothing but zeros behind its rows is as large as any.
+    #[test]
+    fn logs_are_kept_unless_they_are_large_and_can_be_read_in_pieces() {
+        let folder = folder("large");
+        write_blind(&folder, &BlindOptions { duration: 5.0, ..BlindOptions::default() }).unwrap();
+        let path = folder.join("campaign.toml");
+        let large = |estimator| too_large_to_keep(&path, LoadOptions::default(), estimator).unwrap();
+        assert!(!large(Some(Estimator::Integral)));
+        let file = CampaignFile::read(&path, &ReadOptions::default()).unwrap();
+        let log = file.path_of(&file.runs[0].files[0]);
+        std::fs::OpenOptions::new().append(true).open(&log).unwrap().set_len(KEPT + 1).unwrap();
+        assert!(large(Some(Estimator::Integral)) && !large(Some(Estimator::OutputError)) && !large(None));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let sorted = text.replacen("[log]", "[log]\nsort = true", 1);
+        assert_ne!(text, sorted);
+        std::fs::write(&path, sorted).unwrap();
+        assert!(!large(Some(Estimator::Integral)));
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

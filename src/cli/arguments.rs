@@ -217,7 +217,7 @@ pub(super) struct Fit {
     /// error otherwise.
     #[arg(long, value_enum)]
     pub estimator: Option<EstimatorName>,
-    /// Fit by integral least squares without keeping the logs: for logs larger than memory.
+    /// Fit by integral least squares without keeping the logs, as `--estimator integral` does of itself beyond 64 MiB.
     #[arg(long, conflicts_with_all = ["bootstrap", "monte_carlo", "estimator", "thorough", "filters"])]
     pub stream: bool,
     /// Refit by output error on N resamplings of stretches of the training runs, and show the scatter.

@@ -64,7 +64,7 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
 
 pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     output.may_write(a.model.as_deref())?;
-    let (loaded, fitted) = if a.stream { streamed(a, output)? } else { kept(a, output)? };
+    let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
     print_fit(&fitted, output);
     print_identifiability(&fitted, output);
     match scatter::refits(a, &loaded, output)? {
@@ -77,6 +77,15 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
         output.write(path, text.as_bytes())?;
     }
     Ok(())
+}
+
+/// Whether the logs are to pass by: where it is asked for, and where they are too large to keep and nothing needs them.
+fn streams(a: &typed::Fit) -> Result<bool, Failure> {
+    if a.stream || a.bootstrap.is_some() || a.monte_carlo.is_some() || a.thorough || a.filters {
+        return Ok(a.stream);
+    }
+    let options = LoadOptions { allow_outside: a.loading.allow_outside };
+    Ok(campaign::too_large_to_keep(&a.campaign, options, a.estimator.map(Into::into))?)
 }
 
 /// A fit of logs that are in memory.

@@ -25,6 +25,7 @@ __all__ = [
     "effects",
     "euler",
     "export_model",
+    "fit_streamed",
     "fit_thruster",
     "init_campaign",
     "least_squares",
@@ -36,6 +37,7 @@ __all__ = [
     "regressors",
     "rk4",
     "tank_campaign",
+    "too_large_to_keep",
     "to_body",
     "to_si",
 ]
@@ -80,6 +82,7 @@ def export_model(
     at: Mapping[str, float],
 ) -> tuple[str, bytes]: ...
 def fail(door: str) -> None: ...
+def fit_streamed(path: _Path, progress: _Progress) -> tuple[str, str]: ...
 def fit_thruster(
     command: _Array,
     force: _Array,
@@ -127,3 +130,4 @@ def to_body(
     phi: _Array, theta: _Array, psi: _Array, north: _Array, east: _Array, down: _Array
 ) -> tuple[_Array, _Array, _Array]: ...
 def to_si(name: str, values: _Array, log_options: str) -> tuple[str, str, _Array]: ...
+def too_large_to_keep(path: _Path, estimator: str | None) -> bool: ...

@@ -33,6 +33,7 @@ def fit(
     *,
     estimator: Estimator | None = None,
     thorough: bool = False,
+    stream: bool | None = None,
     progress: Progress = None,
 ) -> Fit:
     """Fits the free parameters of the baseline to the training runs.
@@ -42,13 +43,23 @@ def fit(
         estimator: that of the campaign, else the one that suits its runs, when absent.
         thorough: profile likelihoods of doubtful parameters, segments of other lengths, and the run that would tell
             most, in `Fit.identifiability`; output error only, some ten fits.
+        stream: read the logs piece by piece and keep none of them; integral least squares of a campaign that is given
+            by its path. When absent: where ``estimator="integral"`` would have to keep more than 64 MiB of logs.
         progress: as for `discover`.
 
     Raises:
-        DataError: the data does not determine the parameters.
+        DataError: the data does not determine the parameters, or a run cannot be read piece by piece.
+        UsageError: `stream` with a campaign in memory, or with another estimator.
     """
     with listener(progress) as tell:
-        result, model = campaign_of(campaign)._native.fit(estimator, thorough, tell)
+        if stream is None:
+            stream = isinstance(campaign, str | PathLike) and not thorough and _native.too_large_to_keep(fspath(campaign), estimator)
+        if stream:
+            if isinstance(campaign, Campaign) or thorough or estimator not in (None, "integral"):
+                raise UsageError("stream = True: integral least squares of a campaign that is given by its path")
+            result, model = _native.fit_streamed(fspath(campaign), tell)
+        else:
+            result, model = campaign_of(campaign)._native.fit(estimator, thorough, tell)
     return build(Fit, json.loads(result) | {"model": model})
 
 
