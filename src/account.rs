@@ -18,6 +18,7 @@ use crate::report::{
     Series, Table, render,
 };
 use crate::run::Role;
+use crate::thrust::fit::Estimate;
 
 /// What a report is made from.
 #[derive(Debug, Clone, Copy)]
@@ -159,8 +160,43 @@ fn model_section(results: &Results<'_>) -> Section {
         paragraphs: vec![
             "Balance of momentum in body axes, forward-starboard-down; drag and bias stand with a minus.".into(),
         ],
-        blocks: [Block::Equations(equations), Block::Table(table)].into_iter().chain(belief(results)).collect(),
+        blocks: [Block::Equations(equations), Block::Table(table)]
+            .into_iter()
+            .chain(thrust_curves(results))
+            .chain(belief(results))
+            .collect(),
     }
+}
+
+/// Curves of thrusters that were found from bollard tables, equation (1).
+fn thrust_curves(results: &Results<'_>) -> Option<Block> {
+    let curves = &results.fit.thrusters;
+    let rows = curves.iter().flat_map(|curve| {
+        [("forward", curve.forward), ("reverse", curve.reverse)].map(|(way, side)| {
+            let estimate = |e: Estimate| Cell::Estimate { value: e.value, std: Some(e.std).filter(|std| *std > 0.0) };
+            vec![
+                Cell::from(curve.thrusters.join(", ").as_str()),
+                Cell::from(curve.file.as_str()),
+                Cell::from(way),
+                estimate(side.a),
+                estimate(side.b),
+                estimate(curve.deadband),
+                curve.supply_exponent.map_or(Cell::Empty, estimate),
+                Cell::Number { value: side.rows as f64, digits: 5 },
+                Cell::Number { value: side.residual_std, digits: 3 },
+            ]
+        })
+    });
+    let columns = ["thruster", "table", "direction", "a", "b", "dead band", "supply exponent", "rows", "residual, N"];
+    (!curves.is_empty()).then(|| {
+        Block::Table(Table {
+            title: "Thrusters at bollard pull".into(),
+            columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+            rows: rows.collect(),
+            note: "|F| = (a x\u{b2} + b x)(V_s/V_ref)\u{207f} with x the command beyond the dead band; equation (1)."
+                .into(),
+        })
+    })
 }
 
 /// What speaks for each estimate.
@@ -318,7 +354,7 @@ fn force_section(results: &Results<'_>) -> Option<Section> {
             |(name, force): (&String, &Vec<f64>)| Series::line(name.as_str(), part.time.clone(), force.clone());
         let panel = Panel {
             y: Axis::new("force", part.unit.replace('*', "\u{b7}").as_str()),
-            series: part.terms.iter().map(series).collect(),
+            series: part.terms.iter().chain([(&"total".to_string(), &part.total)]).map(series).collect(),
             floor: None,
         };
         Block::Figure(Figure {

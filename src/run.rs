@@ -107,10 +107,19 @@ pub struct Run {
     pub signals: BTreeMap<String, Signal>,
 }
 
+/// Names under which a log may hold the supply voltage.
+const SUPPLY: [&str; 7] =
+    ["supply_V", "supply_voltage", "supply", "voltage_V", "battery_V", "battery_voltage", "battery"];
+
 impl Run {
     /// The signal of this name, `None` when the log has none.
     pub fn signal(&self, name: &str) -> Option<&Signal> {
         self.signals.get(name)
+    }
+
+    /// The supply voltage, V, under any of the names that logs have for it.
+    pub fn supply_voltage(&self) -> Option<&Signal> {
+        SUPPLY.iter().find_map(|name| self.signal(name)).filter(|s| !s.is_empty())
     }
 
     /// The part of the run from `from` to `to`, s, both included.

@@ -155,7 +155,7 @@ fn exact_loss_by_advance_from_powered_towing() {
     let model =
         Model::with_effects(&[Dof::Surge], Coriolis::Free, &["inertia", "linear_drag", "quadratic_drag"]).unwrap();
     let (vehicle, water, efficiency) = (Vehicle::default(), Water::default(), Efficiency::default());
-    let bench = Bench { vehicle: &vehicle, water: &water, efficiency: &efficiency, thrusters: &[] };
+    let bench = Bench { vehicle: &vehicle, water: &water, efficiency: &efficiency, thrusters: &[], curves: &[] };
     let result = staged(&runs, &model, bench, &StagedOptions::default()).unwrap();
     let line = result.efficiency.eta_adv.unwrap();
     // the data is exact: rounding alone

@@ -66,8 +66,13 @@ fn efficiency() -> Efficiency {
 
 /// The staged procedure on the campaign.
 pub fn fit(campaign: &PaperCampaign, options: &StagedOptions) -> StagedResult {
-    let bench =
-        Bench { vehicle: &campaign.vehicle, water: &Water::default(), efficiency: &efficiency(), thrusters: &[] };
+    let bench = Bench {
+        vehicle: &campaign.vehicle,
+        water: &Water::default(),
+        efficiency: &efficiency(),
+        thrusters: &[],
+        curves: &[],
+    };
     staged(&campaign.runs, &model(campaign), bench, options).expect("the paper's campaign can be fitted")
 }
 

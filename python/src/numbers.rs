@@ -90,7 +90,8 @@ pub fn fit_thruster<'py>(
 }
 
 fn to_dict<'py>(py: Python<'py>, fit: &CurveFit) -> PyResult<Bound<'py, PyDict>> {
-    let direction = |d: &DirectionFit| ((d.a.value, d.a.std), (d.b.value, d.b.std), d.rows, d.residual_std);
+    let direction =
+        |d: &DirectionFit| ((d.a.value, d.a.std), (d.b.value, d.b.std), d.rows, d.residual_std, d.covariance);
     let result = PyDict::new(py);
     result.set_item("forward", direction(&fit.forward))?;
     result.set_item("reverse", direction(&fit.reverse))?;

@@ -15,7 +15,6 @@
 //! 2nd ed. (2021), ch. 10.
 
 use super::codes;
-use super::derived::supply;
 use super::file::{CampaignFile, EffectRole, EffectTable};
 use super::load::moves;
 use crate::finding::Finding;
@@ -187,8 +186,8 @@ impl Brought<'_> {
 
     fn supply(&mut self) {
         let volts: Vec<f64> =
-            self.runs.iter().filter_map(|run| supply(run)).flat_map(|s| s.values().iter().copied()).collect();
-        let every = self.runs.iter().all(|run| supply(run).is_some());
+            self.runs.iter().filter_map(|run| run.supply_voltage()).flat_map(|s| s.values().iter().copied()).collect();
+        let every = self.runs.iter().all(|run| run.supply_voltage().is_some());
         let (low, high) = volts.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
         if every && high > low {
             let text =

@@ -39,19 +39,22 @@ pub struct RunComponents {
     pub time: Vec<f64>,
     /// Velocity, m/s or rad/s.
     pub velocity: Vec<f64>,
-    /// Force of each term, in `unit`; their sum is what accelerates the vehicle.
+    /// Force of each term, in `unit`.
     pub terms: BTreeMap<String, Vec<f64>>,
+    /// Their sum: what accelerates the vehicle, in `unit`.
+    pub total: Vec<f64>,
     /// `N` or `N*m`.
     pub unit: &'static str,
 }
 
 impl RunComponents {
-    /// Velocity and forces as signals, by the name of the term.
+    /// Velocity and forces as signals, by the name of the term; `total` is their sum.
     pub fn signals(&self) -> BTreeMap<String, Signal> {
         let time: Arc<[f64]> = self.time.clone().into();
         let own = (self.dof.velocity().to_string(), Signal::new(time.clone(), self.velocity.clone()));
         let terms = self.terms.iter().map(|(name, force)| (name.clone(), Signal::new(time.clone(), force.clone())));
-        std::iter::once(own).chain(terms).collect()
+        let total = ("total".to_string(), Signal::new(time.clone(), self.total.clone()));
+        [own, total].into_iter().chain(terms).collect()
     }
 }
 
@@ -66,6 +69,7 @@ pub fn components(campaign: &Campaign, model: &Model) -> Components {
                 Ok(parts) => result.runs.push(RunComponents {
                     run: run.name.clone(),
                     dof: *dof,
+                    total: parts.total(),
                     time: parts.time,
                     velocity: parts.velocity,
                     terms: parts.terms.into_iter().collect(),

@@ -14,23 +14,14 @@ use crate::frame::Dof;
 use crate::run::{Run, Signal};
 use crate::vehicle::Vehicle;
 
-/// Names under which a log may hold the supply voltage.
-const SUPPLY: [&str; 7] =
-    ["supply_V", "supply_voltage", "supply", "voltage_V", "battery_V", "battery_voltage", "battery"];
-
-/// The supply voltage that a run logs, V.
-pub(super) fn supply(run: &Run) -> Option<&Signal> {
-    SUPPLY.iter().find_map(|name| run.signal(name)).filter(|s| !s.is_empty())
-}
-
 /// Puts the derived channels into every run; logged channels of the same name stay.
 pub(super) fn add(runs: &mut [Run], vehicle: &Vehicle, dofs: &[Dof]) {
-    let means: Vec<f64> = runs.iter().filter_map(supply).map(|s| mean(s.values())).collect();
+    let means: Vec<f64> = runs.iter().filter_map(Run::supply_voltage).map(|s| mean(s.values())).collect();
     let reference = mean(&means);
     for run in runs.iter_mut() {
         let mut made: Vec<(String, Signal)> = Vec::new();
         let ends: Option<Arc<[f64]>> = run.span().filter(|(a, b)| b > a).map(|(a, b)| vec![a, b].into());
-        if let Some(volts) = supply(run).filter(|_| reference > 0.0) {
+        if let Some(volts) = run.supply_voltage().filter(|_| reference > 0.0) {
             let ratio: Vec<f64> = volts.values().iter().map(|v| v / reference).collect();
             made.push((channel::SUPPLY_RATIO.into(), Signal::new(volts.shared_time().clone(), ratio)));
         }

@@ -10,7 +10,6 @@
 use std::sync::Arc;
 
 use super::codes;
-use super::derived::supply;
 use super::logs::Logged;
 use super::window::numbered;
 use crate::finding::Finding;
@@ -63,6 +62,10 @@ pub(super) fn apply(
                 );
                 logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
             }
+            if letter == "F" {
+                // commands that stand beside measured thrust say nothing more of it
+                logged.run.signals.retain(|column, _| !numbered(column, "V"));
+            }
             wrench(logged, thrusters, &forces).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
         }
         Some(letter) if wrenches => {
@@ -105,7 +108,7 @@ pub(super) fn apply(
 /// Nominal force of each thruster, N, at the stamps of the first one.
 fn thruster_forces(logged: &Logged, thrusters: &[Thruster], letter: &str) -> Result<Vec<Signal>, Vec<Finding>> {
     let run = &logged.run;
-    let volts = supply(run);
+    let volts = run.supply_voltage();
     let (mut forces, mut wrong): (Vec<Signal>, Vec<Finding>) = (Vec::new(), Vec::new());
     for (k, thruster) in thrusters.iter().enumerate() {
         let column = format!("{letter}{}", k + 1);

@@ -13,6 +13,7 @@ use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::forces;
 use super::logs::{self, Logged};
+use super::thrusters;
 use super::window;
 use crate::effects::channel;
 use crate::estimate::output_error::OutputErrorOptions;
@@ -25,6 +26,7 @@ use crate::navigation::unwrap;
 use crate::procedure::{Bench, acting_forces};
 use crate::run::{Role, Run, RunKind, Signal};
 use crate::thrust::efficiency::Efficiency;
+use crate::thrust::measured::MeasuredCurve;
 use crate::vehicle::{Vehicle, Water};
 
 /// How a campaign is loaded.
@@ -62,6 +64,8 @@ pub struct Campaign {
     pub candidates: Vec<Own>,
     /// Which columns brought candidates.
     pub brought: Vec<Finding>,
+    /// Curves of thrusters that were found from bollard tables; the file's thrusters have them.
+    pub curves: Vec<MeasuredCurve>,
     /// Options of the estimators.
     pub options: Options,
     /// What reading and preparing found.
@@ -171,6 +175,7 @@ impl Campaign {
             water: &self.water,
             efficiency: &self.file.efficiency,
             thrusters: &self.file.thrusters,
+            curves: &self.curves,
         }
     }
 
@@ -211,14 +216,16 @@ pub(super) fn assemble(
     mut file: CampaignFile,
     logged: Vec<Logged>,
     tables: &[RunTable],
-    sources: Vec<PathBuf>,
+    mut sources: Vec<PathBuf>,
 ) -> Result<Campaign, Error> {
     let (mut model, mut candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
     // runs of both kinds stand together as lines, held commands as lines with steps
     let mixed = held.iter().any(|h| *h != held[0]);
     model.input = if !mixed && held.first() == Some(&true) { Interpolation::Hold } else { Interpolation::Linear };
-    let (mut runs, mut findings, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+    let thrusters::Curves { curves, mut findings, sources: tables_of_thrust } = thrusters::fit(&mut file)?;
+    sources.extend(tables_of_thrust);
+    let (mut runs, mut refused) = (Vec::new(), Vec::new());
     let mut position = true;
     let driven = baseline::driven_by_formulas(&file);
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
@@ -274,6 +281,7 @@ pub(super) fn assemble(
         runs,
         candidates,
         brought,
+        curves,
         options,
         findings,
         sources,

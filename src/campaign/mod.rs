@@ -32,6 +32,7 @@ mod published;
 mod resample;
 mod simulate;
 mod stream;
+mod thrusters;
 mod window;
 
 pub use baseline::Own;
@@ -57,3 +58,4 @@ pub use published::{Convention, Published, PublishedComparison, PublishedParamet
 pub use resample::{Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};
 pub use stream::{fit_streamed, too_large_to_keep};
+pub use thrusters::FittedCurve;

@@ -45,6 +45,12 @@ pub fn new_logs(
         ..RunTable::default()
     };
     let like = like.cloned().unwrap_or_default();
+    // bollard tables lie where the other campaign does
+    let folder = here.join(like.folder());
+    let mut thrusters = like.thrusters;
+    for table in thrusters.iter_mut().filter_map(|thruster| thruster.bollard.as_mut()) {
+        table.file = folder.join(&table.file).display().to_string();
+    }
     let campaign = CampaignFile {
         vehicle: file.vehicle.clone(),
         water: file.water,
@@ -53,7 +59,7 @@ pub fn new_logs(
         observed: file.observed.clone(),
         efficiency: file.efficiency.clone(),
         noise: like.noise,
-        thrusters: like.thrusters,
+        thrusters,
         log: log.cloned().unwrap_or(like.log),
         fit: like.fit,
         runs: logs.iter().map(run).collect(),

@@ -86,7 +86,11 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
     };
     let (model, fits) = streamed.fit()?;
-    let raw = Raw { std_method: "clusters of rows".into(), ..of_rows(model, &fits, &fitted_runs, &campaign) };
+    let method = match campaign.curves.as_slice() {
+        [] => "clusters of rows",
+        _ => "clusters of rows; the thrusters' curves taken as exact",
+    };
+    let raw = Raw { std_method: method.into(), ..of_rows(model, &fits, &fitted_runs, &campaign) };
     let mut fit = assembled(raw, &campaign, Estimator::Integral, folding.envelope, Instruments::new());
     let text = format!(
         "{} rows of {:.1} MiB of logs were read piece by piece and not kept",

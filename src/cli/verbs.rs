@@ -13,6 +13,7 @@ use crate::log::{self, LogOptions};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::progress::{Watch, watched};
 use crate::run::{Run, Signal};
+use crate::thrust::fit::Estimate;
 
 /// The `[log]` options that were typed.
 pub(super) fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
@@ -150,9 +151,34 @@ fn print_fit(fitted: &Fit, output: &Output) {
         })
         .collect();
     output.print(&table(&["stage", "dof", "runs", "rows", "residual", "cond(HᵀH)", "cond scaled"], &rows));
+    print_thrusters(fitted, output);
     print_stages(fitted, output);
     print_filters(&spreads(&fitted.filters), output);
     output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
+}
+
+/// Curves of thrusters that were found from bollard tables, equation (1).
+fn print_thrusters(fitted: &Fit, output: &Output) {
+    let told = |e: Estimate| measured(e.value, Some(e.std).filter(|std| *std > 0.0));
+    let of_curve = |curve: &campaign::FittedCurve| {
+        [("forward", curve.forward), ("reverse", curve.reverse)].map(|(way, side)| {
+            vec![
+                curve.thrusters.join(" "),
+                way.to_string(),
+                told(side.a),
+                told(side.b),
+                told(curve.deadband),
+                curve.supply_exponent.map(told).unwrap_or_default(),
+                side.rows.to_string(),
+                number(side.residual_std),
+            ]
+        })
+    };
+    let rows: Vec<Vec<String>> = fitted.thrusters.iter().flat_map(of_curve).collect();
+    if !rows.is_empty() {
+        let heads = ["thruster", "direction", "a", "b", "dead band", "supply exponent", "rows", "residual, N"];
+        output.print(&table(&heads, &rows));
+    }
 }
 
 /// What speaks for the estimates, and what against.

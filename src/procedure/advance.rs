@@ -7,7 +7,6 @@
 //! One row a powered run, means over it. The line is valid between the least and the greatest speed of the rows; how
 //! well it is known is carried on. Avila et al. (2013), eq. 16 and 17.
 
-use super::held::Held;
 use super::result::{Estimate, Stage};
 use crate::estimate::{SteadyWindow, mean_of};
 use crate::frame::Dof;
@@ -15,6 +14,8 @@ use crate::least_squares::least_squares;
 use crate::model::Model;
 use crate::run::Run;
 use crate::thrust::advance::{AdvanceFit, fit_advance};
+use crate::thrust::efficiency::Efficiency;
+use crate::thrust::thruster::Thruster;
 
 /// Whether the thrusters run while the vehicle is towed.
 pub(super) fn is_powered(run: &Run, dof: Dof) -> bool {
@@ -28,23 +29,44 @@ pub(super) struct Line {
     pub covariance: [[f64; 2]; 2],
 }
 
+/// Speed and η_adv of each powered towing run of `dof`; `model` has the drag that was found without thrust.
+fn rows(dof: Dof, runs: &[&Run], model: &Model, losses: &Efficiency, thrusters: &[Thruster]) -> (Vec<f64>, Vec<f64>) {
+    let value = |effect: &str| model.value(&format!("{effect}@{dof}")).unwrap_or(0.0);
+    let of = |run: &&Run| {
+        let (from, to) = run.span()?;
+        let mean = |name: &str| mean_of(run, name, SteadyWindow { from, to }).map(|m| m.value);
+        let (speed, load, force) = (mean(dof.velocity())?, mean(dof.load())?, mean(dof.force())?);
+        let drag = value("quadratic_drag") * speed * speed.abs() + value("linear_drag") * speed + value("bias");
+        let group = super::acting::group(run, dof, thrusters);
+        let names: Vec<&str> = group.iter().map(String::as_str).collect();
+        Some((speed.abs(), (drag - load) / (losses.eta_inter.value(dof, &names) * force)))
+    };
+    runs.iter().filter_map(of).unzip()
+}
+
+/// Slope and intercept of η_adv. The error says what the data lacks.
+pub(super) fn values(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    losses: &Efficiency,
+    thrusters: &[Thruster],
+) -> Result<Vec<f64>, String> {
+    let (speed, eta) = rows(dof, runs, model, losses, thrusters);
+    let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
+    Ok(vec![fit.slope.value, fit.intercept.value])
+}
+
 /// η_adv from powered towing runs of `dof`; `model` has the drag that was found without thrust. The error says what
 /// the data lacks.
-pub(super) fn stage(dof: Dof, runs: &[&Run], model: &Model, held: &Held) -> Result<Line, String> {
-    let value = |effect: &str| model.value(&format!("{effect}@{dof}")).unwrap_or(0.0);
-    let mut rows: Vec<(f64, f64)> = Vec::new();
-    for run in runs {
-        let Some((from, to)) = run.span() else { continue };
-        let mean = |name: &str| mean_of(run, name, SteadyWindow { from, to }).map(|m| m.value);
-        let (Some(speed), Some(load), Some(force)) = (mean(dof.velocity()), mean(dof.load()), mean(dof.force())) else {
-            continue;
-        };
-        let drag = value("quadratic_drag") * speed * speed.abs() + value("linear_drag") * speed + value("bias");
-        let group = super::acting::group(run, dof, &held.thrusters);
-        let names: Vec<&str> = group.iter().map(String::as_str).collect();
-        rows.push((speed, (drag - load) / (held.efficiency.eta_inter.value(dof, &names) * force)));
-    }
-    let (speed, eta): (Vec<f64>, Vec<f64>) = rows.into_iter().map(|(v, e)| (v.abs(), e)).unzip();
+pub(super) fn stage(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    losses: &Efficiency,
+    thrusters: &[Thruster],
+) -> Result<Line, String> {
+    let (speed, eta) = rows(dof, runs, model, losses, thrusters);
     let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
     let linear = least_squares(&[&speed, &vec![1.0; speed.len()]], &eta).map_err(|e| e.to_string())?;
     let estimate = |name: &str, k: usize, unit: &str| Estimate {

@@ -14,11 +14,13 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::Bench;
 use super::acting::acting_forces;
+use super::curves::with_curve_moved;
 use crate::estimate::{Columns, IntegralError, RegressorOptions, RowFit, StdMethod, fit_rows, regressors_of};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
 use crate::thrust::efficiency::Efficiency;
+use crate::thrust::measured::MeasuredCurve;
 use crate::thrust::thruster::Thruster;
 
 /// Direction of motion: the sign of the velocity.
@@ -41,6 +43,8 @@ pub(super) enum Known {
     Slope,
     /// Intercept of η_adv.
     Intercept,
+    /// A coefficient of a thruster's curve: the number of the curve, and which.
+    Curve(usize, usize),
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -75,6 +79,8 @@ pub(super) struct Held {
     pub efficiency: Efficiency,
     /// The thrusters, for runs that log each of them.
     pub thrusters: Vec<Thruster>,
+    /// Curves of thrusters that were found from bollard tables.
+    pub curves: Vec<MeasuredCurve>,
     entries: Vec<Entry>,
     covariance: Vec<Vec<f64>>,
 }
@@ -82,7 +88,19 @@ pub(super) struct Held {
 impl Held {
     /// Nothing but what is known of the thrust beforehand.
     pub fn of_bench(bench: &Bench<'_>) -> Held {
-        Held { efficiency: bench.efficiency.clone(), thrusters: bench.thrusters.to_vec(), ..Held::default() }
+        let mut held = Held {
+            efficiency: bench.efficiency.clone(),
+            thrusters: bench.thrusters.to_vec(),
+            curves: bench.curves.to_vec(),
+            ..Held::default()
+        };
+        for (i, curve) in bench.curves.iter().enumerate() {
+            let covariance = &curve.fit.covariance;
+            for k in 0..MeasuredCurve::COEFFICIENTS {
+                held.know(Known::Curve(i, k), curve.value(k), &covariance[k][..=k]);
+            }
+        }
+        held
     }
 
     /// For load cells: no thrust stands in their balance, and nothing of it is carried.
@@ -146,6 +164,53 @@ impl Held {
         }
     }
 
+    /// Adds quantities found from rows whose thrust rests on what is held: `jacobian` says how (a row a quantity), `own`
+    /// is the covariance that the rows themselves leave. Returns the whole covariance.
+    pub fn derive(&mut self, found: &[(Known, f64)], jacobian: &[Vec<f64>], own: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let before = self.entries.len();
+        let with = |held: &Held, i: usize, l: usize| -> f64 {
+            jacobian[i].iter().enumerate().map(|(j, d)| d * held.covariance[j][l]).sum()
+        };
+        let carried = |held: &Held, i: usize, k: usize| -> f64 {
+            jacobian[k].iter().enumerate().map(|(l, d)| d * with(held, i, l)).sum()
+        };
+        let mut all = vec![vec![0.0; found.len()]; found.len()];
+        for (i, (known, value)) in found.iter().enumerate() {
+            for k in 0..=i {
+                all[i][k] = own[i][k] + carried(self, i, k);
+                all[k][i] = all[i][k];
+            }
+            let row: Vec<f64> = (0..before).map(|l| with(self, i, l)).chain(all[i][..=i].iter().copied()).collect();
+            self.know(*known, *value, &row);
+        }
+        all
+    }
+
+    /// How `values`, found from runs under given losses, move with each entry that thrust rests on: a row a value.
+    pub fn moved_by_thrust<E>(
+        &self,
+        runs: &[&Run],
+        values: impl Fn(&[&Run], &Efficiency) -> Result<Vec<f64>, E>,
+    ) -> Result<Vec<Vec<f64>>, E> {
+        let usual = values(runs, &self.efficiency)?;
+        let mut jacobian = vec![vec![0.0; self.entries.len()]; usual.len()];
+        for (k, entry) in self.entries.iter().enumerate() {
+            let std = self.covariance[k][k].max(0.0).sqrt();
+            if std == 0.0 || matches!(entry.known, Known::Parameter(..)) {
+                continue;
+            }
+            let at = |by: f64| {
+                let nominal = self.nominal(runs, Some((k, by)));
+                let nominal: Vec<&Run> = nominal.iter().map(AsRef::as_ref).collect();
+                values(&nominal, &self.losses(Some((k, by))))
+            };
+            for (row, (up, down)) in jacobian.iter_mut().zip(at(std)?.into_iter().zip(at(-std)?)) {
+                row[k] = (up - down) / (2.0 * std);
+            }
+        }
+        Ok(jacobian)
+    }
+
     /// Whether this parameter has been found.
     pub fn has(&self, parameter: usize) -> bool {
         self.entries.iter().any(|e| matches!(e.known, Known::Parameter(p, _) if p == parameter))
@@ -167,8 +232,8 @@ impl Held {
         places.iter().map(|a| places.iter().map(|b| entry(a, b)).collect()).collect()
     }
 
-    /// The runs with the forces that act, entry `shifted.0` moved by `shifted.1`.
-    fn acting<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
+    /// The losses, entry `shifted.0` moved by `shifted.1`.
+    fn losses(&self, shifted: Option<(usize, f64)>) -> Efficiency {
         let mut efficiency = self.efficiency.clone();
         if let Some((k, by)) = shifted {
             match (self.entries[k].known, &mut efficiency.eta_adv) {
@@ -178,10 +243,29 @@ impl Held {
                 _ => {}
             }
         }
+        efficiency
+    }
+
+    /// The runs with nominal forces, entry `shifted.0` moved by `shifted.1`.
+    fn nominal<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
+        let curve = shifted.and_then(|(k, by)| match self.entries[k].known {
+            Known::Curve(i, coefficient) => Some((&self.curves[i], coefficient, by)),
+            _ => None,
+        });
+        let of = |run: &&'a Run| match curve {
+            Some((curve, k, by)) => Cow::Owned(with_curve_moved(run, &self.thrusters, curve, k, by)),
+            None => Cow::Borrowed(*run),
+        };
+        runs.iter().map(of).collect()
+    }
+
+    /// The runs with the forces that act, entry `shifted.0` moved by `shifted.1`.
+    fn acting<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
+        let (efficiency, nominal) = (self.losses(shifted), self.nominal(runs, shifted));
         if efficiency == Efficiency::default() {
-            return runs.iter().map(|run| Cow::Borrowed(*run)).collect();
+            return nominal;
         }
-        runs.iter().map(|run| Cow::Owned(acting_forces(run, &efficiency, &self.thrusters).0)).collect()
+        nominal.iter().map(|run| Cow::Owned(acting_forces(run, &efficiency, &self.thrusters).0)).collect()
     }
 
     fn directional(&self, model: &Model, dof: Dof) -> bool {
@@ -244,7 +328,7 @@ impl Held {
                 !free.contains(&p) && !elsewhere
             }
             Known::Interaction(i) => self.efficiency.eta_inter.0[i].dof == dof,
-            Known::Slope | Known::Intercept => true,
+            Known::Slope | Known::Intercept | Known::Curve(..) => true,
         }
     }
 

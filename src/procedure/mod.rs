@@ -1,7 +1,7 @@
 //! The staged procedure of Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
 //!
 //! ```text
-//! (i)   η_inter from bollard pull; η_adv from tow or maker's data        τ = η_inter η_adv τ_nom
+//! (i)   curves of thrusters and η_inter from bollard pull; η_adv from tow or maker's data        τ = η_inter η_adv τ_nom
 //! (ii)  drag from constant-velocity runs                                 τ = k_Q ν|ν| + k_L ν + b
 //! (iii) drag held; inertia, coupling and bias from oscillatory runs      ν̇ = a₁ q̇ + a₂ R + a₃
 //!       and, where the vehicle turns with speed, k_uv from zig-zags      ṙ = a₁ u v + a₂ R + a₃
@@ -14,6 +14,7 @@ mod acting;
 mod advance;
 mod bollard;
 pub mod codes;
+mod curves;
 mod drag;
 mod held;
 mod inertia;
@@ -31,6 +32,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 pub use self::acting::{acting_forces, thruster_force};
+pub use self::curves::with_curve_moved;
 use self::held::Held;
 use self::inertia::Kind;
 use self::numbers::DRAG;
@@ -48,6 +50,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::{AdvanceSpeed, Efficiency, EfficiencyError};
+use crate::thrust::measured::MeasuredCurve;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
 
@@ -62,6 +65,8 @@ pub struct Bench<'a> {
     pub efficiency: &'a Efficiency,
     /// The thrusters, where they are described; runs that log each of them lose thrust one by one.
     pub thrusters: &'a [Thruster],
+    /// Curves of thrusters that were found from bollard tables, with what is known of them.
+    pub curves: &'a [MeasuredCurve],
 }
 
 /// Why the procedure cannot be carried out.

@@ -13,6 +13,7 @@ use super::{
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::run::{Run, RunKind};
+use crate::thrust::efficiency::Efficiency;
 use crate::thrust::interaction::Interaction;
 
 /// The procedure under way.
@@ -35,21 +36,42 @@ impl<'a> Stages<'a> {
         if self.options.bollard.skip {
             return Ok(());
         }
-        for dof in self.result.model.dofs.clone() {
-            let runs = self.of_kind(RunKind::Bollard, dof);
-            for (stage, found) in bollard::stages(dof, &runs, self.bench.thrusters, &self.options.bollard)? {
-                self.result.stages.push(stage);
-                let table = &mut self.held.efficiency.eta_inter.0;
-                if !table.iter().any(|e| e.dof == dof && (e.thrusters.is_empty() || e.thrusters == found.thrusters)) {
-                    table.push(found);
-                }
-            }
-        }
-        let known: Vec<_> = self.held.efficiency.eta_inter.0.iter().map(|e| (e.value, e.std)).collect();
-        for (k, (value, std)) in known.into_iter().enumerate() {
+        let given: Vec<_> = self.held.efficiency.eta_inter.0.iter().map(|e| (e.value, e.std)).collect();
+        for (k, (value, std)) in given.into_iter().enumerate() {
             if let Some(std) = std {
                 self.held.know(Known::Interaction(k), value, &[std * std]);
             }
+        }
+        for dof in self.result.model.dofs.clone() {
+            let runs = self.of_kind(RunKind::Bollard, dof);
+            let of = |runs: &[&Run]| bollard::stages(dof, runs, self.bench.thrusters, &self.options.bollard);
+            let mut found = of(&runs)?;
+            // a curve that gives too much has η_inter give that much less
+            let moved = self.held.moved_by_thrust(&runs, |runs, _| {
+                of(runs).map(|found| found.iter().map(|(_, eta)| eta.value).collect::<Vec<f64>>())
+            })?;
+            let (mut kept, mut jacobian, mut own) = (Vec::new(), Vec::new(), Vec::new());
+            for (k, (_, eta)) in found.iter().enumerate() {
+                let table = &mut self.held.efficiency.eta_inter.0;
+                if !table.iter().any(|e| e.dof == dof && (e.thrusters.is_empty() || e.thrusters == eta.thrusters)) {
+                    kept.push((k, (Known::Interaction(table.len()), eta.value)));
+                    jacobian.push(moved[k].clone());
+                    own.push(eta.std.map_or(0.0, |std| std * std));
+                    table.push(eta.clone());
+                }
+            }
+            let entries: Vec<(Known, f64)> = kept.iter().map(|(_, entry)| *entry).collect();
+            let own: Vec<Vec<f64>> =
+                (0..own.len()).map(|i| (0..own.len()).map(|j| if i == j { own[i] } else { 0.0 }).collect()).collect();
+            let covariance = self.held.derive(&entries, &jacobian, &own);
+            for (i, (k, (known, _))) in kept.into_iter().enumerate() {
+                let std = covariance[i][i].max(0.0).sqrt();
+                found[k].0.estimates[0].std = std;
+                if let Known::Interaction(entry) = known {
+                    self.held.efficiency.eta_inter.0[entry].std = Some(std);
+                }
+            }
+            self.result.stages.extend(found.into_iter().map(|(stage, _)| stage));
         }
         Ok(())
     }
@@ -95,13 +117,22 @@ impl<'a> Stages<'a> {
             if runs.is_empty() || self.held.efficiency.eta_adv.is_some() {
                 continue;
             }
-            match advance::stage(dof, &runs, &self.result.model, self.held) {
+            match advance::stage(dof, &runs, &self.result.model, &self.held.efficiency, self.bench.thrusters) {
                 Ok(line) => {
+                    let model = &self.result.model;
+                    let of = |runs: &[&Run], losses: &Efficiency| {
+                        advance::values(dof, runs, model, losses, self.bench.thrusters)
+                    };
+                    let Ok(moved) = self.held.moved_by_thrust(&runs, of) else { continue };
+                    let own: Vec<Vec<f64>> = line.covariance.iter().map(|row| row.to_vec()).collect();
                     self.result.stages.push(line.stage);
                     self.held.efficiency.eta_adv = Some(line.fit.loss);
-                    let [[slope, both], [_, intercept]] = line.covariance;
-                    self.held.know(Known::Slope, line.fit.slope.value, &[slope]);
-                    self.held.know(Known::Intercept, line.fit.intercept.value, &[both, intercept]);
+                    let line = [(Known::Slope, line.fit.slope.value), (Known::Intercept, line.fit.intercept.value)];
+                    let covariance = self.held.derive(&line, &moved, &own);
+                    let stage = self.result.stages.len() - 1;
+                    for (k, e) in self.result.stages[stage].estimates.iter_mut().enumerate() {
+                        e.std = covariance[k][k].max(0.0).sqrt();
+                    }
                 }
                 Err(lack) => {
                     let text = format!("advance, {dof}: {lack}");

@@ -160,6 +160,7 @@ mod tests {
             neutral: None,
             span: None,
             supply: None,
+            bollard: None,
         }
     }
 

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The two coefficients of one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Coefficients {
     /// Quadratic coefficient a, N/V².
@@ -105,6 +105,11 @@ pub enum CurveError {
 }
 
 impl Coefficients {
+    /// Whether both are 0, as where none are given.
+    pub(super) fn are_none(&self) -> bool {
+        self.a == 0.0 && self.b == 0.0
+    }
+
     /// Force for V' ≥ 0, N.
     fn force(self, voltage: f64) -> f64 {
         (self.a * voltage + self.b) * voltage

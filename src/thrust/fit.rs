@@ -35,6 +35,8 @@ pub struct DirectionFit {
     pub rows: usize,
     /// Standard deviation of the residual, N: sqrt(Σe²/(rows − 2)).
     pub residual_std: f64,
+    /// Covariance of a and b, N²/V³.
+    pub covariance: f64,
 }
 
 /// A fitted curve with what is known about it.
@@ -50,6 +52,8 @@ pub struct CurveFit {
     pub deadband: Estimate,
     /// Exponent n; `None` when the table holds fewer than two supply voltages.
     pub exponent: Option<Estimate>,
+    /// Covariance of a and b forward, a and b in reverse, dead band, exponent; 0 for what was held.
+    pub covariance: [[f64; 6]; 6],
 }
 
 /// One of the two directions of a thruster.
@@ -73,7 +77,7 @@ impl Direction {
 /// a and b, and what they leave.
 struct Regression {
     coefficients: Vec<f64>,
-    standard_errors: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
     residual_std: f64,
     sum_of_squares: f64,
 }
@@ -83,7 +87,7 @@ impl From<Fit> for Regression {
         Regression {
             sum_of_squares: fit.residual_std.powi(2) * (fit.rows - fit.rank) as f64,
             coefficients: fit.coefficients,
-            standard_errors: fit.standard_errors,
+            covariance: fit.covariance,
             residual_std: fit.residual_std,
         }
     }
@@ -151,7 +155,7 @@ impl Side {
         }
         let alone = solve(&[&square])?;
         let coefficients = vec![alone.coefficients[0], 0.0];
-        Ok(Regression { coefficients, standard_errors: free.standard_errors, ..alone })
+        Ok(Regression { coefficients, covariance: free.covariance, ..alone })
     }
 
     /// Sum of squares left by the best a and b ≥ 0 (a free dead band and a negative b do the same work); infinite
@@ -165,7 +169,8 @@ impl Side {
         let free = self.regress(c, n, bounded)?;
         let reach = self.greatest() - c;
         let force = self.force.iter().copied().fold(0.0, f64::max);
-        let [a, b] = [0, 1].map(|i| Estimate { value: free.coefficients[i], std: free.standard_errors[i] });
+        let [a, b] = [0, 1].map(|i| Estimate { value: free.coefficients[i], std: free.covariance[i][i].sqrt() });
+        let covariance = free.covariance[0][1];
         // Noise, or rounding of a table made by formula, may carry a b of zero below it; more than that is no thruster.
         let slack = (2.0 * b.std * reach).max(1e-9 * force);
         let slope = 2.0 * a.value * reach + b.value;
@@ -176,7 +181,7 @@ impl Side {
         let fit = if b.value < 0.0 { self.regress(c, n, true)? } else { free };
         let a = Estimate { value: fit.coefficients[0], ..a };
         let b = Estimate { value: fit.coefficients[1], ..b };
-        Ok(DirectionFit { a, b, rows: self.command.len(), residual_std: fit.residual_std })
+        Ok(DirectionFit { a, b, rows: self.command.len(), residual_std: fit.residual_std, covariance })
     }
 }
 
@@ -246,13 +251,16 @@ pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit
     let free = [options.deadband == DeadBand::Fitted, several];
     let mut sides = [forward.fit(c, n, free[0])?, reverse.fit(c, n, free[0])?];
     let (mut deadband, mut exponent) = (Estimate { value: c, std: 0.0 }, None);
+    let mut covariance = apart(&sides);
     if free != [false; 2] {
-        let spread = joint_spread([&forward, &reverse], &sides, c, n, free)?;
-        for (side, std) in sides.iter_mut().zip(spread.coefficients) {
-            (side.a.std, side.b.std) = std;
+        covariance = together([&forward, &reverse], &sides, c, n, free)?;
+        let std = |j: usize| covariance[j][j].sqrt();
+        for (k, side) in sides.iter_mut().enumerate() {
+            (side.a.std, side.b.std) = (std(2 * k), std(2 * k + 1));
+            side.covariance = covariance[2 * k][2 * k + 1];
         }
-        deadband.std = spread.deadband;
-        exponent = several.then_some(Estimate { value: n, std: spread.exponent });
+        deadband.std = std(4);
+        exponent = several.then_some(Estimate { value: n, std: std(5) });
     }
     let [forward_fit, reverse_fit] = sides;
     let coefficients = |fit: &DirectionFit| Coefficients { a: fit.a.value, b: fit.b.value };
@@ -264,24 +272,29 @@ pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit
         max: if turns { forward.greatest().min(reverse.greatest()) } else { f64::INFINITY },
         supply: exponent.map(|n| Supply { reference, exponent: n.value }),
     };
-    Ok(CurveFit { curve, forward: forward_fit, reverse: reverse_fit, deadband, exponent })
+    Ok(CurveFit { curve, forward: forward_fit, reverse: reverse_fit, deadband, exponent, covariance })
 }
 
-/// Standard deviations of the joint problem.
-struct Spread {
-    coefficients: [(f64, f64); 2],
-    deadband: f64,
-    exponent: f64,
+/// Covariance where each direction was found for itself.
+fn apart(sides: &[DirectionFit; 2]) -> [[f64; 6]; 6] {
+    let mut covariance = [[0.0; 6]; 6];
+    for (k, side) in sides.iter().enumerate() {
+        let (a, b) = (2 * k, 2 * k + 1);
+        (covariance[a][a], covariance[b][b]) = (side.a.std.powi(2), side.b.std.powi(2));
+        (covariance[a][b], covariance[b][a]) = (side.covariance, side.covariance);
+    }
+    covariance
 }
 
-/// Linearises |F| in all free parameters at the optimum: a, b of each direction, then c and n as they are free.
-fn joint_spread(
+/// Covariance of the joint problem: |F| linearised at the optimum in a, b of each direction, and in c and n where they
+/// are free.
+fn together(
     sides: [&Side; 2],
     fits: &[DirectionFit; 2],
     c: f64,
     n: f64,
     free: [bool; 2],
-) -> Result<Spread, FitError> {
+) -> Result<[[f64; 6]; 6], FitError> {
     let rows = sides[0].command.len() + sides[1].command.len();
     let mut columns = vec![vec![0.0; rows]; 6];
     let mut residual = Vec::with_capacity(rows);
@@ -296,19 +309,22 @@ fn joint_spread(
             residual.push(data.force[i] - force);
         }
     }
-    let used: Vec<&[f64]> = (0..6).filter(|&j| j < 4 || free[j - 4]).map(|j| columns[j].as_slice()).collect();
-    let standard_errors = match regress(&used, &residual) {
-        Ok(joint) => joint.standard_errors,
+    let places: Vec<usize> = (0..6).filter(|&j| j < 4 || free[j - 4]).collect();
+    let used: Vec<&[f64]> = places.iter().map(|j| columns[*j].as_slice()).collect();
+    let mut covariance = [[0.0; 6]; 6];
+    match regress(&used, &residual) {
+        Ok(joint) => {
+            for (i, a) in places.iter().enumerate() {
+                for (j, b) in places.iter().enumerate() {
+                    covariance[*a][*b] = joint.covariance[i][j];
+                }
+            }
+        }
         // a table made by formula, met to the last bit
-        Err(LeastSquaresError::NoVariance { .. }) => vec![0.0; used.len()],
+        Err(LeastSquaresError::NoVariance { .. }) => {}
         Err(_) => return Err(FitError::NotIdentifiable { direction: "forward and reverse" }),
-    };
-    let std = |j: usize| standard_errors[j];
-    Ok(Spread {
-        coefficients: [(std(0), std(1)), (std(2), std(3))],
-        deadband: if free[0] { std(4) } else { 0.0 },
-        exponent: if free[1] { std(used.len() - 1) } else { 0.0 },
-    })
+    }
+    Ok(covariance)
 }
 
 fn median(values: &[f64]) -> Option<f64> {

@@ -5,8 +5,9 @@
 //! ```
 //!
 //! Each step stands in its own file: [`curve`] is equation (1) of Avila, Donha and Adamowski, *Ocean Engineering* 60
-//! (2013) 81-94, [`fit`] finds it from a bollard table, [`thruster`] and [`allocation`] are the geometry, [`interaction`],
-//! [`advance`] (17) and [`efficiency`] (16) the losses; [`laurs`] is the paper's vehicle.
+//! (2013) 81-94, [`fit`] finds it from a bollard table, [`measured`] says what its deviations do to the thrust,
+//! [`thruster`] and [`allocation`] are the geometry, [`interaction`], [`advance`] (17) and [`efficiency`] (16) the losses;
+//! [`laurs`] is the paper's vehicle.
 
 pub mod advance;
 pub mod allocation;
@@ -16,6 +17,7 @@ pub mod efficiency;
 pub mod fit;
 pub mod interaction;
 pub mod laurs;
+pub mod measured;
 #[cfg(test)]
 mod noise;
 pub mod thruster;

@@ -7,7 +7,11 @@
 //! p is the position (m) and s the unit axis in body axes, F the force along s (N), w the wrench at the body origin
 //! (N, N·m); pwm is the width of the pulse that the thruster's controller is sent (µs), V the normalised command.
 
+use std::fmt;
+
 use nalgebra::{Vector3, Vector6};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -23,10 +27,15 @@ pub struct Thruster {
     pub position: [f64; 3],
     /// Direction of positive force in body axes; any length but zero, only the direction counts.
     pub axis: [f64; 3],
-    /// Coefficients of the curve for V > 0.
+    /// Coefficients of the curve for V > 0; all 0 where they are found from `bollard`.
+    #[serde(default, skip_serializing_if = "Coefficients::are_none")]
     pub forward: Coefficients,
-    /// Coefficients of the curve for V < 0.
+    /// Coefficients of the curve for V < 0; all 0 where they are found from `bollard`.
+    #[serde(default, skip_serializing_if = "Coefficients::are_none")]
     pub reverse: Coefficients,
+    /// Table from which the curve is found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bollard: Option<BollardTable>,
     /// Dead band of the command, as V.
     #[serde(default)]
     pub deadband: f64,
@@ -42,6 +51,65 @@ pub struct Thruster {
     /// Dependence on the supply voltage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supply: Option<Supply>,
+}
+
+/// A bollard-pull table of one thruster as a campaign names it: a path, or a table with more to say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BollardTable {
+    /// CSV file, relative to the campaign's folder.
+    pub file: String,
+    /// Column of the command; that of this thruster's number, `V1` …, or the only one, when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
+    /// Column of the force along the axis, N; `force`, or the only load cell, when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<String>,
+    /// Whether the dead band is found from the table; else `deadband` of the thruster is held.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub fit_deadband: bool,
+    /// Supply voltage at which the coefficients shall hold, V; the median of the table when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference_supply: Option<f64>,
+}
+
+impl From<String> for BollardTable {
+    fn from(file: String) -> BollardTable {
+        BollardTable { file, command: None, force: None, fit_deadband: false, reference_supply: None }
+    }
+}
+
+impl<'de> Deserialize<'de> for BollardTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<BollardTable, D::Error> {
+        struct Written;
+        impl<'de> Visitor<'de> for Written {
+            type Value = BollardTable;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a path or a table {file, command, force, fit_deadband, reference_supply}")
+            }
+
+            fn visit_str<E: de::Error>(self, file: &str) -> Result<BollardTable, E> {
+                Ok(BollardTable::from(file.to_string()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BollardTable, A::Error> {
+                #[derive(Deserialize)]
+                #[serde(deny_unknown_fields)]
+                struct Table {
+                    file: String,
+                    command: Option<String>,
+                    force: Option<String>,
+                    #[serde(default)]
+                    fit_deadband: bool,
+                    reference_supply: Option<f64>,
+                }
+                let Table { file, command, force, fit_deadband, reference_supply } =
+                    Table::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(BollardTable { file, command, force, fit_deadband, reference_supply })
+            }
+        }
+        deserializer.deserialize_any(Written)
+    }
 }
 
 /// A thruster that cannot be used.
@@ -64,6 +132,20 @@ pub enum ThrusterError {
         name: String,
         /// What is wrong with its curve.
         source: CurveError,
+    },
+    /// No way from a command to a force.
+    #[error(
+        "thruster {name:?} has no curve: give forward = {{ a, b }} and reverse = {{ a, b }}, or bollard = \"table.csv\" to find them from"
+    )]
+    NoCurve {
+        /// Which thruster.
+        name: String,
+    },
+    /// Two ways from a command to a force.
+    #[error("thruster {name:?} has coefficients and a bollard table: keep `forward` and `reverse`, or `bollard`")]
+    TwoCurves {
+        /// Which thruster.
+        name: String,
     },
     /// A pulse width cannot become a command.
     #[error(
@@ -138,7 +220,18 @@ impl Thruster {
         if self.neutral.is_some() || self.span.is_some() {
             self.command_of_pulse(0.0)?;
         }
-        self.curve().validate().map_err(|source| ThrusterError::Curve { name: name(), source })
+        let given = !(self.forward.are_none() && self.reverse.are_none());
+        match (&self.bollard, given) {
+            (None, false) => Err(ThrusterError::NoCurve { name: name() }),
+            (Some(_), true) => Err(ThrusterError::TwoCurves { name: name() }),
+            (Some(_), false) if !(self.deadband.is_finite() && self.deadband >= 0.0) => {
+                let source =
+                    CurveError::BadDeadband { deadband: self.deadband, max: self.max.unwrap_or(f64::INFINITY) };
+                Err(ThrusterError::Curve { name: name(), source })
+            }
+            (Some(_), false) => Ok(()),
+            (None, true) => self.curve().validate().map_err(|source| ThrusterError::Curve { name: name(), source }),
+        }
     }
 }
 
@@ -180,6 +273,23 @@ mod tests {
         assert!(matches!(falling.validate(), Err(ThrusterError::Curve { .. })));
         assert!(Thruster { position: [f64::NAN, 0.0, 0.0], ..t200() }.validate().is_err());
         assert!(toml::from_str::<Thruster>(&format!("{T200}pitch = 3")).is_err());
+    }
+
+    #[test]
+    fn a_curve_is_given_or_to_be_found() {
+        let place = "name = 'T1'\nposition = [0, 0, 0]\naxis = [1, 0, 0]\n";
+        let read = |more: &str| toml::from_str::<Thruster>(&format!("{place}{more}")).unwrap();
+        let told = read("bollard = 't1.csv'");
+        assert_eq!(told.bollard.as_ref().map(|b| b.file.as_str()), Some("t1.csv"));
+        told.validate().unwrap();
+        let more = read("deadband = 0.1\nbollard = { file = 't1.csv', command = 'V3', fit_deadband = true }");
+        assert!(more.bollard.as_ref().is_some_and(|b| b.fit_deadband && b.command.as_deref() == Some("V3")));
+        assert_eq!(toml::from_str::<Thruster>(&toml::to_string(&more).unwrap()).unwrap(), more);
+        assert!(matches!(read("").validate(), Err(ThrusterError::NoCurve { .. })));
+        let both = Thruster { forward: Coefficients { a: 1.0, b: 0.0 }, ..told };
+        assert!(matches!(both.validate(), Err(ThrusterError::TwoCurves { .. })));
+        let wrong = toml::from_str::<Thruster>(&format!("{place}bollard = {{ file = 'a.csv', comand = 'V1' }}"));
+        assert!(wrong.unwrap_err().message().contains("comand"));
     }
 
     #[test]

@@ -32,7 +32,7 @@ from ._discovery import (
     Where,
 )
 from ._errors import DataError, Finding, HydrosysidError, UsageError
-from ._fit import Fit, Parameter, Stage, StageEstimate
+from ._fit import Fit, FittedCurve, Parameter, Stage, StageEstimate
 from ._many import Bootstrap, Resampled, bootstrap, map_fit
 from ._models import (
     Export,
@@ -88,6 +88,7 @@ __all__ = [
     "Export",
     "Finding",
     "Fit",
+    "FittedCurve",
     "Forces",
     "FoundEffect",
     "FoundParameter",

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ._errors import Finding
 from ._result import Result
+from ._thruster import Estimate, ThrustDirection
 from ._view import Rows, html_table, known_and_unknown, text_table
 
 if TYPE_CHECKING:
@@ -88,6 +89,18 @@ class Stage:
     numbers: dict[str, float] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class FittedCurve:
+    """The curve of thrusters as found from their bollard table, equation (1)."""
+
+    thrusters: tuple[str, ...]
+    file: str
+    forward: ThrustDirection
+    reverse: ThrustDirection
+    deadband: Estimate
+    supply_exponent: Estimate | None = None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Result):
     """A fitted campaign.
@@ -100,6 +113,7 @@ class Fit(Result):
         covariance: covariance in the order of `parameters`, SI, (p, p).
         stages: the fits of which it is made.
         warnings: what there is to say.
+        thrusters: curves of thrusters that were found from bollard tables.
         identifiability: what the data can tell and what it cannot (inflation, force shares, halves, groups,
             correlations, condition indices); `None` but for output error.
         model: the model as TOML; what `simulate` and `compare` take, and what the command's ``--model`` reads.
@@ -112,6 +126,7 @@ class Fit(Result):
     covariance: NDArray[np.float64]
     stages: tuple[Stage, ...]
     warnings: tuple[Finding, ...]
+    thrusters: tuple[FittedCurve, ...] = ()
     identifiability: Any = None
     model: str = field(default="", metadata={"own": True})
 

@@ -29,7 +29,8 @@ class Forces:
         dof: degree of freedom.
         time: time stamps, s: those of the velocity.
         velocity: velocity, m/s or rad/s.
-        terms: force of each term on the vehicle, in `unit`; their sum is what accelerates it.
+        terms: force of each term on the vehicle, in `unit`.
+        total: their sum, what accelerates the vehicle, in `unit`.
         unit: ``N`` or ``N*m``.
     """
 
@@ -38,6 +39,7 @@ class Forces:
     time: NDArray[np.float64]
     velocity: NDArray[np.float64]
     terms: dict[str, NDArray[np.float64]]
+    total: NDArray[np.float64]
     unit: str
 
 

@@ -26,12 +26,13 @@ class Estimate:
 
 @dataclass(frozen=True)
 class ThrustDirection:
-    """One direction of a thruster: |F| = a x² + b x, N, with x = max(0, |V| − deadband)."""
+    """One direction of a thruster: |F| = a x² + b x, N, with x = max(0, |V| − deadband); covariance of a and b."""
 
     a: Estimate
     b: Estimate
     rows: int
     residual_std: float
+    covariance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,9 +102,9 @@ def fit_thruster(
     volts = None if supply is None else array(supply, "supply")
     found = _native.fit_thruster(array(command, "command"), array(force, "force"), deadband, volts, reference_supply)
 
-    def direction(entry: tuple[tuple[float, float], tuple[float, float], int, float]) -> ThrustDirection:
-        a, b, rows, residual = entry
-        return ThrustDirection(Estimate(*a), Estimate(*b), rows, residual)
+    def direction(entry: tuple[tuple[float, float], tuple[float, float], int, float, float]) -> ThrustDirection:
+        a, b, rows, residual, covariance = entry
+        return ThrustDirection(Estimate(*a), Estimate(*b), rows, residual, covariance)
 
     exponent = found["exponent"]
     return ThrusterFit(

@@ -126,6 +126,14 @@ impl Check<'_> {
                 };
                 self.report.at(&key, Problem::Thruster(error));
             }
+            let path = format!("thruster[{i}].bollard");
+            if let Some(table) = &thruster.bollard
+                && self.options.look_for_files
+                && let Err(problem) =
+                    paths::check(&folder_of(&self.report.source.file), &table.file, self.options.allow_outside)
+            {
+                self.report.at(&path, problem);
+            }
             if let Some(first) = thrusters[..i].iter().position(|t| t.name == thruster.name) {
                 self.twice(&format!("thruster[{i}].name"), &format!("thruster[{first}].name"), &thruster.name);
             }

@@ -17,6 +17,7 @@ mod join;
 mod loss;
 mod problem;
 mod resampled;
+mod response;
 mod states;
 
 use std::collections::BTreeMap;

@@ -1,0 +1,30 @@
+//! What there is to say about estimates.
+
+use super::super::codes;
+use crate::finding::Finding;
+use crate::model::Model;
+use crate::vehicle::Vehicle;
+
+/// Says what cannot be, stands at a bound, or is hardly seen.
+pub(super) fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding>) {
+    for p in model.parameters.iter().filter(|p| !p.fixed) {
+        let std = p.std.unwrap_or(0.0);
+        let shown = format!("{} of `{}` = {:.4} ± {:.2} {}", p.spec.name, p.term, p.value, std, p.spec.dimension);
+        let least = match (p.effect.as_str(), p.place.dof) {
+            ("inertia", Some(dof)) if !dof.is_rotation() => vehicle.mass.map(|mass| (mass, "the dry mass")),
+            ("inertia" | "linear_drag" | "quadratic_drag" | "cubic_drag", _) => Some((0.0, "0")),
+            _ => None,
+        };
+        if let Some((least, words)) = least.filter(|(least, _)| p.value < least - 2.0 * std) {
+            let text = format!(
+                "{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data does not show it"
+            );
+            warnings.push(Finding::new(&codes::UNPHYSICAL, text));
+        }
+        if p.value <= p.min || p.value >= p.max {
+            warnings.push(Finding::new(&codes::AT_BOUND, format!("{shown} stands at its bound")));
+        } else if std > p.value.abs() && !p.spec.name.starts_with("b_") {
+            warnings.push(Finding::new(&codes::LOOSE, format!("{shown}: this data hardly shows it")));
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The verb `fit`: parameters from the training runs, with what is needed to believe them or not.
+
+mod judge;
+mod output_error;
+mod result;
+mod rows;
+mod thrust;
+
+pub(super) use self::result::row_of;
+pub use self::result::{Fit, FitParameter, FitStage, described};
+pub(super) use self::rows::of_rows;
+
+use super::codes;
+use super::error::Error;
+use super::file::Estimator;
+use super::identifiability::Identifiability;
+use super::load::{Campaign, moves};
+use super::thrusters::FittedCurve;
+use crate::envelope::{self, Envelope};
+use crate::estimate::output_error::Problem;
+use crate::finding::Finding;
+use crate::model::Model;
+use crate::plan::{Instrument, Instruments};
+use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
+use crate::run::{Role, Run, RunKind};
+use crate::thrust::efficiency::Efficiency;
+
+/// Options of the verb.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FitOptions {
+    /// The estimator; that of the campaign, else the one that suits its runs, when absent.
+    pub estimator: Option<Estimator>,
+}
+
+/// What an estimator hands over before it is put into one form.
+pub(super) struct Raw {
+    pub model: Model,
+    pub std_method: String,
+    pub covariance: Vec<Vec<f64>>,
+    pub std_paper: Vec<Option<f64>>,
+    pub stages: Vec<FitStage>,
+    pub efficiency: Efficiency,
+    pub identifiability: Option<Identifiability>,
+    pub warnings: Vec<Finding>,
+}
+
+/// Fits the free parameters of the campaign's model to its training runs.
+///
+/// # Errors
+/// [`Error`] when there is no run to fit or the data does not determine the parameters.
+pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
+    let estimator = options.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign));
+    let used = |run: &&Run| run.role == Role::Train && (moves(run.kind) || estimator == Estimator::Staged);
+    let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
+    if runs.is_empty() {
+        let text = match campaign.runs.iter().any(|run| run.role == Role::Train) {
+            false => "no run takes part in the fit: at least one needs role = \"train\"".to_string(),
+            true => {
+                format!("`{}` works on runs of free motion, and no such run has role = \"train\"", estimator.name())
+            }
+        };
+        return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
+    }
+    let mut raw = match estimator {
+        Estimator::OutputError => output_error::by_output_error(campaign, &runs)?,
+        Estimator::Staged => rows::by_stages(campaign)?,
+        Estimator::Integral => rows::by_integral(campaign, &runs)?,
+    };
+    let left_out: Vec<&str> = campaign
+        .runs
+        .iter()
+        .filter(|run| run.role == Role::Train && !runs.iter().any(|used| used.name == run.name))
+        .map(|run| run.name.as_str())
+        .collect();
+    if !left_out.is_empty() {
+        let text =
+            format!("{}: left out, `{}` cannot use bollard and towing runs", left_out.join(", "), estimator.name());
+        raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
+    }
+    place_runs(&mut raw.model, campaign, &runs);
+    let envelope = envelope::of(runs.iter().filter(|run| moves(run.kind)));
+    Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
+}
+
+/// The result in its one form, with what there is to say about it.
+pub(super) fn assembled(
+    mut raw: Raw,
+    campaign: &Campaign,
+    estimator: Estimator,
+    envelope: Envelope,
+    instruments: Instruments,
+) -> Fit {
+    judge::judge(&raw.model, &campaign.vehicle, &mut raw.warnings);
+    let mut warnings = campaign.findings.clone();
+    warnings.extend(raw.warnings);
+    let parameters = raw
+        .model
+        .parameters
+        .iter()
+        .zip(&raw.std_paper)
+        .map(|(p, paper)| described(p, *paper, &campaign.vehicle, &campaign.runs))
+        .collect();
+    Fit {
+        format: 1,
+        parameters,
+        estimator,
+        std_method: raw.std_method,
+        covariance: raw.covariance,
+        stages: raw.stages,
+        thrusters: campaign.curves.iter().map(|c| FittedCurve::of(c, &campaign.file.thrusters)).collect(),
+        identifiability: raw.identifiability,
+        filters: Vec::new(),
+        warnings,
+        model: raw.model,
+        efficiency: raw.efficiency,
+        envelope,
+        instruments,
+    }
+}
+
+/// Noise and rate of what the runs of free motion log and the model predicts.
+fn instruments(campaign: &Campaign, runs: &[Run]) -> Instruments {
+    let moving: Vec<Run> = runs.iter().filter(|run| moves(run.kind)).cloned().collect();
+    let Ok(problem) = Problem::new(&campaign.model, &moving, &campaign.options.output_error) else {
+        return Instruments::new();
+    };
+    let rate = |channel: &str| {
+        let signals = moving.iter().filter_map(|run| run.signal(channel)).filter(|s| s.len() > 1);
+        let rates = signals.map(|s| (s.len() - 1) as f64 / (s.time()[s.len() - 1] - s.time()[0]));
+        rates.fold(None, |most: Option<f64>, r| Some(most.map_or(r, |m| m.max(r))))
+    };
+    let outputs = problem.dynamics.outputs.iter().zip(&problem.sigma);
+    outputs.filter_map(|(name, noise)| Some((name.clone(), Instrument { noise: *noise, rate: rate(name)? }))).collect()
+}
+
+/// The staged and the all-at-once fit with filters of several windows and degrees, and without.
+///
+/// # Errors
+/// As the staged procedure.
+pub fn filters(campaign: &Campaign) -> Result<Vec<Setting>, Error> {
+    let nominal = campaign.nominal_runs();
+    Ok(filter_table(&nominal, &campaign.model, campaign.bench(), &campaign.file.stage, &usual_filters())?)
+}
+
+/// Load cells can be read by the staged procedure alone; everything else is best fitted by output error.
+fn suitable(campaign: &Campaign) -> Estimator {
+    let training = || campaign.runs.iter().filter(|run| run.role == Role::Train);
+    let cells = training().any(|run| matches!(run.kind, RunKind::Bollard | RunKind::Towing));
+    if cells { Estimator::Staged } else { Estimator::OutputError }
+}
+
+/// Values per run by the index of the run in the campaign: a run that took no part has the mean of those that did.
+fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run]) {
+    for p in model.parameters.iter_mut().filter(|p| !p.per_run.is_empty()) {
+        let mean = p.per_run.iter().sum::<f64>() / p.per_run.len() as f64;
+        let of = |run: &Run| used.iter().position(|u| u.name == run.name).and_then(|k| p.per_run.get(k).copied());
+        p.per_run = campaign.runs.iter().map(|run| of(run).unwrap_or(mean)).collect();
+        p.value = mean;
+    }
+}

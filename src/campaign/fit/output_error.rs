@@ -1,0 +1,95 @@
+//! The fit by output error, in the form of all fits.
+
+use super::super::codes;
+use super::super::error::Error;
+use super::super::file::Estimator;
+use super::super::identifiability;
+use super::super::load::Campaign;
+use super::result::FitStage;
+use super::rows::paper;
+use super::{Raw, thrust};
+use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, StdMethod, output_error};
+use crate::estimate::started;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::run::Run;
+
+pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
+    let options = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };
+    let mut fitted = output_error(&started(&campaign.model, runs), runs, &options)?;
+    let mut warnings = Vec::new();
+    if !fitted.converged {
+        let text = format!("output error stopped after {} steps without having converged", fitted.iterations);
+        warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
+    }
+    let carried = thrust::carried(campaign, runs, |runs| fitted.response(runs, &options))?;
+    if let Some(carried) = &carried {
+        widen(&mut fitted, carried);
+    }
+    let std_paper = paper(&campaign.model, runs);
+    if std_paper.iter().all(Option::is_none) {
+        warnings.push(Finding::new(&codes::NOT_AT_START, codes::NOT_AT_START.meaning));
+    }
+    let count = fitted.model.parameters.len();
+    let mut covariance = vec![vec![0.0; count]; count];
+    let unknowns = &fitted.problem.unknowns;
+    let p = unknowns.len();
+    for (i, a) in unknowns.iter().enumerate() {
+        for (j, b) in unknowns.iter().enumerate().filter(|(_, b)| a.run.is_none() && b.run.is_none()) {
+            covariance[a.parameter][b.parameter] = fitted.covariance[i * p + j];
+        }
+        if a.run.is_some() {
+            let own = &mut covariance[a.parameter][a.parameter];
+            *own = own.max(fitted.covariance[i * p + i]);
+        }
+    }
+    let std_method = match fitted.std_method {
+        StdMethod::Information => "information",
+        StdMethod::Clusters => "clusters",
+    };
+    let stages = output_error_stages(&fitted, runs);
+    let identifiability = identifiability::of_fit(campaign, &fitted, runs, &mut warnings);
+    Ok(Raw {
+        model: fitted.model,
+        std_method: thrust::told(std_method, carried.is_some()),
+        covariance,
+        std_paper,
+        stages,
+        efficiency: campaign.file.efficiency.clone(),
+        identifiability,
+        warnings,
+    })
+}
+
+/// Adds to the covariance of the unknowns, and to the deviations shown with the model.
+fn widen(fitted: &mut OutputErrorFit, carried: &[Vec<f64>]) {
+    let p = fitted.problem.unknowns.len();
+    for (k, more) in carried.iter().flatten().enumerate() {
+        fitted.covariance[k] += more;
+    }
+    for (k, unknown) in fitted.problem.unknowns.iter().enumerate() {
+        let std = &mut fitted.model.parameters[unknown.parameter].std;
+        // of a parameter per run the largest is shown
+        let other = if unknown.run.is_some_and(|r| r > 0) { std.unwrap_or(0.0) } else { 0.0 };
+        *std = Some(fitted.covariance[k * p + k].max(0.0).sqrt().max(other));
+    }
+}
+
+fn output_error_stages(fitted: &OutputErrorFit, runs: &[Run]) -> Vec<FitStage> {
+    let (condition_number, condition_number_scaled) = fitted.condition_numbers();
+    let outputs = fitted.problem.dynamics.outputs.iter().enumerate();
+    outputs
+        .filter_map(|(k, channel)| Some((k, Dof::ALL.into_iter().find(|dof| dof.velocity() == *channel)?)))
+        .map(|(k, dof)| FitStage {
+            name: Estimator::OutputError.name().into(),
+            dof,
+            runs: runs.iter().map(|run| run.name.clone()).collect(),
+            rows: fitted.problem.samples_of(k),
+            residual_std: fitted.residual_rms[k],
+            condition_number,
+            condition_number_scaled,
+            estimates: Vec::new(),
+            numbers: None,
+        })
+        .collect()
+}

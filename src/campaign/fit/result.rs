@@ -1,0 +1,163 @@
+//! What the verb `fit` hands back: plain data, as in `fit --json`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::campaign::file::Estimator;
+use crate::campaign::identifiability::Identifiability;
+use crate::campaign::thrusters::FittedCurve;
+use crate::effects::Place;
+use crate::envelope::Envelope;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::model::{Model, Parameter};
+use crate::plan::Instruments;
+use crate::procedure::sensitivity::Setting;
+use crate::procedure::{Estimate, FlowNumbers, Stage};
+use crate::run::Run;
+use crate::thrust::efficiency::Efficiency;
+use crate::vehicle::Vehicle;
+
+/// A fitted campaign. Serialises as `hydrosysid fit --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Fit {
+    /// Format of the result: 1.
+    pub format: u32,
+    /// Parameters, in the order of the model.
+    pub parameters: Vec<FitParameter>,
+    /// What estimated them.
+    pub estimator: Estimator,
+    /// How `std` was found.
+    pub std_method: String,
+    /// Covariance in the order of `parameters`, SI; 0 for those that were held.
+    pub covariance: Vec<Vec<f64>>,
+    /// Fits of which it is made.
+    pub stages: Vec<FitStage>,
+    /// Curves of thrusters that were found from bollard tables.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub thrusters: Vec<FittedCurve>,
+    /// What the data can tell and what it cannot; output error only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identifiability: Option<Identifiability>,
+    /// How the estimates move with window and degree of a polynomial filter, where [`filters`] was asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub filters: Vec<Setting>,
+    /// What there is to say.
+    pub warnings: Vec<Finding>,
+    /// The model with the estimates in place.
+    #[serde(skip)]
+    pub model: Model,
+    /// Losses of thrust that the values go with: those of the campaign, and what bollard runs have shown.
+    #[serde(skip)]
+    pub efficiency: Efficiency,
+    /// Speeds, angles, forces and amplitudes of the runs that took part.
+    #[serde(skip)]
+    pub envelope: Envelope,
+    /// Noise and rate of the channels that the model predicts, in the runs that took part.
+    #[serde(skip)]
+    pub instruments: Instruments,
+}
+
+/// One parameter of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitParameter {
+    /// Id of the effect.
+    pub effect: String,
+    /// Degree of freedom in whose balance it stands; `null` for the whole vehicle.
+    pub dof: Option<Dof>,
+    /// The other degree of freedom of a coupling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other: Option<Dof>,
+    /// Symbol.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI; 0 for one that was held.
+    pub std: Option<f64>,
+    /// Standard deviation by the paper's (14), SI; `null` where no linear regressor has it.
+    pub std_paper: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// SNAME's name of the same quantity.
+    pub sname: Option<String>,
+    /// SNAME's value: the opposite sign; of an inertia the added part alone where the dry mass is known.
+    pub sname_value: Option<f64>,
+    /// Whether it was held.
+    pub fixed: bool,
+    /// Values of a parameter with one in each run, by the name of the run.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub per_run: BTreeMap<String, f64>,
+}
+
+/// One fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitStage {
+    /// What was done.
+    pub name: String,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Names of the runs that took part.
+    pub runs: Vec<String>,
+    /// Number of rows or samples.
+    pub rows: usize,
+    /// Standard deviation of the residual, in the unit of what was fitted.
+    pub residual_std: f64,
+    /// cond(HᵀH), as the paper prints.
+    pub condition_number: f64,
+    /// cond(H) with columns of unit length.
+    pub condition_number_scaled: f64,
+    /// What this stage of the staged procedure has estimated; empty for other estimators, whose one fit the
+    /// `parameters` show.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub estimates: Vec<Estimate>,
+    /// Flow numbers of a single oscillatory run: Re, KC, λ, C_m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<FlowNumbers>,
+}
+
+impl From<Stage> for FitStage {
+    fn from(stage: Stage) -> FitStage {
+        FitStage {
+            name: stage.name,
+            dof: stage.dof,
+            runs: stage.runs,
+            rows: stage.rows,
+            residual_std: stage.residual_std,
+            condition_number: stage.condition_number,
+            condition_number_scaled: stage.condition_number_scaled,
+            estimates: stage.estimates,
+            numbers: stage.numbers,
+        }
+    }
+}
+
+/// Degree of freedom of an effect of the whole vehicle that stands in one balance: `coriolis_yaw` is of yaw.
+pub(in crate::campaign) fn row_of(effect: &str, place: Place) -> Option<Dof> {
+    place.dof.or_else(|| Dof::ALL.into_iter().find(|dof| effect.ends_with(&format!("_{dof}"))))
+}
+
+/// One parameter as it is told: its place, SNAME's name and value; `paper` is its standard deviation by (14), `runs` are
+/// those of its values per run.
+pub fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
+    let dry = match p.place.dof {
+        Some(dof) if p.effect == "inertia" && !dof.is_rotation() => vehicle.mass,
+        _ => Some(0.0),
+    };
+    // SNAME's N_ṙ is the added part of an inertia alone, which nobody knows without the dry one
+    let sname = p.spec.sname.clone().filter(|_| p.effect != "inertia" || dry.is_some_and(|d| d > 0.0));
+    FitParameter {
+        effect: p.effect.clone(),
+        dof: row_of(&p.effect, p.place),
+        other: p.place.other,
+        name: p.spec.name.clone(),
+        value: p.value,
+        std: if p.fixed { Some(0.0) } else { p.std },
+        std_paper: if p.fixed { Some(0.0) } else { paper },
+        unit: p.spec.dimension.to_string(),
+        sname_value: sname.as_ref().and(dry).map(|dry| dry - p.value),
+        sname,
+        fixed: p.fixed,
+        per_run: runs.iter().zip(&p.per_run).map(|(run, value)| (run.name.clone(), *value)).collect(),
+    }
+}

@@ -1,0 +1,113 @@
+//! Fits of rows: integral least squares on all runs, and the staged procedure.
+
+use super::super::error::Error;
+use super::super::file::Estimator;
+use super::super::load::Campaign;
+use super::result::FitStage;
+use super::{Raw, thrust};
+use crate::estimate::{IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares};
+use crate::model::Model;
+use crate::procedure::{Estimate, staged};
+use crate::run::Run;
+
+/// Standard deviations by (14), of the one-sample trapezoid; `None` where there is no such regressor.
+pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
+    let mut std = vec![None; model.parameters.len()];
+    let all: Vec<&Run> = runs.iter().collect();
+    let options = IntegralOptions { regressor: RegressorOptions::default(), std: StdMethod::Paper };
+    if let Ok((_, fits)) = integral_least_squares(&all, model, options) {
+        for fit in &fits {
+            for (column, value) in fit.parameters.iter().zip(&fit.std_paper) {
+                std[column.parameter] = Some(*value);
+            }
+        }
+    }
+    std
+}
+
+pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
+    let all: Vec<&Run> = runs.iter().collect();
+    let stage = &campaign.file.stage.oscillatory;
+    let regressor = RegressorOptions { span: Span::Samples(stage.window), ..RegressorOptions::default() };
+    let options = IntegralOptions { regressor, ..IntegralOptions::default() };
+    let (model, fits) = integral_least_squares(&all, &campaign.model, options)?;
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    let mut raw = of_rows(model, &fits, &names, campaign);
+    let before: Vec<f64> = raw.model.parameters.iter().map(|p| p.value).collect();
+    let carried = thrust::carried(campaign, runs, |runs| {
+        let runs: Vec<&Run> = runs.iter().collect();
+        let (moved, _) = integral_least_squares(&runs, &campaign.model, options)?;
+        Ok::<_, Error>(moved.parameters.iter().zip(&before).map(|(p, b)| p.value - b).collect())
+    })?;
+    for (i, row) in carried.iter().flatten().enumerate() {
+        for (j, more) in row.iter().enumerate() {
+            raw.covariance[i][j] += more;
+        }
+        let parameter = &mut raw.model.parameters[i];
+        parameter.std = parameter.std.map(|_| raw.covariance[i][i].max(0.0).sqrt());
+    }
+    raw.std_method = thrust::told(&raw.std_method, carried.is_some());
+    Ok(raw)
+}
+
+/// Fits of rows put together.
+pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String], campaign: &Campaign) -> Raw {
+    let count = model.parameters.len();
+    let mut covariance = vec![vec![0.0; count]; count];
+    let mut std_paper = vec![None; count];
+    let mut stages = Vec::new();
+    for fit in fits {
+        for (i, a) in fit.parameters.iter().enumerate() {
+            std_paper[a.parameter] = Some(fit.std_paper[i]);
+            for (j, b) in fit.parameters.iter().enumerate() {
+                covariance[a.parameter][b.parameter] = fit.covariance[i][j];
+            }
+        }
+        stages.extend(fit.dofs.iter().map(|dof| FitStage {
+            name: Estimator::Integral.name().into(),
+            dof: *dof,
+            runs: runs.to_vec(),
+            rows: fit.rows,
+            residual_std: fit.residual_std,
+            condition_number: fit.condition_number,
+            condition_number_scaled: fit.condition_number_scaled,
+            estimates: Vec::new(),
+            numbers: None,
+        }));
+    }
+    let efficiency = campaign.file.efficiency.clone();
+    let std_method = "hac".into();
+    let (identifiability, warnings) = (None, Vec::new());
+    Raw { model, std_method, covariance, std_paper, stages, efficiency, identifiability, warnings }
+}
+
+pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
+    let bench = campaign.bench();
+    let result = staged(&campaign.nominal_runs(), &campaign.model, bench, &campaign.file.stage)?;
+    let mut std_paper = vec![None; result.model.parameters.len()];
+    for (k, p) in result.model.parameters.iter().enumerate() {
+        let named = |e: &&Estimate| e.name == p.spec.name && e.effect == p.effect;
+        let own = result.stages.iter().rev().filter(|s| s.name != "direct");
+        std_paper[k] = own.filter_map(|s| s.estimates.iter().find(named)).map(|e| e.std_paper).next();
+    }
+    let mut warnings = result.warnings;
+    warnings.extend(result.stages.iter().flat_map(|s| s.warnings.iter().cloned()));
+    let stages = result.stages.into_iter().map(FitStage::from).collect();
+    let rows = match campaign.file.stage.std {
+        StdMethod::Paper => "paper",
+        StdMethod::Hac => "hac",
+    };
+    Ok(Raw {
+        model: result.model,
+        std_method: thrust::told(
+            &format!("{rows}, with what earlier stages leave uncertain by the delta method"),
+            !campaign.curves.is_empty(),
+        ),
+        covariance: result.covariance,
+        std_paper,
+        stages,
+        efficiency: result.efficiency,
+        identifiability: None,
+        warnings,
+    })
+}

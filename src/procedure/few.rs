@@ -1,0 +1,82 @@
+//! Deviations from few rows, of which each is the mean of many samples.
+//!
+//! ```text
+//! s̃² = (ν s² + ν₀ s₀²)/(ν + ν₀),      two deviations are t(ν + ν₀)       where ν s²/s₀² < χ²₀.₉(ν)
+//! s̃² = s²,                             two deviations are t(ν)            elsewhere
+//! ```
+//!
+//! s² is the variance that the residuals show with ν degrees of freedom, s₀² the one that the noise of the samples makes
+//! the rows expect. With one degree of freedom the residuals alone widen a deviation seven times, although the
+//! samples say how well each mean is known. s₀² knows nothing of what differs from window to window, so that it counts
+//! for no more than ν₀ = 4 degrees of freedom, and for nothing where the residuals speak against it. That is an inverse
+//! χ² prior: Gelman et al., *Bayesian Data Analysis* (2013), section 3.2.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+
+/// Degrees of freedom for which the samples' own noise counts.
+const OF_SAMPLES: f64 = 4.0;
+
+/// Chance below which residuals speak against the noise of the samples.
+const AGAINST: f64 = 0.1;
+
+/// By how much deviations are wider than those of the residuals alone, of variance `shown` with `freedom` degrees of
+/// freedom, where the rows' samples make them `expected`.
+pub(super) fn widening(freedom: f64, shown: f64, expected: f64) -> f64 {
+    let agree =
+        || ChiSquared::new(freedom).is_ok_and(|chi| freedom * shown / expected < chi.inverse_cdf(1.0 - AGAINST));
+    if shown > 0.0 && expected > 0.0 && agree() {
+        let all = freedom + OF_SAMPLES;
+        ((freedom * shown + OF_SAMPLES * expected) / (all * shown)).sqrt() * student(all)
+    } else {
+        student(freedom)
+    }
+}
+
+/// Half of the quantile of Student's t that holds what two standard deviations of a normal hold.
+fn student(freedom: f64) -> f64 {
+    const TWO_SIGMA: f64 = 0.977_249_868_051_820_8;
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(TWO_SIGMA) / 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    #[test]
+    fn paper_quantiles_of_student() {
+        // tables: t(0.97725) is 13.97 for 1, 3.307 for 3 and 2.0 for infinitely many degrees of freedom
+        for (freedom, quantile) in [(1.0, 13.97), (3.0, 3.307), (1e6, 2.0)] {
+            assert!((2.0 * student(freedom) / quantile - 1.0).abs() < 1e-3, "four printed digits: {freedom}");
+        }
+        assert_eq!(widening(1.0, 9.0, 1.0), student(1.0), "residuals that the samples do not explain");
+        assert_eq!(widening(2.0, 1.0, 0.0), student(2.0), "samples that say nothing");
+    }
+
+    /// The mean of n normal numbers: two reported deviations hold it in 95.4 % where the samples are right, and not much
+    /// less where windows scatter by up to twice as much again.
+    #[test]
+    fn law_two_deviations_hold_what_they_should() {
+        let mut noise = Noise::new(5, 1);
+        const DRAWS: usize = 4000;
+        for (rows, truth, least, most) in
+            [(2, 1.0, 0.94, 0.99), (4, 1.0, 0.94, 0.99), (2, 2.0, 0.88, 0.98), (4, 4.0, 0.82, 0.98)]
+        {
+            let (mut held, mut width) = (0, 0.0);
+            for _ in 0..DRAWS {
+                let x: Vec<f64> = (0..rows).map(|_| f64::sqrt(truth) * noise.normal()).collect();
+                let n = rows as f64;
+                let mean = x.iter().sum::<f64>() / n;
+                let shown = x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                let std = (shown / n).sqrt() * widening(n - 1.0, shown, 1.0);
+                held += usize::from(mean.abs() < 2.0 * std);
+                width += std / (truth / n).sqrt() / DRAWS as f64;
+            }
+            let share = held as f64 / DRAWS as f64;
+            assert!(
+                (least..most).contains(&share),
+                "{rows} rows, variance {truth}: {share}, {width:.2} times too wide"
+            );
+        }
+    }
+}
