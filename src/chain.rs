@@ -195,6 +195,9 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         let states = remember(&at, model, k, &theta(k), &at.command, (&mut inputs, &mut memory), false);
         term.effect.wrench(&at, term.place, &theta(k), &states, &mut wrench);
         for i in 0..6 {
+            if let Some(blend) = term.blend {
+                wrench[i] = parameters[blend] * wrench[i];
+            }
             force[i] += wrench[i];
         }
         components.push((Some(k), wrench));

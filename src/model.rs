@@ -34,7 +34,8 @@ pub struct Term {
     pub place: Place,
     /// Indices of its parameters.
     pub parameters: Vec<usize>,
-    /// Parameter α that blends an actuator effect in, τ + α (effect(τ) − τ): 0 without it, 1 with it in full.
+    /// Parameter α that blends an effect in, τ + α (effect(τ) − τ) of an actuator, α τ of a force: 0 without it, 1 with
+    /// it in full.
     /// Discovery scores candidates by it; `None` in an ordinary model.
     pub blend: Option<usize>,
     /// Channels from which the memory of the effect is read, computed beforehand; `None` where it is simulated.

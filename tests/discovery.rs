@@ -100,6 +100,25 @@ fn blind_unstable_runs_are_compared_in_segments() {
     assert!(gap(&found, 0) < 1.15, "{}", gap(&found, 0));
 }
 
+/// At a fifth of the noise the error of steps that are long for the small vehicle's yaw would show, and be named.
+#[test]
+fn blind_little_noise_on_a_quick_vehicle_shows_no_step_of_the_integrator() {
+    let little = BlindOptions { seed: 111, craft: CraftKind::Small, noise: 0.2, ..BlindOptions::default() };
+    let (_, found) = answer(&little);
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{:?}", found.effects);
+}
+
+/// Every step of the gap says whether its effect stays.
+#[test]
+fn blind_steps_that_were_dropped_say_so() {
+    let (_, found) = hiding("coriolis_yaw", CraftKind::Small, 101);
+    let kept: Vec<&str> = found.gap.iter().filter(|s| !s.dropped).filter_map(|s| s.added.as_deref()).collect();
+    assert_eq!(kept, ["coriolis_yaw"]);
+    for step in found.gap.iter().filter(|s| s.dropped) {
+        assert!(found.removed.contains(step.added.as_ref().unwrap()), "{step:?}");
+    }
+}
+
 /// What no catalogue holds may get a neighbour's name, but not the verdict that it is explained by a stranger.
 #[test]
 fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {

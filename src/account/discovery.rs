@@ -139,7 +139,7 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     };
     let mut bars: Vec<Bar> = Vec::new();
     let mut before: Option<f64> = None;
-    for step in &found.gap {
+    for step in found.gap.iter().filter(|step| !step.dropped) {
         let rms = *step.held_out_rms.get(dof)?;
         let label = step.added.clone().unwrap_or_else(|| "baseline".into());
         let (value, total) = before.map_or((rms, true), |known| (rms - known, false));

@@ -75,7 +75,8 @@ fn gap(found: &Discovery) -> String {
     let columns: Vec<&Measured> = first.held_out_rms.keys().collect();
     let mut rows: Vec<Vec<String>> = Vec::new();
     for (k, step) in found.gap.iter().enumerate() {
-        let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}"));
+        let later = if step.dropped { " (dropped later)" } else { "" };
+        let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}{later}"));
         let cell = |m: &&Measured| match (step.held_out_rms.get(*m), step.noise_floor.get(*m)) {
             (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", number(*rms), rms / noise),
             (Some(rms), _) => number(*rms),

@@ -1,7 +1,8 @@
 //! Candidates: every effect of the catalogue that is not in the model yet, at every place where it may stand.
 //!
 //! An effect with shape parameters is probed at each point of its grid; a candidate is all its probes. Terms that
-//! share a parameter (the net weight in surge and sway) are one candidate.
+//! share a parameter (the net weight in surge and sway) are one candidate. A row of −C(ν)ν that has two products here is
+//! asked for as a whole, its coefficients those of the momentum, beside its leading product alone.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -32,6 +33,12 @@ impl Candidate {
     /// Family of its first term.
     pub fn family(&self) -> Family {
         self.terms[0].0.about().family
+    }
+
+    /// Whether its first term has parameters: the whole row of −C(ν)ν has none.
+    pub fn has_parameters(&self) -> bool {
+        let (effect, place) = &self.terms[0];
+        !effect.parameters(*place).is_empty()
     }
 
     /// Degrees of freedom in which it acts, among those of the model.
@@ -74,6 +81,24 @@ impl Candidate {
     }
 }
 
+/// The second product νⱼ νₖ of each row of −C(ν)ν with a diagonal inertia.
+const SECOND: [(&str, [Dof; 2]); 6] = [
+    ("coriolis_surge", [Dof::Heave, Dof::Pitch]),
+    ("coriolis_sway", [Dof::Heave, Dof::Roll]),
+    ("coriolis_heave", [Dof::Sway, Dof::Roll]),
+    ("coriolis_roll", [Dof::Pitch, Dof::Yaw]),
+    ("coriolis_pitch", [Dof::Roll, Dof::Yaw]),
+    ("coriolis_yaw", [Dof::Roll, Dof::Pitch]),
+];
+
+/// The rows of −C(ν)ν of which one free coefficient does not tell the whole: nothing of them is left to find.
+fn whole_rows(model: &Model) -> Vec<Arc<dyn Effect>> {
+    let mut rows = catalogue(Coriolis::Tied);
+    let two = |id: &str| SECOND.iter().any(|(row, second)| *row == id && second.iter().all(|d| model.dofs.contains(d)));
+    rows.retain(|e| model.coriolis == Coriolis::Tied && two(e.about().id));
+    rows
+}
+
 /// Degrees of freedom of an effect of the whole vehicle that does not act in all of them.
 fn acts_in(id: &str, model: &Model) -> Vec<Dof> {
     let suffix = id.rsplit('_').next().unwrap_or_default();
@@ -95,8 +120,10 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
     let loudest = loudest_command(model, runs);
     let mut list: Vec<Candidate> = Vec::new();
     let known = catalogue(Coriolis::Free);
+    let whole = whole_rows(model);
     let places = known
         .iter()
+        .chain(&whole)
         .flat_map(|effect| places_for(effect.as_ref(), model, runs).into_iter().map(|p| (effect.clone(), p)));
     for (effect, place) in places.chain(own.iter().cloned()) {
         let about = effect.about();
@@ -121,9 +148,11 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         }
         let scale = place.dof.map_or(0.0, |dof| loudest[dof.index()]);
         let probes = probes(effect.as_ref(), place, scale);
-        let blended = about.family == Family::Actuator
-            && effect.parameters(place).iter().all(|p| !p.is_linear())
-            && about.id != "supply_voltage";
+        let parameters = effect.parameters(place);
+        let blended = parameters.is_empty()
+            || about.family == Family::Actuator
+                && parameters.iter().all(|p| !p.is_linear())
+                && about.id != "supply_voltage";
         list.push(Candidate { terms: vec![(effect, place)], probes, blended });
     }
     list
@@ -213,4 +242,30 @@ fn probes(effect: &dyn Effect, place: Place, loudest: f64) -> Vec<Vec<f64>> {
             .collect();
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(dofs: &[Dof], coriolis: Coriolis) -> Vec<(String, bool)> {
+        let model = Model::with_effects(dofs, coriolis, &["inertia"]).unwrap();
+        let rows = candidates(&model, &[], &[]).into_iter().filter(|c| c.name().starts_with("coriolis"));
+        rows.map(|c| (c.name(), c.has_parameters())).collect()
+    }
+
+    /// −C(ν)ν has one product a row in the horizontal plane and two in space, where one coefficient does not tell the row.
+    #[test]
+    fn a_row_of_two_products_is_asked_for_as_a_whole() {
+        let planar = rows(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied);
+        assert_eq!(planar.len(), 3);
+        assert!(planar.iter().all(|(_, parameters)| *parameters));
+        let spatial = rows(&Dof::ALL, Coriolis::Tied);
+        for (row, _) in SECOND {
+            for parameters in [true, false] {
+                assert!(spatial.contains(&(row.to_string(), parameters)), "{row}: {spatial:?}");
+            }
+        }
+        assert!(rows(&Dof::ALL, Coriolis::Free).iter().all(|(_, parameters)| *parameters));
+    }
 }

@@ -13,17 +13,24 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::search::noise_level;
 use crate::estimate::output_error::{OutputErrorFit, normal_factor};
 
 /// Probability of as great a fall of the cost by chance, times the number `count` of probes that chance had.
 pub(super) fn p_of_refit(before: &OutputErrorFit, after: &OutputErrorFit, count: f64) -> f64 {
     let all = after.problem.unknowns.len();
     let known = before.problem.unknowns.len();
-    if all <= known {
+    let fall = (before.cost - after.cost).max(0.0);
+    if all < known {
         return 1.0;
     }
+    if all == known {
+        // an effect without a parameter: a fall of the cost that one parameter of nothing would bring is chance
+        let spare = after.problem.segments.len() as f64;
+        let chance = FisherSnedecor::new(1.0, spare).map_or(1.0, |d| d.sf(fall / noise_level(after).max(0.7)));
+        return (chance * count).min(1.0);
+    }
     let k = all - known;
-    let fall = (before.cost - after.cost).max(0.0);
     let factor = normal_factor(&after.problem, &after.model, &after.linearised);
     let at = |i: usize, j: usize| if i <= j { factor.at(i, j)[0] } else { 0.0 };
     let own = DMatrix::from_fn(known, known, at);

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{Search, SearchOptions, Step, search};
+use super::stand_in::{STANDS_IN, stand_in};
 use super::whereabouts::{Where, whereabouts};
 use super::{Candidate, Gap, candidates, floor, gap, unstable};
 use crate::effects::{Effect, Place};
@@ -70,6 +71,8 @@ pub struct FoundEffect {
 pub struct GapStep {
     /// What was added; `None` for the refitted baseline.
     pub added: Option<String>,
+    /// Whether it was dropped again: what came later does without it.
+    pub dropped: bool,
     /// Root mean square of simulated less measured velocity, by degree of freedom, and of observed channels.
     pub held_out_rms: BTreeMap<Measured, f64>,
     /// Sensor noise of the same.
@@ -152,7 +155,7 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, UNSTABLE, TIED];
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, UNSTABLE, TIED, STANDS_IN];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -196,7 +199,7 @@ pub fn discover(
     let last = found.last_fit();
     let mut warnings = Vec::new();
     let judges = if held.is_empty() { train.clone() } else { held.clone() };
-    let fitting = &OutputErrorOptions { segment: found.segment, ..fitting.clone() };
+    let fitting = &OutputErrorOptions { segment: found.segment, longest_step: found.longest_step, ..fitting.clone() };
     let mut noise = floor(&last.model, &judges, fitting)?;
     for (measured, floor) in &mut noise {
         // what is known of a sensor is not beaten by how well short segments fit it
@@ -212,7 +215,7 @@ pub fn discover(
         } else {
             gap(&step.fit.model, &held, fitting, &cut)?
         };
-        steps.push(gap_step(step.name.clone(), gap, &noise));
+        steps.push(gap_step(step.name.clone(), dropped(&found, k), gap, &noise));
     }
     if held.is_empty() {
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
@@ -230,11 +233,15 @@ pub fn discover(
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
+    let stands_in = stand_in(&effects);
+    if let Some(reason) = &stands_in {
+        warnings.push(Finding::new(&STANDS_IN, reason.clone()));
+    }
     let verdict = match (effects.is_empty(), open.is_empty()) {
         (true, true) => Verdict::NothingMissing,
         (true, false) => Verdict::Unexplained,
-        (false, true) => Verdict::Explained,
-        (false, false) => Verdict::PartlyExplained,
+        (false, true) if stands_in.is_none() => Verdict::Explained,
+        (false, _) => Verdict::PartlyExplained,
     };
     let residuals = residuals(&found.steps[0].fit, &train);
     let seen = |name: &String| found.last.iter().any(|(known, _)| known == name);
@@ -257,9 +264,18 @@ pub fn discover(
     })
 }
 
-fn gap_step(added: Option<String>, gap: Gap, noise: &BTreeMap<Measured, f64>) -> GapStep {
+/// Whether what came in step `k` is not in the final model, or came again later.
+fn dropped(found: &Search, k: usize) -> bool {
+    let name = found.steps[k].name.as_ref();
+    name.is_some_and(|name| {
+        let again = found.steps[k + 1..].iter().any(|later| later.name.as_ref() == Some(name));
+        again || found.added.iter().all(|added| added.candidate.name() != *name)
+    })
+}
+
+fn gap_step(added: Option<String>, dropped: bool, gap: Gap, noise: &BTreeMap<Measured, f64>) -> GapStep {
     let runs = gap.runs.into_iter().map(|(run, held_out_rms)| GapOfRun { run, held_out_rms }).collect();
-    GapStep { added, held_out_rms: gap.rms, noise_floor: noise.clone(), runs }
+    GapStep { added, dropped, held_out_rms: gap.rms, noise_floor: noise.clone(), runs }
 }
 
 /// The gap with each run held out in turn and the model refitted on the others; of a single run the last third.

@@ -8,10 +8,14 @@
 //! ```
 //!
 //! φ is the inflation of the noise that this very candidate sees: 1 for white residuals at the assumed level, more
-//! where residuals are correlated or something else is missing. Clusters are segments; G_eff = (Σ tr I_c)²/Σ (tr I_c)²
+//! where residuals are correlated or something else is missing. Clusters are segments, short ones joined to stretches of
+//! some seconds; G_eff = (Σ tr I_c)²/Σ (tr I_c)²
 //! counts those in which the candidate says anything. Liang and Zeger (1986); Bell and McCaffrey (2002).
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::products::{Own, Products};
@@ -48,9 +52,36 @@ pub const INDISTINGUISHABLE: f64 = 0.003;
 
 /// Judges all probes. `count` is the number of probes that chance had.
 pub fn judge(problem: &Problem, own: &[Own], probes: &[Probe]) -> Vec<Evidence> {
-    let base = Base::new(problem, own);
+    let clusters = clusters(problem);
+    let own: Vec<Own> = clusters.iter().map(|c| Own::sum(&own[c.clone()])).collect();
+    let tracks: Vec<usize> = clusters.iter().map(|c| problem.segments[c.start].track).collect();
+    let base = Base::new(problem, &tracks, &own);
     let count = probes.len() as f64;
-    probes.iter().filter_map(|probe| base.judge(problem, own, probe, count)).collect()
+    let joined = |probe: &Probe| Probe {
+        segments: clusters.iter().map(|c| Products::sum(&probe.segments[c.clone()])).collect(),
+        ..*probe
+    };
+    probes.par_iter().filter_map(|probe| base.judge(&tracks, &own, &joined(probe), count)).collect()
+}
+
+/// Length from which on residuals of two stretches are taken as independent, s.
+const CLUSTER: f64 = 6.0;
+
+/// Segments that follow one another, joined until they are long enough.
+fn clusters(problem: &Problem) -> Vec<Range<usize>> {
+    let mut all: Vec<Range<usize>> = Vec::new();
+    for (k, segment) in problem.segments.iter().enumerate() {
+        let time = &problem.tracks[segment.track].time;
+        let joins = |known: &Range<usize>| {
+            let first = &problem.segments[known.start];
+            first.track == segment.track && time[segment.last] - time[first.first] <= CLUSTER
+        };
+        match all.last_mut() {
+            Some(known) if joins(known) => known.end = k + 1,
+            _ => all.push(k..k + 1),
+        }
+    }
+    all
 }
 
 /// The model's own information.
@@ -61,12 +92,12 @@ struct Base {
 }
 
 impl Base {
-    fn new(problem: &Problem, own: &[Own]) -> Base {
+    fn new(problem: &Problem, tracks: &[usize], own: &[Own]) -> Base {
         let p = problem.unknowns.len();
         let columns: Vec<Vec<usize>> = (0..problem.tracks.len()).map(|t| problem.columns_of(t)).collect();
         let mut xx = DMatrix::<f64>::zeros(p, p);
-        for (segment, own) in problem.segments.iter().zip(own) {
-            let map = &columns[segment.track];
+        for (track, own) in tracks.iter().zip(own) {
+            let map = &columns[*track];
             for (i, a) in map.iter().enumerate() {
                 for (j, b) in map.iter().enumerate() {
                     xx[(*a, *b)] += own.xx[i * map.len() + j];
@@ -76,15 +107,15 @@ impl Base {
         Base { unknowns: p, inverse: inverse(&xx), columns }
     }
 
-    fn judge(&self, problem: &Problem, own: &[Own], probe: &Probe, count: f64) -> Option<Evidence> {
-        let runs = problem.tracks.len();
+    fn judge(&self, tracks: &[usize], own: &[Own], probe: &Probe, count: f64) -> Option<Evidence> {
+        let runs = self.columns.len();
         let k0 = probe.segments.first()?.zr.len();
         let k = if probe.per_run { k0 * runs } else { k0 };
         let spread = |track: usize, products: &Products| {
             Wide::new(products, probe.per_run, track, k0, k, &self.columns[track], self.unknowns)
         };
         let wide: Vec<Wide> =
-            problem.segments.iter().zip(&probe.segments).map(|(s, products)| spread(s.track, products)).collect();
+            tracks.iter().zip(&probe.segments).map(|(track, products)| spread(*track, products)).collect();
         let sum = |f: &dyn Fn(&Wide) -> &DMatrix<f64>, rows, columns| {
             wide.iter().fold(DMatrix::<f64>::zeros(rows, columns), |total, w| total + f(w))
         };
@@ -101,10 +132,10 @@ impl Base {
         let gradients: Vec<DVector<f64>> = wide
             .iter()
             .zip(own)
-            .zip(&problem.segments)
-            .map(|((w, own), s)| {
+            .zip(tracks)
+            .map(|((w, own), track)| {
                 let mut xr = DVector::<f64>::zeros(self.unknowns);
-                for (i, column) in self.columns[s.track].iter().enumerate() {
+                for (i, column) in self.columns[*track].iter().enumerate() {
                     xr[*column] += own.xr[i];
                 }
                 &w.zr - b.transpose() * xr
@@ -116,9 +147,9 @@ impl Base {
         let shares: Vec<DMatrix<f64>> = wide
             .iter()
             .zip(own)
-            .zip(&problem.segments)
-            .map(|((w, own), s)| {
-                let map = &self.columns[s.track];
+            .zip(tracks)
+            .map(|((w, own), track)| {
+                let map = &self.columns[*track];
                 let mut xx = DMatrix::<f64>::zeros(self.unknowns, self.unknowns);
                 for (i, a) in map.iter().enumerate() {
                     for (j, c) in map.iter().enumerate() {
@@ -143,7 +174,7 @@ impl Base {
         let inflation = ((&info_inverse * v).trace() / k as f64 * correction.min(clusters)).max(0.7);
         let f = explained / (k as f64 * inflation);
         let chance = FisherSnedecor::new(k as f64, spare.max(1.0)).map_or(1.0, |d| d.sf(f));
-        let left_out_gain = left_out(problem, &gradients, &shares, &information, &score, runs, probe.per_run);
+        let left_out_gain = left_out(tracks, &gradients, &shares, &information, &score, runs, probe.per_run);
         // visible: five standard deviations, which is where the corrected test is all but sure to see it
         let visible = 5.0 * (info_inverse[(0, 0)].max(0.0) * inflation).sqrt();
         Some(Evidence {
@@ -196,7 +227,7 @@ impl Wide {
 
 /// Gain on each run when the candidate is estimated on the others: 2βᵀS_r − βᵀI_rβ with β = (I − I_r)⁻¹(S − S_r).
 fn left_out(
-    problem: &Problem,
+    tracks: &[usize],
     gradients: &[DVector<f64>],
     shares: &[DMatrix<f64>],
     information: &DMatrix<f64>,
@@ -212,8 +243,8 @@ fn left_out(
         .map(|run| {
             let mut s = DVector::<f64>::zeros(k);
             let mut i = DMatrix::<f64>::zeros(k, k);
-            for ((segment, gradient), share) in problem.segments.iter().zip(gradients).zip(shares) {
-                if segment.track == run {
+            for ((track, gradient), share) in tracks.iter().zip(gradients).zip(shares) {
+                if *track == run {
                     s += gradient;
                     i += share;
                 }

@@ -131,22 +131,7 @@ pub fn unstable(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Re
 }
 
 /// What an uncertain initial state may grow to, in units of the noise, on a segment that is to be fitted.
-const BOUND: f64 = 10.0;
-
-/// Of so many segments one is looked at.
-const EVERY: usize = 4;
-
-/// Whether the motion is so steady that segments of `length` seconds can be fitted from where shorter ones begin.
-pub(super) fn steady(fit: &OutputErrorFit, length: f64) -> bool {
-    let segments = fit.problem.segments.iter().zip(&fit.linearised).zip(&fit.initial_states);
-    segments.step_by(EVERY).all(|((segment, linear), start)| {
-        let track = &fit.problem.tracks[segment.track];
-        let end = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
-        let last = track.time[..end].partition_point(|t| *t < track.time[segment.first] + length) - 1;
-        let stretch = Stretch { last: last.max(segment.last), ..*segment };
-        spread(fit, &stretch, linear, start) < BOUND
-    })
-}
+pub(super) const BOUND: f64 = 10.0;
 
 /// Root mean square over a stretch of what the uncertain initial state makes of a velocity, in units of its noise; the
 /// worst of all velocities.
@@ -164,20 +149,25 @@ fn spread(fit: &OutputErrorFit, stretch: &Stretch, linear: &Linearised, start: &
         count += 1.0;
         for (sum, output) in sums.iter_mut().zip(&velocities) {
             let row = &at.jacobian[output * width..output * width + nx];
-            let mut solved = vec![0.0; nx];
-            for i in 0..nx {
-                let known: f64 = (0..i).map(|j| linear.at(j, i) * solved[j]).sum();
-                let pivot = linear.at(i, i);
-                // a state of which nothing is known and that nothing reads spreads nothing
-                let rest = row[i][0] - known;
-                solved[i] = if pivot == 0.0 { if rest == 0.0 { 0.0 } else { f64::INFINITY } } else { rest / pivot };
-            }
-            *sum += solved.iter().map(|x| x * x).sum::<f64>() / fit.problem.sigma[*output].powi(2);
+            *sum += variance(linear, nx, |i| row[i][0]) / fit.problem.sigma[*output].powi(2);
         }
     };
     integrate_fast(dynamics, &fit.problem.tracks, &[Some(*stretch)], &theta, &start, true, &mut take);
     let sizes = sums.iter().map(|s| (s / f64::max(count, 1.0)).sqrt());
     sizes.fold(0.0, |most, s| if s.is_nan() || s > most { s } else { most })
+}
+
+/// |R⁻ᵀ rowᵀ|²: variance of what the `row` makes of the initial states that a segment leaves uncertain; infinite where it
+/// reads a state of which nothing is known.
+pub(super) fn variance(segment: &Linearised, nx: usize, row: impl Fn(usize) -> f64) -> f64 {
+    let mut solved = vec![0.0; nx];
+    for i in 0..nx {
+        let known: f64 = (0..i).map(|j| segment.at(j, i) * solved[j]).sum();
+        let (pivot, rest) = (segment.at(i, i), row(i) - known);
+        // a state of which nothing is known and that nothing reads spreads nothing
+        solved[i] = if pivot == 0.0 { if rest == 0.0 { 0.0 } else { f64::INFINITY } } else { rest / pivot };
+    }
+    solved.iter().map(|x| x * x).sum()
 }
 
 fn rms(sums: &BTreeMap<Measured, (f64, f64)>) -> BTreeMap<Measured, f64> {

@@ -14,6 +14,8 @@ mod residual;
 mod revise;
 mod score;
 mod search;
+mod settle;
+mod stand_in;
 mod thin;
 mod whereabouts;
 

@@ -2,7 +2,7 @@
 //!
 //! A linearisation at a model that is far off can put a wrong name first and call the right one unsure. Two steps of the
 //! fit from where the linearisation points show what a candidate is worth; whoever cannot come near the best any more
-//! is left there, the others are fitted to the end.
+//! is left there, and of the others the better half goes on by as many steps, until the last few are fitted to the end.
 
 use super::confirm::p_of_refit;
 use super::search::{Added, SearchOptions, noise_level, penalty};
@@ -14,11 +14,17 @@ use crate::run::Run;
 /// Steps of the fit before the first comparison.
 const HEAT: usize = 2;
 
+/// So many are fitted to the end.
+const LAST: usize = 3;
+
 /// A candidate that explains less than this share of what the best one does is not refitted.
 const SHARE: f64 = 0.1;
 
 /// Noise level from which on candidates are refitted that the linearisation is not sure of.
 const MISFIT: f64 = 1.3;
+
+/// Noise level below which a model leaves nothing to others.
+const AT_THE_NOISE: f64 = 1.05;
 
 /// How many of those.
 const UNSURE: usize = 4;
@@ -63,6 +69,7 @@ pub(super) fn best(
         .iter()
         .filter(|t| t.candidate != first.candidate && (t.fit.cost - first.fit.cost) < inflation * options.tie)
         .map(|t| list[t.candidate].name())
+        .filter(|name| *name != list[first.candidate].name())
         .collect();
     if list[first.candidate].name() == "thrust_delay" {
         also_possible.push("sensor_delay".into());
@@ -113,21 +120,36 @@ fn contest<'a>(
         let fit = refit(current, runs, &list[evidence.candidate], evidence, &heat)?;
         Some(Tried { candidate: evidence.candidate, evidence, fit })
     };
-    let mut tried: Vec<Tried<'a>> = short.into_iter().enumerate().filter_map(start).collect();
+    let mut tried: Vec<Tried<'a>> = Vec::new();
+    for (k, evidence) in short.into_iter().enumerate() {
+        // who has reached the noise leaves nothing to those whose signal explains much less
+        let done =
+            |t: &Tried<'_>| noise_level(&t.fit) < AT_THE_NOISE && evidence.explained < 0.5 * t.evidence.explained;
+        if !tried.iter().any(done) {
+            tried.extend(start((k, evidence)));
+        }
+    }
     let hoped = |t: &Tried<'_>| t.fit.cost - if t.fit.converged { 0.0 } else { 2.0 * promise(&t.fit) };
-    tried.sort_by(|a, b| b.net(current.cost, hoped(b)).total_cmp(&a.net(current.cost, hoped(a))));
-    let mut lowest = f64::INFINITY;
-    for t in &mut tried {
-        let tie = noise_level(&t.fit).max(1.0) * options.tie;
-        if t.fit.converged || hoped(t) > lowest + tie {
-            lowest = lowest.min(t.fit.cost);
-            continue;
+    let mut left = tried.len();
+    let mut steps = HEAT;
+    while steps < fitting.iterations {
+        // a fit that begins anew looks for its damping anew, so that later rounds are longer
+        steps *= 3;
+        let round = OutputErrorOptions { iterations: steps.min(fitting.iterations), ..fitting.clone() };
+        tried.sort_by(|a, b| b.net(current.cost, b.fit.cost).total_cmp(&a.net(current.cost, a.fit.cost)));
+        let Some(lowest) = tried.iter().map(|t| t.fit.cost).min_by(f64::total_cmp) else { break };
+        let open = |t: &Tried<'_>| !t.fit.converged && hoped(t) < lowest + noise_level(&t.fit).max(1.0) * options.tie;
+        if !tried.iter().take(left).any(open) {
+            break;
         }
-        let states = t.fit.initial_states.clone();
-        if let Ok(fit) = fit_from(&t.fit.model, t.fit.problem.clone(), states, fitting) {
-            t.fit = fit;
+        for t in tried.iter_mut().take(left).filter(|t| open(t)) {
+            let states = t.fit.initial_states.clone();
+            if let Ok(fit) = fit_from(&t.fit.model, t.fit.problem.clone(), states, &round) {
+                t.fit = fit;
+            }
         }
-        lowest = lowest.min(t.fit.cost);
+        // whoever stays in the second half is left where it is
+        left = left.div_ceil(2).max(LAST).min(tried.len());
     }
     tried.sort_by(|a, b| b.net(current.cost, b.fit.cost).total_cmp(&a.net(current.cost, a.fit.cost)));
     tried
@@ -172,7 +194,8 @@ fn refit(
         }
     }
     let problem = Problem::new(&model, runs, fitting).ok()?;
-    let problem = Problem { sigma: current.problem.sigma.clone(), ..problem };
+    let (sigma, segments) = (current.problem.sigma.clone(), current.problem.segments.clone());
+    let problem = Problem { sigma, segments, ..problem };
     let states = problem.dynamics.states.len() - problem.dynamics.memories();
     let mut x0 = problem.initial_states(&model);
     for (new, old) in x0.iter_mut().zip(&current.initial_states) {

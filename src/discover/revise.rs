@@ -77,7 +77,8 @@ fn fit_without(
 ) -> Result<Option<OutputErrorFit>, OutputErrorError> {
     let model = without(&current.model, candidate);
     let problem = Problem::new(&model, runs, fitting)?;
-    let problem = Problem { sigma: current.problem.sigma.clone(), ..problem };
+    let (sigma, segments) = (current.problem.sigma.clone(), current.problem.segments.clone());
+    let problem = Problem { sigma, segments, ..problem };
     let mut x0 = problem.initial_states(&model);
     let states = problem.dynamics.states.len() - problem.dynamics.memories();
     for (new, old) in x0.iter_mut().zip(&current.initial_states) {

@@ -9,12 +9,12 @@
 
 use std::sync::Arc;
 
-use super::gap::steady;
 use super::refit::best;
 use super::revise::{exchange, prune};
+use super::settle::{Settled, settle};
 use super::{Candidate, Evidence, candidates, judge, score};
 use crate::effects::{Effect, Family, Place};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions};
 use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
@@ -75,8 +75,10 @@ pub struct Search {
     pub removed: Vec<String>,
     /// Evidence of all candidates at the last step, best first.
     pub last: Vec<(String, Evidence)>,
-    /// Length of the segments of the last fit, s: shorter than asked for where the motion is unstable.
+    /// Greatest length of the segments of the last fit, s: shorter than asked for where the model is far from the data.
     pub segment: f64,
+    /// Longest step of the integrator, s: shorter than asked for where the noise is so small that it would show.
+    pub longest_step: f64,
 }
 
 impl Search {
@@ -98,13 +100,14 @@ pub fn search(
     options: &SearchOptions,
 ) -> Result<Search, OutputErrorError> {
     progress::tell("fitting the baseline", 0, 0);
-    let (fit, mut at) = settle(baseline, runs, fitting)?;
+    let Settled { fit, options: mut at, mut rough } = settle(baseline, runs, fitting)?;
     let mut found = Search {
         steps: vec![Step { name: None, fit }],
         added: Vec::new(),
         removed: Vec::new(),
         last: Vec::new(),
         segment: at.segment,
+        longest_step: at.longest_step,
     };
     let mut exchanges = 0;
     loop {
@@ -113,7 +116,9 @@ pub fn search(
         let (probes, products) = score(&current, runs, &list, &at)?;
         let mut evidence = judge(&current.problem, &products, &probes);
         evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
-        let scored = evidence.iter().map(|e| (list[e.candidate].name(), e.clone())).collect();
+        // a row as a whole stands under the name of its leading product
+        let named = evidence.iter().filter(|e| list[e.candidate].has_parameters());
+        let scored = named.map(|e| (list[e.candidate].name(), e.clone())).collect();
         let before = std::mem::replace(&mut found.last, scored);
         let latest = found.steps.last().and_then(|step| step.name.clone());
         if let Some(newest) = found.added.last_mut().filter(|a| Some(a.candidate.name()) == latest) {
@@ -131,14 +136,14 @@ pub fn search(
             prune(&mut found, runs, &at, 1)?;
             continue;
         };
-        if at.segment < fitting.segment && steady(&fit, fitting.segment) {
-            (fit, at) = settle(&fit.model, runs, fitting)?;
+        if rough {
+            Settled { fit, options: at, rough } = settle(&fit.model, runs, fitting)?;
         }
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
         prune(&mut found, runs, &at, 1)?;
     }
-    found.segment = at.segment;
+    (found.segment, found.longest_step) = (at.segment, at.longest_step);
     Ok(found)
 }
 
@@ -164,58 +169,6 @@ fn same_as(newest: &mut Added, before: &[(String, Evidence)], now: &[(String, Ev
             newest.also_possible.push(name.clone());
         }
     }
-}
-
-/// Residual variance over that of the noise up to which a fit is not questioned.
-const PLAIN: f64 = 1.3;
-
-/// Residual variance over that of the noise from which on segments are cut short.
-const ROUGH: f64 = 25.0;
-
-/// Steps after which a fit that is still rough is given up.
-const PATIENCE: usize = 10;
-
-/// Fits a model on segments of the wanted length; where it is so far from the data, or the motion so unstable, that a
-/// long segment can lead into a wrong valley, on segments of a third of it. Returns the fit with the options it was made
-/// with.
-fn settle(
-    model: &Model,
-    runs: &[Run],
-    fitting: &OutputErrorOptions,
-) -> Result<(OutputErrorFit, OutputErrorOptions), OutputErrorError> {
-    let attempt = |options: &OutputErrorOptions| {
-        let problem = Problem::new(model, runs, options)?;
-        let x0 = problem.initial_states(model);
-        fit_from(model, problem, x0, options)
-    };
-    let whole = attempt(&OutputErrorOptions { iterations: PATIENCE, ..fitting.clone() });
-    let finished = |whole: Result<OutputErrorFit, OutputErrorError>| {
-        let fit = whole?;
-        let states = fit.initial_states.clone();
-        let fit = if fit.converged { fit } else { fit_from(&fit.model, fit.problem.clone(), states, fitting)? };
-        Ok((fit, fitting.clone()))
-    };
-    if whole.as_ref().is_ok_and(|fit| noise_level(fit) < PLAIN) {
-        return finished(whole);
-    }
-    let tame = whole.as_ref().is_ok_and(|fit| noise_level(fit) < ROUGH);
-    let mut last = None;
-    for parts in [3.0, 8.0] {
-        let short = OutputErrorOptions { segment: fitting.segment / parts, iterations: PATIENCE, ..fitting.clone() };
-        let Ok(fit) = attempt(&short) else { continue };
-        if tame && steady(&fit, fitting.segment) {
-            return finished(whole);
-        }
-        let done = fit.converged && noise_level(&fit) < ROUGH;
-        last = Some((fit, OutputErrorOptions { iterations: fitting.iterations, ..short }));
-        if done {
-            break;
-        }
-    }
-    if let Some(short) = last {
-        return Ok(short);
-    }
-    finished(whole)
 }
 
 /// Fall of the cost less what as many parameters of nothing would bring, in units of the inflated noise.

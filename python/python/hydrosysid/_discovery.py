@@ -67,12 +67,17 @@ class GapOfRun:
 
 @dataclass(frozen=True)
 class GapStep:
-    """Error on held-out runs after `added` came in; `None` for the refitted baseline."""
+    """Error on held-out runs after `added` came in; `None` for the refitted baseline, `dropped` if it went again."""
 
     added: str | None
+    dropped: bool
     held_out_rms: dict[str, float]
     noise_floor: dict[str, float]
     runs: tuple[GapOfRun, ...]
+
+
+def _label(step: GapStep) -> str:
+    return (step.added or "baseline") + (" (dropped later)" if step.dropped else "")
 
 
 @dataclass(frozen=True)
@@ -178,7 +183,7 @@ class Discovery(Result):
     def _gap_rows(self) -> Rows:
         return [
             {
-                "with": step.added or "baseline",
+                "with": _label(step),
                 "dof": dof,
                 "held-out rms": rms,
                 "noise": step.noise_floor.get(dof),
@@ -206,9 +211,10 @@ class Discovery(Result):
             style: passed on to `matplotlib.axes.Axes.plot`.
         """
         ax = axes(ax)
-        steps = [step.added or "baseline" for step in self.gap]
-        for dof in self.gap[0].held_out_rms if self.gap else ():
-            ratio = [step.held_out_rms[dof] / step.noise_floor[dof] for step in self.gap]
+        kept = [step for step in self.gap if not step.dropped]
+        steps = [_label(step) for step in kept]
+        for dof in kept[0].held_out_rms if kept else ():
+            ratio = [step.held_out_rms[dof] / step.noise_floor[dof] for step in kept]
             ax.plot(range(len(steps)), ratio, **({"marker": "o", "label": dof} | style))
         ax.axhline(1.0, color="0.3", linewidth=0.8)
         ax.set_yscale("log")

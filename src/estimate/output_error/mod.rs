@@ -19,6 +19,7 @@ mod problem;
 mod resampled;
 mod response;
 mod states;
+mod step_error;
 
 use std::collections::BTreeMap;
 
@@ -31,6 +32,7 @@ pub use problem::{Linearised, Problem, Unknown};
 pub use bound::cramer_rao;
 pub use covariance::StdMethod;
 pub use loss::Loss;
+pub(crate) use step_error::step_error;
 
 use crate::model::Model;
 use crate::run::Run;
@@ -181,7 +183,7 @@ pub(crate) fn fit_from(
         let cost = total(&settled);
         return finish(model, problem, x0, settled, cost, samples, steps, steps < options.iterations, options);
     }
-    let (mut damping, mut iterations, mut converged) = (1e-6, 0, false);
+    let (mut damping, mut iterations, mut converged, mut refused) = (1e-6, 0, false, false);
     let mut held = vec![0.0; problem.segments.len()];
     while iterations < options.iterations {
         iterations += 1;
@@ -201,8 +203,12 @@ pub(crate) fn fit_from(
         let gain = cost - next_cost;
         if next_cost.is_finite() && gain >= -1e-9 * cost.abs() {
             (model, x0, current, cost) = (trial, states, next, next_cost);
-            damping = (damping * 0.1).max(1e-12);
-            states::ease(&mut held);
+            // what has just been refused would be refused again
+            if !refused {
+                damping = (damping * 0.1).max(1e-12);
+                states::ease(&mut held);
+            }
+            refused = false;
             if predicted.min(gain.abs()) < options.tolerance || predicted < 1e-12 * cost {
                 converged = true;
                 break;
@@ -211,7 +217,7 @@ pub(crate) fn fit_from(
             if unknowns.iter().any(|u| delays.contains(&u.parameter)) {
                 read_inputs(&mut problem, &model);
             }
-            damping = (damping * 10.0).max(1e-4);
+            (damping, refused) = ((damping * 10.0).max(1e-4), true);
             states::hold_back(&mut held, &current, &next);
             if damping > 1e8 {
                 converged = predicted < 1.0;
@@ -348,26 +354,39 @@ pub(crate) fn normal_factor_where(
 }
 
 /// The step of the unknowns with Marquardt's damping, and by how much the linearised cost falls. An unknown that
-/// would leave its bounds is held there.
+/// would leave its bounds goes to the bound and stays there, and the others are found with it there.
 fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f64) -> (Vec<f64>, f64) {
     let p = unknowns.len();
-    let mut held = vec![false; p];
+    let mut bound: Vec<Option<f64>> = vec![None; p];
     loop {
         let mut damped = global.clone();
         for k in 0..p {
-            let length: f64 = (0..=k).map(|i| global.at(i, k)[0].powi(2)).sum::<f64>().sqrt();
-            let weight = if held[k] { 1e12 * length.max(1e-300) } else { damping.sqrt() * length.max(1e-300) };
-            damped.push((0..=p).map(|j| [if j == k { weight } else { 0.0 }]));
+            let length: f64 = (0..=k).map(|i| global.at(i, k)[0].powi(2)).sum::<f64>().sqrt().max(1e-300);
+            let weight = if bound[k].is_some() { 1e8 * length } else { damping.sqrt() * length };
+            let aim = -weight * bound[k].unwrap_or(0.0);
+            damped.push((0..=p).map(|j| {
+                [if j == k {
+                    weight
+                } else if j == p {
+                    aim
+                } else {
+                    0.0
+                }]
+            }));
         }
         damped.fold();
         let step: Vec<f64> = damped.solve().into_iter().map(|x| -x).collect();
-        let leaves = |k: usize| {
+        let mut new = false;
+        for k in (0..p).filter(|k| bound[*k].is_none()).collect::<Vec<_>>() {
             let parameter = &model.parameters[unknowns[k].parameter];
+            let (least, most) = (parameter.min, parameter.max);
             let now = value(model, unknowns[k]);
-            (now <= parameter.min && step[k] < 0.0) || (now >= parameter.max && step[k] > 0.0)
-        };
-        let new: Vec<usize> = (0..p).filter(|k| !held[*k] && leaves(*k)).collect();
-        if new.is_empty() {
+            if now + step[k] < least || now + step[k] > most {
+                bound[k] = Some((now + step[k]).clamp(least, most) - now);
+                new = true;
+            }
+        }
+        if !new {
             let after: f64 = (0..p)
                 .map(|i| {
                     let sum: f64 = (i..p).map(|j| global.at(i, j)[0] * step[j]).sum();
@@ -376,9 +395,6 @@ fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f
                 .sum();
             let before: f64 = (0..p).map(|i| global.at(i, p)[0].powi(2)).sum();
             return (step, (before - after).max(0.0));
-        }
-        for k in new {
-            held[k] = true;
         }
     }
 }
@@ -406,5 +422,30 @@ impl Problem {
             (s.first..=s.last).filter(|k| !self.tracks[s.track].observed[k * width + output].is_nan()).count()
         };
         self.segments.iter().map(count).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    /// min (x + y)² + (x − y)²/4 from (3, 3) with x at least 2: y is found with x there, −6/5, and not with x at 0.
+    #[test]
+    fn exact_step_to_a_bound() {
+        let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        for parameter in &mut model.parameters {
+            (parameter.value, parameter.min) = (3.0, -10.0);
+        }
+        model.parameters[0].min = 2.0;
+        let unknowns = [0, 1].map(|parameter| Unknown { parameter, run: None });
+        let mut global = Fold::<1>::new(3);
+        global.push([1.0, 1.0, 6.0].into_iter().map(|x| [x]));
+        global.push([0.5, -0.5, 0.0].into_iter().map(|x| [x]));
+        global.fold();
+        let (step, _) = damped_step(&global, &model, &unknowns, 0.0);
+        // the bound is held by a weight of 1e8, of which rounding takes its share
+        assert!((step[0] + 1.0).abs() < 1e-9 && (step[1] + 4.2).abs() < 1e-6, "{step:?}");
     }
 }

@@ -1,11 +1,12 @@
 //! Initial states of the segments: how they go with a step of the unknowns, and how they are found alone.
 //!
 //! ```text
-//! (RₓᵀRₓ + λ D) δx = −Rₓᵀ (rₓ + Rₓθ δθ)      D = diag RₓᵀRₓ, segment by segment;  λ = 0: Rₓ δx = −rₓ − Rₓθ δθ
+//! δx = −Rₓ⁻¹ Rₓθ δθ + d      (RₓᵀRₓ + λ D) d = −Rₓᵀ rₓ      D = diag RₓᵀRₓ, segment by segment
 //! ```
 //!
 //! Where motion is unstable the full step of one segment can overshoot although all others are near their best; λ holds
-//! back that segment alone. Marquardt, *SIAM Journal on Applied Mathematics* 11 (1963) 431-441.
+//! back that segment's own share alone. With a step of the unknowns every state goes along in full: the step counts on it.
+//! Marquardt, *SIAM Journal on Applied Mathematics* 11 (1963) 431-441.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -31,14 +32,12 @@ pub(super) fn follow(
         .zip(damping)
         .map(|(((segment, stretch), x), damping)| {
             let columns = problem.columns_of(stretch.track);
-            let wanted: Vec<f64> = (0..nx)
-                .map(|i| {
-                    let by_theta: f64 = columns.iter().enumerate().map(|(d, c)| segment.at(i, nx + d) * step[*c]).sum();
-                    -segment.at(i, segment.n - 1) - by_theta
-                })
-                .collect();
-            let delta = if *damping > 0.0 { held_back(segment, &wanted, *damping) } else { full(segment, &wanted) };
-            x.iter().zip(delta).map(|(x, d)| x + d).collect()
+            let by_theta =
+                |i: usize| -columns.iter().enumerate().map(|(d, c)| segment.at(i, nx + d) * step[*c]).sum::<f64>();
+            let with: Vec<f64> = full(segment, &(0..nx).map(by_theta).collect::<Vec<f64>>());
+            let wanted: Vec<f64> = (0..nx).map(|i| -segment.at(i, segment.n - 1)).collect();
+            let own = if *damping > 0.0 { held_back(segment, &wanted, *damping) } else { full(segment, &wanted) };
+            x.iter().zip(with).zip(own).map(|((x, with), own)| x + with + own).collect()
         })
         .collect()
 }
