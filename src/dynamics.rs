@@ -31,7 +31,7 @@ pub struct Functions {
     pub by_state: Vec<Entry>,
     /// Entries of the Jacobian by the directions.
     pub by_parameter: Vec<Entry>,
-    /// For each leaf of the plan: where its value comes from.
+    /// For each leaf of the plan, where its value comes from: all states, all inputs, then what else is read.
     pub sources: Vec<Source>,
 }
 
@@ -116,19 +116,26 @@ impl Dynamics {
         let leaves: Vec<Leaf> = states.iter().map(|s| s.leaf).collect();
         let by: Vec<Leaf> = directions.iter().map(|p| Leaf::Parameter(*p as u16)).collect();
 
-        let mut inputs = Vec::new();
-        let mut compile = |formulas: &[Expr<'_>], jacobians: bool| {
-            functions(
-                formulas,
-                if jacobians { Some((&leaves, &by)) } else { None },
-                &leaves,
-                &equations.inputs,
-                &mut inputs,
-            )
-        };
-        let rates = compile(&states.iter().map(|s| s.rate).collect::<Vec<_>>(), with);
-        let observation = compile(&logged.iter().map(|(_, e)| *e).collect::<Vec<_>>(), with);
-        let start = compile(&states.iter().filter_map(|s| s.start).collect::<Vec<_>>(), false);
+        let rates: Vec<_> = states.iter().map(|s| s.rate).collect();
+        let rates = Formulas::of(&rates, with.then_some((&leaves, &by)));
+        let observation: Vec<_> = logged.iter().map(|(_, e)| *e).collect();
+        let observation = Formulas::of(&observation, with.then_some((&leaves, &by)));
+        let start = Formulas::of(&states.iter().filter_map(|s| s.start).collect::<Vec<_>>(), None);
+        let mut inputs: Vec<(Leaf, String)> = Vec::new();
+        for leaf in [&rates, &observation, &start].iter().flat_map(|f| f.leaves()) {
+            let (Leaf::Input(channel)
+            | Leaf::Rate(channel)
+            | Leaf::Delayed { input: channel, .. }
+            | Leaf::DelayedRate { input: channel, .. }) = leaf
+            else {
+                continue;
+            };
+            if inputs.iter().all(|(known, _)| *known != leaf) {
+                inputs.push((leaf, equations.inputs[usize::from(channel)].clone()));
+            }
+        }
+        let leading: Vec<Leaf> = leaves.iter().copied().chain(inputs.iter().map(|(leaf, _)| *leaf)).collect();
+        let [rates, observation, start] = [rates, observation, start].map(|f| f.compile(&leading, leaves.len()));
         Dynamics {
             states: states.iter().map(|s| s.id).collect(),
             outputs: logged.iter().map(|(name, _)| name.clone()).collect(),
@@ -156,48 +163,54 @@ impl Dynamics {
     }
 }
 
-fn functions(
-    formulas: &[Expr<'_>],
-    jacobians: Option<(&[Leaf], &[Leaf])>,
-    states: &[Leaf],
-    channels: &[String],
-    inputs: &mut Vec<(Leaf, String)>,
-) -> Functions {
-    let mut all = formulas.to_vec();
-    let mut entries = |by: &[Leaf]| {
-        let mut found = Vec::new();
-        for (column, leaf) in by.iter().enumerate() {
-            for (row, derivative) in derivatives(formulas, *leaf).into_iter().enumerate() {
-                if !derivative.is_zero() {
-                    all.push(derivative);
-                    found.push(Entry { row, column });
+/// Formulas with the entries of their Jacobians.
+struct Formulas<'g> {
+    all: Vec<Expr<'g>>,
+    count: usize,
+    by_state: Vec<Entry>,
+    by_parameter: Vec<Entry>,
+}
+
+impl<'g> Formulas<'g> {
+    /// `jacobians`: the states and the parameters by which they are taken.
+    fn of(formulas: &[Expr<'g>], jacobians: Option<(&[Leaf], &[Leaf])>) -> Formulas<'g> {
+        let mut all = formulas.to_vec();
+        let mut entries = |by: &[Leaf]| {
+            let mut found = Vec::new();
+            for (column, leaf) in by.iter().enumerate() {
+                for (row, derivative) in derivatives(formulas, *leaf).into_iter().enumerate() {
+                    if !derivative.is_zero() {
+                        all.push(derivative);
+                        found.push(Entry { row, column });
+                    }
                 }
             }
-        }
-        found
-    };
-    let (by_state, by_parameter) = match jacobians {
-        None => (Vec::new(), Vec::new()),
-        Some((state, parameter)) => (entries(state), entries(parameter)),
-    };
-    let plan = Plan::compile(&all);
-    let mut input = |leaf: Leaf, channel: u16| {
-        inputs.iter().position(|(known, _)| *known == leaf).unwrap_or_else(|| {
-            inputs.push((leaf, channels[usize::from(channel)].clone()));
-            inputs.len() - 1
-        })
-    };
-    let sources = plan
-        .leaves()
-        .iter()
-        .map(|leaf| match *leaf {
-            Leaf::State(_) => Source::State(states.iter().position(|s| s == leaf).unwrap_or(usize::MAX)),
-            Leaf::Parameter(p) => Source::Parameter(usize::from(p)),
-            Leaf::Input(c) | Leaf::Rate(c) => Source::Input(input(*leaf, c)),
-            Leaf::Delayed { input: c, .. } | Leaf::DelayedRate { input: c, .. } => Source::Input(input(*leaf, c)),
-        })
-        .collect();
-    Functions { plan, count: formulas.len(), by_state, by_parameter, sources }
+            found
+        };
+        let (by_state, by_parameter) = match jacobians {
+            None => (Vec::new(), Vec::new()),
+            Some((state, parameter)) => (entries(state), entries(parameter)),
+        };
+        Formulas { all, count: formulas.len(), by_state, by_parameter }
+    }
+
+    /// What they read, sorted.
+    fn leaves(&self) -> BTreeSet<Leaf> {
+        self.all.iter().flat_map(|e| e.leaves()).collect()
+    }
+
+    /// `leading`: the states, then the inputs.
+    fn compile(self, leading: &[Leaf], states: usize) -> Functions {
+        let plan = Plan::compile_after(&self.all, leading);
+        let place = |leaf: Leaf| leading.iter().position(|known| *known == leaf);
+        let source = |leaf: &Leaf| match (*leaf, place(*leaf)) {
+            (Leaf::Parameter(p), _) => Source::Parameter(usize::from(p)),
+            (Leaf::State(_), found) => Source::State(found.unwrap_or(usize::MAX)),
+            (_, found) => Source::Input(found.map_or(usize::MAX, |k| k - states)),
+        };
+        let sources = plan.leaves().iter().map(source).collect();
+        Functions { plan, count: self.count, by_state: self.by_state, by_parameter: self.by_parameter, sources }
+    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::dynamics::{Dynamics, Source};
 use crate::model::Model;
 use crate::symbolic::Registers;
 
+use super::single::sail_single;
 use super::{Stretch, Track, integrate_fast};
 
 /// A simulated run: one row a grid point.
@@ -54,9 +55,22 @@ pub fn free_run(
     x.truncate(dynamics.states.len() - dynamics.memories());
     let memory = memory_start(dynamics, track, theta, first, &x);
     x.extend(memory);
+    let points = last + 1 - first;
+    let mut result = Trajectory {
+        time: Vec::with_capacity(points),
+        outputs: Vec::with_capacity(points * dynamics.outputs.len()),
+        states: Vec::with_capacity(points * dynamics.states.len()),
+    };
+    let done = sail_single(dynamics, track, theta, &x, (first, last), &mut |k, states, outputs| {
+        result.time.push(track.time[k]);
+        result.outputs.extend_from_slice(outputs);
+        result.states.extend_from_slice(states);
+    });
+    if done {
+        return result;
+    }
     let theta: Vec<[f64; 1]> = theta.iter().map(|v| [*v]).collect();
     let start: Vec<[f64; 1]> = x.iter().map(|v| [*v]).collect();
-    let mut result = Trajectory { time: Vec::new(), outputs: Vec::new(), states: Vec::new() };
     let stretch = [Some(Stretch { track: 0, first, last })];
     integrate_fast(dynamics, std::slice::from_ref(track), &stretch, &theta, &start, false, &mut |at| {
         if let [Some(k)] = at.grid {

@@ -10,6 +10,7 @@
 mod free_run;
 mod ode;
 mod rk4;
+mod single;
 mod track;
 
 pub use crate::widest::widest;

@@ -5,7 +5,8 @@
 
 use std::collections::HashMap;
 
-use super::graph::{Binary, Expr, Leaf, Node, Unary};
+use super::expr::Expr;
+use super::graph::{Binary, Leaf, Node, Unary};
 use crate::units::Dimension;
 
 impl<'g> Expr<'g> {

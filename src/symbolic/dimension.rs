@@ -4,7 +4,8 @@
 
 use thiserror::Error;
 
-use super::graph::{Binary, Expr, Node, Unary};
+use super::expr::Expr;
+use super::graph::{Binary, Node, Unary};
 use crate::units::Dimension;
 
 /// Why a formula is dimensionally wrong.

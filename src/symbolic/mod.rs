@@ -5,12 +5,23 @@
 //! flat [`Plan`] that evaluates many instants side by side. The regressor, the simulator, its sensitivities and the
 //! discovery are four readings of the same formula.
 
+mod body;
+mod compile;
+mod dense;
 mod derivative;
 mod dimension;
+mod expr;
+mod four;
 mod graph;
+mod lanes;
 mod plan;
+mod products;
 
+pub use dense::Dense;
 pub use derivative::derivatives;
 pub use dimension::DimensionError;
-pub use graph::{Expr, Graph, Leaf};
+pub use expr::Expr;
+pub use four::{Four, Plain};
+pub use graph::{Graph, Leaf};
+pub use lanes::Lanes;
 pub use plan::{Plan, Registers};

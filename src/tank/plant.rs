@@ -61,7 +61,8 @@ impl<'a> Machine<'a> {
         let plan = &self.functions.plan;
         for (slot, source) in self.functions.sources.iter().enumerate() {
             match *source {
-                Source::State(k) => plan.set(&mut self.registers, slot, [x[k]]),
+                // memory that has not begun yet is read by nothing
+                Source::State(k) => plan.set(&mut self.registers, slot, [x.get(k).copied().unwrap_or(0.0)]),
                 Source::Input(k) => plan.set(&mut self.registers, slot, [input[k]]),
                 Source::Parameter(_) => {}
             }

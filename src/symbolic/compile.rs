@@ -1,0 +1,221 @@
+//! A list of formulas laid out as a [`Plan`].
+//!
+//! Registers are leaves, constants, results that read parameters alone, all other results, outputs. Operations of one
+//! kind that do not read each other stand side by side and run as one batch.
+
+use std::collections::HashMap;
+
+use super::body::{Batch, Body, Code, Kind, Operation, Row};
+use super::expr::Expr;
+use super::graph::{Binary, Leaf, Node};
+use super::plan::{FEW, Plan, Size};
+use super::products::{NONE, Products, Term};
+
+impl Plan {
+    /// Compiles `outputs`, which belong to one graph; shared parts are computed once.
+    pub fn compile(outputs: &[Expr<'_>]) -> Plan {
+        Plan::compile_after(outputs, &[])
+    }
+
+    /// [`Plan::compile`] with the slots `0..leading.len()` for these leaves, whether the formulas read them or not.
+    pub fn compile_after(outputs: &[Expr<'_>], leading: &[Leaf]) -> Plan {
+        let mut leaves = leading.to_vec();
+        let mut others: Vec<Leaf> = outputs.iter().flat_map(|e| e.leaves()).filter(|l| !leading.contains(l)).collect();
+        others.sort_unstable();
+        others.dedup();
+        leaves.extend(others);
+        let mut builder = Builder {
+            slots: leaves.iter().enumerate().map(|(slot, leaf)| (*leaf, slot as u32)).collect(),
+            products: Products::new(outputs),
+            next: leaves.len() as u32,
+            ..Builder::default()
+        };
+        let rows: Vec<_> = outputs.iter().map(|e| builder.output(*e)).collect();
+        let first_output = builder.next;
+        for (k, (result, level)) in rows.into_iter().enumerate() {
+            builder.place(result, level, first_output + k as u32);
+        }
+        builder.finish(leaves, first_output as usize, outputs.len())
+    }
+}
+
+/// How a result comes about.
+enum Result {
+    /// By an operation on registers.
+    Operation(Code, u32, u32),
+    /// As a sum: the register it begins with, coefficient and factor of its terms, coefficient and both factors.
+    Sum(Option<u32>, Vec<(u32, u32)>, Vec<(u32, [u32; 2])>),
+    /// Once a parameter vector, a copy of this register.
+    Early(u32),
+}
+
+#[derive(Default)]
+struct Builder<'g> {
+    slots: HashMap<Leaf, u32>,
+    products: Products<'g>,
+    constants: Vec<(u32, f64)>,
+    register: HashMap<u32, u32>,
+    /// Steps from the leaves to what is in a register; 0 for what is there before.
+    level: HashMap<u32, u32>,
+    prologue: Vec<Operation<u32>>,
+    results: Vec<(u32, Result, u32)>,
+    next: u32,
+}
+
+impl<'g> Builder<'g> {
+    fn fresh(&mut self) -> u32 {
+        self.next += 1;
+        self.next - 1
+    }
+
+    /// The register that holds a formula.
+    fn register(&mut self, of: Expr<'g>) -> u32 {
+        if let Some(known) = self.register.get(&of.id) {
+            return *known;
+        }
+        let register = match of.graph.node_of(of.id) {
+            Node::Constant(bits) | Node::Quantity(bits, _) => {
+                let register = self.fresh();
+                self.constants.push((register, f64::from_bits(bits)));
+                register
+            }
+            Node::Leaf(leaf) => self.slots[&leaf],
+            node if self.products.is_early(of) => {
+                let (code, a, b) = self.operands(of, node);
+                let out = self.fresh();
+                self.prologue.push(Operation { code, a, b, out });
+                out
+            }
+            _ => {
+                let (result, level) = self.result(of);
+                let out = self.fresh();
+                self.place(result, level, out);
+                out
+            }
+        };
+        self.register.insert(of.id, register);
+        register
+    }
+
+    fn operands(&mut self, of: Expr<'g>, node: Node) -> (Code, u32, u32) {
+        match node {
+            Node::Unary(op, a) => {
+                let a = self.register(of.at(a));
+                (Code::Unary(op), a, a)
+            }
+            Node::Binary(op, a, b) => (Code::Binary(op), self.register(of.at(a)), self.register(of.at(b))),
+            Node::Constant(_) | Node::Quantity(..) | Node::Leaf(_) => {
+                let a = self.register(of);
+                (Code::Copy, a, a)
+            }
+        }
+    }
+
+    fn level(&self, register: u32) -> u32 {
+        self.level.get(&register).copied().unwrap_or(0)
+    }
+
+    /// What is computed for a formula at every instant, and at which level.
+    fn result(&mut self, of: Expr<'g>) -> (Result, u32) {
+        let sum = self.products.sum(of);
+        match &sum[..] {
+            [term] if term.factors == [of.id, NONE] => {
+                let node = of.graph.node_of(of.id);
+                let (code, a, b) = self.operands(of, node);
+                (Result::Operation(code, a, b), 1 + self.level(a).max(self.level(b)))
+            }
+            [Term { coefficient, factors: [a, b] }] if *a != NONE && coefficient.is_one() => {
+                let code = if *b == NONE { Code::Copy } else { Code::Binary(Binary::Mul) };
+                let a = self.register(of.at(*a));
+                let b = if *b == NONE { a } else { self.register(of.at(*b)) };
+                (Result::Operation(code, a, b), 1 + self.level(a).max(self.level(b)))
+            }
+            terms => self.row(of, terms),
+        }
+    }
+
+    fn row(&mut self, of: Expr<'g>, terms: &[Term<'g>]) -> (Result, u32) {
+        let (mut start, mut linear, mut bilinear, mut level) = (None, Vec::new(), Vec::new(), 0);
+        for term in terms.iter().filter(|t| !t.coefficient.is_zero()) {
+            let c = self.register(term.coefficient);
+            let [a, b] = term.factors.map(|f| if f == NONE { NONE } else { self.register(of.at(f)) });
+            level = level.max(self.level(a)).max(self.level(b));
+            match (a, b) {
+                (NONE, _) => start = Some(c),
+                (a, NONE) => linear.push((c, a)),
+                (a, b) => bilinear.push((c, [a, b])),
+            }
+        }
+        (Result::Sum(start, linear, bilinear), 1 + level)
+    }
+
+    /// An output, without its register.
+    fn output(&mut self, of: Expr<'g>) -> (Result, u32) {
+        if self.products.is_early(of) {
+            return (Result::Early(self.register(of)), 0);
+        }
+        // what others read too is in a register of its own by now or will be
+        if self.products.is_shared(of) || self.register.contains_key(&of.id) {
+            let a = self.register(of);
+            return (Result::Operation(Code::Copy, a, a), 1 + self.level(a));
+        }
+        self.result(of)
+    }
+
+    fn place(&mut self, result: Result, level: u32, out: u32) {
+        self.level.insert(out, level);
+        self.next = self.next.max(out + 1);
+        match result {
+            Result::Early(a) => self.prologue.push(Operation { code: Code::Copy, a, b: a, out }),
+            result => self.results.push((level, result, out)),
+        }
+    }
+
+    fn finish(mut self, leaves: Vec<Leaf>, first_output: usize, outputs: usize) -> Plan {
+        let kind = |result: &Result| match result {
+            Result::Operation(code, ..) => Kind::Each(*code),
+            Result::Sum(..) | Result::Early(_) => Kind::Rows,
+        };
+        // stable: within a batch as they were found
+        self.results.sort_by_key(|(level, result, _)| (*level, kind(result).order()));
+        // a sum without a constant begins with a register that stays 0
+        let zero = self.fresh();
+        let mut body = Body::default();
+        let mut before = 0;
+        for (level, result, out) in self.results {
+            let kind = kind(&result);
+            match body.batches.last_mut() {
+                Some(last) if last.kind == kind && before == level => last.count += 1,
+                _ => body.batches.push(Batch { kind, count: 1 }),
+            }
+            before = level;
+            match result {
+                Result::Operation(code, a, b) => body.operations.push(Operation { code, a, b, out }),
+                Result::Sum(start, linear, bilinear) => {
+                    body.rows.push(Row {
+                        out,
+                        start: start.unwrap_or(zero),
+                        linear: linear.len() as u32,
+                        bilinear: bilinear.len() as u32,
+                    });
+                    let coefficients = linear.iter().map(|(c, _)| *c).chain(bilinear.iter().map(|(c, _)| *c));
+                    body.coefficients.extend(coefficients);
+                    body.linear.extend(linear.iter().map(|(_, a)| *a));
+                    body.bilinear.extend(bilinear.iter().map(|(_, both)| *both));
+                }
+                Result::Early(_) => {}
+            }
+        }
+        let registers = self.next as usize;
+        Plan {
+            leaves,
+            constants: self.constants,
+            prologue: self.prologue,
+            body: if registers <= FEW { Size::Small(body.with_places()) } else { Size::Large(body) },
+            first_output,
+            outputs,
+            registers,
+            zero: zero as usize,
+        }
+    }
+}
