@@ -3,9 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: test test-rust test-python lint deny fuzz wheel blind blind-short plan coverage staged bench clean
+.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage staged bench clean
 
-test: test-rust test-python
+test: test-rust test-python test-browser
 
 test-rust:
 	cargo test --workspace --all-targets
@@ -23,6 +23,10 @@ test-python: wheel
 	cd python && ../$(BIN)/python -m pytest
 	cd python && ../$(BIN)/python -m mypy
 	cd python && ../$(BIN)/python -m mypy.stubtest hydrosysid --allowlist stubtest.txt
+
+# The report in a headless Chromium; skipped where there is none.
+test-browser: wheel
+	$(BIN)/python -m pytest -p no:cacheprovider tests/browser
 
 lint: $(BIN)/python
 	cargo fmt --all -- --check

@@ -137,9 +137,14 @@ fn the_commands_of_the_tutorial_run_as_they_stand() {
         .unwrap();
     let told = String::from_utf8_lossy(&run.stderr).into_owned();
     assert!(run.status.success(), "{told}\n{}", String::from_utf8_lossy(&run.stdout));
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let printed = words(&(String::from_utf8_lossy(&run.stdout).into_owned() + &told));
+    for shown in text.split("```text\n").skip(1).filter_map(|rest| rest.split("```").next()).flat_map(str::lines) {
+        assert!(printed.contains(&words(shown)), "the tutorial shows what is not printed: {shown}");
+    }
     let found = std::fs::read_to_string(folder.join("discovery.json")).unwrap();
     assert!(found.contains("\"verdict\": \"explained\"") && found.contains("coriolis_yaw"), "what the tutorial tells");
-    for file in ["report.html", "better.toml", "next/plan.toml", "own/campaign.toml"] {
+    for file in ["report.html", "better.toml", "next/plan.toml", "vehicle.sdf", "own/campaign.toml"] {
         assert!(folder.join(file).exists(), "{file}");
     }
     std::fs::remove_dir_all(&folder).unwrap();

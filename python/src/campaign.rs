@@ -78,6 +78,22 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
+    /// Each run's own model on every other run as JSON.
+    fn cross_validate(
+        &self,
+        py: Python<'_>,
+        estimator: Option<String>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let estimator = estimator.map(|name| serde_json::from_value(name.into()));
+        let estimator = estimator.transpose().map_err(|e| error::usage(py, &e))?;
+        let found = interruptible(py, progress, || {
+            let fitted = campaign::fit(&self.0, FitOptions { estimator })?;
+            Ok(campaign::each_run(&self.0, &fitted))
+        })?;
+        error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
+    }
+
     /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON.
     fn simulate(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
@@ -137,11 +153,13 @@ impl NativeCampaign {
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// The report as one HTML page; `inputs` are names and hashes of the files that were read.
+    /// The report as one HTML page; `params` are the text and the name of published parameters, `inputs` names and hashes
+    /// of the files that were read.
     fn report(
         &self,
         py: Python<'_>,
         discovery: bool,
+        params: Option<(String, String)>,
         command: String,
         inputs: Vec<(String, String)>,
         progress: Option<Py<PyAny>>,
@@ -150,8 +168,10 @@ impl NativeCampaign {
         let version = format!("hydrosysid {}", env!("CARGO_PKG_VERSION"));
         let origin = Origin { version, command, inputs, seed: None };
         let page = interruptible(py, progress, || {
+            let read = |(text, name): &(String, String)| Published::parse(text, Path::new(name), &self.0);
+            let published = params.as_ref().map(read).transpose()?;
             let found = if discovery { Some(campaign::discover(&self.0)?) } else { None };
-            page_of(&self.0, found.as_ref(), origin)
+            page_of(&self.0, found.as_ref(), published.as_ref(), origin)
         })?;
         page.map_err(|e| error::campaign(py, &e))
     }

@@ -159,7 +159,13 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     let chart = Chart::Bars(Bars { axis, bars, waterfall: true, reference: Some(("sensor noise".into(), noise)) });
     Some(Figure {
         title: format!("The gap in {dof}"),
-        caption: "Root mean square of simulated less measured on runs that took no part, as effects are added.".into(),
+        caption: format!(
+            "Root mean square of simulated less measured on runs that took no part, as effects are added.{}",
+            match found.removed.as_slice() {
+                [] => String::new(),
+                names => format!(" Dropped again when later ones were known: {}.", names.join(", ")),
+            }
+        ),
         chart,
     })
 }

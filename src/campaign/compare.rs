@@ -21,26 +21,30 @@ pub struct Comparison {
     pub warnings: Vec<Finding>,
 }
 
+/// How the runs of a campaign are compared.
+pub(super) fn options(campaign: &Campaign) -> CompareOptions {
+    let fitting = &campaign.options.output_error;
+    CompareOptions {
+        longest_step: fitting.longest_step,
+        position: fitting.position,
+        noise: campaign.file.noise.clone(),
+        ..CompareOptions::default()
+    }
+}
+
 /// Compares `model` with the runs of free motion of a campaign; `envelope` is that in which it was
 /// fitted.
 ///
 /// # Errors
 /// [`Error`] when a run lacks what the model reads.
 pub fn compare(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Result<Comparison, Error> {
-    let fitting = &campaign.options.output_error;
-    let options = CompareOptions {
-        longest_step: fitting.longest_step,
-        position: fitting.position,
-        noise: campaign.file.noise.clone(),
-        ..CompareOptions::default()
-    };
     let kept: Vec<usize> = (0..campaign.runs.len()).filter(|k| moves(campaign.runs[*k].kind)).collect();
     let runs: Vec<Run> = kept.iter().map(|k| campaign.runs[*k].clone()).collect();
     let mut model = model.clone();
     for p in model.parameters.iter_mut().filter(|p| p.per_run.len() == campaign.runs.len()) {
         p.per_run = kept.iter().map(|k| p.per_run[*k]).collect();
     }
-    let result = compare::compare(&model, &runs, &options)?;
+    let result = compare::compare(&model, &runs, &options(campaign))?;
     let mut warnings = campaign.findings.clone();
     warnings.extend(result.warnings);
     warnings.extend(runs.iter().flat_map(|run| envelope::beyond(run, envelope)));

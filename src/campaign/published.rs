@@ -191,6 +191,11 @@ impl Published {
         Ok(Published { source: file.source, values })
     }
 
+    /// Term, symbol, value and standard deviation of each, SI, in the signs of this crate.
+    pub fn values(&self) -> impl Iterator<Item = (&str, &str, f64, Option<f64>)> {
+        self.values.iter().map(|(term, symbol, value, std)| (term.as_str(), symbol.as_str(), *value, *std))
+    }
+
     /// The own model with the published values in their places; absent terms are added.
     fn model(&self, own: &Model, path: &Path) -> Result<Model, Error> {
         let mut model = own.clone();

@@ -3,10 +3,12 @@
 use super::arguments::Compare;
 use super::failure::Failure;
 use super::output::Output;
+use super::plot;
 use super::table::{measured, number, table};
-use super::verbs::{Chosen, chosen, may_hold_series, write_series};
-use crate::campaign::{self, ModelDifference, Published, PublishedComparison};
+use super::verbs::{Chosen, chosen, load, may_hold_series, write_series};
+use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Published, PublishedComparison};
 use crate::compare::Disagreement;
+use crate::frame::Dof;
 
 pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
     may_hold_series(a.series.series.as_deref(), output)?;
@@ -16,23 +18,29 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
         output.json(&found)?;
         return output.tell(&found.warnings);
     }
+    if a.cross {
+        let loaded = load(&a.campaign, &a.loading, output)?;
+        let fitted = output.working("fitting", || campaign::fit(&loaded, FitOptions::default()))??;
+        let found = output.working("each run alone", || campaign::each_run(&loaded, &fitted))?;
+        print_crossed(&found, output);
+        return output.json(&found);
+    }
     let Chosen { campaign, model, envelope } = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
     let Some(params) = &a.params else {
-        let busy = output.busy("simulating");
-        let result = campaign::compare(&campaign, &model, &envelope)?;
+        let result = output.working("simulating", || campaign::compare(&campaign, &model, &envelope))??;
         if let Some(path) = &a.series.series {
             write_series(&campaign::simulate(&campaign, &model, &envelope)?, path, output)?;
         }
-        busy.finish_and_clear();
         output.print(&runs(&result.runs));
+        plot::of_model(a.plotting.plot.as_deref(), &campaign, &model, output)?;
         output.json(&result)?;
         return output.tell(&result.warnings);
     };
     let published = Published::read(params, &campaign)?;
-    let busy = output.busy("simulating");
-    let result = campaign::compare_published(&campaign, &model, &envelope, &published, params)?;
-    busy.finish_and_clear();
+    let result = output
+        .working("simulating", || campaign::compare_published(&campaign, &model, &envelope, &published, params))??;
     print_published(&result, output);
+    plot::of_model(a.plotting.plot.as_deref(), &campaign, &model, output)?;
     output.json(&result)?;
     output.tell(&result.warnings)
 }
@@ -54,6 +62,37 @@ fn runs(rows: &[Disagreement]) -> String {
         })
         .collect();
     table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows)
+}
+
+/// A matrix a degree of freedom: a row a model, a column a run.
+fn print_crossed(found: &EachRun, output: &Output) {
+    if found.models.len() < 2 {
+        output.print("fewer than two runs can stand alone: there is nothing to cross");
+    }
+    for dof in Dof::ALL {
+        let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == dof).collect();
+        let mut runs: Vec<&str> = Vec::new();
+        for cell in &cells {
+            if !runs.contains(&cell.run.as_str()) {
+                runs.push(&cell.run);
+            }
+        }
+        let row = |model: &str| -> Vec<String> {
+            let cell = |run: &&str| {
+                let own = cells.iter().find(|c| c.model == model && c.run == **run);
+                own.map_or_else(String::new, |c| format!("{} ± {}", number(c.mean_abs), number(c.std_abs)))
+            };
+            std::iter::once(model.to_string()).chain(runs.iter().map(cell)).collect()
+        };
+        let models = found.models.iter().filter(|m| cells.iter().any(|c| c.model == m.run));
+        let rows: Vec<Vec<String>> = models.map(|m| row(&m.run)).collect();
+        if !rows.is_empty() {
+            let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
+            output.print(&format!("|error| (25) in {dof}, {unit}:"));
+            let heads: Vec<&str> = std::iter::once("model of").chain(runs.iter().copied()).collect();
+            output.print(&table(&heads, &rows));
+        }
+    }
 }
 
 fn probability(p: Option<f64>) -> String {

@@ -62,7 +62,8 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     reads(&a.log)?;
     let options = mapped(a.map.as_deref(), &a.reading)?;
     let name = a.log.display().to_string();
-    let read = log::read(&a.log, &options, &[]).map_err(|source| campaign::Error::Log { run: name, source })?;
+    let read = output.working("reading the log", || log::read(&a.log, &options, &[]))?;
+    let read = read.map_err(|source| campaign::Error::Log { run: name, source })?;
     let mut bytes = Vec::new();
     log::write_log(&read, &mut bytes).map_err(|source| Failure::Write { file: to.clone(), source })?;
     output.write(to, &bytes)?;
@@ -70,6 +71,13 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     if read.signals.values().any(|signal| signal.len() < read.rows) {
         output.print("cells are empty where a sensor has no sample: read it with missing = \"no_sample\"");
     }
+    let spans = read.signals.iter().filter(|(_, signal)| !signal.is_empty()).map(|(channel, signal)| {
+        let time = signal.time();
+        let span = serde_json::json!({"samples": signal.len(), "from": time[0], "to": time[time.len() - 1]});
+        (channel.clone(), span)
+    });
+    let channels: serde_json::Map<String, serde_json::Value> = spans.collect();
     let findings: Vec<_> = read.warnings.into_iter().chain(read.notes).collect();
+    output.json(&serde_json::json!({"format": 1, "source": a.log, "channels": channels, "warnings": findings}))?;
     output.tell(&findings)
 }

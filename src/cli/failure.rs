@@ -52,6 +52,9 @@ pub(super) enum Failure {
         /// Findings that say why.
         findings: Vec<Finding>,
     },
+    /// The work was ended.
+    #[error(transparent)]
+    Stopped(#[from] crate::progress::Stopped),
     /// Warnings, where `--strict` takes them as errors.
     #[error("{0} warnings, and --strict takes them as errors")]
     Strict(usize),

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::arguments::Shared;
 use super::failure::Failure;
 use crate::finding::{Finding, Severity};
+use crate::progress::{Watch, watched};
 use crate::whole;
 
 /// The outlets of one call.
@@ -97,6 +98,23 @@ impl Output {
         }
         bar.enable_steady_tick(Duration::from_millis(120));
         bar
+    }
+
+    /// Does `work`, which may say of itself what it is at; shown where standard error is a terminal.
+    pub fn working<R: Send>(&self, what: &str, work: impl FnOnce() -> R + Send) -> Result<R, Failure> {
+        let busy = self.busy(what);
+        let shown = busy.clone();
+        let watch = Watch::new(move |step| {
+            let part = match (step.done, step.of) {
+                (0, 0) => String::new(),
+                (done, 0) => format!(" {done}"),
+                (done, of) => format!(" {done}/{of}"),
+            };
+            shown.set_message(step.what + &part);
+        });
+        let done = watched(&watch, work);
+        busy.finish_and_clear();
+        Ok(done?)
     }
 
     /// Counts to `total`, where standard error is a terminal.

@@ -27,9 +27,7 @@ pub(super) fn refits(a: &typed::Fit, loaded: &Campaign, output: &Output) -> Resu
     let bar = output.counted("refitting", draws);
     let shown = bar.clone();
     let watch = Watch::new(move |step| shown.set_position(step.done as u64));
-    // nobody stops this watch
-    let Ok(found) = watched(&watch, || campaign::resample(loaded, method, draws)) else { return Ok(None) };
-    let found = found?;
+    let found = watched(&watch, || campaign::resample(loaded, method, draws))??;
     bar.finish_and_clear();
     let rows: Vec<Vec<String>> = found
         .parameters

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::arguments as typed;
 use super::failure::Failure;
+use super::fitted::print_filters;
 use super::output::Output;
 use super::table::{measured, number, table};
-use super::verbs::{load, print_filters};
+use super::verbs::load;
 use crate::account::{self, gap_figure};
-use crate::campaign::{self, Campaign, ModelFile};
+use crate::campaign::{self, Campaign, ModelFile, Published};
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
 use crate::report::svg::standalone;
@@ -24,7 +25,7 @@ pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.write(&model, ModelFile::of(&made.campaign, &made.fit).to_text(&model)?.as_bytes())?;
     let page = options.folder.join("report.html");
     let found = made.discovery.model().cloned();
-    let html = page_of(&made.blind, found.as_ref().map(|_| &made.discovery), Some(made.seed))?;
+    let html = page_of(&made.blind, found.as_ref().map(|_| &made.discovery), None, Some(made.seed))?;
     output.write(&page, html.as_bytes())?;
     let numbers = options.folder.join("demo.json");
     made.files.extend([model, page, numbers.clone()]);
@@ -111,25 +112,32 @@ fn print_demo(made: &Demo, output: &Output) {
 pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> {
     output.may_write(Some(&a.output))?;
     let loaded = load(&a.campaign, &a.loading, output)?;
-    let busy = output.busy("searching");
-    let found = if a.no_discovery { None } else { Some(campaign::discover(&loaded)?) };
-    busy.set_message("writing the report");
-    let html = page_of(&loaded, found.as_ref(), None)?;
-    busy.finish_and_clear();
+    let published = a.params.as_deref().map(|path| Published::read(path, &loaded)).transpose()?;
+    let found = match a.no_discovery {
+        true => None,
+        false => Some(output.working("searching", || campaign::discover(&loaded))??),
+    };
+    let html =
+        output.working("writing the report", || page_of(&loaded, found.as_ref(), published.as_ref(), None))??;
     output.write(&a.output, html.as_bytes())?;
     output.print(&format!("{} written, {} kB", a.output.display(), html.len() / 1000));
-    Ok(())
+    output.json(&serde_json::json!({"format": 1, "file": a.output, "bytes": html.len()}))
 }
 
 /// The report of a campaign, with where it comes from.
-fn page_of(loaded: &Campaign, found: Option<&Discovery>, seed: Option<u64>) -> Result<String, Failure> {
+fn page_of(
+    loaded: &Campaign,
+    found: Option<&Discovery>,
+    published: Option<&Published>,
+    seed: Option<u64>,
+) -> Result<String, Failure> {
     let origin = Origin {
         version: format!("hydrosysid {}", env!("CARGO_PKG_VERSION")),
         command: std::env::args().collect::<Vec<_>>().join(" "),
         inputs: loaded.sources.iter().map(|path| input(path)).collect::<Result<_, _>>()?,
         seed,
     };
-    Ok(account::page_of(loaded, found, origin)?)
+    Ok(account::page_of(loaded, found, published, origin)?)
 }
 
 /// A file with the hash of what is in it.

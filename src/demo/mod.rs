@@ -10,7 +10,6 @@
 mod folder;
 mod printed;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -18,8 +17,10 @@ use thiserror::Error;
 
 pub use folder::FolderError;
 
-use crate::campaign::{Campaign, Error as CampaignError, Estimator, Fit, FitOptions, LoadOptions, filters, fit};
-use crate::compare::{CompareError, CompareOptions, compare, cross_validate};
+use crate::campaign::{
+    Campaign, Crossed, Error as CampaignError, Estimator, Fit, FitOptions, LoadOptions, each_run, filters, fit,
+};
+use crate::compare::{CompareError, CompareOptions, compare};
 use crate::discover::Discovery;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -126,19 +127,6 @@ pub struct Twins {
     pub twin_error: f64,
 }
 
-/// One cell of the cross-validation matrix, as Table 6 of the paper.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Crossed {
-    /// Run that the model was made from.
-    pub model: String,
-    /// Run that it was simulated on.
-    pub run: String,
-    /// Mean |measured − simulated|, m/s.
-    pub mean_abs: f64,
-    /// Its standard deviation, m/s.
-    pub std_abs: f64,
-}
-
 /// Everything the demo has to show.
 #[derive(Debug, Serialize)]
 pub struct Demo {
@@ -193,8 +181,8 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
     let result = staged(&nominal, &campaign.model, bench, staging)?;
     let ready = made_ready(&nominal, &campaign.model, &result.efficiency, bench.thrusters, staging)?;
     let twins = twins(&ready, &campaign.model, &result, staging, &tank)?;
-    let cross_validation = cross(&ready, &result)?;
     let fitted = fit(&campaign, FitOptions { estimator: Some(Estimator::Staged) })?;
+    let cross_validation = each_run(&campaign, &fitted).crossed.into_iter().filter(|c| c.dof == Dof::Surge).collect();
     progress("the same with filters");
     let moved = spreads(&filters(&campaign)?);
 
@@ -338,29 +326,4 @@ fn with_others(staged: &Model, twin: &Model, stage: &Stage) -> Model {
         }
     }
     model
-}
-
-/// Each surge oscillation's model on every other one's run.
-fn cross(ready: &[Run], result: &StagedResult) -> Result<Vec<Crossed>, DemoError> {
-    let stages: BTreeMap<&str, &Stage> = result
-        .stages
-        .iter()
-        .filter(|s| s.name.starts_with("oscillatory") && s.dof == Dof::Surge && s.runs.len() == 1)
-        .map(|s| (s.runs[0].as_str(), s))
-        .collect();
-    let models: Vec<(String, Model)> =
-        stages.iter().map(|(run, stage)| ((*run).to_string(), with_stage(&result.model, stage))).collect();
-    let runs: Vec<Run> = ready.iter().filter(|r| stages.contains_key(r.name.as_str())).cloned().collect();
-    let rows = cross_validate(&models, &runs, &CompareOptions::default())?;
-    Ok(rows
-        .iter()
-        .flat_map(|row| {
-            row.comparison.runs.iter().filter(|r| r.dof == Dof::Surge).map(|r| Crossed {
-                model: row.model.clone(),
-                run: r.run.clone(),
-                mean_abs: r.mean_abs,
-                std_abs: r.std_abs,
-            })
-        })
-        .collect())
 }

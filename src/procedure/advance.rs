@@ -18,7 +18,7 @@ use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
 
 /// Whether the thrusters run while the vehicle is towed.
-pub(super) fn is_powered(run: &Run, dof: Dof) -> bool {
+pub fn is_powered(run: &Run, dof: Dof) -> bool {
     run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|f| f.abs() > 0.0))
 }
 
@@ -87,6 +87,7 @@ pub(super) fn stage(
         condition_number: linear.condition_number,
         condition_number_scaled: linear.condition_number_scaled,
         estimates: vec![estimate("slope", 0, "s/m"), estimate("intercept", 1, "1")],
+        covariance: linear.covariance.clone(),
         numbers: None,
         warnings: Vec::new(),
     };

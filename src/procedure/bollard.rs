@@ -42,16 +42,10 @@ fn of_group(
 ) -> Result<(Stage, Interaction), ProcedureError> {
     let (mut nominal, mut load, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
     for run in runs {
-        let (Some(cell), Some(command)) = (run.signal(dof.load()), run.signal(dof.force())) else { continue };
         let begin = nominal.len();
-        let settled = settled_from(command, options.steady_part);
-        for (t, force) in cell.time().iter().zip(cell.values()) {
-            let asked = command.at(*t);
-            let k = command.time().partition_point(|s| s <= t).saturating_sub(1);
-            if asked.abs() >= options.least_force && *t >= settled[k] {
-                nominal.push(asked);
-                load.push(*force);
-            }
+        for (asked, force) in settled_loads(run, dof, options) {
+            nominal.push(asked);
+            load.push(force);
         }
         blocks.push(begin..nominal.len());
     }
@@ -84,10 +78,27 @@ fn of_group(
         condition_number: linear.condition_number,
         condition_number_scaled: linear.condition_number_scaled,
         estimates: vec![estimate],
+        covariance: vec![vec![std * std]],
         numbers: None,
         warnings: Vec::new(),
     };
     Ok((stage, Interaction { dof, thrusters, value: fit.value, std: Some(std) }))
+}
+
+/// Nominal force and reading of the load cell of `dof`, N or N·m, at each sample where the command has settled; empty
+/// where the run logs no load cell.
+pub fn settled_loads(run: &Run, dof: Dof, options: &BollardStage) -> Vec<(f64, f64)> {
+    let (Some(cell), Some(command)) = (run.signal(dof.load()), run.signal(dof.force())) else { return Vec::new() };
+    let settled = settled_from(command, options.steady_part);
+    let mut pairs = Vec::new();
+    for (t, force) in cell.time().iter().zip(cell.values()) {
+        let asked = command.at(*t);
+        let k = command.time().partition_point(|s| s <= t).saturating_sub(1);
+        if asked.abs() >= options.least_force && *t >= settled[k] {
+            pairs.push((asked, *force));
+        }
+    }
+    pairs
 }
 
 /// For each sample of a command the instant from which the load counts: the last `part` of a stretch of constant

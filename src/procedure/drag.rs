@@ -12,7 +12,7 @@ use super::held::{Direction, Found, Held, How, Known, student};
 use super::numbers::DRAG;
 use super::result::Stage;
 use super::{ProcedureError, SteadyStage, codes, parameters_at};
-use crate::estimate::{Columns, RegressorOptions, Span, StdMethod, SteadyWindow, mean_of, steady_windows};
+use crate::estimate::{Columns, Mean, RegressorOptions, Span, StdMethod, SteadyWindow, mean_of, steady_windows};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -103,7 +103,7 @@ pub(super) fn stage(
 }
 
 /// The load cell's reading in place of the nominal force.
-pub(super) fn towed(run: &Run, dof: Dof) -> Option<Run> {
+pub fn towed(run: &Run, dof: Dof) -> Option<Run> {
     let load = run.signal(dof.load())?.clone();
     let mut towed = run.clone();
     // the carriage moves the vehicle straight ahead and level: what it does not log is 0
@@ -115,6 +115,16 @@ pub(super) fn towed(run: &Run, dof: Dof) -> Option<Run> {
     }
     towed.signals.insert(dof.force().into(), load);
     Some(towed)
+}
+
+/// Mean velocity and mean force of `dof` over each steady window of a run, m/s and N or rad/s and N·m.
+pub fn steady_means(run: &Run, dof: Dof, options: &SteadyStage) -> Vec<(Mean, Mean)> {
+    let mean = |window: &Steady| {
+        let (from, to) = window.run.signal(dof.velocity()).map(|v| (v.time()[0], v.time()[v.len() - 1]))?;
+        let whole = SteadyWindow { from, to };
+        Some((mean_of(&window.run, dof.velocity(), whole)?, mean_of(&window.run, dof.force(), whole)?))
+    };
+    cut(run, dof, options).iter().filter_map(mean).collect()
 }
 
 fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, found: &Found) -> Stage {
@@ -219,6 +229,10 @@ mod tests {
         };
         assert_eq!(span(&given("a.csv")), [(12.0, 15.0)]);
         assert_eq!(span(&given("b.csv")), [(20.0, 40.0)], "windows of another run");
+        let means = steady_means(&run(), Dof::Surge, &SteadyStage::default());
+        assert_eq!(means.len(), 1);
+        // exact but for the rounding of a mean of 201 samples
+        assert!((means[0].0.value - 1.0).abs() < 1e-12 && (means[0].1.value - 100.0).abs() < 1e-10);
     }
 
     #[test]

@@ -32,10 +32,13 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 pub use self::acting::{acting_forces, thruster_force};
+pub use self::advance::is_powered;
+pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;
+pub use self::drag::{steady_means, towed};
 use self::held::Held;
 use self::inertia::Kind;
-use self::numbers::DRAG;
+pub use self::numbers::DRAG;
 pub use self::numbers::FlowNumbers;
 pub use self::options::{
     Align, BollardStage, DirectStage, GivenWindow, OscillatoryStage, PitchSource, StagedOptions, SteadyStage,

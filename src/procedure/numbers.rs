@@ -16,8 +16,7 @@ use crate::run::{Run, Signal};
 use crate::vehicle::{Vehicle, Water};
 
 /// Terms that are drag.
-pub(super) const DRAG: [&str; 5] =
-    ["linear_drag", "quadratic_drag", "cubic_drag", "drag_asymmetry", "coulomb_friction"];
+pub const DRAG: [&str; 5] = ["linear_drag", "quadratic_drag", "cubic_drag", "drag_asymmetry", "coulomb_friction"];
 
 /// Flow numbers; those whose vehicle figures are not known are absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]

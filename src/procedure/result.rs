@@ -50,6 +50,8 @@ pub struct Stage {
     pub condition_number_scaled: f64,
     /// What was estimated.
     pub estimates: Vec<Estimate>,
+    /// Covariance of the estimates, in their order, SI.
+    pub covariance: Vec<Vec<f64>>,
     /// Flow numbers of a single oscillatory run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub numbers: Option<FlowNumbers>,
@@ -91,6 +93,7 @@ impl Stage {
             condition_number: fit.condition_number,
             condition_number_scaled: fit.condition_number_scaled,
             estimates,
+            covariance: fit.covariance.clone(),
             numbers: None,
             warnings: Vec::new(),
         }

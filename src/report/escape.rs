@@ -19,12 +19,25 @@ pub fn escape(text: &str) -> String {
     out
 }
 
+/// Escaped text in which what stands between two backticks is `<code>`; a single backtick stays.
+pub fn marked(text: &str) -> String {
+    let escaped = escape(text);
+    let mut out = String::new();
+    let mut rest = escaped.as_str();
+    while let Some((before, (code, after))) = rest.split_once('`').and_then(|(b, r)| Some((b, r.split_once('`')?))) {
+        out.push_str(&format!("{before}<code>{code}</code>"));
+        rest = after;
+    }
+    out + rest
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn nothing_opens_a_tag_or_leaves_an_attribute() {
+        assert_eq!(marked("run `a<b`, `c` and a `"), "run <code>a&lt;b</code>, <code>c</code> and a `");
         assert_eq!(escape("<b a=\"1\" c='2'>&\0"), "&lt;b a=&quot;1&quot; c=&#39;2&#39;&gt;&amp; ");
     }
 }

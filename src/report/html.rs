@@ -8,6 +8,7 @@ use askama::Template;
 
 use super::chart::{Chart, Curves, Figure};
 use super::document::{Block, Cell, Check, Definition, Document, Equation, Light, Table};
+use super::escape::marked;
 use super::label::{Label, unit};
 use super::number::{Style, estimate, number};
 use super::svg::{NARROW, Sheet, WIDE, inline};
@@ -27,6 +28,13 @@ struct Page<'a> {
     figure_style: String,
     page_style: &'static str,
     script: &'static str,
+}
+
+impl Page<'_> {
+    /// Escaped text with what stands between backticks as code.
+    fn text(&self, text: &str) -> String {
+        marked(text)
+    }
 }
 
 struct CheckLine<'a> {

@@ -143,12 +143,15 @@ impl Label {
     }
 }
 
-/// A unit as it is printed: `N*m` is N·m, `m^2` is m², `m3` stays as it was written.
+/// A unit as it is printed: `N*m` is N·m, `m^2` and `m2` are m².
 pub fn unit(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text.chars().peekable();
     let mut raised = false;
+    let mut before = ' ';
     while let Some(c) = rest.next() {
+        raised |= c.is_ascii_digit() && before.is_ascii_alphabetic();
+        before = c;
         match c {
             '*' => out.push('·'),
             '^' => {
@@ -215,5 +218,7 @@ mod tests {
         assert_eq!(unit("kg*m^2"), "kg·m²");
         assert_eq!(unit("m*s^-12/kg"), "m·s⁻¹²/kg");
         assert_eq!(unit("kg/m"), "kg/m");
+        assert_eq!(unit("kg*m2/s"), "kg·m²/s");
+        assert_eq!(unit("1/s"), "1/s");
     }
 }

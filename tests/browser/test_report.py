@@ -33,6 +33,19 @@ def gallery(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def report(tmp_path_factory) -> Path:
+    """The demo's report: figures of results instead of one of each kind."""
+    if written := os.environ.get("HYDROSYSID_REPORT"):
+        return Path(written)
+    if shutil.which("cargo") is None:
+        pytest.skip("no cargo to make the demo")
+    folder = tmp_path_factory.mktemp("demo") / "demo"
+    command = ["cargo", "run", "--quiet", "--", "demo", "--quiet", "--folder", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True)
+    return folder / "report.html"
+
+
+@pytest.fixture(scope="session")
 def browser():
     program = find()
     if program is None:
@@ -59,6 +72,58 @@ def test_it_loads_without_errors_and_without_network(browser, gallery):
     assert browser.run("[...document.querySelectorAll('.wide svg')].every(s => s.getBoundingClientRect().height > 100)")
     assert browser.run("new Set([...document.querySelectorAll('[id]')].map(e => e.id)).size"
                        " === document.querySelectorAll('[id]').length")
+
+
+def test_the_demos_report_is_sound_on_desk_and_phone_light_and_dark(browser, report):
+    assert report.stat().st_size < 2_000_000
+    for width, dark in ((1000, False), (1000, True), (390, False), (390, True)):
+        browser.open(report, width=width, dark=dark)
+        assert browser.errors == []
+        assert browser.run("document.documentElement.scrollWidth") <= width
+        assert browser.run("/NaN|undefined|Infinity|`/.test(document.querySelector('main').innerText)") is False
+    titles = browser.run("[...document.querySelectorAll('.chart-figure .title')].map(e => e.textContent)")
+    for title in ("What the data tells apart", "The same parameter from other sources", "Drag in surge",
+                  "Each run's own model on every run, yaw", "Residuals against u", "The gap in yaw"):
+        assert title in titles
+    paper = base64.b64decode(browser.call("Page.printToPDF", printBackground=True)["data"])
+    assert paper.startswith(b"%PDF-")
+
+
+def test_every_figure_with_curves_zooms_and_reads(browser, report):
+    browser.open(report)
+    figures = browser.run("[...document.querySelectorAll('.chart-figure')].filter(f => f.querySelector('.wide svg.zooms'))"
+                          ".map(f => f.id)")
+    assert len(figures) > 10
+    for figure in figures:
+        svg = f"document.querySelector('#{figure} .wide svg')"
+        browser.run(f"{svg}.scrollIntoView({{block: 'center'}})")
+        x, y = browser.run(f"(() => {{ const b = {svg}.querySelector('.frame').getBoundingClientRect();"
+                           "return [b.left + b.width / 2, b.top + b.height / 2]; })()")
+        browser.mouse("mouseMoved", x, y)
+        assert browser.run("document.querySelectorAll('.cross').length") == 1, figure
+        labels = f"[...{svg}.querySelectorAll('.lx text')].map(t => t.textContent).join(' ')"
+        before = browser.run(labels)
+        for _ in range(6):
+            browser.mouse("mouseWheel", x, y, deltaX=0, deltaY=-120)
+        assert browser.run(labels) != before, figure
+        assert "NaN" not in browser.run(f"{svg}.innerHTML"), figure
+        browser.run(f"document.querySelector('#{figure} .reset').click()")
+        assert browser.run(labels) == before, figure
+    assert browser.errors == []
+
+
+def test_tables_copy_as_csv_and_latex(browser, report):
+    browser.open(report)
+    texts = browser.run("[...document.querySelectorAll('#table-1 .copy')].map(b => b.dataset.text)")
+    assert len(texts) == 2
+    csv, latex = texts
+    assert csv.splitlines()[0].startswith("effect,degree of freedom,symbol")
+    assert len(csv.splitlines()) == 1 + browser.run("document.querySelectorAll('#table-1 tbody tr').length")
+    assert r"\begin{tabular}" in latex
+    button = "document.querySelector('#table-1 .copy')"
+    browser.run(f"{button}.click()")
+    browser.run("new Promise(done => setTimeout(done, 200))")
+    assert browser.run(f"{button}.textContent") == "Copied"
 
 
 def test_no_number_is_broken(browser, gallery):

@@ -89,6 +89,7 @@ fn output_error_stages(fitted: &OutputErrorFit, runs: &[Run]) -> Vec<FitStage> {
             condition_number,
             condition_number_scaled,
             estimates: Vec::new(),
+            covariance: Vec::new(),
             numbers: None,
         })
         .collect()

@@ -111,6 +111,9 @@ pub struct FitStage {
     /// `parameters` show.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub estimates: Vec<Estimate>,
+    /// Covariance of `estimates`, in their order, SI.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub covariance: Vec<Vec<f64>>,
     /// Flow numbers of a single oscillatory run: Re, KC, λ, C_m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub numbers: Option<FlowNumbers>,
@@ -127,6 +130,7 @@ impl From<Stage> for FitStage {
             condition_number: stage.condition_number,
             condition_number_scaled: stage.condition_number_scaled,
             estimates: stage.estimates,
+            covariance: stage.covariance,
             numbers: stage.numbers,
         }
     }

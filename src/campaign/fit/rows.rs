@@ -72,6 +72,7 @@ pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String
             condition_number: fit.condition_number,
             condition_number_scaled: fit.condition_number_scaled,
             estimates: Vec::new(),
+            covariance: Vec::new(),
             numbers: None,
         }));
     }

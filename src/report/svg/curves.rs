@@ -17,7 +17,11 @@ const FEW: usize = 120;
 /// Draws the chart on a sheet.
 pub fn draw(chart: &Curves, sheet: &Sheet) -> Drawing {
     let mut canvas = Canvas::default();
-    let (x_low, x_high) = range(chart.panels.iter().flat_map(|p| &p.series).flat_map(|s| s.x.iter().copied()), 0.0);
+    let series = || chart.panels.iter().flat_map(|p| &p.series);
+    // single points are not cut in half by the frame; a long record fills it
+    let few = series().any(|s| s.mark == Mark::Points && (1..=FEW).contains(&s.len()));
+    let pad = if few { 0.02 } else { 0.0 };
+    let (x_low, x_high) = range(series().flat_map(|s| s.x.iter().copied()), pad);
     let x_ticks = ticks(x_low, x_high, if sheet.narrow() { 4 } else { 8 });
     let ranges: Vec<(f64, f64)> = chart.panels.iter().map(|p| range(ordinates(p), 0.05)).collect();
     let y_ticks: Vec<Ticks> =

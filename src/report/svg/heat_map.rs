@@ -93,12 +93,11 @@ pub fn draw(chart: &HeatMap, sheet: &Sheet) -> Drawing {
             canvas.rect(class, [x + 1.0, y + 1.0], [width - 2.0, height - 2.0], &format!("rx=\"2\" {opacity}"));
             if value.is_finite() && width >= 22.0 {
                 let class = if strength > 0.6 { "digits strong" } else { "digits" };
-                let decimals = if width < 34.0 { chart.decimals.min(1) } else { chart.decimals };
                 canvas.text(
                     class,
                     Anchor::Middle,
                     [x + width / 2.0, y + height / 2.0 + 4.0],
-                    &digits(*value, decimals),
+                    &fitting(*value, chart.decimals, width - 2.0),
                 );
             }
             canvas.close();
@@ -120,6 +119,13 @@ fn colour(value: f64, colours: Colours) -> (&'static str, f64) {
     }
 }
 
+/// As many decimals as the cell has room for.
+fn fitting(value: f64, decimals: usize, room: f64) -> String {
+    let texts = (0..=decimals).rev().map(|decimals| digits(value, decimals));
+    let mut narrow = texts.skip_while(|text| text_width(&Label::from(text.as_str())) > room);
+    narrow.next().unwrap_or_else(|| digits(value, 0))
+}
+
 fn digits(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "–".into();
@@ -129,5 +135,17 @@ fn digits(value: f64, decimals: usize) -> String {
         Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_string(),
         Some(rest) => format!("−{rest}"),
         None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_narrow_cell_gives_up_decimals() {
+        assert_eq!(fitting(117.13, 1, 80.0), "117.1");
+        assert_eq!(fitting(117.13, 1, 26.0), "117");
+        assert_eq!(fitting(0.25, 2, 3.0), "0");
     }
 }

@@ -1,0 +1,151 @@
+//! What speaks for each estimate: a table, the correlations as a heat map, and a forest of what runs, stages and the
+//! literature say each for themselves.
+//!
+//! ```text
+//! ρ_jk = Σ_jk / √(Σ_jj Σ_kk)
+//! ```
+
+use super::Results;
+use crate::report::{
+    Axis, Block, Cell, Chart, Colours, Column, Figure, Forest, ForestRow, HeatMap, Interval, Label, Table, estimate,
+};
+
+/// Most parameters of a heat map: more would be too small to read.
+const MOST: usize = 24;
+/// Most sources of a row of the forest.
+const SOURCES: usize = 10;
+/// An estimate no better than this share of the common one says nothing; it would stretch the axis for all others.
+const SHOWN: f64 = 0.5;
+
+/// Tables and figures of the section on the model.
+pub(super) fn blocks(results: &Results<'_>) -> Vec<Block> {
+    let table = table(results).map(Block::Table);
+    let figures = [correlations(results), forest(results)].into_iter().flatten().map(Block::Figure);
+    table.into_iter().chain(figures).collect()
+}
+
+fn table(results: &Results<'_>) -> Option<Table> {
+    let known = results.fit.identifiability.as_ref()?;
+    let number = |x: Option<f64>, digits| x.map_or(Cell::Empty, |value| Cell::Number { value, digits });
+    let rows = known
+        .parameters
+        .iter()
+        .map(|p| {
+            vec![
+                Cell::from(p.term.as_str()),
+                Cell::Text(Label::symbol(&p.name)),
+                number(p.force_share.map(|s| 100.0 * s), 3),
+                number(Some(p.inflation), 3),
+                number(p.first_half, 4),
+                number(p.second_half, 4),
+                number(p.halves_z, 2),
+            ]
+        })
+        .collect();
+    let columns = ["term", "symbol", "share of force, %", "inflation", "first half", "second half", "apart, std"];
+    let groups: Vec<String> =
+        known.groups.iter().map(|g| format!(" Hardly told apart: {}; {}.", g.terms.join(", "), g.run)).collect();
+    Some(Table {
+        title: "What speaks for the estimates".into(),
+        columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+        rows,
+        note: format!(
+            "Inflation: deviation over that with all other parameters known. Halves: estimates from the first and the \
+             second half of each run.{}",
+            groups.concat()
+        ),
+    })
+}
+
+/// Which estimates go together.
+fn correlations(results: &Results<'_>) -> Option<Figure> {
+    let covariance = &results.fit.covariance;
+    let variance = |k: usize| covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(0.0);
+    let free = results.fit.parameters.iter().enumerate().filter(|(k, p)| !p.fixed && variance(*k) > 0.0);
+    let kept: Vec<usize> = free.map(|(k, _)| k).collect();
+    if kept.len() < 2 || kept.len() > MOST {
+        return None;
+    }
+    let names: Vec<Label> = kept.iter().map(|k| Label::symbol(&results.fit.parameters[*k].name)).collect();
+    let rho = |j: usize, k: usize| covariance[j][k] / (variance(j) * variance(k)).sqrt();
+    let values = kept.iter().map(|j| kept.iter().map(|k| rho(*j, *k)).collect()).collect();
+    let chart = Chart::HeatMap(HeatMap {
+        x: Axis::new("", ""),
+        y: Axis::new("", ""),
+        columns: names.clone(),
+        rows: names,
+        values,
+        value: Axis::new("correlation of the estimates", ""),
+        decimals: 2,
+        colours: Colours::Diverging { limit: 1.0 },
+    });
+    Some(Figure {
+        title: "What the data tells apart".into(),
+        caption: "Near ±1 only a combination of the two is known: an error of the one is made up by the other.".into(),
+        chart,
+    })
+}
+
+/// Each parameter as runs, stages and published values have it, relative to the estimate.
+fn forest(results: &Results<'_>) -> Option<Figure> {
+    let rows: Vec<ForestRow> = results
+        .fit
+        .parameters
+        .iter()
+        .zip(&results.fit.model.parameters)
+        .filter_map(|(p, own)| row(results, p, &own.term))
+        .collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let published = if results.published.is_some() { " Published values stand beside them." } else { "" };
+    Some(Figure {
+        title: "The same parameter from other sources".into(),
+        caption: format!(
+            "Each with its 95 % interval, over the estimate of the model. A run or a stage that hardly shows a parameter \
+             is left out.{published}"
+        ),
+        chart: Chart::Forest(Forest { axis: Axis::new("value over the estimate", ""), rows, reference: Some(1.0) }),
+    })
+}
+
+/// The row of a parameter of `term`.
+fn row(results: &Results<'_>, p: &crate::campaign::FitParameter, term: &str) -> Option<ForestRow> {
+    let unit = crate::report::unit(&p.unit);
+    let interval = |source: &str, value: f64, std: f64| {
+        let reach = 1.96 * std;
+        let ends = [(value - reach) / p.value, (value + reach) / p.value];
+        Interval {
+            source: source.into(),
+            value: value / p.value,
+            low: ends[0].min(ends[1]),
+            high: ends[0].max(ends[1]),
+            text: format!("{} {unit}", estimate(value, (std > 0.0).then_some(std), crate::report::Style::Text)),
+        }
+    };
+    let shows = |std: f64| std.is_finite() && std < SHOWN * p.value.abs();
+    let common = p.std.filter(|std| !p.fixed && shows(*std))?;
+    let stages = results.fit.stages.iter().filter(|s| s.runs.len() != 1).flat_map(|stage| {
+        let named = |e: &&crate::procedure::Estimate| e.effect == p.effect && e.name == p.name;
+        stage.estimates.iter().filter(named).map(|e| (stage.name.as_str(), e.value, e.std))
+    });
+    let runs = results.each_run.models.iter().flat_map(|own| {
+        let found = own.estimates.iter().filter(|e| e.term == term && e.name == p.name);
+        found.map(|e| (own.run.as_str(), e.value, e.std))
+    });
+    let others: Vec<Interval> = stages
+        .chain(runs)
+        .filter(|(_, value, std)| shows(*std) && *std < SHOWN * value.abs())
+        .take(SOURCES)
+        .map(|(source, value, std)| interval(source, value, std))
+        .collect();
+    let literature = results.published.iter().flat_map(|published| published.values());
+    let published = literature
+        .filter(|(of, symbol, value, _)| *of == term && *symbol == p.name && value.is_finite())
+        .map(|(_, _, value, std)| interval("published", value, std.unwrap_or(0.0)));
+    let others: Vec<Interval> = others.into_iter().chain(published).collect();
+    (!others.is_empty()).then(|| ForestRow {
+        label: Label::symbol(&p.name),
+        estimates: std::iter::once(interval("the model", p.value, common)).chain(others).collect(),
+    })
+}

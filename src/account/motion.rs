@@ -1,0 +1,191 @@
+//! The part of the account that shows motion: measured and simulated velocities with their residual, and the residual
+//! against each state, where a missing effect shows as a shape.
+
+use super::Results;
+use crate::campaign::Simulated;
+use crate::frame::Dof;
+use crate::report::{Axis, Block, Chart, Curves, Figure, Label, Panel, Section, Series};
+use crate::run::Role;
+
+/// Runs that are shown, held-out ones first.
+const SHOWN: usize = 4;
+/// Samples of a group whose quartiles are drawn against a state.
+const GROUPS: usize = 12;
+/// Points a panel against a state.
+const POINTS: usize = 600;
+
+/// The sections of a report.
+pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
+    let runs = in_order(results);
+    let held: Vec<&Simulated> = runs.iter().copied().filter(|r| r.role == Role::Validate).collect();
+    let of_run = |run: &&Simulated| -> Vec<Block> {
+        let figure = |dof: &Dof| {
+            let floor = noise(results, &run.run, *dof);
+            let measured: Vec<f64> = samples(run, dof.velocity()).iter().map(|s| s.1).collect();
+            motion_figure(run, *dof, floor).filter(|_| moves(&measured, floor)).map(Block::Figure)
+        };
+        results.fit.model.dofs.iter().filter_map(figure).collect()
+    };
+    let blocks = runs.iter().take(SHOWN).flat_map(of_run).collect();
+    let (judged, which) = if held.is_empty() { (&runs, "all runs") } else { (&held, "runs that took no part") };
+    let against: Vec<Block> = against_states(results, judged, which).into_iter().map(Block::Figure).collect();
+    let motion = Section { heading: "Measured and simulated".into(), paragraphs: Vec::new(), blocks };
+    let residual = Section {
+        heading: "Residual against each state".into(),
+        paragraphs: vec![
+            "Noise lies flat about zero. A slope, a step or a bow says which state the missing force goes with.".into(),
+        ],
+        blocks: against,
+    };
+    [motion, residual].into_iter().filter(|section| !section.blocks.is_empty()).collect()
+}
+
+/// Runs that took no part first, then one of each kind, then the others.
+fn in_order<'a>(results: &Results<'a>) -> Vec<&'a Simulated> {
+    let kind = |run: &Simulated| results.campaign.runs.iter().find(|r| r.name == run.run).map(|r| r.kind);
+    let mut seen = Vec::new();
+    let mut ranked: Vec<(u8, &Simulated)> = Vec::new();
+    for run in &results.simulation.runs {
+        let first = !seen.contains(&kind(run));
+        seen.push(kind(run));
+        let rank = match (run.role, first) {
+            (Role::Validate, _) => 0,
+            (_, true) => 1,
+            (_, false) => 2,
+        };
+        ranked.push((rank, run));
+    }
+    ranked.sort_by_key(|(rank, _)| *rank);
+    ranked.into_iter().map(|(_, run)| run).collect()
+}
+
+/// Whether a velocity does more than its sensor's noise; so many noises wide it has to be.
+pub(super) fn moves(velocity: &[f64], noise: Option<f64>) -> bool {
+    const WIDTH: f64 = 12.0;
+    let finite = || velocity.iter().copied().filter(|v| v.is_finite());
+    let width = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    width > WIDTH * noise.unwrap_or(0.0)
+}
+
+fn unit_of(dof: Dof) -> &'static str {
+    if dof.is_rotation() { "rad/s" } else { "m/s" }
+}
+
+/// Measured samples (t, y, x) of a channel beside the simulation.
+fn samples(run: &Simulated, channel: &str) -> Vec<(f64, f64, f64)> {
+    let (Some(simulated), Some(measured)) = (run.simulated.get(channel), run.measured.get(channel)) else {
+        return Vec::new();
+    };
+    run.time.iter().zip(measured).zip(simulated).filter_map(|((t, y), x)| y.map(|y| (*t, y, *x))).collect()
+}
+
+pub(super) fn noise(results: &Results<'_>, run: &str, dof: Dof) -> Option<f64> {
+    results.comparison.runs.iter().find(|r| r.run == run && r.dof == dof).map(|r| r.noise_floor)
+}
+
+/// Measured and simulated velocity of `dof` over time with the residual below; `None` where either is absent. `noise`:
+/// that of the sensor, m/s or rad/s.
+pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Figure> {
+    let (channel, unit) = (dof.velocity(), unit_of(dof));
+    let samples = samples(run, channel);
+    if samples.is_empty() {
+        return None;
+    }
+    let column = |f: &dyn Fn(&(f64, f64, f64)) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
+    let t = column(&|s| s.0);
+    let top = Panel {
+        y: Axis::new(Label::symbol(channel), unit),
+        series: vec![
+            Series::points("measured", t.clone(), column(&|s| s.1)),
+            Series::line("simulated", run.time.clone(), run.simulated[channel].clone()),
+        ],
+        floor: None,
+    };
+    let strip = Panel {
+        y: Axis::new("residual", unit),
+        series: vec![Series::points("residual", t, column(&|s| s.1 - s.2)), Series::line("", vec![], vec![])],
+        floor: noise,
+    };
+    let chart = Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![top, strip], spans: Vec::new() });
+    let role = if run.role == Role::Validate { "took no part in the fit" } else { "was part of the fit" };
+    let caption = format!("This run {role}. The simulation starts from a state estimated on the first seconds.");
+    Some(Figure { title: format!("{}, {dof}", run.run), caption, chart })
+}
+
+/// One figure a state that changes, a panel a degree of freedom.
+fn against_states(results: &Results<'_>, runs: &[&Simulated], which: &str) -> Vec<Figure> {
+    let dofs = &results.fit.model.dofs;
+    let velocities = dofs.iter().map(|dof| (dof.velocity(), unit_of(*dof)));
+    let attitude = [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().map(|dof| (dof.position(), "rad"));
+    let depth = std::iter::once((Dof::Heave.position(), "m"));
+    velocities.chain(attitude).chain(depth).filter_map(|state| against(results, runs, state, which)).collect()
+}
+
+fn against(results: &Results<'_>, runs: &[&Simulated], (state, unit): (&str, &str), which: &str) -> Option<Figure> {
+    let pairs = |dof: &Dof| -> Vec<(f64, f64)> {
+        let channel = dof.velocity();
+        let of_run = |run: &&Simulated| -> Vec<(f64, f64)> {
+            let (Some(x), Some(simulated), Some(measured)) =
+                (run.simulated.get(state), run.simulated.get(channel), run.measured.get(channel))
+            else {
+                return Vec::new();
+            };
+            let rows = x.iter().zip(simulated).zip(measured);
+            rows.filter_map(|((x, simulated), y)| y.map(|y| (*x, y - simulated))).collect()
+        };
+        runs.iter().flat_map(of_run).collect()
+    };
+    let panel = |dof: &Dof| {
+        let mut all = pairs(dof);
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (first, last) = (all.first()?.0, all.last()?.0);
+        if all.len() < 4 * GROUPS || last - first < 1e-6 {
+            return None;
+        }
+        let step = all.len().div_ceil(POINTS);
+        let (x, y): (Vec<f64>, Vec<f64>) = all.iter().step_by(step).copied().unzip();
+        let floors: Vec<f64> = runs.iter().filter_map(|run| noise(results, &run.run, *dof)).collect();
+        Some(Panel {
+            y: Axis::new(Label::symbol(format!("{} residual", dof.velocity())), unit_of(*dof)),
+            series: vec![Series::points("residual", x, y), groups(&all)],
+            floor: floors.into_iter().reduce(f64::max),
+        })
+    };
+    let panels: Vec<Panel> = results.fit.model.dofs.iter().filter_map(panel).collect();
+    if panels.is_empty() {
+        return None;
+    }
+    Some(Figure {
+        title: format!("Residuals against {state}"),
+        caption: format!("Of {which}. Line and band: median and quartiles of {GROUPS} groups of as many samples each."),
+        chart: Chart::Curves(Curves { x: Axis::new(Label::symbol(state), unit), panels, spans: Vec::new() }),
+    })
+}
+
+/// Median and quartiles of equally many samples each, of pairs in the order of their abscissa.
+fn groups(pairs: &[(f64, f64)]) -> Series {
+    let (mut x, mut middle, mut interval) = (Vec::new(), Vec::new(), Vec::new());
+    for group in pairs.chunks(pairs.len().div_ceil(GROUPS)) {
+        let mut y: Vec<f64> = group.iter().map(|(_, y)| *y).collect();
+        y.sort_by(f64::total_cmp);
+        let at = |part: f64| y[((y.len() - 1) as f64 * part).round() as usize];
+        x.push(group.iter().map(|(x, _)| x).sum::<f64>() / group.len() as f64);
+        middle.push(at(0.5));
+        interval.push((at(0.25), at(0.75)));
+    }
+    Series::line("median and quartiles", x, middle).with_interval(interval)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_follow_a_step() {
+        let pairs: Vec<(f64, f64)> = (0..240).map(|k| (f64::from(k), if k < 120 { -1.0 } else { 2.0 })).collect();
+        let series = groups(&pairs);
+        assert_eq!(series.len(), GROUPS);
+        assert_eq!((series.y[0], series.y[GROUPS - 1]), (-1.0, 2.0));
+        assert_eq!(series.interval[3], (-1.0, -1.0));
+    }
+}

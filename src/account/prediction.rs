@@ -1,0 +1,91 @@
+//! The part of the account on how well the model predicts: the table of equation (25), and each run's own model on every
+//! other run, as Table 6 of Avila et al. (2013).
+
+use super::Results;
+use crate::frame::Dof;
+use crate::report::{Axis, Block, Cell, Chart, Colours, Column, Figure, HeatMap, Label, Section, Table};
+use crate::run::Role;
+
+/// The section of a report.
+pub(super) fn section(results: &Results<'_>) -> Section {
+    let matrices = Dof::ALL.into_iter().filter_map(|dof| matrix(results, dof)).map(Block::Figure);
+    Section {
+        heading: "How well it predicts".into(),
+        paragraphs: Vec::new(),
+        blocks: std::iter::once(Block::Table(errors(results))).chain(matrices).collect(),
+    }
+}
+
+fn errors(results: &Results<'_>) -> Table {
+    let rows = results
+        .comparison
+        .runs
+        .iter()
+        .map(|r| {
+            let number = |value| Cell::Number { value, digits: 3 };
+            vec![
+                Cell::from(r.run.as_str()),
+                Cell::from(if r.role == Role::Train { "fit" } else { "held out" }),
+                Cell::from(r.dof.to_string().as_str()),
+                number(r.mean_abs),
+                number(r.std_abs),
+                number(r.rms),
+                number(r.noise_floor),
+                number(r.fit_percent),
+                Cell::from(r.unit.as_str()),
+            ]
+        })
+        .collect();
+    let columns = ["run", "role", "degree of freedom", "mean |error|", "std |error|", "rms", "noise", "fit, %", "unit"];
+    Table {
+        title: "Simulation against measurement, equation (25)".into(),
+        columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+        rows,
+        note: String::new(),
+    }
+}
+
+/// The cross-validation matrix of one degree of freedom.
+fn matrix(results: &Results<'_>, dof: Dof) -> Option<Figure> {
+    let cells: Vec<&crate::campaign::Crossed> = results.each_run.crossed.iter().filter(|c| c.dof == dof).collect();
+    let (mut models, mut runs): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
+    for cell in &cells {
+        if !models.contains(&cell.model.as_str()) {
+            models.push(&cell.model);
+        }
+        if !runs.contains(&cell.run.as_str()) {
+            runs.push(&cell.run);
+        }
+    }
+    if models.len() < 2 {
+        return None;
+    }
+    let thousandth = if dof.is_rotation() { "mrad/s" } else { "mm/s" };
+    let error = |model: &&str, run: &&str| {
+        let found = cells.iter().find(|c| c.model == *model && c.run == *run);
+        found.map_or(f64::NAN, |c| 1e3 * c.mean_abs)
+    };
+    let values: Vec<Vec<f64>> = models.iter().map(|model| runs.iter().map(|run| error(model, run)).collect()).collect();
+    let mut sorted: Vec<f64> = values.iter().flatten().copied().filter(|x| x.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (low, high) = (*sorted.first()?, *sorted.last()?);
+    // a model that fails altogether must not make all others look alike
+    let high = high.min(4.0 * sorted[sorted.len() / 2]).max(low * 1.01);
+    let names = |list: &[&str]| list.iter().map(|name| Label::from(super::stem(name))).collect::<Vec<Label>>();
+    Some(Figure {
+        title: format!("Each run's own model on every run, {dof}"),
+        caption: "Mean |measured − simulated|. A row is a model made from one run alone, a column the run that it \
+                  is simulated on; on the diagonal they are the same."
+            .into(),
+        chart: Chart::HeatMap(HeatMap {
+            x: Axis::new("simulated run", ""),
+            y: Axis::new("", ""),
+            columns: names(&runs),
+            rows: names(&models),
+            values,
+            value: Axis::new("mean |error|", thousandth),
+            decimals: if low < 10.0 { 1 } else { 0 },
+            colours: Colours::Sequential { low, high },
+        }),
+    })
+}

@@ -1,0 +1,77 @@
+//! Arguments of the verbs that work on logs.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Loading, Reading};
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml"
+)]
+pub(in crate::cli) struct Init {
+    /// Logs.
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// Campaign file to write; standard output when absent.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Name of the vehicle.
+    #[arg(long, default_value = "vehicle")]
+    pub name: String,
+    /// Dry mass, kg.
+    #[arg(long, value_name = "KG")]
+    pub mass: Option<f64>,
+    /// Displaced volume, m3.
+    #[arg(long, value_name = "M3")]
+    pub volume: Option<f64>,
+    /// Weight in air, N.
+    #[arg(long, value_name = "N")]
+    pub weight: Option<f64>,
+    /// Buoyancy, N.
+    #[arg(long, value_name = "N")]
+    pub buoyancy: Option<f64>,
+    /// Characteristic length, m.
+    #[arg(long, value_name = "M")]
+    pub length: Option<f64>,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid check campaign.toml\n  hydrosysid check dive.csv --log 'delimiter = \";\"' --log 'decimal = \",\"'"
+)]
+pub(in crate::cli) struct Check {
+    /// A campaign (.toml), or logs.
+    #[arg(required = true, value_name = "CAMPAIGN|LOG")]
+    pub files: Vec<PathBuf>,
+    /// Columns that a bare log must have, separated by commas.
+    #[arg(long, value_delimiter = ',', value_name = "COLUMNS", default_value = "t,u,v,r,tau_u,tau_v,tau_r")]
+    pub columns: Vec<String>,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub campaign: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid convert dive.csv -o plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'\n  hydrosysid convert dive.mcap -o plain.csv --map map.toml\n\nThe map is a TOML table as the campaign's [log]: columns (canonical name = where it stands, with unit, scale,\nsign and frame), body_frame, earth_frame, and so on. ROS bags, MCAP, DataFlash, ULog, MAT, Parquet, Arrow and NumPy\nfiles are read by the command of the Python package."
+)]
+pub(in crate::cli) struct Convert {
+    /// Log to read: CSV, or with the Python package a bag, .mcap, .bin, .ulg, .mat, .parquet, .arrow, .npz.
+    pub log: PathBuf,
+    /// File to write.
+    #[arg(required_unless_present = "out", conflicts_with = "out")]
+    pub output: Option<PathBuf>,
+    /// File to write.
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// TOML file with the reading options, columns among them.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
+}

@@ -1,0 +1,122 @@
+//! What may be typed: verbs, arguments, options.
+
+mod data;
+mod model;
+mod next;
+mod show;
+
+use std::path::PathBuf;
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand};
+
+pub(super) use data::{Check, Convert, Init};
+pub(super) use model::{Compare, Discover, Fit, Simulate};
+pub(super) use next::{Monitor, Plan};
+pub(super) use show::{Completions, Demo, Effects, Explain, Export, Report};
+
+/// Plain colours of the terminal's own scheme.
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// Identification of underwater vehicles: from logs to a model that can be trusted.
+#[derive(Debug, Parser)]
+#[command(name = "hydrosysid", version, styles = STYLES, subcommand_required = true, arg_required_else_help = true,
+    after_help = "Examples:\n  hydrosysid init run1.csv run2.csv --mass 189 -o campaign.toml\n  hydrosysid check campaign.toml\n  hydrosysid fit campaign.toml --model model.toml\n  hydrosysid compare campaign.toml --model model.toml\n\nExit codes: 0 done, 1 the data was refused, 2 wrong use.")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    pub shared: Shared,
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// Options of every verb.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Shared {
+    /// Write the result as JSON to FILE, or to standard output with `-` (then no table).
+    #[arg(long, value_name = "FILE", global = true)]
+    pub json: Option<PathBuf>,
+    /// Take warnings as errors.
+    #[arg(long, global = true)]
+    pub strict: bool,
+    /// Replace output files that exist.
+    #[arg(long, global = true)]
+    pub force: bool,
+    /// Print nothing but errors.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// No colours; the environment variable NO_COLOR does the same.
+    #[arg(long, global = true)]
+    pub no_color: bool,
+    /// Number of threads; all cores when absent.
+    #[arg(short, long, value_name = "N", global = true, value_parser = threads)]
+    pub jobs: Option<usize>,
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err("a number of threads, 1 or more".into()),
+    }
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Verb {
+    /// Show the whole procedure on a virtual tank, and an effect that was hidden found again.
+    Demo(Demo),
+    /// Write a commented campaign file from a set of logs.
+    Init(Init),
+    /// Look at logs or a campaign before anything is fitted: green, amber or red.
+    Check(Check),
+    /// Read a log with its options and write it as plain CSV in SI units.
+    Convert(Convert),
+    /// Estimate the model's parameters from the training runs.
+    Fit(Fit),
+    /// Simulate the runs with a model.
+    Simulate(Simulate),
+    /// Hold a model against every run, those of the fit and those that took no part.
+    Compare(Compare),
+    /// Find what the model lacks, and show it on runs that took no part.
+    Discover(Discover),
+    /// Propose the runs that bring parameters to wanted deviations, or say what given runs will bring.
+    Plan(Plan),
+    /// Run a model along a new log and say when it no longer fits.
+    Monitor(Monitor),
+    /// Write everything about a campaign as one HTML page.
+    Report(Report),
+    /// Write a model for a simulator, for control design or as a table; without arguments list the targets.
+    Export(Export),
+    /// List the effects that a model may hold, or tell all of one.
+    Effects(Effects),
+    /// Tell what the code of a warning or an error means.
+    Explain(Explain),
+    /// Write completions for a shell.
+    Completions(Completions),
+    /// Write the manual page.
+    Man,
+}
+
+/// How bare logs are read.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Reading {
+    /// A reading option as in the campaign's [log] table, such as 'missing = "drop"'; may be repeated.
+    #[arg(long = "log", value_name = "KEY=VALUE")]
+    pub options: Vec<String>,
+}
+
+/// How a campaign is loaded.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Loading {
+    /// Let logs lie outside the campaign's folder.
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+fn pair(text: &str) -> Result<(String, f64), String> {
+    let (name, number) = text.split_once('=').ok_or("written NAME=NUMBER")?;
+    let number = number.trim().parse().map_err(|_| format!("`{number}` is no number"))?;
+    Ok((name.trim().to_string(), number))
+}

@@ -1,0 +1,177 @@
+//! Arguments of the verbs that work on a campaign and its model.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::Loading;
+use crate::campaign::Estimator;
+use crate::effects::Family;
+
+fn refits(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n > 1 => Ok(n),
+        _ => Err("a number of refits, 2 or more".into()),
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(in crate::cli) enum EstimatorName {
+    /// Simulation against measurement on segments.
+    OutputError,
+    /// The paper's procedure, stage by stage.
+    Staged,
+    /// Integral least squares on all runs at once.
+    Integral,
+}
+
+impl From<EstimatorName> for Estimator {
+    fn from(name: EstimatorName) -> Estimator {
+        match name {
+            EstimatorName::OutputError => Estimator::OutputError,
+            EstimatorName::Staged => Estimator::Staged,
+            EstimatorName::Integral => Estimator::Integral,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid fit campaign.toml --json fit.json --model model.toml\n  hydrosysid fit campaign.toml --bootstrap 1000\n  hydrosysid fit campaign.toml --plot"
+)]
+pub(in crate::cli) struct Fit {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part and output
+    /// error otherwise.
+    #[arg(long, value_enum)]
+    pub estimator: Option<EstimatorName>,
+    /// Fit by integral least squares without keeping the logs, as `--estimator integral` does of itself beyond 64 MiB.
+    #[arg(long, conflicts_with_all = ["bootstrap", "monte_carlo", "estimator", "thorough", "filters", "plot"])]
+    pub stream: bool,
+    /// Refit by output error on N resamplings of stretches of the training runs, and show the scatter.
+    #[arg(long, value_name = "N", value_parser = refits, conflicts_with = "monte_carlo")]
+    pub bootstrap: Option<usize>,
+    /// Refit by output error on N data sets that the fitted model makes, and show the scatter.
+    #[arg(long, value_name = "N", value_parser = refits)]
+    pub monte_carlo: Option<usize>,
+    /// Look closer at what the data can tell: profile likelihoods of doubtful parameters, segments of other lengths, the
+    /// run that would tell most (output error only; takes some ten fits).
+    #[arg(long)]
+    pub thorough: bool,
+    /// Write the fitted model to FILE (TOML, or JSON where it ends in .json).
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Repeat the staged and the all-at-once fit with polynomial filters of several windows and degrees.
+    #[arg(long)]
+    pub filters: bool,
+    #[command(flatten)]
+    pub plotting: Plotting,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid simulate campaign.toml --model model.toml --output simulated\n  hydrosysid simulate campaign.toml --series series.csv\n  hydrosysid simulate campaign.toml --plot=run07.csv"
+)]
+pub(in crate::cli) struct Simulate {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Model to simulate; the campaign is fitted when absent.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Folder in which each run is written as CSV.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Folder in which the forces of each run and degree of freedom are written as CSV, a column a term.
+    #[arg(long, value_name = "FOLDER")]
+    pub forces: Option<PathBuf>,
+    #[command(flatten)]
+    pub series: Series,
+    #[command(flatten)]
+    pub plotting: Plotting,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+/// Curves in the terminal.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Plotting {
+    /// Draw measured and simulated velocities in the terminal: of the runs that took no part, or of RUN.
+    #[arg(long, value_name = "RUN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    pub plot: Option<String>,
+}
+
+/// Series for a plotting tool.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Series {
+    /// Write measured, simulated and residual series of all runs side by side to FILE, for PlotJuggler or Foxglove: .csv,
+    /// or .mcap with the Python package.
+    #[arg(long, value_name = "FILE")]
+    pub series: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  hydrosysid compare campaign.toml --model model.toml --json compare.json\n  hydrosysid compare campaign.toml --params literature.toml\n  hydrosysid compare campaign.toml --cross\n  hydrosysid compare spring.toml autumn.toml"
+)]
+pub(in crate::cli) struct Compare {
+    /// Campaign file; or the first of two models.
+    #[arg(value_name = "CAMPAIGN|MODEL_A")]
+    pub campaign: PathBuf,
+    /// The second of two models.
+    #[arg(value_name = "MODEL_B", conflicts_with_all = ["model", "params", "series", "plot"])]
+    pub other: Option<PathBuf>,
+    /// Model to compare; the campaign is fitted when absent.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Fit each run alone and simulate its model on every other run: the cross-validation matrix.
+    #[arg(long, conflicts_with_all = ["other", "model", "params", "series", "plot"])]
+    pub cross: bool,
+    /// Published parameters to hold against the runs and the own model: TOML with format, convention, [parameters].
+    #[arg(long, value_name = "FILE", conflicts_with = "series")]
+    pub params: Option<PathBuf>,
+    #[command(flatten)]
+    pub series: Series,
+    #[command(flatten)]
+    pub plotting: Plotting,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hydrosysid discover campaign.toml --json discovery.json")]
+pub(in crate::cli) struct Discover {
+    /// Campaign file.
+    pub campaign: PathBuf,
+    /// Families of effects to search; those of the campaign's [discover] table when absent.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FAMILY")]
+    pub families: Vec<FamilyName>,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum FamilyName {
+    /// Forces in the balance of momentum.
+    Body,
+    /// Changes of the force between command and water.
+    Actuator,
+    /// What the water does, and what pulls from outside.
+    Environment,
+    /// Changes of what is logged.
+    Sensor,
+}
+
+impl From<FamilyName> for Family {
+    fn from(name: FamilyName) -> Family {
+        match name {
+            FamilyName::Body => Family::Body,
+            FamilyName::Actuator => Family::Actuator,
+            FamilyName::Environment => Family::Environment,
+            FamilyName::Sensor => Family::Sensor,
+        }
+    }
+}
