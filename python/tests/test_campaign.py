@@ -153,7 +153,9 @@ def test_tank_campaign(tmp_path: Path) -> None:
 def test_a_fit_need_not_keep_its_logs(tmp_path: Path) -> None:
     clock = np.arange(0.0, 60.0, 0.1)
     push = 30 * np.sin(0.5 * clock) + 10 * np.sin(0.13 * clock)
-    speed = hs.rk4(lambda t, y: np.array([(np.interp(t, clock, push) - 20 * y[0] * abs(y[0])) / 50]), clock, np.zeros(1))
+    speed = hs.rk4(
+        lambda t, y: np.array([(np.interp(t, clock, push) - 20 * y[0] * abs(y[0])) / 50]), clock, np.zeros(1)
+    )
     hs.Run({"t": clock, "u": speed[:, 0], "tau_u": push}, name="swim").to_csv(tmp_path / "swim.csv")
     campaign = tmp_path / "campaign.toml"
     campaign.write_text(

@@ -41,8 +41,10 @@ def test_forked_workers_do_not_wait_for_threads_that_are_gone(campaigns: list[hs
         assert list(processes.map(hs.fit, campaigns, timeout=60)) == serial
 
 
-def bootstrapped(campaign: hs.Campaign, executor: Executor | None = None) -> hs.Bootstrap:
-    return hs.bootstrap(campaign, 24, block=15.0, seed=3, estimator="integral", executor=executor)
+def bootstrapped(campaign: hs.Campaign, executor: Executor | None = None, seed: int = 3) -> hs.Resampling:
+    return hs.resample(
+        campaign, method="runs", draws=24, block=15.0, seed=seed, estimator="integral", executor=executor
+    )
 
 
 @pytest.mark.filterwarnings("ignore")  # those of Dask's own start and end
@@ -59,26 +61,38 @@ def test_bootstrap(campaign: hs.Campaign) -> None:
     found = bootstrapped(campaign)
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         assert bootstrapped(campaign, processes) == found
-    assert found.draws.shape == (24 - found.failed, 3)
+    assert found.samples is not None
+    assert found.draws == 24 - found.failed
+    assert found.samples.shape == (found.draws, 3)
     fit = hs.fit(campaign, estimator="integral")
     for k, p in enumerate(found.parameters):
         assert p.value == fit[p.term].value
-        assert (p.low, p.high) == tuple(np.quantile(found.draws[:, k], [0.025, 0.975]).tolist())
-        assert p.std == pytest.approx(float(np.std(found.draws[:, k], ddof=1)), rel=1e-12)
+        assert p.interval == tuple(np.quantile(found.samples[:, k], [0.025, 0.975]).tolist())
+        assert p.std == pytest.approx(float(np.std(found.samples[:, k], ddof=1)), rel=1e-12)
         assert p.std > 0.0
-    assert hs.bootstrap(campaign, 24, block=15.0, seed=4, estimator="integral") != found
+    assert bootstrapped(campaign, seed=4) != found
     assert pickle.loads(pickle.dumps(found)) == found
     assert "24 draws of stretches of 15 s" in found.summary()
     axes = found.plot("linear_drag@surge")
     assert found.plot("k_u", ax=axes) is axes
     axes.figure.clear()
+    every = found.plot()
+    assert next(t.get_text() for t in every.get_yticklabels()) == "inertia@surge m_u"
+    every.figure.clear()
+    with pytest.raises(KeyError, match="no parameter 'k_v'"):
+        found.plot("k_v")
 
 
 def test_a_bootstrap_needs_something_to_draw_from(campaigns: list[hs.Campaign]) -> None:
     with pytest.raises(hs.DataError, match="two runs or more"):
-        hs.bootstrap(campaigns[1], 10)
+        hs.resample(campaigns[1], method="runs", draws=10)
     with pytest.raises(hs.UsageError, match="draws = 1"):
-        hs.bootstrap(campaigns[0], 1)
+        hs.resample(campaigns[0], method="runs", draws=1)
+    with pytest.raises(hs.UsageError, match="block, executor: only method = 'runs'"), ThreadPoolExecutor(1) as pool:
+        hs.resample(campaigns[0], block=10.0, executor=pool)
+    quick = hs.resample(campaigns[0], draws=20)
+    with pytest.raises(hs.UsageError, match="no single draws"):
+        quick.plot("k_u")
 
 
 def test_discovery_says_what_it_does(campaign: hs.Campaign) -> None:

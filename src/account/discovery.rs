@@ -163,7 +163,7 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
             "Root mean square of simulated less measured on runs that took no part, as effects are added.{}",
             match found.removed.as_slice() {
                 [] => String::new(),
-                names => format!(" Dropped again when later ones were known: {}.", names.join(", ")),
+                names => format!(" Left out, since later ones made them needless: {}.", names.join(", ")),
             }
         ),
         chart,

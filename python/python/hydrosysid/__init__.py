@@ -17,7 +17,9 @@ plain typed data: they pickle, and so do campaigns, so that a list of campaigns 
 
 from ._campaign import Campaign
 from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
+from ._check import Check, CheckedLog
 from ._convert import convert, explain
+from ._cross import Crossed, CrossValidation, OwnEstimate, OwnModel
 from ._discovery import (
     Change,
     Dependence,
@@ -33,7 +35,8 @@ from ._discovery import (
 )
 from ._errors import DataError, Finding, HydrosysidError, UsageError
 from ._fit import Fit, FittedCurve, Parameter, Stage, StageEstimate
-from ._many import Bootstrap, Resampled, bootstrap, map_fit
+from ._forces import Forces
+from ._many import map_fit, resample
 from ._models import (
     Export,
     Joint,
@@ -46,11 +49,11 @@ from ._models import (
     Shift,
     Window,
 )
-from ._motion import Check, CheckedLog, Comparison, Disagreement, Forces, SimulatedRun, Simulation
+from ._motion import Comparison, Disagreement, SimulatedRun, Simulation
 from ._native import __version__
 from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
 from ._own_effect import OwnEffect
-from ._pages import demo, init, report
+from ._pages import demo, export, init, report, tank_campaign
 from ._planning import Plan, PlannedParameter, PlannedRun, Push
 from ._resampling import Resampling, Scatter, block_bootstrap
 from ._run import Run
@@ -60,24 +63,23 @@ from ._verbs import (
     compare,
     compare_models,
     compare_published,
+    cross_validate,
     discover,
-    export,
     fit,
     force_components,
     monitor,
     plan,
-    resample,
     simulate,
-    tank_campaign,
 )
 
 __all__ = [
-    "Bootstrap",
     "Campaign",
     "Change",
     "Check",
     "CheckedLog",
     "Comparison",
+    "CrossValidation",
+    "Crossed",
     "DataError",
     "Dependence",
     "Disagreement",
@@ -101,6 +103,8 @@ __all__ = [
     "ModelDifference",
     "Monitored",
     "OwnEffect",
+    "OwnEstimate",
+    "OwnModel",
     "Parameter",
     "ParameterDifference",
     "Plan",
@@ -111,7 +115,6 @@ __all__ = [
     "Push",
     "Reason",
     "Regressors",
-    "Resampled",
     "Resampling",
     "Residual",
     "Run",
@@ -129,12 +132,12 @@ __all__ = [
     "Window",
     "__version__",
     "block_bootstrap",
-    "bootstrap",
     "check",
     "compare",
     "compare_models",
     "compare_published",
     "convert",
+    "cross_validate",
     "demo",
     "discover",
     "effects",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ._errors import Finding
 from ._result import Result
-from ._view import Rows, axes, html_table, text_table
+from ._view import Rows, html_table, over_noise, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -210,17 +210,15 @@ class Discovery(Result):
             ax: axes to draw into; new ones when absent.
             style: passed on to `matplotlib.axes.Axes.plot`.
         """
-        ax = axes(ax)
         kept = [step for step in self.gap if not step.dropped]
         steps = [_label(step) for step in kept]
-        for dof in kept[0].held_out_rms if kept else ():
-            ratio = [step.held_out_rms[dof] / step.noise_floor[dof] for step in kept]
-            ax.plot(range(len(steps)), ratio, **({"marker": "o", "label": dof} | style))
-        ax.axhline(1.0, color="0.3", linewidth=0.8)
+        place = range(len(steps))
+        lines = {
+            dof: (place, [step.held_out_rms[dof] / step.noise_floor[dof] for step in kept])
+            for dof in (kept[0].held_out_rms if kept else ())
+        }
+        ax = over_noise(ax, lines, "held-out rms over sensor noise", style)
         ax.set_yscale("log")
-        ax.set_xticks(range(len(steps)), [f"+ {step}" if k else step for k, step in enumerate(steps)])
+        ax.set_xticks(place, [f"+ {step}" if k else step for k, step in enumerate(steps)])
         ax.margins(x=0.25)
-        ax.set_ylabel("held-out rms over sensor noise")
-        if self.gap:
-            ax.legend()
         return ax

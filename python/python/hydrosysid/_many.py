@@ -5,25 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._campaign import Campaign, campaign_of
-from ._errors import DataError, Finding, UsageError
+from ._errors import DataError, UsageError
 from ._fit import Fit
 from ._plain import build
 from ._progress import Progress, listener
-from ._result import Result
+from ._resampling import Resampling, Scatter
 from ._verbs import Estimator, Source, fit
-from ._view import Rows, axes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -60,118 +54,62 @@ def _mapped(
             yield result
 
 
-@dataclass(frozen=True)
-class Resampled:
-    """A parameter over all draws: its estimate, and what the draws say of it; SI units."""
-
-    term: str
-    name: str
-    value: float
-    std: float
-    low: float
-    high: float
-    unit: str
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Bootstrap(Result):
-    """Refits to resampled runs.
-
-    Attributes:
-        format: 1.
-        parameters: the free parameters: estimate, standard deviation, 95 % interval of the draws.
-        draws: estimates of each draw in the order of `parameters`, (n, p).
-        failed: draws that determined no fit.
-        block: length of the stretches that were drawn, s; `None` for whole runs.
-        seed: seed of the draws.
-        warnings: what there is to say.
-    """
-
-    format: int
-    parameters: tuple[Resampled, ...]
-    draws: NDArray[np.float64]
-    failed: int
-    block: float | None
-    seed: int
-    warnings: tuple[Finding, ...]
-
-    title: ClassVar[str] = "Bootstrap"
-
-    def rows(self) -> Rows:
-        """One row a parameter."""
-        return [
-            {
-                "": f"{p.term} {p.name}",
-                "coef": p.value,
-                "std err": p.std,
-                "[0.025": p.low,
-                "0.975]": p.high,
-                "unit": p.unit,
-            }
-            for p in self.parameters
-        ]
-
-    def summary(self) -> str:
-        """The parameters with the intervals of the draws."""
-        drawn = "whole runs" if self.block is None else f"stretches of {self.block:g} s"
-        foot = f"{len(self.draws)} draws of {drawn}, {self.failed} failed, seed {self.seed}"
-        return super().summary() + "\n" + foot
-
-    def plot(self, parameter: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
-        """Histogram of the draws of a parameter, with the estimate and the 95 % interval.
-
-        Args:
-            parameter: its term ``id@dof`` or symbol; the first when absent.
-            ax: axes to draw into; new ones when absent.
-            style: passed on to `matplotlib.axes.Axes.hist`.
-        """
-        ax = axes(ax)
-        named = [k for k, p in enumerate(self.parameters) if parameter in (None, p.term, p.name)]
-        if not named:
-            raise KeyError(f"no parameter {parameter!r}; there are {', '.join(p.term for p in self.parameters)}")
-        p = self.parameters[named[0]]
-        ax.hist(self.draws[:, named[0]], **({"bins": "auto", "color": "0.75"} | style))
-        ax.axvline(p.value, color="C0", label="estimate")
-        ax.axvspan(p.low, p.high, color="C0", alpha=0.15, label="95 % of the draws")
-        ax.set(xlabel=f"{p.term} {p.name}, {p.unit}", ylabel="draws")
-        ax.legend()
-        return ax
-
-
-def bootstrap(
+def resample(
     campaign: Source,
-    draws: int = 200,
     *,
+    method: Literal["bootstrap", "monte_carlo", "runs"] = "bootstrap",
+    draws: int | None = None,
     block: float | None = None,
-    seed: int = 1,
+    seed: int | None = None,
     estimator: Estimator | None = None,
     executor: Executor | None = None,
     progress: Progress = None,
-) -> Bootstrap:
-    """Fits the model to runs drawn with replacement, kind by kind: how far estimates move between campaigns.
-
-    What goes together within a run stays together, so that residuals may be correlated there. A handful of runs say
-    little of their own spread: cut them into stretches with `block`. Every draw is a whole fit by any estimator, which
-    an executor can share out; `resample` is the quick one in this process, by output error.
+) -> Resampling:
+    """Refits the baseline many times, to show how far estimates scatter.
 
     Args:
         campaign: a campaign, or the path of one.
-        draws: how many.
-        block: length of stretches that are drawn instead of whole runs, s: much longer than residuals remember.
-        seed: seed of the draws.
-        estimator: as for `fit`.
-        executor: as for `map_fit`; the results do not depend on it.
-        progress: as for `discover`.
+        method: ``bootstrap`` draws stretches of the training runs with replacement and asks that those be independent
+            of each other; ``monte_carlo`` fits data that the fitted model made and asks that the model be right. Both
+            refit by output error in this process, on all cores. ``runs`` draws whole runs with replacement, kind by
+            kind, and fits by any estimator: what goes together within a run stays together, so that residuals may be
+            correlated there, and an executor can share out the fits.
+        draws: number of refits; 1000 when absent, 200 with ``runs``, where each is a whole fit.
+        block: with ``runs``, length of stretches that are drawn instead of whole runs, s: much longer than residuals
+            remember. A handful of runs say little of their own spread.
+        seed: with ``runs``, seed of the draws, 1 when absent; else that of the campaign.
+        estimator: with ``runs``, as for `fit`.
+        executor: with ``runs``, as for `map_fit`; the results do not depend on it.
+        progress: called as ``progress(what, done, of)``; `True` shows a bar.
 
     Raises:
-        DataError: fewer than two runs or stretches to draw from, or most draws determine no fit.
+        DataError: the data does not determine the parameters, or has too few runs or stretches to draw from.
+        UsageError: fewer than two draws, or an argument that belongs to another method.
     """
-    if draws < 2:
-        raise UsageError(f"draws = {draws}: at least two are needed")
-    loaded = campaign_of(campaign)
-    whole = fit(loaded, estimator=estimator)
+    count = (200 if method == "runs" else 1000) if draws is None else draws
+    if count < 2:
+        raise UsageError(f"draws = {count}: at least two are needed")
+    if method == "runs":
+        return _of_runs(campaign_of(campaign), count, block, 1 if seed is None else seed, estimator, executor, progress)
+    given = {"block": block, "seed": seed, "estimator": estimator, "executor": executor}
+    if foreign := [name for name, value in given.items() if value is not None]:
+        raise UsageError(f"{', '.join(foreign)}: only method = 'runs' takes this, not {method!r}")
+    with listener(progress) as heard:
+        return build(Resampling, json.loads(campaign_of(campaign)._native.resample(method, count, heard)))
+
+
+def _of_runs(
+    campaign: Campaign,
+    draws: int,
+    block: float | None,
+    seed: int,
+    estimator: Estimator | None,
+    executor: Executor | None,
+    progress: Progress,
+) -> Resampling:
+    whole = fit(campaign, estimator=estimator)
     free = [p for p in whole.parameters if not p.fixed and not p.per_run]
-    groups = _groups(loaded, block)
+    groups = _groups(campaign, block)
     rng = np.random.default_rng(seed)
     drawn = [
         tuple(group[k] for group in groups for k in rng.integers(0, len(group), len(group)).tolist())
@@ -180,18 +118,18 @@ def bootstrap(
     # a campaign crosses to a worker once for some draws
     lots = [tuple(drawn[k : k + LOT]) for k in range(0, draws, LOT)]
     names = tuple((p.term, p.name) for p in free)
-    work = partial(_refits, loaded, names, estimator)
+    work = partial(_refits, campaign, names, estimator)
     found = [row for rows in _mapped(work, lots, executor, "drawing", progress) for row in rows]
     good = np.array([row for row in found if row is not None])
     if 2 * len(good) < draws:
         raise DataError(
             f"{draws - len(good)} of {draws} draws determine no fit: more runs are needed, or shorter blocks"
         )
-    low, high = np.quantile(good, [0.025, 0.975], axis=0)
-    std = good.std(axis=0, ddof=1)
-    spread = zip(free, std.tolist(), low.tolist(), high.tolist(), strict=True)
-    parameters = tuple(Resampled(p.term, p.name, p.value, s, a, b, p.unit) for p, s, a, b in spread)
-    return Bootstrap(1, parameters, good, draws - len(good), block, seed, whole.warnings)
+    ends = np.quantile(good, [0.025, 0.975], axis=0).T.tolist()
+    spread = zip(free, good.mean(axis=0).tolist(), good.std(axis=0, ddof=1).tolist(), ends, strict=True)
+    parameters = tuple(Scatter(p.term, p.name, p.value, m, s, (a, b), p.unit) for p, m, s, (a, b) in spread)
+    failed = draws - len(good)
+    return Resampling(1, "runs", len(good), failed, seed, parameters, block, whole.warnings, good)
 
 
 LOT = 8

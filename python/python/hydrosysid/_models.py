@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
 from ._errors import Finding
 from ._motion import Disagreement
 from ._result import Result
-from ._view import Rows, axes, text_table
+from ._view import Rows, bars, over_noise, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,14 +110,7 @@ class ModelDifference(Result):
             ax: axes to draw into; new ones when absent.
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
-        ax = axes(ax)
-        known = [(f"{p.effect} {p.name}", p.z) for p in self.parameters if p.z is not None]
-        place = np.arange(len(known))[::-1]
-        ax.barh(place, [z for _, z in known], **style)
-        ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
-        ax.set_yticks(place, [name for name, _ in known])
-        ax.set_xlabel(f"{self.b} less {self.a}, standard deviations")
-        return ax
+        return _apart(ax, self.parameters, f"{self.b} less {self.a}, standard deviations", style)
 
 
 @dataclass(frozen=True)
@@ -164,6 +155,15 @@ class PublishedComparison(Result):
     def rows(self) -> Rows:
         """One row a parameter."""
         return [dict(vars(p)) for p in self.parameters]
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Published less own value of each parameter in its standard deviations, with the band of 95 %.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        return _apart(ax, self.parameters, "published less own, standard deviations", style)
 
 
 @dataclass(frozen=True)
@@ -258,13 +258,20 @@ class Monitored(Result):
             ax: axes to draw into; new ones when absent.
             style: passed on to the lines.
         """
-        ax = axes(ax)
         name = self.windows[0].run if run is None else run
+        lines = {}
         for dof in dict.fromkeys(w.dof for w in self.windows if w.run == name):
             own = [w for w in self.windows if w.run == name and w.dof == dof]
-            ratio = [w.rms / w.noise for w in own]
-            ax.plot([0.5 * (w.from_ + w.to) for w in own], ratio, **({"marker": "o", "label": dof} | style))
-        ax.axhline(1.0, color="0.3", linewidth=0.8)
-        ax.set(xlabel="t, s", ylabel="disagreement over noise", title=name)
-        ax.legend()
+            lines[dof] = ([0.5 * (w.from_ + w.to) for w in own], [w.rms / w.noise for w in own])
+        ax = over_noise(ax, lines, "disagreement over noise", style)
+        ax.set(xlabel="t, s", title=name)
         return ax
+
+
+def _apart(
+    ax: Axes | None, found: tuple[ParameterDifference | PublishedParameter, ...], label: str, style: dict[str, Any]
+) -> Axes:
+    known = [(f"{p.effect} {p.name}", p.z) for p in found if p.z is not None]
+    ax = bars(ax, known, 0.0, label, style)
+    ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
+    return ax

@@ -1,4 +1,4 @@
-"""The results of `simulate`, `compare` and `check`."""
+"""The results of `simulate` and `compare`."""
 
 from __future__ import annotations
 
@@ -18,29 +18,6 @@ from ._view import Rows, axes, html_table, latex_table, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-@dataclass(frozen=True, eq=False)
-class Forces:
-    """Forces in one degree of freedom of one run, at the logged motion, SI units.
-
-    Attributes:
-        run: name of the run.
-        dof: degree of freedom.
-        time: time stamps, s: those of the velocity.
-        velocity: velocity, m/s or rad/s.
-        terms: force of each term on the vehicle, in `unit`.
-        total: their sum, what accelerates the vehicle, in `unit`.
-        unit: ``N`` or ``N*m``.
-    """
-
-    run: str
-    dof: str
-    time: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    terms: dict[str, NDArray[np.float64]]
-    total: NDArray[np.float64]
-    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,57 +207,3 @@ class Comparison(Result):
         ax.set_ylim(-1.6, len(self.runs) - 0.4)
         ax.legend(loc="lower right", ncols=2)
         return ax
-
-
-@dataclass(frozen=True)
-class CheckedLog:
-    """One log or run that was checked; `rows` samples over `duration` s.
-
-    `lights` holds a light a topic, `log_findings` faults that a model could mistake for an effect. They rest on
-    `rates` of the channels (Hz), `agreements` of sensors with each other (factor, latency in s), `answers` of the
-    motion to its commands (gain, delay in s), the `excitation` of each degree of freedom, and `loops` that hold a
-    speed.
-    """
-
-    file: str
-    verdict: str
-    rows: int
-    duration: float
-    segments: int
-    channels: tuple[str, ...]
-    lights: tuple[dict[str, Any], ...] = ()
-    log_findings: tuple[dict[str, Any], ...] = ()
-    rates: tuple[dict[str, Any], ...] = ()
-    agreements: tuple[dict[str, Any], ...] = ()
-    answers: tuple[dict[str, Any], ...] = ()
-    excitation: tuple[dict[str, Any], ...] = ()
-    loops: tuple[dict[str, Any], ...] = ()
-    kind: str | None = None
-    role: str | None = None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Check(Result):
-    """What logs have to say of themselves.
-
-    Attributes:
-        format: 1.
-        verdict: ``green``, ``amber`` or ``red``.
-        logs: one entry a log or run.
-        warnings: warnings and notes.
-        errors: why what is refused is refused.
-    """
-
-    format: int
-    verdict: str
-    logs: tuple[CheckedLog, ...]
-    warnings: tuple[Finding, ...]
-    errors: tuple[Finding, ...]
-
-    title: ClassVar[str] = "Check"
-
-    def rows(self) -> Rows:
-        """One row a log, with its light of each topic."""
-        keys = ("file", "verdict", "rows", "duration", "segments", "kind", "role")
-        lights = [{light["topic"]: light["light"] for light in log.lights} for log in self.logs]
-        return [{key: getattr(log, key) for key in keys} | own for log, own in zip(self.logs, lights, strict=True)]

@@ -1,20 +1,23 @@
-"""The verbs that write files: `init`, `report`, `demo`."""
+"""The verbs that write files: `init`, `export`, `report`, `tank_campaign`, `demo`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from . import _native
-from ._campaign import campaign_of
+from ._campaign import Campaign, campaign_of
 from ._errors import DataError, UsageError
 from ._files import may_write, write
+from ._fit import Fit
+from ._models import Export
+from ._plain import build
 from ._progress import Progress, listener
-from ._verbs import Source
+from ._verbs import Model, Published, Source, published
 
 
 def init(
@@ -64,11 +67,45 @@ def init(
     return text
 
 
+def export(
+    source: Model,
+    to: str,
+    path: str | PathLike[str] | None = None,
+    *,
+    link: str | None = None,
+    mass: float | None = None,
+    inertia: Sequence[float] | None = None,
+    at: Mapping[str, float] | None = None,
+) -> Export:
+    """Makes a file of a model for another tool; `Export.lost` names what of the model is not in it.
+
+    Args:
+        source: a fit, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a campaign.
+        to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``fossen-python``,
+            ``fossen-matlab``, ``linear-json``, ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
+        path: file to write; the content is in the result alone when absent.
+        link: name of the link that the forces act on.
+        mass: dry mass, kg; that of the vehicle when absent.
+        inertia: dry moments of inertia in roll, pitch and yaw, kg·m².
+        at: operating point of a linear model: states and forces by name.
+
+    Raises:
+        UsageError: an unknown target, or something that the target needs and the model does not say.
+    """
+    text, is_file = (source.model, False) if isinstance(source, Fit) else (fspath(source), True)
+    told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}))
+    made = build(Export, json.loads(told) | {"content": content})
+    if path is not None:
+        Path(path).write_bytes(content)
+    return made
+
+
 def report(
     campaign: Source,
     output: str | PathLike[str],
     *,
     discovery: bool = True,
+    params: Published | None = None,
     force: bool = False,
     progress: Progress = None,
 ) -> Path:
@@ -78,16 +115,35 @@ def report(
         campaign: a campaign, or the path of one.
         output: page to write, whole or not at all.
         discovery: search for what is missing, too.
+        params: published parameters to show beside the estimates, as for `compare_published`.
         force: replace a file that is there.
         progress: as for `discover`.
     """
     place = may_write(output, force)
     native = campaign_of(campaign)._native
     inputs = [(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in map(Path, native.sources())]
+    given = None if params is None else published(params)
     with listener(progress) as tell:
-        page = native.report(discovery, f"hydrosysid.report(…, discovery={discovery})", inputs, tell)
+        page = native.report(discovery, given, f"hydrosysid.report(…, discovery={discovery})", inputs, tell)
     write(place, page.encode(), force)
     return place
+
+
+def tank_campaign(folder: str | PathLike[str], *, seed: int = 1, noise: float = 1.0, force: bool = False) -> Campaign:
+    """Writes the paper's campaign, sailed in the virtual tank, into a folder, and reads it.
+
+    Args:
+        folder: where ``campaign.toml`` and its logs are written; made when absent.
+        seed: seed of everything random.
+        noise: noise of the sensors in units of the paper's; 0 for perfect ones.
+        force: replace a campaign that is there.
+
+    Raises:
+        UsageError: the folder holds a campaign already, or cannot be written.
+    """
+    file = may_write(Path(folder) / "campaign.toml", force)
+    _native.tank_campaign(fspath(folder), seed, noise)
+    return Campaign.from_file(file)
 
 
 def demo(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._errors import Finding
 from ._result import Result
 from ._run import Run
-from ._view import Rows, axes, html_table, text_table
+from ._view import Rows, bars, html_table, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -166,11 +166,5 @@ class Plan(Result):
             ax: axes to draw into; new ones when absent.
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
-        ax = axes(ax)
-        told = [p for p in self.parameters if p.std is not None and p.wanted]
-        place = np.arange(len(told))[::-1]
-        ax.barh(place, [(p.std or 0.0) / (p.wanted or 1.0) for p in told], **style)
-        ax.axvline(1.0, color="0.4", linewidth=0.8)
-        ax.set_yticks(place, [p.term for p in told])
-        ax.set_xlabel("planned over wanted deviation")
-        return ax
+        told = [(p.term, p.std / p.wanted) for p in self.parameters if p.std is not None and p.wanted]
+        return bars(ax, told, 1.0, "planned over wanted deviation", style)

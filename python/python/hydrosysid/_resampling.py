@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._arrays import array
-from ._errors import UsageError
+from ._errors import Finding, UsageError
 from ._progress import Progress, listener
 from ._result import Result
-from ._view import Rows
+from ._view import Rows, axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -47,11 +50,14 @@ class Resampling(Result):
 
     Attributes:
         format: 1.
-        method: ``bootstrap`` or ``monte_carlo``.
+        method: ``bootstrap``, ``monte_carlo`` or ``runs``.
         draws: refits that took part.
         failed: refits without a solution, left out.
         seed: seed of the draws.
         parameters: scatter of each free parameter.
+        block: length of the stretches that ``runs`` drew, s; `None` for whole runs.
+        warnings: what there is to say.
+        samples: estimates of each refit of ``runs`` in the order of `parameters`, (draws, p); `None` for the others.
     """
 
     title: ClassVar[str] = "Refits"
@@ -62,6 +68,9 @@ class Resampling(Result):
     failed: int
     seed: int
     parameters: tuple[Scatter, ...]
+    block: float | None = None
+    warnings: tuple[Finding, ...] = ()
+    samples: NDArray[np.float64] | None = field(default=None, metadata={"own": True})
 
     def rows(self) -> Rows:
         """One row a parameter."""
@@ -78,6 +87,50 @@ class Resampling(Result):
             }
             for p in self.parameters
         ]
+
+    def summary(self) -> str:
+        """The scatter of each parameter, and how it was drawn."""
+        drawn = {"bootstrap": "stretches of the runs", "monte_carlo": "data of the fitted model"}.get(
+            self.method, "whole runs" if self.block is None else f"stretches of {self.block:g} s"
+        )
+        return super().summary() + f"\n{self.draws} draws of {drawn}, {self.failed} failed, seed {self.seed}"
+
+    def plot(self, parameter: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
+        """Estimates with 95 % of the draws, relative to the estimate; of one parameter the histogram of its draws.
+
+        Args:
+            parameter: its term ``id@dof`` or symbol; all parameters when absent. Histograms need `samples`.
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.hist`, or `errorbar` for all.
+        """
+        if parameter is not None:
+            return self._histogram(parameter, axes(ax), style)
+        ax = axes(ax)
+        shown = [p for p in self.parameters if p.value != 0.0]
+        place = np.arange(len(shown))[::-1]
+        middle = np.array([p.mean / p.value for p in shown])
+        ends = np.sort([[end / p.value for end in p.interval] for p in shown], axis=1)
+        spread = np.abs(ends.T - middle)
+        look: dict[str, Any] = {"fmt": "o", "capsize": 3}
+        ax.errorbar(middle, place, xerr=spread, **(look | style))
+        ax.axvline(1.0, color="0.3", linewidth=0.8)
+        ax.set_yticks(place, [" ".join(filter(None, (p.term, p.name, p.run))) for p in shown])
+        ax.set_xlabel("mean and 95 % of the draws, over the estimate")
+        return ax
+
+    def _histogram(self, parameter: str, ax: Axes, style: dict[str, Any]) -> Axes:
+        named = [k for k, p in enumerate(self.parameters) if parameter in (p.term, p.name)]
+        if not named:
+            raise KeyError(f"no parameter {parameter!r}; there are {', '.join(p.term for p in self.parameters)}")
+        if self.samples is None:
+            raise UsageError(f"{self.method} keeps no single draws: draw with method = 'runs' for a histogram")
+        p = self.parameters[named[0]]
+        ax.hist(self.samples[:, named[0]], **({"bins": "auto", "color": "0.75"} | style))
+        ax.axvline(p.value, color="C0", label="estimate")
+        ax.axvspan(*p.interval, color="C0", alpha=0.15, label="95 % of the draws")
+        ax.set(xlabel=f"{p.term} {p.name}, {p.unit}", ylabel="draws")
+        ax.legend()
+        return ax
 
 
 def block_bootstrap(

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, Literal, cast
 
 from . import _native
 from ._campaign import Campaign, campaign_of
+from ._check import Check
+from ._cross import CrossValidation
 from ._discovery import Discovery
 from ._errors import UsageError
-from ._files import may_write
 from ._fit import Fit
-from ._models import Export, ModelDifference, Monitored, PublishedComparison
-from ._motion import Check, Comparison, Forces, Simulation
+from ._forces import Forces
+from ._models import ModelDifference, Monitored, PublishedComparison
+from ._motion import Comparison, Simulation
 from ._plain import build, plain, toml_text
 from ._planning import Plan
 from ._progress import Progress, listener
-from ._resampling import Resampling
 from ._run import Run
 
 Source = Campaign | str | PathLike[str]
@@ -53,7 +54,11 @@ def fit(
     """
     with listener(progress) as tell:
         if stream is None:
-            stream = isinstance(campaign, str | PathLike) and not thorough and _native.too_large_to_keep(fspath(campaign), estimator)
+            stream = (
+                isinstance(campaign, str | PathLike)
+                and not thorough
+                and _native.too_large_to_keep(fspath(campaign), estimator)
+            )
         if stream:
             if isinstance(campaign, Campaign) or thorough or estimator not in (None, "integral"):
                 raise UsageError("stream = True: integral least squares of a campaign that is given by its path")
@@ -61,31 +66,6 @@ def fit(
         else:
             result, model = campaign_of(campaign)._native.fit(estimator, thorough, tell)
     return build(Fit, json.loads(result) | {"model": model})
-
-
-def resample(
-    campaign: Source,
-    *,
-    method: Literal["bootstrap", "monte_carlo"] = "bootstrap",
-    draws: int = 1000,
-    progress: Progress = None,
-) -> Resampling:
-    """Refits the baseline by output error many times, on all cores, to show how far estimates scatter.
-
-    Args:
-        campaign: a campaign, or the path of one.
-        method: ``bootstrap`` draws stretches of the training runs with replacement and asks that those be independent
-            of each other; ``monte_carlo`` fits data that the fitted model made and asks that the model be right.
-        draws: number of refits; a whole fit each with ``monte_carlo``.
-        progress: called as ``progress(what, done, of)``; `True` shows a bar.
-
-    Raises:
-        DataError: the data does not determine the parameters, or has too few stretches to draw from.
-    """
-    if draws < 2:
-        raise UsageError(f"draws = {draws}: at least 2 are needed")
-    with listener(progress) as heard:
-        return build(Resampling, json.loads(campaign_of(campaign)._native.resample(method, draws, heard)))
 
 
 def simulate(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Simulation:
@@ -129,11 +109,17 @@ def compare(campaign: Source, model: Model | None = None, *, progress: Progress 
 
 
 Family = Literal["body", "actuator", "environment", "sensor"]
+Published = str | PathLike[str] | Mapping[str, Any]
 
 
-def compare_published(
-    campaign: Source, params: str | PathLike[str] | Mapping[str, Any], model: Model | None = None
-) -> PublishedComparison:
+def published(params: Published) -> tuple[str, str]:
+    """Text and name of published parameters."""
+    if isinstance(params, Mapping):
+        return toml_text(params), "params"
+    return Path(params).read_text(encoding="utf-8"), fspath(params)
+
+
+def compare_published(campaign: Source, params: Published, model: Model | None = None) -> PublishedComparison:
     """Holds published parameters against the runs of a campaign and against its own estimates.
 
     Args:
@@ -146,12 +132,27 @@ def compare_published(
         UsageError: a name that is no parameter, or a convention that does not fit; the message names the key.
     """
     loaded = campaign_of(campaign)
-    if isinstance(params, Mapping):
-        text, name = toml_text(params), "params"
-    else:
-        text, name = Path(params).read_text(encoding="utf-8"), fspath(params)
-    result = loaded._native.compare_published(_model(loaded, model), text, name)
+    result = loaded._native.compare_published(_model(loaded, model), *published(params))
     return build(PublishedComparison, json.loads(result))
+
+
+def cross_validate(
+    campaign: Source, *, estimator: Estimator | None = None, progress: Progress = None
+) -> CrossValidation:
+    """Fits each run alone and simulates its model on every other run: Table 6 of the paper.
+
+    Args:
+        campaign: a campaign, or the path of one.
+        estimator: as for `fit`. Of a staged fit the stages of single runs are taken; else a training run is fitted by
+            output error, held to the common estimates by a deviation of their own size, so that what it does not show
+            stays as it is.
+        progress: as for `discover`.
+
+    Raises:
+        DataError: the data does not determine the parameters.
+    """
+    with listener(progress) as tell:
+        return build(CrossValidation, json.loads(campaign_of(campaign)._native.cross_validate(estimator, tell)))
 
 
 def compare_models(a: Model, b: Model, *, names: tuple[str, str] | None = None) -> ModelDifference:
@@ -179,39 +180,6 @@ def monitor(campaign: Source, model: Model, *, window: float = 8.0, level: float
     """
     loaded = campaign_of(campaign)
     return build(Monitored, json.loads(loaded._native.monitor(_model(loaded, model), window, level)))
-
-
-def export(
-    source: Model,
-    to: str,
-    path: str | PathLike[str] | None = None,
-    *,
-    link: str | None = None,
-    mass: float | None = None,
-    inertia: Sequence[float] | None = None,
-    at: Mapping[str, float] | None = None,
-) -> Export:
-    """Makes a file of a model for another tool; `Export.lost` names what of the model is not in it.
-
-    Args:
-        source: a fit, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a campaign.
-        to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``fossen-python``,
-            ``fossen-matlab``, ``linear-json``, ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
-        path: file to write; the content is in the result alone when absent.
-        link: name of the link that the forces act on.
-        mass: dry mass, kg; that of the vehicle when absent.
-        inertia: dry moments of inertia in roll, pitch and yaw, kg·m².
-        at: operating point of a linear model: states and forces by name.
-
-    Raises:
-        UsageError: an unknown target, or something that the target needs and the model does not say.
-    """
-    text, is_file = (source.model, False) if isinstance(source, Fit) else (fspath(source), True)
-    told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}))
-    made = build(Export, json.loads(told) | {"content": content})
-    if path is not None:
-        Path(path).write_bytes(content)
-    return made
 
 
 def discover(campaign: Source, *, families: Iterable[Family] | None = None, progress: Progress = None) -> Discovery:
@@ -329,25 +297,6 @@ def check(
         source = [source]
     paths = [fspath(path) for path in source]
     return build(Check, json.loads(_native.check_logs(paths, json.dumps(log), list(required))))
-
-
-def tank_campaign(
-    folder: str | PathLike[str], *, seed: int = 1, noise: float = 1.0, force: bool = False
-) -> Campaign:
-    """Writes the paper's campaign, sailed in the virtual tank, into a folder, and reads it.
-
-    Args:
-        folder: where ``campaign.toml`` and its logs are written; made when absent.
-        seed: seed of everything random.
-        noise: noise of the sensors in units of the paper's; 0 for perfect ones.
-        force: replace a campaign that is there.
-
-    Raises:
-        UsageError: the folder holds a campaign already, or cannot be written.
-    """
-    file = may_write(Path(folder) / "campaign.toml", force)
-    _native.tank_campaign(fspath(folder), seed, noise)
-    return Campaign.from_file(file)
 
 
 def _model(campaign: Campaign, model: Model | None) -> str:

@@ -7,7 +7,7 @@ import importlib
 import importlib.util
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -108,16 +108,39 @@ def axes(ax: Axes | None) -> Axes:
     return plt.figure(layout="constrained").add_subplot()
 
 
+def bars(ax: Axes | None, found: Sequence[tuple[str, float]], line: float, label: str, style: dict[str, Any]) -> Axes:
+    """A bar a (name, value), from the top, with a line at the value to compare with."""
+    ax = axes(ax)
+    place = list(range(len(found)))[::-1]
+    ax.barh(place, [value for _, value in found], **style)
+    ax.axvline(line, color="0.3", linewidth=0.8)
+    ax.set_yticks(place, [name for name, _ in found])
+    ax.set_xlabel(label)
+    return ax
+
+
+def over_noise(
+    ax: Axes | None, lines: Mapping[str, tuple[Sequence[float], Sequence[float]]], label: str, style: dict[str, Any]
+) -> Axes:
+    """Lines (x, y) by their name, y in units of the noise, with the noise itself."""
+    ax = axes(ax)
+    for name, (x, y) in lines.items():
+        ax.plot(x, y, **({"marker": "o", "label": name} | style))
+    ax.axhline(1.0, color="0.3", linewidth=0.8)
+    ax.set_ylabel(label)
+    if lines:
+        ax.legend()
+    return ax
+
+
 def known_and_unknown(ax: Axes | None, found: Sequence[tuple[str, float, float, str]], style: dict[str, Any]) -> Axes:
     """Half of the 95 % interval of each (name, value, std, unit) as a share of the value, in red from all of it on."""
-    ax = axes(ax)
     half = [1.96 * std for _, _, std, _ in found]
     share = [100.0 * h / abs(value) for h, (_, value, _, _) in zip(half, found, strict=True)]
-    place = list(range(len(found)))[::-1]
-    ax.barh(place, share, **({"color": ["C3" if s >= 100.0 else "C0" for s in share]} | style))
-    ax.axvline(100.0, color="0.3", linewidth=0.8)
-    ax.set_xscale("log")
     texts = zip(half, found, strict=True)
-    ax.set_yticks(place, [f"{name}\n{number(value)} ± {h:.2g} {unit}".rstrip() for h, (name, value, _, unit) in texts])
-    ax.set_xlabel("half of the 95 % interval, % of the estimate")
+    names = [f"{name}\n{number(value)} ± {h:.2g} {unit}".rstrip() for h, (name, value, _, unit) in texts]
+    colours = {"color": ["C3" if s >= 100.0 else "C0" for s in share]}
+    rows = list(zip(names, share, strict=True))
+    ax = bars(ax, rows, 100.0, "half of the 95 % interval, % of the estimate", colours | style)
+    ax.set_xscale("log")
     return ax

@@ -1,0 +1,100 @@
+"""The result of `cross_validate`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ._result import Result
+from ._view import Rows, axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class OwnEstimate:
+    """An estimate from one run alone, SI units."""
+
+    term: str
+    name: str
+    value: float
+    std: float
+
+
+@dataclass(frozen=True)
+class OwnModel:
+    """What one run says alone, of the degrees of freedom `dofs`."""
+
+    run: str
+    dofs: tuple[str, ...]
+    estimates: tuple[OwnEstimate, ...]
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """The model of one run simulated on another.
+
+    Attributes:
+        model: run that the model was made from.
+        run: run that it was simulated on.
+        dof: degree of freedom.
+        mean_abs: mean of the absolute error, equation (25) of the paper, m/s or rad/s.
+        std_abs: its standard deviation, m/s or rad/s.
+    """
+
+    model: str
+    run: str
+    dof: str
+    mean_abs: float
+    std_abs: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CrossValidation(Result):
+    """Each run's own model on every other run.
+
+    Attributes:
+        format: 1.
+        models: one a run that can stand alone.
+        crossed: each model on each run, by degree of freedom.
+    """
+
+    format: int
+    models: tuple[OwnModel, ...]
+    crossed: tuple[Crossed, ...]
+
+    title: ClassVar[str] = "Each run's own model on every run"
+
+    def rows(self) -> Rows:
+        """One row a model, a run and a degree of freedom."""
+        return [dict(vars(cell)) for cell in self.crossed]
+
+    def plot(self, dof: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
+        """The matrix of one degree of freedom: a row a model, a column a run.
+
+        Args:
+            dof: degree of freedom; the first when absent.
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.imshow`.
+        """
+        ax = axes(ax)
+        chosen = self.crossed[0].dof if dof is None and self.crossed else dof
+        cells = {(cell.model, cell.run): cell.mean_abs for cell in self.crossed if cell.dof == chosen}
+        if not cells:
+            raise KeyError(
+                f"no degree of freedom {dof!r}; there are {', '.join(sorted({c.dof for c in self.crossed}))}"
+            )
+        models, runs = (list(dict.fromkeys(pair[k] for pair in cells)) for k in (0, 1))
+        matrix = np.array([[cells.get((model, run), np.nan) for run in runs] for model in models])
+        ax.imshow(matrix, **({"cmap": "Blues"} | style))
+        for (row, column), error in np.ndenumerate(matrix):
+            dark = error > 0.5 * (np.nanmin(matrix) + np.nanmax(matrix))
+            ax.text(column, row, f"{error:.3g}", ha="center", va="center", color="w" if dark else "k")
+        ax.set_xticks(range(len(runs)), runs, rotation=45, ha="right")
+        ax.set_yticks(range(len(models)), models)
+        unit = "rad/s" if chosen in ("roll", "pitch", "yaw") else "m/s"
+        ax.set(xlabel="simulated run", ylabel="model of", title=f"mean |error| in {chosen}, {unit}")
+        return ax
