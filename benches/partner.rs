@@ -27,8 +27,8 @@ use hydrosysid::run::{Run, Signal};
 use hydrosysid::simulate::{Stretch, Track, free_run, integrate_fast};
 use hydrosysid::tank::{BlindOptions, Noise, blind};
 
-/// Trajectories side by side in an ensemble.
-const LANES: usize = 8;
+/// Trajectories side by side in an ensemble: two registers of the widest kind, so that sums do not wait for each other.
+const LANES: usize = 16;
 
 /// Sizes of the works.
 struct Sizes {

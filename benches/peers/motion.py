@@ -99,8 +99,8 @@ def rows(partner: Partner) -> Iterator[Row]:
     def by_casadi() -> str:
         return str(np.asarray(chain(np.zeros(4), both[:, :-1], both[:, 1:], fixed))[:, -1].tolist())
 
-    def eight_by_numba() -> str:
-        for _ in range(8):
+    def sixteen_by_numba() -> str:
+        for _ in range(16):
             sail(*taus, STEP, p)
         return ""
 
@@ -108,5 +108,5 @@ def rows(partner: Partner) -> Iterator[Row]:
     yield paired(partner, work, "rk4", "numba by hand", by_numba, goal="1.5", pairs=41)
     yield paired(partner, work, "rk4", "CasADi", by_casadi, goal="", pairs=15)
     yield paired(partner, work, "rk4", "SciPy RK45", lambda: scipy_sail(data, p), goal="", pairs=7)
-    work = "RK4, ensemble of 8 trajectories"
-    yield paired(partner, work, "ensemble", "numba by hand", eight_by_numba, goal="4", pairs=41)
+    work = "RK4, ensemble of 16 trajectories"
+    yield paired(partner, work, "ensemble", "numba by hand", sixteen_by_numba, goal="4", pairs=41)

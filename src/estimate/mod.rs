@@ -7,6 +7,7 @@ mod integral;
 mod nodes;
 pub mod output_error;
 mod regressor;
+mod shared_stamps;
 mod start;
 mod steady;
 mod streamed;

@@ -100,6 +100,18 @@ impl Reader {
         x[k] + (x[k + 1] - x[k]) / (time[k + 1] - time[k]) * (t - time[k])
     }
 
+    /// The channel's values, where it is read as it stands at the stamps of `own`.
+    pub fn on_stamps(&self, own: &Signal) -> Option<&[f64]> {
+        let signal = self.samples.as_ref().filter(|_| !self.held && self.late.abs() <= 0.0)?;
+        let shared = std::ptr::eq(signal.time(), own.time()) || signal.time() == own.time();
+        shared.then(|| signal.values())
+    }
+
+    /// Whether it reads the instant itself.
+    pub fn is_time(&self) -> bool {
+        self.samples.is_none()
+    }
+
     /// The part of `from..to` over which the channel has samples.
     fn cover(&self, from: f64, to: f64) -> (f64, f64) {
         let Some(signal) = self.samples.as_ref().filter(|s| s.len() > 1) else { return (from, to) };

@@ -12,14 +12,15 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::{Balance, RegressorError, Source};
 use super::nodes::{Nodes, Reader, Span, Stretch, stretches};
+use super::shared_stamps::write_rows;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::Run;
+use crate::run::{Run, Signal};
 use crate::simulate::values_in_run;
 use crate::symbolic::Registers;
 
 /// Instants evaluated side by side.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// How the balance is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -82,6 +83,23 @@ impl Columns {
     /// Index of the column of the parameter `parameter` in all runs.
     pub fn column_of(&self, parameter: usize) -> Option<usize> {
         self.parameters.iter().position(|c| c.parameter == parameter)
+    }
+
+    /// Rows between neighbours of these instants, still 0: the right-hand side, then the columns `places`, one of them
+    /// each.
+    fn extended(&mut self, places: &[usize], time: &[f64]) -> Vec<&mut [f64]> {
+        let (before, rows) = (self.rhs.len(), self.rhs.len() + time.len() - 1);
+        self.span.extend(time.windows(2).map(|t| (t[0], t[1])));
+        self.rhs.resize(rows, 0.0);
+        let mut new: Vec<(usize, &mut [f64])> = Vec::with_capacity(places.len());
+        for (place, column) in self.columns.iter_mut().enumerate() {
+            if let Some(at) = places.iter().position(|p| *p == place) {
+                column.resize(rows, 0.0);
+                new.push((at, &mut column[before..]));
+            }
+        }
+        new.sort_unstable_by_key(|(at, _)| *at);
+        std::iter::once(&mut self.rhs[before..]).chain(new.into_iter().map(|(_, column)| column)).collect()
     }
 
     fn index(&mut self, model: &Model, parameter: usize, run: usize, name: &str) -> usize {
@@ -204,7 +222,15 @@ fn integrate(
     balance.plan.prepare(&mut registers);
     let jumps = readers.iter().any(Reader::jumps);
     let mut sums = Sums::new(balance.free.len() + 1, options.span);
-    for Stretch { time, own } in stretches(run, own, &readers, options.nodes) {
+    for stretch in stretches(run, own, &readers, options.nodes) {
+        if let (Span::Samples(1), false) = (options.span, jumps)
+            && let Some(inputs) = at_stamps(&stretch, own, &slots, &readers)
+        {
+            let columns = columns.extended(places, &stretch.time);
+            write_rows(&balance.plan, &registers, &stretch.time, &inputs, columns);
+            continue;
+        }
+        let Stretch { time, own } = stretch;
         sums.restart();
         let mut after = registers.clone();
         for (chunk, times) in time.chunks(LANES).enumerate() {
@@ -234,6 +260,25 @@ fn integrate(
         }
         sums.finish(places, columns);
     }
+}
+
+/// What is read at the instants of a stretch, slot by slot, where all of them are stamps of all channels.
+fn at_stamps<'a>(
+    stretch: &'a Stretch,
+    own: &Signal,
+    slots: &[usize],
+    readers: &'a [Reader],
+) -> Option<Vec<(usize, &'a [f64])>> {
+    let time = &stretch.time;
+    if !stretch.own.iter().all(|own| *own) || !time.windows(2).all(|t| t[0] < t[1]) {
+        return None;
+    }
+    let first = own.time().partition_point(|t| t < time.first().unwrap_or(&0.0));
+    let read = |(slot, reader): (&usize, &'a Reader)| match reader.on_stamps(own) {
+        Some(values) => Some((*slot, values.get(first..first + time.len())?)),
+        None => reader.is_time().then_some((*slot, &time[..])),
+    };
+    slots.iter().zip(readers).map(read).collect()
 }
 
 /// Running integrals from the begin of a row to the instant reached; index 0 is the known part.

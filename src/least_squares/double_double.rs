@@ -39,8 +39,8 @@ impl DoubleDouble {
 }
 
 /// Two halves of 26 bits that sum to x.
-#[inline]
-fn split(x: f64) -> (f64, f64) {
+#[inline(always)]
+pub(super) fn split(x: f64) -> (f64, f64) {
     let c = 134_217_729.0 * x;
     let high = c - (c - x);
     (high, x - high)

@@ -9,6 +9,7 @@
 
 mod double_double;
 mod factor;
+mod gram;
 mod pivoted;
 mod refine;
 mod resample;

@@ -1,0 +1,101 @@
+//! Rows of the regression where all channels share their stamps: nothing to look up, instants side by side, parts on all
+//! cores.
+//!
+//! ```text
+//! cₖ = πₖ − πₖ₋₁ − ½ (fₖ₋₁ + fₖ)(tₖ − tₖ₋₁)
+//! ```
+//!
+//! A row reads two instants. Parts have fixed borders, so that the numbers do not depend on the number of cores.
+
+use rayon::prelude::*;
+
+use super::regressor::LANES;
+use crate::symbolic::{Plan, Registers};
+use crate::widest::widest;
+
+/// Rows of a part, written by one thread.
+const PART: usize = 1 << 14;
+
+/// What is read at every instant: slot of the plan and values, one an instant.
+pub(super) type Inputs<'a> = [(usize, &'a [f64])];
+
+/// Writes the rows between neighbours of the instants `time`, which grow. The plan's first outputs are momenta, then come
+/// as many forces; the first of each is the known part, whose rows (less their sign) go to the first of `columns`, those
+/// of the others to the others. Columns have `time.len() − 1` values.
+pub(super) fn write_rows(
+    plan: &Plan,
+    registers: &Registers<LANES>,
+    time: &[f64],
+    inputs: &Inputs<'_>,
+    columns: Vec<&mut [f64]>,
+) {
+    let mut parts: Vec<Vec<&mut [f64]>> = Vec::new();
+    for column in columns {
+        for (k, part) in column.chunks_mut(PART).enumerate() {
+            match parts.get_mut(k) {
+                Some(parts) => parts.push(part),
+                None => parts.push(vec![part]),
+            }
+        }
+    }
+    parts.into_par_iter().enumerate().for_each(|(k, mut columns)| {
+        let nodes = k * PART..k * PART + columns[0].len() + 1;
+        let inputs: Vec<(usize, &[f64])> = inputs.iter().map(|(slot, x)| (*slot, &x[nodes.clone()])).collect();
+        let mut registers = registers.clone();
+        widest(
+            #[inline(always)]
+            || write_part(plan, &mut registers, &time[nodes], &inputs, &mut columns),
+        );
+    });
+}
+
+#[inline(always)]
+fn write_part(
+    plan: &Plan,
+    registers: &mut Registers<LANES>,
+    time: &[f64],
+    inputs: &Inputs<'_>,
+    columns: &mut [&mut [f64]],
+) {
+    let width = columns.len();
+    let mut last_time = time[0];
+    // momentum and force of the instant before
+    let mut last = vec![[0.0; 2]; width];
+    for first in (0..time.len()).step_by(LANES) {
+        let count = LANES.min(time.len() - first);
+        for (slot, x) in inputs {
+            plan.set(registers, *slot, lanes(&x[first..first + count]));
+        }
+        plan.evaluate(registers);
+        let t = lanes(&time[first..first + count]);
+        let mut dt = [0.0; LANES];
+        for lane in 0..LANES {
+            dt[lane] = t[lane] - if lane == 0 { last_time } else { t[lane - 1] };
+        }
+        // the first instant of all ends no row
+        let skip = usize::from(first == 0);
+        for (j, column) in columns.iter_mut().enumerate() {
+            let (momentum, force) = (plan.output(registers, j), plan.output(registers, width + j));
+            let mut row = [0.0; LANES];
+            for lane in 0..LANES {
+                let [m, f] = if lane == 0 { last[j] } else { [momentum[lane - 1], force[lane - 1]] };
+                row[lane] = momentum[lane] - m - 0.5 * (f + force[lane]) * dt[lane];
+            }
+            if j == 0 {
+                row = row.map(|x| -x);
+            }
+            last[j] = [momentum[LANES - 1], force[LANES - 1]];
+            column[first.max(1) - 1..first + count - 1].copy_from_slice(&row[skip..count]);
+        }
+        last_time = t[LANES - 1];
+    }
+}
+
+/// Up to [`LANES`] values, the last one repeated.
+#[inline(always)]
+fn lanes(x: &[f64]) -> [f64; LANES] {
+    match x.first_chunk() {
+        Some(all) => *all,
+        None => std::array::from_fn(|k| x[k.min(x.len() - 1)]),
+    }
+}
