@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, Fit, FitOptions, PlanRequest, PlanSource};
+use hydrosysid::campaign::{self, Campaign, Estimator, Fit, FitOptions, PlanRequest, PlanSource, Resampler};
 use hydrosysid::run::{Role, Run};
 use hydrosysid::tank::{Blind, BlindOptions, Hidden, blind};
 
@@ -159,4 +159,70 @@ fn a_campaign_plans_its_own_next_runs() {
     assert!(plan.warnings.iter().any(|f| f.code == "P201"), "limits are those of the runs: {:?}", plan.warnings);
     // noise of the sensors is that of the fit: 5 mm/s
     assert!((plan.sensors["u"].noise / 0.005 - 1.0).abs() < 0.1 && (plan.sensors["u"].rate - 10.0).abs() < 1e-6);
+}
+
+/// The same campaign by integral least squares on windows of a second: what its covariance says, and what further fits do.
+#[test]
+fn a_fit_by_rows_says_what_its_data_can_tell() {
+    let mut loaded = campaign(train(&sailed(&[], 4)), BASELINE);
+    loaded.file.stage.oscillatory.window = 10;
+    let options = FitOptions { estimator: Some(Estimator::Integral) };
+    let mut fit = campaign::fit(&loaded, options).unwrap_or_else(|e| panic!("{e}"));
+    let known = fit.identifiability.as_ref().expect("its covariance tells it");
+    assert_eq!(known.parameters.len(), 9);
+    for p in &known.parameters {
+        assert!(p.inflation >= 1.0 - 1e-9 && p.force_share.is_some() && p.first_half.is_none(), "{p:?}");
+    }
+    // linear and quadratic drag of one degree of freedom resemble each other, which the inertia in yaw does not
+    let inflation = |term: &str| known.parameters.iter().find(|p| p.term == term).map_or(0.0, |p| p.inflation);
+    assert!(inflation("linear_drag@surge") > 2.0 && inflation("inertia@yaw") < 2.0, "{:?}", known.parameters);
+    campaign::examine(&loaded, &mut fit).unwrap_or_else(|e| panic!("{e}"));
+    let known = fit.identifiability.expect("it is still there");
+    assert_eq!(known.windows.iter().map(|w| w.times).collect::<Vec<_>>(), [2, 4]);
+    assert!(known.windows.iter().all(|w| w.change.len() == 9 && w.change.values().any(|c| *c != 0.0)));
+    for p in &known.parameters {
+        let (first, second) = (p.first_half.expect("two halves"), p.second_half.expect("two halves"));
+        let whole = fit.parameters.iter().find(|q| q.name == p.name).expect("it was fitted").value;
+        assert!((0.5..2.0).contains(&(first / whole)) && (0.5..2.0).contains(&(second / whole)), "{p:?} {whole}");
+    }
+}
+
+#[test]
+fn halves_of_rows_differ_where_a_thruster_fails() {
+    let mut loaded = campaign(train(&sailed(&[Hidden::new("thruster_fault@surge", 1.0)], 4)), BASELINE);
+    loaded.file.stage.oscillatory.window = 10;
+    let options = FitOptions { estimator: Some(Estimator::Integral) };
+    let mut fit = campaign::fit(&loaded, options).unwrap_or_else(|e| panic!("{e}"));
+    assert!(!codes(&fit).contains(&"M122"));
+    campaign::examine(&loaded, &mut fit).unwrap_or_else(|e| panic!("{e}"));
+    let halves: Vec<_> = fit.warnings.iter().filter(|f| f.code == "M122").collect();
+    assert!(halves.iter().any(|f| f.message.contains("surge")), "{:?}", fit.warnings);
+}
+
+#[test]
+fn refits_are_those_of_the_estimator_that_was_asked() {
+    let mut loaded = campaign(train(&sailed(&[], 4)), BASELINE);
+    loaded.file.stage.oscillatory.window = 10;
+    let options = FitOptions { estimator: Some(Estimator::Integral) };
+    let fit = campaign::fit(&loaded, options).unwrap_or_else(|e| panic!("{e}"));
+    let drawn = |draws| {
+        campaign::resample(&loaded, Estimator::Integral, Resampler::Bootstrap, draws).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let found = drawn(60);
+    // a draw without the stretches that show one of them has no solution
+    assert!(found.draws >= 55 && found.draws + found.failed == 60 && found.parameters.len() == 9, "{found:?}");
+    for one in &found.parameters {
+        let told = fit.parameters.iter().find(|p| p.name == one.name).expect("it was fitted");
+        assert_eq!(one.value, told.value, "{}", one.name);
+        // a dozen stretches and 60 draws: either deviation is known to some 30 %
+        let ratio = one.std / told.std.expect("it has one");
+        assert!((0.3..3.0).contains(&ratio), "{}: {ratio}", one.name);
+        assert!(one.interval[0] < one.mean && one.mean < one.interval[1], "{one:?}");
+    }
+    assert_eq!(drawn(5), drawn(5), "the same seed");
+    for (estimator, method) in [(Estimator::Integral, Resampler::MonteCarlo), (Estimator::Staged, Resampler::Bootstrap)]
+    {
+        let refused = campaign::resample(&loaded, estimator, method, 5).unwrap_err();
+        assert!(refused.is_wrong_use() && refused.to_string().contains("output_error"), "{refused}");
+    }
 }

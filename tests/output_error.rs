@@ -198,3 +198,26 @@ fn no_estimate_is_promised_below_the_bound() {
         assert!(parameter.std.unwrap() > 0.93 * bound[k * p + k].sqrt(), "{}", parameter.term);
     }
 }
+
+/// Samples at 3 Hz with 1 mm/s of noise: their third differences take part of the motion for noise, the residuals of a fit
+/// whose segments were joined do not.
+#[test]
+fn joined_fits_weigh_channels_by_what_they_leave() {
+    let campaign = blind(&BlindOptions { seed: 220, rate: 3.0, noise: 0.2, ..BlindOptions::default() }).unwrap();
+    let runs = train(&campaign.runs);
+    let start = started(&campaign.model().unwrap(), &runs);
+    let apart = output_error(&start, &runs, &options()).unwrap();
+    let joined = output_error(&start, &runs, &OutputErrorOptions { join: true, ..options() }).unwrap();
+    let sigma = |fit: &OutputErrorFit, channel: &str| {
+        let k = fit.problem.dynamics.outputs.iter().position(|o| o == channel).unwrap();
+        fit.problem.sigma[k]
+    };
+    assert!(joined.problem.segments.len() < apart.problem.segments.len());
+    for (channel, noise) in [("u", 1e-3), ("v", 1e-3), ("r", 6e-4), ("x", 1e-2), ("y", 1e-2)] {
+        let (before, after) = (sigma(&apart, channel) / noise, sigma(&joined, channel) / noise);
+        // some 1600 samples know a deviation to 2 %
+        assert!((after - 1.0).abs() < 0.08, "{channel}: {before} {after}");
+        assert!((after - 1.0).abs() < (before - 1.0).abs() + 0.03, "{channel}: {before} {after}");
+    }
+    assert!(sigma(&apart, "u") > 1.08 * sigma(&joined, "u"), "{} {}", sigma(&apart, "u"), sigma(&joined, "u"));
+}

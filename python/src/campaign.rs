@@ -74,7 +74,8 @@ impl NativeCampaign {
     /// Refits as JSON.
     fn resample(&self, py: Python<'_>, method: &str, draws: usize, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let method = serde_json::from_value(method.into()).map_err(|e| error::usage(py, &e))?;
-        let result = interruptible(py, progress, || campaign::resample(&self.0, method, draws))?;
+        let result =
+            interruptible(py, progress, || campaign::resample(&self.0, Estimator::OutputError, method, draws))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
 

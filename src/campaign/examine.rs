@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::codes;
 use super::error::Error;
+use super::examine_rows;
 use super::file::Estimator;
 use super::fit::Fit;
 use super::identifiability::{Identifiability, OtherLength, ProfileOf, UNCERTAIN, label};
@@ -19,14 +20,14 @@ use crate::run::{Role, Run};
 const MOST_PROFILES: usize = 8;
 
 /// What takes further fits: profile likelihoods of the doubtful, segments of other lengths, and for each group the run
-/// that would tell most. Adds to the identifiability and the warnings of `fit`.
+/// that would tell most; of fits by rows their halves and longer windows. Adds to the identifiability and the warnings
+/// of `fit`.
 ///
 /// # Errors
-/// [`Error`] when the campaign cannot be fitted again; [`Error::Asked`] for another estimator than output error.
+/// [`Error`] when the campaign cannot be fitted again.
 pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     if fit.estimator != Estimator::OutputError {
-        let text = "a thorough fit needs the estimator output_error: add `--estimator output_error`".to_string();
-        return Err(Error::Asked(text));
+        return examine_rows::examine(campaign, fit);
     }
     let train = |run: &&Run| run.role == Role::Train && moves(run.kind);
     let runs: Vec<Run> = campaign.runs.iter().filter(train).cloned().collect();

@@ -143,15 +143,7 @@ impl Campaign {
 
     /// The runs with nominal instead of acting forces, for procedures that apply efficiencies themselves.
     pub fn nominal_runs(&self) -> Vec<Run> {
-        let mut runs = self.runs.clone();
-        for run in &mut runs {
-            for dof in Dof::ALL {
-                if let Some(signal) = run.signals.remove(&forces::nominal(dof)) {
-                    run.signals.insert(dof.force().into(), signal);
-                }
-            }
-        }
-        runs
+        with_nominal_forces(self.runs.clone())
     }
 
     /// The campaign with the forces that act under other losses of thrust than its own, as a fitted model brings them.
@@ -183,6 +175,18 @@ impl Campaign {
     pub fn validates(&self) -> bool {
         self.runs.iter().any(|run| run.role == Role::Validate)
     }
+}
+
+/// Runs with nominal instead of acting forces.
+pub(super) fn with_nominal_forces(mut runs: Vec<Run>) -> Vec<Run> {
+    for run in &mut runs {
+        for dof in Dof::ALL {
+            if let Some(signal) = run.signals.remove(&forces::nominal(dof)) {
+                run.signals.insert(dof.force().into(), signal);
+            }
+        }
+    }
+    runs
 }
 
 /// Whether a vehicle moves freely in a run of this kind.

@@ -16,6 +16,7 @@ mod discover;
 mod each_run;
 mod error;
 mod examine;
+mod examine_rows;
 pub mod file;
 mod fit;
 mod forces;
@@ -48,7 +49,9 @@ pub use examine::examine;
 pub use file::Estimator;
 pub use fit::{Fit, FitOptions, FitParameter, FitStage, described, filters, fit};
 pub use forces::nominal;
-pub use identifiability::{Believable, Correlation, Direction, Group, Identifiability, OtherLength, ProfileOf};
+pub use identifiability::{
+    Believable, Correlation, Direction, Group, Identifiability, OtherLength, OtherWindow, ProfileOf,
+};
 pub use inertia_amplitude::{InertiaAgainstAmplitude, InertiaOfRun};
 pub use init::{InitFacts, init};
 pub use load::{Campaign, LoadOptions, Options};

@@ -6,7 +6,7 @@ use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
 use super::table::{measured, number, table};
-use crate::campaign::{self, Campaign, Fit, Resampler, Resampling};
+use crate::campaign::{self, Campaign, Estimator, Fit, Resampler, Resampling};
 use crate::progress::{Watch, watched};
 
 /// A fit with its refits, as JSON.
@@ -18,7 +18,12 @@ pub(super) struct Scattered<'a> {
 }
 
 /// The refits that were asked for, shown as a table.
-pub(super) fn refits(a: &typed::Fit, loaded: &Campaign, output: &Output) -> Result<Option<Resampling>, Failure> {
+pub(super) fn refits(
+    a: &typed::Fit,
+    loaded: &Campaign,
+    estimator: Estimator,
+    output: &Output,
+) -> Result<Option<Resampling>, Failure> {
     let (method, draws) = match (a.bootstrap, a.monte_carlo) {
         (Some(draws), _) => (Resampler::Bootstrap, draws),
         (None, Some(draws)) => (Resampler::MonteCarlo, draws),
@@ -27,7 +32,7 @@ pub(super) fn refits(a: &typed::Fit, loaded: &Campaign, output: &Output) -> Resu
     let bar = output.counted("refitting", draws);
     let shown = bar.clone();
     let watch = Watch::new(move |step| shown.set_position(step.done as u64));
-    let found = watched(&watch, || campaign::resample(loaded, method, draws))??;
+    let found = watched(&watch, || campaign::resample(loaded, estimator, method, draws))??;
     bar.finish_and_clear();
     let rows: Vec<Vec<String>> = found
         .parameters

@@ -64,7 +64,7 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
     super::fitted::print(&fitted, output);
     plot::of_model(a.plotting.plot.as_deref(), &loaded.under(&fitted.efficiency), &fitted.model, output)?;
-    match scatter::refits(a, &loaded, output)? {
+    match scatter::refits(a, &loaded, fitted.estimator, output)? {
         None => output.json(&fitted)?,
         Some(resampling) => output.json(&scatter::Scattered { fit: &fitted, resampling: &resampling })?,
     }

@@ -19,7 +19,7 @@ pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
 pub(crate) use start::samples_in;
 pub use start::started;
-pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, steady_windows};
+pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, noise_of_mean, steady_windows};
 pub use streamed::Streamed;
 
 pub use crate::least_squares::{

@@ -126,6 +126,13 @@ pub fn mean_of(run: &Run, channel: &str, window: SteadyWindow) -> Option<Mean> {
     Some(Mean { value, std, scatter: variance.sqrt(), samples: n })
 }
 
+/// What white noise of the sensor leaves of the mean over a window uncertain; `None` with fewer than three samples. Slow
+/// motion about the mean is none of it.
+pub fn noise_of_mean(signal: &Signal, window: SteadyWindow) -> Option<f64> {
+    let (_, x) = part(signal, window.from, window.to);
+    (x.len() > 2).then(|| white_noise(x) / (x.len() as f64).sqrt())
+}
+
 /// Standard deviation of white noise on a slow signal: that of the second differences over sqrt(6).
 fn white_noise(x: &[f64]) -> f64 {
     let sum: f64 = x.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).powi(2)).sum();

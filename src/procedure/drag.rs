@@ -8,7 +8,7 @@
 //! window and divided by its length, with no inertia: so the pitch term, a drag per direction, or any other effect of
 //! the model takes part. With few windows the deviations are widened by Student's t, so that two of them hold 95.4 %.
 
-use super::held::{Direction, Found, Held, How, Known, student};
+use super::held::{Direction, Found, Held, How, Known};
 use super::numbers::DRAG;
 use super::result::Stage;
 use super::{ProcedureError, SteadyStage, codes, parameters_at};
@@ -129,7 +129,7 @@ pub fn steady_means(run: &Run, dof: Dof, options: &SteadyStage) -> Vec<(Mean, Me
 
 fn of(name: &str, dof: Dof, windows: &[&Run], model: &Model, found: &Found) -> Stage {
     let fit = &found.fit;
-    let widening = student((fit.rows - fit.values.len()) as f64);
+    let widening = found.widening;
     let mut names: Vec<String> = windows.iter().map(|r| r.name.clone()).collect();
     names.dedup();
     let mut stage = Stage::of_fit(name, dof, names, model, fit);

@@ -1,7 +1,7 @@
 //! Deviations from few rows, of which each is the mean of many samples.
 //!
 //! ```text
-//! s̃² = (ν s² + ν₀ s₀²)/(ν + ν₀),      two deviations are t(ν + ν₀)       where ν s²/s₀² < χ²₀.₉(ν)
+//! s̃² = (ν s² + ν₀ s₀²)/(ν + ν₀),      two deviations are t(ν + ν₀)       where ν s²/s₀² < χ²₀.₉₈(ν)
 //! s̃² = s²,                             two deviations are t(ν)            elsewhere
 //! ```
 //!
@@ -16,8 +16,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 /// Degrees of freedom for which the samples' own noise counts.
 const OF_SAMPLES: f64 = 4.0;
 
-/// Chance below which residuals speak against the noise of the samples.
-const AGAINST: f64 = 0.1;
+/// Chance below which residuals speak against the noise of the samples. Each false alarm makes a deviation of one degree
+/// of freedom five times too wide.
+const AGAINST: f64 = 0.02;
 
 /// By how much deviations are wider than those of the residuals alone, of variance `shown` with `freedom` degrees of
 /// freedom, where the rows' samples make them `expected`.

@@ -10,12 +10,13 @@
 
 use std::borrow::Cow;
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
 use super::Bench;
 use super::acting::acting_forces;
 use super::curves::with_curve_moved;
-use crate::estimate::{Columns, IntegralError, RegressorOptions, RowFit, StdMethod, fit_rows, regressors_of};
+use super::few;
+use crate::estimate::{
+    Columns, IntegralError, RegressorOptions, RowFit, StdMethod, SteadyWindow, fit_rows, noise_of_mean, regressors_of,
+};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
@@ -70,6 +71,8 @@ pub(super) struct Found {
     pub fit: RowFit,
     /// ∂θ̂/∂held: a row a parameter, a column an entry that was held then.
     jacobian: Vec<Vec<f64>>,
+    /// By how much the rows' own deviations are wider than their residuals alone say, because the rows are few.
+    pub widening: f64,
 }
 
 /// What earlier stages have found.
@@ -355,9 +358,11 @@ impl Held {
         };
         let mut fit = solve(None)?;
         let n = fit.values.len();
+        let mut widening = 1.0;
         if how.few {
-            let widening = student((fit.rows - n) as f64).powi(2);
-            fit.covariance.iter_mut().flatten().for_each(|c| *c *= widening);
+            let expected = self.expected((dof, runs), model, &fit, how.regressor, finish)?;
+            widening = few::widening((fit.rows - n) as f64, fit.residual_std.powi(2), expected);
+            fit.covariance.iter_mut().flatten().for_each(|c| *c *= widening * widening);
         }
         let size = self.entries.len();
         let mut jacobian = vec![vec![0.0; size]; n];
@@ -376,14 +381,57 @@ impl Held {
                 fit.covariance[i][j] += (0..size).map(|k| (0..size).map(|l| carried(k, l)).sum::<f64>()).sum::<f64>();
             }
         }
-        Ok(Found { fit, jacobian })
+        Ok(Found { fit, jacobian, widening })
+    }
+
+    /// Variance that rows of means have by the noise of the samples of which they are means, in the unit of a row squared:
+    /// that of the rows on average.
+    fn expected(
+        &self,
+        (dof, runs): (Dof, &[&Run]),
+        model: &Model,
+        fit: &RowFit,
+        options: RegressorOptions,
+        finish: &dyn Fn(&mut Columns),
+    ) -> Result<f64, IntegralError> {
+        let free: Vec<usize> = fit.parameters.iter().map(|c| c.parameter).collect();
+        let residual = |run: &Run| -> Result<Vec<f64>, IntegralError> {
+            let acting = self.acting(&[run], None);
+            let acting: Vec<&Run> = acting.iter().map(AsRef::as_ref).collect();
+            let mut columns = self.rows((dof, &acting), model, &free, options, None)?;
+            finish(&mut columns);
+            let of = |row: usize| {
+                let told = fit
+                    .parameters
+                    .iter()
+                    .zip(&fit.values)
+                    .filter_map(|(c, value)| Some(columns.columns[columns.column_of(c.parameter)?][row] * value));
+                columns.rhs[row] - told.sum::<f64>()
+            };
+            Ok((0..columns.rows()).map(of).collect())
+        };
+        let (mut sum, mut rows) = (0.0, 0);
+        for run in runs {
+            let Some((from, to)) = run.signal(dof.velocity()).and_then(ends) else { continue };
+            let here = residual(run)?;
+            rows += here.len();
+            for channel in Dof::ALL.into_iter().flat_map(|dof| [dof.velocity(), dof.position(), dof.force()]) {
+                let Some(signal) = run.signal(channel) else { continue };
+                let noise = noise_of_mean(signal, SteadyWindow { from, to }).filter(|noise| *noise > 0.0);
+                let Some(noise) = noise else { continue };
+                let moved = signal.values().iter().map(|x| x + noise).collect::<Vec<_>>();
+                let mut other = (*run).clone();
+                other.signals.insert(channel.into(), Signal::new(signal.shared_time().clone(), moved));
+                sum += residual(&other)?.iter().zip(&here).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            }
+        }
+        Ok(if rows > 0 { sum / rows as f64 } else { 0.0 })
     }
 }
 
-/// Half of the quantile of Student's t that holds what two standard deviations of a normal hold.
-pub(super) fn student(freedom: f64) -> f64 {
-    const TWO_SIGMA: f64 = 0.977_249_868_051_820_8;
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(TWO_SIGMA) / 2.0)
+/// First and last time stamp, s.
+fn ends(signal: &Signal) -> Option<(f64, f64)> {
+    Some((*signal.time().first()?, *signal.time().last()?))
 }
 
 fn value_near(signal: &Signal, t: f64) -> f64 {
@@ -394,14 +442,6 @@ fn value_near(signal: &Signal, t: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
-
-    #[test]
-    fn paper_quantiles_of_student() {
-        // tables: t(0.97725) is 13.97 for 1, 3.307 for 3 and 2.0 for infinitely many degrees of freedom
-        for (freedom, quantile) in [(1.0, 13.97), (3.0, 3.307), (1e6, 2.0)] {
-            assert!((2.0 * student(freedom) / quantile - 1.0).abs() < 1e-3, "four printed digits: {freedom}");
-        }
-    }
 
     /// u̇ = (τ − k u)/m at constant u̇ = 0.1 m/s²: 10 s of a mass of 100 kg with a drag of 20 kg/s.
     fn ramp() -> Run {

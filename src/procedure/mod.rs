@@ -16,6 +16,7 @@ mod bollard;
 pub mod codes;
 mod curves;
 mod drag;
+mod few;
 mod held;
 mod inertia;
 pub mod numbers;

@@ -43,7 +43,7 @@ def fit(
         campaign: a campaign, or the path of one.
         estimator: that of the campaign, else the one that suits its runs, when absent.
         thorough: profile likelihoods of doubtful parameters, segments of other lengths, and the run that would tell
-            most, in `Fit.identifiability`; output error only, some ten fits.
+            most, in `Fit.identifiability`, some ten fits; of fits by rows, halves of the runs and longer windows.
         stream: read the logs piece by piece and keep none of them; integral least squares of a campaign that is given
             by its path. When absent: where ``estimator="integral"`` would have to keep more than 64 MiB of logs.
         progress: as for `discover`.

@@ -8,7 +8,7 @@ mod thrust;
 
 pub(super) use self::result::row_of;
 pub use self::result::{Fit, FitParameter, FitStage, described};
-pub(super) use self::rows::of_rows;
+pub(super) use self::rows::{again, of_rows};
 
 use super::codes;
 use super::error::Error;

@@ -37,7 +37,7 @@ pub struct Fit {
     /// Curves of thrusters that were found from bollard tables.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<FittedCurve>,
-    /// What the data can tell and what it cannot; output error only.
+    /// What the data can tell and what it cannot; not of a streamed fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,
     /// How the estimates move with window and degree of a polynomial filter, where [`filters`] was asked.

@@ -2,13 +2,14 @@
 
 use super::super::error::Error;
 use super::super::file::Estimator;
-use super::super::load::Campaign;
+use super::super::identifiability::of_covariance;
+use super::super::load::{Campaign, with_nominal_forces};
 use super::result::FitStage;
 use super::{Raw, thrust};
 use crate::estimate::{IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares};
 use crate::model::Model;
 use crate::procedure::{Estimate, staged};
-use crate::run::Run;
+use crate::run::{Role, Run};
 
 /// Standard deviations by (14), of the one-sample trapezoid; `None` where there is no such regressor.
 pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
@@ -25,11 +26,37 @@ pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
     std
 }
 
+/// How the estimators of rows make them, with windows `times` as long as the campaign asks for.
+fn integral_options(campaign: &Campaign, times: usize) -> IntegralOptions {
+    let window = campaign.file.stage.oscillatory.window * times;
+    let regressor = RegressorOptions { span: Span::Samples(window), ..RegressorOptions::default() };
+    IntegralOptions { regressor, ..IntegralOptions::default() }
+}
+
+/// The campaign's model as an estimator of rows finds it from these runs alone, with windows `times` as long.
+///
+/// # Errors
+/// As [`super::fit()`].
+pub(in crate::campaign) fn again(
+    campaign: &Campaign,
+    estimator: Estimator,
+    runs: Vec<Run>,
+    times: usize,
+) -> Result<Model, Error> {
+    if estimator == Estimator::Staged {
+        let mut stage = campaign.file.stage.clone();
+        stage.oscillatory.window *= times;
+        stage.zigzag.window *= times;
+        stage.direct.skip = true;
+        return Ok(staged(&with_nominal_forces(runs), &campaign.model, campaign.bench(), &stage)?.model);
+    }
+    let all: Vec<&Run> = runs.iter().collect();
+    Ok(integral_least_squares(&all, &campaign.model, integral_options(campaign, times))?.0)
+}
+
 pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let all: Vec<&Run> = runs.iter().collect();
-    let stage = &campaign.file.stage.oscillatory;
-    let regressor = RegressorOptions { span: Span::Samples(stage.window), ..RegressorOptions::default() };
-    let options = IntegralOptions { regressor, ..IntegralOptions::default() };
+    let options = integral_options(campaign, 1);
     let (model, fits) = integral_least_squares(&all, &campaign.model, options)?;
     let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
     let mut raw = of_rows(model, &fits, &names, campaign);
@@ -47,6 +74,7 @@ pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Erro
         parameter.std = parameter.std.map(|_| raw.covariance[i][i].max(0.0).sqrt());
     }
     raw.std_method = thrust::told(&raw.std_method, carried.is_some());
+    raw.identifiability = of_covariance(&raw.model, &raw.covariance, runs, &mut raw.warnings);
     Ok(raw)
 }
 
@@ -93,6 +121,8 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
     }
     let mut warnings = result.warnings;
     warnings.extend(result.stages.iter().flat_map(|s| s.warnings.iter().cloned()));
+    let moving = campaign.motion(Some(Role::Train));
+    let identifiability = of_covariance(&result.model, &result.covariance, &moving, &mut warnings);
     let stages = result.stages.into_iter().map(FitStage::from).collect();
     let rows = match campaign.file.stage.std {
         StdMethod::Paper => "paper",
@@ -108,7 +138,7 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
         std_paper,
         stages,
         efficiency: result.efficiency,
-        identifiability: None,
+        identifiability,
         warnings,
     })
 }

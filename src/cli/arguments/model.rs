@@ -57,7 +57,7 @@ pub(in crate::cli) struct Fit {
     #[arg(long, value_name = "N", value_parser = refits)]
     pub monte_carlo: Option<usize>,
     /// Look closer at what the data can tell: profile likelihoods of doubtful parameters, segments of other lengths, the
-    /// run that would tell most (output error only; takes some ten fits).
+    /// run that would tell most (some ten fits); of fits by rows, halves of the runs and longer windows.
     #[arg(long)]
     pub thorough: bool,
     /// Write the fitted model to FILE (TOML, or JSON where it ends in .json).

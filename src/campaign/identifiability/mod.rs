@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+mod covariance;
+
+pub(super) use covariance::of_covariance;
+
 use super::codes;
 use super::inertia_amplitude::{InertiaAgainstAmplitude, against_amplitude};
 use super::load::Campaign;
 use crate::effects::Coriolis;
-use crate::estimate::identifiability::{collinearity, factor_of, halves, shares};
+use crate::estimate::identifiability::{Collinearity, collinearity, factor_of, halves, shares};
 use crate::estimate::output_error::OutputErrorFit;
 use crate::finding::Finding;
 use crate::model::Model;
@@ -33,6 +37,9 @@ pub struct Identifiability {
     /// Estimates with segments of other lengths; only of a thorough fit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub segment_lengths: Vec<OtherLength>,
+    /// Estimates with longer windows of the rows; only of a thorough fit by rows.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<OtherWindow>,
     /// Profile likelihoods of the doubtful parameters; only of a thorough fit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub profiles: Vec<ProfileOf>,
@@ -97,6 +104,15 @@ pub struct OtherLength {
     pub change: BTreeMap<String, f64>,
 }
 
+/// Estimates from rows over other windows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OtherWindow {
+    /// How many times as long as those of the fit.
+    pub times: usize,
+    /// Change of each estimate over its deviation, by term and symbol.
+    pub change: BTreeMap<String, f64>,
+}
+
 /// Profile likelihood of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ProfileOf {
@@ -138,17 +154,7 @@ pub(super) fn of_fit(
         let read = model.terms.iter().filter(|t| t.parameters.contains(&unknown.parameter));
         let force_share = read.filter_map(|t| share.get(&t.name())).copied().reduce(f64::max);
         let half = |of: fn(&crate::estimate::identifiability::Halves) -> &Vec<f64>| halves.as_ref().map(|h| of(h)[k]);
-        let std = p.std.unwrap_or(0.0);
-        if let Some(share) = force_share.filter(|share| *share < HARMLESS && std > UNCERTAIN * p.value.abs()) {
-            let text = format!(
-                "{}: {:.3e} ± {std:.1e} {} is not resolved, and harmless: it carries {:.1} % of the force in its balance",
-                name(k),
-                p.value,
-                p.spec.dimension,
-                100.0 * share
-            );
-            findings.push(Finding::new(&codes::HARMLESS, text));
-        }
+        findings.extend(harmless(model, unknown.parameter, force_share));
         parameters.push(Believable {
             term: p.term.clone(),
             name: p.spec.name.clone(),
@@ -159,30 +165,13 @@ pub(super) fn of_fit(
             halves_z: half(|h| &h.z),
         });
         if let Some(h) = halves.as_ref().filter(|h| h.z[k].abs() > h.limit) {
-            let text = format!(
-                "{}: the first halves of the runs say {:.4e}, the second {:.4e} {}, {:.1} deviations apart: something changes in the course of a run, or an effect is missing",
-                name(k),
-                h.first[k],
-                h.second[k],
-                p.spec.dimension,
-                h.z[k].abs()
-            );
-            findings.push(Finding::new(&codes::HALVES, text));
+            findings.push(halves_differ(model, unknown.parameter, [h.first[k], h.second[k]], h.z[k]));
         }
     }
-    let groups: Vec<Group> = known
-        .groups
-        .iter()
-        .map(|(members, index)| {
-            let members: Vec<usize> = members.iter().map(|k| unknowns[*k].parameter).collect();
-            let terms: Vec<String> = members.iter().map(|p| label(model, *p)).collect();
-            let run = told_apart_by(model, &members);
-            let text = format!("this data hardly tells {} apart (condition index {index:.0}): {run}", terms.join(", "));
-            findings.push(Finding::new(&codes::NOT_APART, text));
-            Group { terms, index: *index, run }
-        })
-        .collect();
-    let correlations = correlations(fit);
+    let indices: Vec<usize> = unknowns.iter().map(|u| u.parameter).collect();
+    let groups = groups(model, &known, &indices, findings);
+    let p = unknowns.len();
+    let correlations = correlations(model, &indices, |i, j| fit.covariance[i * p + j]);
     coriolis(fit, findings);
     let directions = known.indices.iter().rev().map(|one| Direction {
         index: one.index,
@@ -196,6 +185,7 @@ pub(super) fn of_fit(
         condition_indices: directions.collect(),
         inertia_against_amplitude: against_amplitude(campaign, fit, runs, findings),
         segment_lengths: Vec::new(),
+        windows: Vec::new(),
         profiles: Vec::new(),
     })
 }
@@ -206,15 +196,56 @@ pub(super) fn label(model: &Model, parameter: usize) -> String {
     format!("{} of {}", p.spec.name, p.term)
 }
 
-fn correlations(fit: &OutputErrorFit) -> Vec<Correlation> {
-    let p = fit.problem.unknowns.len();
-    let at = |i: usize, j: usize| fit.covariance[i * p + j];
+/// Says that a parameter is not resolved where its term carries hardly any force.
+fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option<Finding> {
+    let p = &model.parameters[parameter];
+    let std = p.std.unwrap_or(0.0);
+    let share = force_share.filter(|share| *share < HARMLESS && std > UNCERTAIN * p.value.abs())?;
+    let text = format!(
+        "{}: {:.3e} ± {std:.1e} {} is not resolved, and harmless: it carries {:.1} % of the force in its balance",
+        label(model, parameter),
+        p.value,
+        p.spec.dimension,
+        100.0 * share
+    );
+    Some(Finding::new(&codes::HARMLESS, text))
+}
+
+/// Says that the halves of the runs differ.
+pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z: f64) -> Finding {
+    let text = format!(
+        "{}: the first halves of the runs say {:.4e}, the second {:.4e} {}, {:.1} deviations apart: something changes in the course of a run, or an effect is missing",
+        label(model, parameter),
+        halves[0],
+        halves[1],
+        model.parameters[parameter].spec.dimension,
+        z.abs()
+    );
+    Finding::new(&codes::HALVES, text)
+}
+
+/// Groups of parameters that the data hardly tells apart, by the indices of the unknowns in the model.
+fn groups(model: &Model, known: &Collinearity, unknowns: &[usize], findings: &mut Vec<Finding>) -> Vec<Group> {
+    let group = |(members, index): &(Vec<usize>, f64)| {
+        let members: Vec<usize> = members.iter().map(|k| unknowns[*k]).collect();
+        let terms: Vec<String> = members.iter().map(|p| label(model, *p)).collect();
+        let run = told_apart_by(model, &members);
+        let text = format!("this data hardly tells {} apart (condition index {index:.0}): {run}", terms.join(", "));
+        findings.push(Finding::new(&codes::NOT_APART, text));
+        Group { terms, index: *index, run }
+    };
+    known.groups.iter().map(group).collect()
+}
+
+/// Pairs of unknowns whose estimates go together; `at` is their covariance.
+fn correlations(model: &Model, unknowns: &[usize], at: impl Fn(usize, usize) -> f64) -> Vec<Correlation> {
+    let p = unknowns.len();
     let mut found = Vec::new();
     for i in 0..p {
         for j in i + 1..p {
             let correlation = at(i, j) / (at(i, i) * at(j, j)).sqrt();
             if correlation.abs() >= TOGETHER {
-                let name = |k: usize| label(&fit.model, fit.problem.unknowns[k].parameter);
+                let name = |k: usize| label(model, unknowns[k]);
                 found.push(Correlation { a: name(i), b: name(j), correlation });
             }
         }
