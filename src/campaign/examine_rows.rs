@@ -38,7 +38,7 @@ pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
         let Some([first, second]) = halves.as_ref().map(|h| [0, 1].map(|k| &h[k].parameters[p])) else { continue };
         let deviation = first.std.unwrap_or(0.0).hypot(second.std.unwrap_or(0.0));
         // what no half has changed comes from runs that are not halved
-        if deviation > 0.0 && first.value != second.value {
+        if deviation > 0.0 && (first.value - second.value).abs() > 0.0 {
             let z = (first.value - second.value) / deviation;
             (one.first_half, one.second_half, one.halves_z) = (Some(first.value), Some(second.value), Some(z));
             if z.abs() > limit {

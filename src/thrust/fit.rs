@@ -9,8 +9,11 @@
 //! minimised. Where a shape parameter is free, all standard deviations come from the linearised joint problem, so that
 //! a and b carry its uncertainty too. Source: Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94, eq. (1).
 
+mod covariance;
+
 use serde::Serialize;
 
+use self::covariance::{apart, together};
 use super::bollard::{Bollard, CurveOptions, DeadBand, FitError, check};
 use super::curve::{Coefficients, Supply, ThrustCurve};
 use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Refinement, least_squares_with};
@@ -273,58 +276,6 @@ pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit
         supply: exponent.map(|n| Supply { reference, exponent: n.value }),
     };
     Ok(CurveFit { curve, forward: forward_fit, reverse: reverse_fit, deadband, exponent, covariance })
-}
-
-/// Covariance where each direction was found for itself.
-fn apart(sides: &[DirectionFit; 2]) -> [[f64; 6]; 6] {
-    let mut covariance = [[0.0; 6]; 6];
-    for (k, side) in sides.iter().enumerate() {
-        let (a, b) = (2 * k, 2 * k + 1);
-        (covariance[a][a], covariance[b][b]) = (side.a.std.powi(2), side.b.std.powi(2));
-        (covariance[a][b], covariance[b][a]) = (side.covariance, side.covariance);
-    }
-    covariance
-}
-
-/// Covariance of the joint problem: |F| linearised at the optimum in a, b of each direction, and in c and n where they
-/// are free.
-fn together(
-    sides: [&Side; 2],
-    fits: &[DirectionFit; 2],
-    c: f64,
-    n: f64,
-    free: [bool; 2],
-) -> Result<[[f64; 6]; 6], FitError> {
-    let rows = sides[0].command.len() + sides[1].command.len();
-    let mut columns = vec![vec![0.0; rows]; 6];
-    let mut residual = Vec::with_capacity(rows);
-    for (side, (data, fit)) in sides.iter().zip(fits).enumerate() {
-        for (i, (x, k)) in data.rows(c, n).enumerate() {
-            let row = residual.len();
-            let force = (fit.a.value * x + fit.b.value) * x * k;
-            columns[2 * side][row] = x * x * k;
-            columns[2 * side + 1][row] = x * k;
-            columns[4][row] = if x > 0.0 { -(2.0 * fit.a.value * x + fit.b.value) * k } else { 0.0 };
-            columns[5][row] = force * data.log_supply[i];
-            residual.push(data.force[i] - force);
-        }
-    }
-    let places: Vec<usize> = (0..6).filter(|&j| j < 4 || free[j - 4]).collect();
-    let used: Vec<&[f64]> = places.iter().map(|j| columns[*j].as_slice()).collect();
-    let mut covariance = [[0.0; 6]; 6];
-    match regress(&used, &residual) {
-        Ok(joint) => {
-            for (i, a) in places.iter().enumerate() {
-                for (j, b) in places.iter().enumerate() {
-                    covariance[*a][*b] = joint.covariance[i][j];
-                }
-            }
-        }
-        // a table made by formula, met to the last bit
-        Err(LeastSquaresError::NoVariance { .. }) => {}
-        Err(_) => return Err(FitError::NotIdentifiable { direction: "forward and reverse" }),
-    }
-    Ok(covariance)
 }
 
 fn median(values: &[f64]) -> Option<f64> {

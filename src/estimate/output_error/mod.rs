@@ -399,32 +399,6 @@ fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f
     }
 }
 
-impl Problem {
-    /// For each direction, the column of the unknown that it moves in the run of `track`.
-    pub(crate) fn columns_of(&self, track: usize) -> Vec<usize> {
-        let run = self.tracks[track].run;
-        self.dynamics
-            .directions
-            .iter()
-            .map(|p| {
-                self.unknowns
-                    .iter()
-                    .position(|u| u.parameter == *p && u.run.is_none_or(|r| r == run))
-                    .expect("every direction has an unknown in every run")
-            })
-            .collect()
-    }
-
-    /// Number of samples of an output in all segments.
-    pub fn samples_of(&self, output: usize) -> usize {
-        let width = self.dynamics.outputs.len();
-        let count = |s: &crate::simulate::Stretch| {
-            (s.first..=s.last).filter(|k| !self.tracks[s.track].observed[k * width + output].is_nan()).count()
-        };
-        self.segments.iter().map(count).sum()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -387,3 +387,29 @@ impl Problem {
         matches!(self.dynamics.states[state], StateId::Memory { .. })
     }
 }
+
+impl Problem {
+    /// For each direction, the column of the unknown that it moves in the run of `track`.
+    pub(crate) fn columns_of(&self, track: usize) -> Vec<usize> {
+        let run = self.tracks[track].run;
+        self.dynamics
+            .directions
+            .iter()
+            .map(|p| {
+                self.unknowns
+                    .iter()
+                    .position(|u| u.parameter == *p && u.run.is_none_or(|r| r == run))
+                    .expect("every direction has an unknown in every run")
+            })
+            .collect()
+    }
+
+    /// Number of samples of an output in all segments.
+    pub fn samples_of(&self, output: usize) -> usize {
+        let width = self.dynamics.outputs.len();
+        let count = |s: &Stretch| {
+            (s.first..=s.last).filter(|k| !self.tracks[s.track].observed[k * width + output].is_nan()).count()
+        };
+        self.segments.iter().map(count).sum()
+    }
+}
