@@ -82,8 +82,15 @@ fn the_report_shows_the_forces_of_every_balance() {
     let fit = campaign::fit(&campaign, FitOptions::default()).unwrap();
     let comparison = campaign::compare(&campaign, &fit.model, &fit.envelope).unwrap();
     let simulation = campaign::simulate(&campaign, &fit.model, &fit.envelope).unwrap();
-    let results =
-        Results { campaign: &campaign, fit: &fit, comparison: &comparison, simulation: &simulation, discovery: None };
+    let results = Results {
+        campaign: &campaign,
+        fit: &fit,
+        comparison: &comparison,
+        simulation: &simulation,
+        each_run: &campaign::each_run(&campaign, &fit),
+        discovery: None,
+        published: None,
+    };
     let origin = Origin { version: String::new(), command: String::new(), inputs: Vec::new(), seed: None };
     let document = account(&results, origin);
     let section = document.sections.iter().find(|s| s.heading == "Forces over time").unwrap();
