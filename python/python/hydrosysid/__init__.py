@@ -15,62 +15,68 @@ plain typed data: they pickle, and so do campaigns, so that a list of campaigns 
 `concurrent.futures.Executor`.
 """
 
-from ._campaign import Campaign
-from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
-from ._check import Check, CheckedLog
-from ._convert import convert, explain
-from ._cross import Crossed, CrossValidation, OwnEstimate, OwnModel
-from ._discovery import (
-    Change,
-    Dependence,
-    Discovery,
-    FoundEffect,
-    FoundParameter,
-    GapOfRun,
-    GapStep,
-    LogFinding,
-    Residual,
-    SmallestVisible,
-    Where,
-)
-from ._errors import DataError, Finding, HydrosysidError, UsageError
-from ._fit import Fit, FittedCurve, Parameter, Stage, StageEstimate
-from ._forces import Forces
-from ._many import map_fit, resample
-from ._models import (
-    Export,
-    Joint,
-    ModelDifference,
-    Monitored,
-    ParameterDifference,
-    PublishedComparison,
-    PublishedParameter,
-    Reason,
-    Shift,
-    Window,
-)
-from ._motion import Comparison, Disagreement, SimulatedRun, Simulation
+from importlib import import_module
+
 from ._native import __version__
-from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
-from ._own_effect import OwnEffect
-from ._pages import demo, export, init, report, tank_campaign
-from ._planning import Plan, PlannedParameter, PlannedRun, Push
-from ._resampling import Resampling, Scatter, block_bootstrap
-from ._run import Run
-from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
-from ._verbs import (
-    check,
-    compare,
-    compare_models,
-    compare_published,
-    cross_validate,
-    discover,
-    fit,
-    force_components,
-    monitor,
-    plan,
-    simulate,
-)
+
+# what type checkers set; at run time a part is imported when it is first asked for, and NumPy with it
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ._campaign import Campaign
+    from ._catalogue import Effect, EffectParameter, Regressors, effects, regressors
+    from ._check import Check, CheckedLog
+    from ._convert import convert, explain
+    from ._cross import Crossed, CrossValidation, OwnEstimate, OwnModel
+    from ._discovery import (
+        Change,
+        Dependence,
+        Discovery,
+        FoundEffect,
+        FoundParameter,
+        GapOfRun,
+        GapStep,
+        LogFinding,
+        Residual,
+        SmallestVisible,
+        Where,
+    )
+    from ._errors import DataError, Finding, HydrosysidError, UsageError
+    from ._fit import Fit, FittedCurve, Parameter, Stage, StageEstimate
+    from ._forces import Forces
+    from ._many import map_fit, resample
+    from ._models import (
+        Export,
+        Joint,
+        ModelDifference,
+        Monitored,
+        ParameterDifference,
+        PublishedComparison,
+        PublishedParameter,
+        Reason,
+        Shift,
+        Window,
+    )
+    from ._motion import Comparison, Disagreement, SimulatedRun, Simulation
+    from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
+    from ._own_effect import OwnEffect
+    from ._pages import demo, export, init, report, tank_campaign
+    from ._planning import Plan, PlannedParameter, PlannedRun, Push
+    from ._resampling import Resampling, Scatter, block_bootstrap
+    from ._run import Run
+    from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
+    from ._verbs import (
+        check,
+        compare,
+        compare_models,
+        compare_published,
+        cross_validate,
+        discover,
+        fit,
+        force_components,
+        monitor,
+        plan,
+        simulate,
+    )
 
 __all__ = [
     "Campaign",
@@ -159,3 +165,49 @@ __all__ = [
     "simulate",
     "tank_campaign",
 ]
+
+# where each public name is at home
+_HOMES = {
+    "_campaign": "Campaign",
+    "_catalogue": "Effect EffectParameter Regressors effects regressors",
+    "_check": "Check CheckedLog",
+    "_convert": "convert explain",
+    "_cross": "Crossed CrossValidation OwnEstimate OwnModel",
+    "_discovery": (
+        "Change Dependence Discovery FoundEffect FoundParameter GapOfRun GapStep LogFinding Residual "
+        "SmallestVisible Where"
+    ),
+    "_errors": "DataError Finding HydrosysidError UsageError",
+    "_fit": "Fit FittedCurve Parameter Stage StageEstimate",
+    "_forces": "Forces",
+    "_many": "map_fit resample",
+    "_models": (
+        "Export Joint ModelDifference Monitored ParameterDifference PublishedComparison "
+        "PublishedParameter Reason Shift Window"
+    ),
+    "_motion": "Comparison Disagreement SimulatedRun Simulation",
+    "_numbers": "LeastSquares least_squares polynomial_filter rk4",
+    "_own_effect": "OwnEffect",
+    "_pages": "demo export init report tank_campaign",
+    "_planning": "Plan PlannedParameter PlannedRun Push",
+    "_resampling": "Resampling Scatter block_bootstrap",
+    "_run": "Run",
+    "_thruster": "Estimate ThrustDirection ThrusterFit fit_thruster",
+    "_verbs": (
+        "check compare compare_models compare_published cross_validate discover fit force_components "
+        "monitor plan simulate"
+    ),
+}
+_HOME_OF = {name: part for part, names in _HOMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module("." + _HOME_OF[name], __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__
