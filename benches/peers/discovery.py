@@ -14,13 +14,7 @@ from partner import Partner
 
 def weak(runs: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> str:
     """Fits every run on its own and counts the terms that stay."""
-    functions = [
-        lambda x: x,
-        lambda x, y: x * y,
-        lambda x: x * np.abs(x),
-        lambda x, y: x * np.abs(y),
-        lambda x: x**3,
-    ]
+    functions = [lambda x: x, lambda x, y: x * y, lambda x: x * np.abs(x), lambda x, y: x * np.abs(y), lambda x: x**3]
     names = [
         lambda x: x,
         lambda x, y: f"{x}*{y}",
@@ -31,9 +25,7 @@ def weak(runs: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> str:
     named = ps.CustomLibrary(library_functions=functions, function_names=names)
     found = 0
     for t, x, tau in runs:
-        library = ps.WeakPDELibrary(
-            function_library=named, spatiotemporal_grid=t, K=100
-        )
+        library = ps.WeakPDELibrary(function_library=named, spatiotemporal_grid=t, K=100)
         model = ps.SINDy(feature_library=library, optimizer=ps.STLSQ(threshold=0.01))
         model.fit(x, t=t, u=tau)
         found += int(np.count_nonzero(model.coefficients()))
@@ -49,12 +41,4 @@ def rows(partner: Partner) -> Iterator[Row]:
         tau = np.stack([data[f"run{k}_tau_{name}"] for name in "uvr"], axis=1)
         runs.append((np.linspace(0.0, 0.1 * (len(x) - 1), len(x)), x, tau))
     work = "discovery, nine runs of 90 s, nothing hidden"
-    yield paired(
-        partner,
-        work,
-        "discover",
-        "pysindy weak form, linear terms",
-        lambda: weak(runs),
-        goal="3.2",
-        pairs=7,
-    )
+    yield paired(partner, work, "discover", "pysindy weak form, linear terms", lambda: weak(runs), goal="3.2", pairs=7)

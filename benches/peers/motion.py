@@ -17,9 +17,7 @@ def rates(u, v, r, a, b, c, p):
     """Accelerations; p: virtual mass, linear and quadratic drag, advance loss of surge, sway, yaw."""
     du = ((1.0 - p[3] * abs(u)) * a + p[4] * v * r - (p[1] + p[2] * abs(u)) * u) / p[0]
     dv = ((1.0 - p[7] * abs(v)) * b - p[0] * u * r - (p[5] + p[6] * abs(v)) * v) / p[4]
-    dr = (
-        (1.0 - p[11] * abs(r)) * c - (p[4] - p[0]) * u * v - (p[9] + p[10] * abs(r)) * r
-    ) / p[8]
+    dr = ((1.0 - p[11] * abs(r)) * c - (p[4] - p[0]) * u * v - (p[9] + p[10] * abs(r)) * r) / p[8]
     return du, dv, dr
 
 
@@ -53,44 +51,22 @@ def casadi_rates(x, tau, p):
     """The same accelerations and the rate of the heading, as CasADi expressions."""
     u, v, r = x[0], x[1], x[2]
     return ca.vertcat(
-        (
-            (1 - p[3] * ca.fabs(u)) * tau[0]
-            + p[4] * v * r
-            - (p[1] + p[2] * ca.fabs(u)) * u
-        )
-        / p[0],
-        (
-            (1 - p[7] * ca.fabs(v)) * tau[1]
-            - p[0] * u * r
-            - (p[5] + p[6] * ca.fabs(v)) * v
-        )
-        / p[4],
-        (
-            (1 - p[11] * ca.fabs(r)) * tau[2]
-            - (p[4] - p[0]) * u * v
-            - (p[9] + p[10] * ca.fabs(r)) * r
-        )
-        / p[8],
+        ((1 - p[3] * ca.fabs(u)) * tau[0] + p[4] * v * r - (p[1] + p[2] * ca.fabs(u)) * u) / p[0],
+        ((1 - p[7] * ca.fabs(v)) * tau[1] - p[0] * u * r - (p[5] + p[6] * ca.fabs(v)) * v) / p[4],
+        ((1 - p[11] * ca.fabs(r)) * tau[2] - (p[4] - p[0]) * u * v - (p[9] + p[10] * ca.fabs(r)) * r) / p[8],
         r,
     )
 
 
 def casadi_step() -> ca.Function:
     """One step of the same scheme as a CasADi function of state, both inputs and parameters."""
-    x, a, b, p = (
-        ca.SX.sym("x", 4),
-        ca.SX.sym("a", 3),
-        ca.SX.sym("b", 3),
-        ca.SX.sym("p", 12),
-    )
+    x, a, b, p = ca.SX.sym("x", 4), ca.SX.sym("a", 3), ca.SX.sym("b", 3), ca.SX.sym("p", 12)
     middle = 0.5 * (a + b)
     k1 = casadi_rates(x, a, p)
     k2 = casadi_rates(x + 0.5 * STEP * k1, middle, p)
     k3 = casadi_rates(x + 0.5 * STEP * k2, middle, p)
     k4 = casadi_rates(x + STEP * k3, b, p)
-    return ca.Function(
-        "step", [x, a, b, p], [x + STEP / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4)]
-    )
+    return ca.Function("step", [x, a, b, p], [x + STEP / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4)])
 
 
 def scipy_sail(data: dict[str, np.ndarray], p: np.ndarray) -> str:
@@ -121,11 +97,7 @@ def rows(partner: Partner) -> Iterator[Row]:
         return str(sail(*taus, STEP, p)[-1].tolist())
 
     def by_casadi() -> str:
-        return str(
-            np.asarray(chain(np.zeros(4), both[:, :-1], both[:, 1:], fixed))[
-                :, -1
-            ].tolist()
-        )
+        return str(np.asarray(chain(np.zeros(4), both[:, :-1], both[:, 1:], fixed))[:, -1].tolist())
 
     def sixteen_by_numba() -> str:
         for _ in range(16):
@@ -135,16 +107,6 @@ def rows(partner: Partner) -> Iterator[Row]:
     work = "RK4, planar, 6,000 steps"
     yield paired(partner, work, "rk4", "numba by hand", by_numba, goal="1.5", pairs=41)
     yield paired(partner, work, "rk4", "CasADi", by_casadi, goal="", pairs=15)
-    yield paired(
-        partner,
-        work,
-        "rk4",
-        "SciPy RK45",
-        lambda: scipy_sail(data, p),
-        goal="",
-        pairs=7,
-    )
+    yield paired(partner, work, "rk4", "SciPy RK45", lambda: scipy_sail(data, p), goal="", pairs=7)
     work = "RK4, ensemble of 16 trajectories"
-    yield paired(
-        partner, work, "ensemble", "numba by hand", sixteen_by_numba, goal="4", pairs=41
-    )
+    yield paired(partner, work, "ensemble", "numba by hand", sixteen_by_numba, goal="4", pairs=41)

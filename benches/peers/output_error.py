@@ -31,14 +31,10 @@ def problem(data: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.nda
     inputs, measured = [], []
     for k in range(8):
         tau = np.stack([data[f"run{k}_tau_{name}"] for name in "uvr"], axis=1)
-        y = np.stack(
-            [data[f"run{k}_{name}"] for name in ("u", "v", "r", "psi")], axis=1
-        )
+        y = np.stack([data[f"run{k}_{name}"] for name in ("u", "v", "r", "psi")], axis=1)
         steps = 80
         for first in range(0, len(y) - steps, steps):
-            both = np.stack(
-                [tau[first : first + steps], tau[first + 1 : first + steps + 1]], axis=1
-            )
+            both = np.stack([tau[first : first + steps], tau[first + 1 : first + steps + 1]], axis=1)
             inputs.append(both)
             measured.append(y[first : first + steps])
     return np.array(inputs), np.array(measured), 1.0 / SIGMA
@@ -54,36 +50,13 @@ def slope(x, tau, p, f, fx, fp):
     f[2] = (tau[2] - (mv - mu) * u * v - (dr + qr * abs(r)) * r - br) / mr
     f[3] = r
     fx[:] = 0.0
-    fx[0, 0], fx[0, 1], fx[0, 2] = (
-        -(du + 2 * qu * abs(u)) / mu,
-        mv * r / mu,
-        mv * v / mu,
-    )
-    fx[1, 0], fx[1, 1], fx[1, 2] = (
-        -mu * r / mv,
-        -(dv + 2 * qv * abs(v)) / mv,
-        -mu * u / mv,
-    )
-    fx[2, 0], fx[2, 1], fx[2, 2] = (
-        -(mv - mu) * v / mr,
-        -(mv - mu) * u / mr,
-        -(dr + 2 * qr * abs(r)) / mr,
-    )
+    fx[0, 0], fx[0, 1], fx[0, 2] = -(du + 2 * qu * abs(u)) / mu, mv * r / mu, mv * v / mu
+    fx[1, 0], fx[1, 1], fx[1, 2] = -mu * r / mv, -(dv + 2 * qv * abs(v)) / mv, -mu * u / mv
+    fx[2, 0], fx[2, 1], fx[2, 2] = -(mv - mu) * v / mr, -(mv - mu) * u / mr, -(dr + 2 * qr * abs(r)) / mr
     fx[3, 2] = 1.0
     fp[:] = 0.0
-    fp[0, 0], fp[0, 1], fp[0, 2], fp[0, 3], fp[0, 9] = (
-        -f[0] / mu,
-        -u / mu,
-        -u * abs(u) / mu,
-        v * r / mu,
-        -1 / mu,
-    )
-    fp[1, 0], fp[1, 3], fp[1, 4], fp[1, 5] = (
-        -u * r / mv,
-        -f[1] / mv,
-        -v / mv,
-        -v * abs(v) / mv,
-    )
+    fp[0, 0], fp[0, 1], fp[0, 2], fp[0, 3], fp[0, 9] = -f[0] / mu, -u / mu, -u * abs(u) / mu, v * r / mu, -1 / mu
+    fp[1, 0], fp[1, 3], fp[1, 4], fp[1, 5] = -u * r / mv, -f[1] / mv, -v / mv, -v * abs(v) / mv
     fp[2, 0], fp[2, 3], fp[2, 6] = u * v / mr, -u * v / mr, -f[2] / mr
     fp[2, 7], fp[2, 8], fp[2, 10] = -r / mr, -r * abs(r) / mr, -1 / mr
 
@@ -182,9 +155,7 @@ def casadi_residual(inputs, measured, weight):
     k2 = f(x + 0.5 * STEP * k1, 0.5 * (a + b))
     k3 = f(x + 0.5 * STEP * k2, 0.5 * (a + b))
     k4 = f(x + STEP * k3, b)
-    one = ca.Function(
-        "one", [x, both, p], [x + STEP / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4)]
-    )
+    one = ca.Function("one", [x, both, p], [x + STEP / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4)])
     chain = one.mapaccum("chain", n - 1)
     theta, states = ca.MX.sym("theta", NAMES), ca.MX.sym("x0", 4, segments)
     flat = inputs.reshape(segments, n, 6)
@@ -225,12 +196,7 @@ def rows(partner: Partner) -> Iterator[Row]:
     function = casadi_residual(inputs, measured, weight)
     work = "output error, 8 runs, 491 unknowns"
     yield paired(
-        partner,
-        work,
-        "output_error",
-        "numba by hand",
-        lambda: by_numba(start, inputs, measured, weight),
-        goal="3",
+        partner, work, "output_error", "numba by hand", lambda: by_numba(start, inputs, measured, weight), goal="3"
     )
     yield paired(
         partner,

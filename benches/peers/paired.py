@@ -23,14 +23,7 @@ class Row:
 
 
 def paired(
-    partner: Partner,
-    work: str,
-    asked: str,
-    peer: str,
-    theirs: Callable[[], str],
-    *,
-    goal: str,
-    pairs: int = 9,
+    partner: Partner, work: str, asked: str, peer: str, theirs: Callable[[], str], *, goal: str, pairs: int = 9
 ) -> Row:
     """Does our work `asked` and the peer's in turn; the first pair warms up and does not count."""
     ours_s, theirs_s, notes = [], [], ("", "")

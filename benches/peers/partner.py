@@ -14,12 +14,7 @@ class Partner:
 
     def __init__(self, binary: str) -> None:
         """Starts it."""
-        self.process = subprocess.Popen(
-            [binary, "--bench"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        self.process = subprocess.Popen([binary, "--bench"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def __enter__(self) -> Self:
         """Itself."""

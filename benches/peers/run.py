@@ -28,32 +28,21 @@ def processor() -> str:
     """Name of the processor, as the system tells it."""
     told = Path("/proc/cpuinfo")
     lines = told.read_text().splitlines() if told.exists() else []
-    names = [
-        line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")
-    ]
-    return (
-        f"{names[0]}, {len(names)} threads"
-        if names
-        else platform.processor() or platform.machine()
-    )
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0]}, {len(names)} threads" if names else platform.processor() or platform.machine()
 
 
 def measured(partner: Partner) -> Iterator[Row]:
     """Every row, printed as it comes."""
     for work in WORKS:
         for row in work.rows(partner):
-            print(
-                f"{row.work:46} {row.peer:32} {1e3 * row.ours:10.3f} ms  {row.ratio:8.2f} x",
-                flush=True,
-            )
+            print(f"{row.work:46} {row.peer:32} {1e3 * row.ours:10.3f} ms  {row.ratio:8.2f} x", flush=True)
             if row.note:
                 print(f"    {row.note}", file=sys.stderr)
             yield row
 
 
-def page(
-    rows: list[Row], starts: list[tuple[str, float, str]], parts: str | None
-) -> str:
+def page(rows: list[Row], starts: list[tuple[str, float, str]], parts: str | None) -> str:
     """docs/benchmarks.md."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in PEERS)
     lines = [
@@ -73,16 +62,9 @@ def page(
         for r in rows
     ]
     lines += ["", "| start | ms, wall | goal |", "|---|---|---|"]
-    lines += [
-        f"| {what} | {1e3 * seconds:.1f} | {goal} |" for what, seconds, goal in starts
-    ]
+    lines += [f"| {what} | {1e3 * seconds:.1f} | {goal} |" for what, seconds, goal in starts]
     if parts:
-        lines += [
-            "",
-            "Our parts, as rows grow (median wall time; the last column should be flat):",
-            "",
-            "```text",
-        ]
+        lines += ["", "Our parts, as rows grow (median wall time; the last column should be flat):", "", "```text"]
         lines += [line for line in parts.splitlines() if line.strip()]
         lines += ["```"]
     return "\n".join(lines) + "\n"

@@ -28,11 +28,7 @@ def lines(command: str, python: str) -> list[tuple[str, float, str]]:
         ("`python -c pass`, whole process", bare, ""),
         ("`import numpy` beyond an empty process", numpy - bare, ""),
         ("`import hydrosysid` beyond an empty process", ours - bare, "50 ms"),
-        (
-            "`from hydrosysid import *` beyond that process, NumPy included",
-            all_of_it - bare,
-            "",
-        ),
+        ("`from hydrosysid import *` beyond that process, NumPy included", all_of_it - bare, ""),
     ]
 
 
