@@ -40,7 +40,7 @@ pub struct Fit {
     /// What the data can tell and what it cannot; not of a streamed fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,
-    /// How the estimates move with window and degree of a polynomial filter, where [`filters`] was asked.
+    /// How the estimates move with window and degree of a polynomial filter, where [`filters`](super::filters) was asked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<Setting>,
     /// What there is to say.
