@@ -19,6 +19,7 @@ struct Row {
     listed: usize,
     false_names: usize,
     alarms: usize,
+    unexplained: usize,
     explained_wrongly: usize,
     closed: Vec<f64>,
     seconds: Vec<f64>,
@@ -30,6 +31,7 @@ impl Row {
         self.campaigns += 1;
         self.seconds.push(record.seconds);
         self.alarms += usize::from(!record.named.is_empty());
+        self.unexplained += usize::from(record.verdict == "unexplained");
         if !record.hidden.is_empty() && record.before < VISIBLE {
             return;
         }
@@ -80,6 +82,7 @@ impl Row {
         self.listed += other.listed;
         self.false_names += other.false_names;
         self.alarms += other.alarms;
+        self.unexplained += other.unexplained;
         self.explained_wrongly += other.explained_wrongly;
         self.closed.extend(&other.closed);
         self.seconds.extend(&other.seconds);
@@ -133,14 +136,16 @@ pub fn table(cells: &[Cell], records: &BTreeMap<(String, u64), Record>) -> Strin
         }
         let _ = write!(text, "\n## {section}\n\n");
         if section == NOTHING {
-            text += "| noise | campaigns | false alarms | s |\n|---|---|---|---|\n";
+            text +=
+                "| noise | campaigns | false alarms: an effect named | `unexplained` | s |\n|---|---|---|---|---|\n";
             for (name, row) in &rows {
                 let seconds = median(&row.seconds).unwrap_or(0.0);
                 let _ = writeln!(
                     text,
-                    "| {name} | {} | {} | {seconds:.2} |",
+                    "| {name} | {} | {} | {} | {seconds:.2} |",
                     row.campaigns,
-                    share(row.alarms, row.campaigns)
+                    share(row.alarms, row.campaigns),
+                    share(row.unexplained, row.campaigns)
                 );
             }
             continue;

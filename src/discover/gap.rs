@@ -6,11 +6,13 @@
 //!
 //! The initial state of each stretch is estimated on its first seconds with the model's parameters held. The noise
 //! floor is what remains when the same model starts anew every two seconds: too short for a missing force to build up,
-//! long enough to see all of the sensor's noise, coloured noise included. A run that is unstable under its commands
-//! ([`unstable`]) is compared in segments, each from an initial state of its own.
+//! and what initial states take up of the sensor's noise, the more the more coloured it is ([`super::colour`]), is
+//! allowed for. A run that is unstable under its commands ([`unstable`]) is compared in segments, each from an initial
+//! state of its own.
 
 use std::collections::BTreeMap;
 
+use super::colour::{colours, taken_up};
 use crate::estimate::output_error::{
     Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from,
 };
@@ -112,18 +114,23 @@ fn whole(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums,
 /// state grows to more than the noise.
 ///
 /// ```text
-/// std of y(t) = |R⁻ᵀ (∂y/∂x₀)ᵀ|     R: factor of the first segment's information on x₀, in units of the noise
+/// std of y(t) = √τ |R⁻ᵀ (∂y/∂x₀)ᵀ|     R: factor of the first segment's information on x₀, in units of the noise
 /// ```
+///
+/// τ allows for the colour of the noise ([`super::colour`]).
 ///
 /// # Errors
 /// As [`gap`].
 pub fn unstable(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Vec<bool>, OutputErrorError> {
     runs.iter()
         .map(|run| {
+            let colour = colours(&started_anew(model, run, options)?).into_iter().fold(0.0, f64::max);
             let settled = beginning(model, run, options)?;
             let stretches = settled.problem.segments.iter().zip(&settled.linearised).zip(&settled.initial_states);
-            let mut spreads = stretches
-                .map(|((segment, linear), start)| spread(&settled, &stretch_of(&settled, segment), linear, start));
+            let mut spreads = stretches.map(|((segment, linear), start)| {
+                let inflation = taken_up(colour, (segment.last - segment.first + 1) as f64).sqrt();
+                inflation * spread(&settled, &stretch_of(&settled, segment), linear, start)
+            });
             // NaN: it has run away altogether
             Ok(spreads.any(|s| s.is_nan() || s > 1.0))
         })
@@ -177,28 +184,39 @@ fn rms(sums: &BTreeMap<Measured, (f64, f64)>) -> BTreeMap<Measured, f64> {
 /// The simulation of a run started anew every segment. Where motion is unstable a whole run cannot be simulated however
 /// good the model; a segment can.
 fn in_segments(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums, OutputErrorError> {
-    let held = held_for(model, run, options)?;
-    let segment = options.segment.min(FIRST_SECONDS);
-    let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
-    let problem = Problem::new(&held, std::slice::from_ref(run), &short)?;
-    let x0 = problem.initial_states(&held);
-    let fit = fit_from(&held, problem, x0, &short)?;
-    let freedom = spare(&fit);
+    let fit = started_anew(model, run, options)?;
+    let colours = colours(&fit);
     let mut own = Sums::new();
     for compared in model.measured() {
         let outputs = &fit.problem.dynamics.outputs;
         let Some(column) = outputs.iter().position(|o| *o == compared.channel()) else { continue };
         let count = fit.problem.samples_of(column) as f64;
-        own.insert(compared, ((fit.residual_rms[column] * freedom).powi(2) * count, count));
+        let freedom = spare(&fit, column, colours[column]);
+        own.insert(compared, (fit.residual_rms[column].powi(2) * freedom * count, count));
     }
     Ok(own)
 }
 
-/// √(samples over samples less initial states): what a residual has lost to the states that were fitted to it.
-fn spare(fit: &OutputErrorFit) -> f64 {
+/// The initial states of a run's segments, fitted with the parameters held.
+fn started_anew(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<OutputErrorFit, OutputErrorError> {
+    let held = held_for(model, run, options)?;
+    let segment = options.segment.min(FIRST_SECONDS);
+    let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
+    let problem = Problem::new(&held, std::slice::from_ref(run), &short)?;
+    let x0 = problem.initial_states(&held);
+    fit_from(&held, problem, x0, &short)
+}
+
+/// 1 over the share of a residual's variance that is left by the states that were fitted to it, at most 10.
+///
+/// ```text
+/// 1/(1 − τ(n) states/samples)        n: samples of the output in a segment
+/// ```
+fn spare(fit: &OutputErrorFit, column: usize, colour: f64) -> f64 {
+    let segments = fit.problem.segments.len() as f64;
     let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
-    let used = (states * fit.problem.segments.len()) as f64;
-    (fit.samples as f64 / (fit.samples as f64 - used).max(1.0)).sqrt()
+    let taken = taken_up(colour, (fit.problem.samples_of(column) as f64 / segments).max(1.0));
+    1.0 / (1.0 - states as f64 * segments / fit.samples as f64 * taken).max(0.1)
 }
 
 /// Noise floor of each modelled velocity and observed function, in its unit.

@@ -2,6 +2,7 @@
 
 mod candidate;
 mod carried;
+mod colour;
 mod confirm;
 mod discovery;
 mod enlarged;

@@ -97,7 +97,7 @@ fn hat(t: f64, before: f64, top: f64, after: f64) -> f64 {
 }
 
 /// Measured less simulated at every sample, by track; NaN where nothing is measured.
-fn residuals(fit: &OutputErrorFit) -> Vec<Vec<f64>> {
+pub(super) fn residuals(fit: &OutputErrorFit) -> Vec<Vec<f64>> {
     let problem = &fit.problem;
     let outputs = problem.dynamics.outputs.len();
     let mut all: Vec<Vec<f64>> = problem.tracks.iter().map(|t| vec![f64::NAN; t.time.len() * outputs]).collect();
