@@ -4,8 +4,9 @@
 //! runs, wall clock on one thread and on all; what is meant to be read is the ratios in one run. Without `--bench` (as in
 //! the tests) a small system runs once.
 
+mod timed;
+
 use std::hint::black_box;
-use std::time::Instant;
 
 use hydrosysid::estimate::{Blocks, LeastSquaresOptions, Names, Refinement, least_squares, least_squares_with};
 
@@ -41,16 +42,8 @@ fn main() {
     }
 }
 
-fn report(part: &str, rows: usize, repeats: usize, mut work: impl FnMut()) {
-    let mut times: Vec<f64> = (0..repeats)
-        .map(|_| {
-            let begin = Instant::now();
-            work();
-            begin.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    println!("  {part:38} {rows:>9} rows {:>10.3} ms", 1e3 * times[times.len() / 2]);
+fn report(part: &str, rows: usize, repeats: usize, work: impl FnMut()) {
+    println!("  {part:38} {rows:>9} rows {:>10.3} ms", 1e3 * timed::median(repeats, work));
 }
 
 /// u, v, r, τ at 10 Hz, in which everything moves.

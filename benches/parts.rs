@@ -5,17 +5,20 @@
 //! the smallest size runs once.
 
 mod planar;
+mod timed;
 
 use std::collections::BTreeSet;
 use std::hint::black_box;
-use std::time::Instant;
 
 use hydrosysid::chain::Available;
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
-use hydrosysid::estimate::{RegressorOptions, least_squares, regressors_of, started};
+use hydrosysid::estimate::{
+    IntegralOptions, RegressorOptions, integral_least_squares, least_squares, regressors_of, started,
+};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::Interpolation;
+use hydrosysid::run::Run;
 use hydrosysid::simulate::{Track, free_run};
 use hydrosysid::tank::{BlindOptions, blind};
 
@@ -44,24 +47,23 @@ fn main() {
             black_box(free_run(&dynamics, &track, &model.values(), &[0.0; 4], 0, n - 1));
         });
     }
-    let campaign = blind(&BlindOptions::default()).expect("the tank sails");
-    let model = started(&campaign.model().expect("a model"), &campaign.runs);
-    let fitting = OutputErrorOptions { position: true, ..OutputErrorOptions::default() };
-    let rows = campaign.runs.iter().map(|r| r.signals["u"].len()).sum();
-    report("whole output-error fit", rows, repeats, || {
-        black_box(output_error(&model, &campaign.runs, &fitting).expect("a fit"));
-    });
+    for n in sizes {
+        // nine runs at 10 Hz
+        let campaign = blind(&BlindOptions { duration: *n as f64 / 90.0, ..BlindOptions::default() });
+        let campaign = campaign.expect("the tank sails");
+        let model = started(&campaign.model().expect("a model"), &campaign.runs);
+        let runs: Vec<&Run> = campaign.runs.iter().collect();
+        report("whole fit, integral", *n, repeats, || {
+            black_box(integral_least_squares(&runs, &model, IntegralOptions::default()).expect("a fit"));
+        });
+        let fitting = OutputErrorOptions { position: true, ..OutputErrorOptions::default() };
+        report("whole fit, output error", *n, repeats, || {
+            black_box(output_error(&model, &campaign.runs, &fitting).expect("a fit"));
+        });
+    }
 }
 
-fn report(part: &str, rows: usize, repeats: usize, mut work: impl FnMut()) {
-    let mut times: Vec<f64> = (0..repeats)
-        .map(|_| {
-            let begin = Instant::now();
-            work();
-            begin.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    let median = times[times.len() / 2];
+fn report(part: &str, rows: usize, repeats: usize, work: impl FnMut()) {
+    let median = timed::median(repeats, work);
     println!("{part:32} {rows:>9} {:>12.3} {:>9.1}", 1e3 * median, 1e9 * median / rows as f64);
 }

@@ -20,7 +20,7 @@ use crate::finding::{Code, Finding, Severity};
 use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::{Role, Run};
-use crate::simulate::{Track, Trajectory, free_run};
+use crate::simulate::{Track, Trajectory, free_run, in_reach};
 
 /// What a comparison may find.
 pub const CODES: [Code; 1] = [UNSTABLE];
@@ -300,7 +300,8 @@ impl Simulated {
         Ok(simulated)
     }
 
-    /// (measured, simulated) of one output, where there is a sample. A segment's first instant belongs to it alone.
+    /// (measured, simulated) of one output, where there is a sample. A segment's first instant belongs to it alone, and
+    /// what runs away counts as [`in_reach`] says.
     fn pairs(&self, column: usize) -> Vec<(f64, f64)> {
         let width = self.outputs.len();
         let mut pairs = Vec::new();
@@ -310,7 +311,7 @@ impl Simulated {
                 let k = first + row;
                 let measured = self.track.observed[k * width + column];
                 if k >= done && !measured.is_nan() {
-                    pairs.push((measured, outputs[column]));
+                    pairs.push((measured, in_reach(outputs[column], measured)));
                 }
                 done = done.max(k + 1);
             }

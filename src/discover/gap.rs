@@ -19,7 +19,7 @@ use crate::estimate::output_error::{
 use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::Run;
-use crate::simulate::{Emission, Stretch, free_run, integrate_fast, values_in_run};
+use crate::simulate::{Emission, Stretch, free_run, in_reach, integrate_fast, values_in_run};
 
 /// Length of the segments from which the noise floor is read, s.
 const FLOOR_SEGMENT: f64 = 2.0;
@@ -100,8 +100,7 @@ fn whole(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums,
             let predicted = simulated.outputs.iter().skip(column).step_by(width);
             let sum = own.entry(compared).or_default();
             for (y, x) in measured.zip(predicted).filter(|(y, _)| !y.is_nan()) {
-                // a simulation that runs away is as wrong as can be, not more
-                let error = if x.is_finite() { (x - y).clamp(-1e3, 1e3) } else { 1e3 };
+                let error = in_reach(*x, *y) - y;
                 sum.0 += error * error;
                 sum.1 += 1.0;
             }

@@ -18,6 +18,15 @@ pub struct Trajectory {
     pub states: Vec<f64>,
 }
 
+/// How far from a measurement a simulation counts, in the unit of the channel.
+const REACH: f64 = 1e3;
+
+/// A simulated value, at most a thousand units from the measured one: a simulation that runs away is as wrong as can be,
+/// not more, and whether it ends in infinity or in NaN says nothing.
+pub fn in_reach(simulated: f64, measured: f64) -> f64 {
+    if simulated.is_finite() { simulated.clamp(measured - REACH, measured + REACH) } else { measured + REACH }
+}
+
 /// Values of the model's parameters in the run `run`.
 pub fn values_in_run(model: &Model, run: usize) -> Vec<f64> {
     model.parameters.iter().map(|p| p.per_run.get(run).copied().unwrap_or(p.value)).collect()

@@ -14,7 +14,7 @@ mod single;
 mod track;
 
 pub use crate::widest::widest;
-pub use free_run::{Trajectory, free_run, memory_start, values_in_run};
+pub use free_run::{Trajectory, free_run, in_reach, memory_start, values_in_run};
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, Stretch, integrate, integrate_fast};
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};
