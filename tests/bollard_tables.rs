@@ -1,5 +1,7 @@
 //! Thruster curves from bollard tables, from the file to the deviations of the fit.
 
+#![allow(clippy::unwrap_used)] // tests, and the small functions they share
+
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,7 @@
 //! Forces over time: each term as its formula says, their total as Newton says, in `simulate --forces` and in the report.
 
+#![allow(clippy::unwrap_used)] // tests, and the small functions they share
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -116,7 +116,7 @@ fn whole(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums,
 /// std of y(t) = √τ |R⁻ᵀ (∂y/∂x₀)ᵀ|     R: factor of the first segment's information on x₀, in units of the noise
 /// ```
 ///
-/// τ allows for the colour of the noise ([`super::colour`]).
+/// τ allows for the colour of the noise (as in the floor).
 ///
 /// # Errors
 /// As [`gap`].
