@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal
 
@@ -11,7 +12,7 @@ from ._view import Rows, frame, html_table, latex_table, text_table
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(ABC):
     """A result: plain data that can be pickled, compared, tabulated and shown.
 
     Two results are equal when their `to_dict()` are.
@@ -19,9 +20,9 @@ class Result:
 
     title: ClassVar[str] = ""
 
+    @abstractmethod
     def rows(self) -> Rows:
         """The main table, one dictionary a row."""
-        raise NotImplementedError
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data with the keys of the command's ``--json``; what is not a number is `None`."""
