@@ -37,8 +37,23 @@ fn blind_nothing_hidden_is_nothing_missing() {
 
 #[test]
 fn blind_coloured_noise_is_no_effect() {
-    let (_, found) = answer(&BlindOptions { seed: 102, colour: 0.8, ..BlindOptions::default() });
-    assert!(found.effects.is_empty(), "{:?}", found.effects);
+    for craft in [CraftKind::Large, CraftKind::Small] {
+        let (_, found) = answer(&BlindOptions { seed: 102, colour: 0.8, craft, ..BlindOptions::default() });
+        assert_eq!(found.verdict, Verdict::NothingMissing, "{:?} {}", found.effects, gap(&found, 0));
+    }
+}
+
+/// The noise of the tank is 5 mm/s and 3 mrad/s. Two seconds hold one sample: a floor of nothing would be read from
+/// them. What the command does between samples comes on top of the noise.
+#[test]
+fn blind_a_slow_log_has_a_noise_floor() {
+    let slow = BlindOptions { seed: 112, rate: 0.5, duration: 300.0, ..BlindOptions::default() };
+    let (_, found) = answer(&slow);
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{:?} {}", found.effects, gap(&found, 0));
+    for (measured, floor) in &found.gap[0].noise_floor {
+        let noise = if measured.channel() == "r" { 3e-3 } else { 5e-3 };
+        assert!(*floor > 0.8 * noise, "{}: {floor}", measured.channel());
+    }
 }
 
 /// One effect of each family, on the large vehicle and on the small one, whose motion is unstable in yaw: named, with a

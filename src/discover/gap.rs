@@ -16,6 +16,7 @@ use super::colour::{colours, taken_up};
 use crate::estimate::output_error::{
     Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from,
 };
+use crate::estimate::samples_in;
 use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::Run;
@@ -27,6 +28,15 @@ const FLOOR_SEGMENT: f64 = 2.0;
 /// Length of the beginning of a run on which its initial state is estimated, s: short enough that an unstable motion has
 /// not yet left the data.
 const FIRST_SECONDS: f64 = 3.0;
+
+/// Samples of the slowest velocity sensor that both hold at least: of fewer, a fitted state takes up most of the noise.
+const FEWEST: f64 = 6.0;
+
+/// `seconds`, or what holds [`FEWEST`] samples of a slower log.
+fn lasting(seconds: f64, model: &Model, runs: &[Run]) -> f64 {
+    let long = 1e3;
+    seconds.max(FEWEST * long / samples_in(long, model, runs) as f64)
+}
 
 /// Steps in which an initial state is found.
 const SETTLING: usize = 15;
@@ -69,7 +79,8 @@ pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions, cut: &[boo
 /// The initial state of each stretch of a run, fitted on its first segment with the parameters held.
 fn beginning(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<OutputErrorFit, OutputErrorError> {
     let held = held_for(model, run, options)?;
-    let short = OutputErrorOptions { segment: FIRST_SECONDS, iterations: SETTLING, ..options.clone() };
+    let segment = lasting(FIRST_SECONDS, model, std::slice::from_ref(run));
+    let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
     let mut problem = Problem::new(&held, std::slice::from_ref(run), &short)?;
     let starts = problem.tracks[0].starts.clone();
     problem.segments.retain(|s| starts.contains(&s.first));
@@ -199,7 +210,7 @@ fn in_segments(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result
 /// The initial states of a run's segments, fitted with the parameters held.
 fn started_anew(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<OutputErrorFit, OutputErrorError> {
     let held = held_for(model, run, options)?;
-    let segment = options.segment.min(FIRST_SECONDS);
+    let segment = options.segment.min(lasting(FIRST_SECONDS, model, std::slice::from_ref(run)));
     let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
     let problem = Problem::new(&held, std::slice::from_ref(run), &short)?;
     let x0 = problem.initial_states(&held);
@@ -227,7 +238,7 @@ pub fn floor(
     runs: &[Run],
     options: &OutputErrorOptions,
 ) -> Result<BTreeMap<Measured, f64>, OutputErrorError> {
-    let short = OutputErrorOptions { segment: FLOOR_SEGMENT, ..options.clone() };
+    let short = OutputErrorOptions { segment: lasting(FLOOR_SEGMENT, model, runs), ..options.clone() };
     Ok(gap(model, runs, &short, &vec![true; runs.len()])?.rms)
 }
 
