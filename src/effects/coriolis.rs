@@ -45,6 +45,15 @@ const LEADING: [(f64, Dof, Dof, &str); 6] = [
     (-1.0, Dof::Surge, Dof::Sway, "k_uv"),
 ];
 
+/// The products νⱼ νₖ in a row of −C(ν)ν with a diagonal inertia: ω × P in the rows of force, ω × L + v × P in those of
+/// moment.
+pub fn products(row: Dof) -> [[Dof; 2]; 2] {
+    let i = row.index() % 3;
+    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+    let (v, omega) = (&Dof::ALL[..3], &Dof::ALL[3..]);
+    if row.is_rotation() { [[v[j], v[k]], [omega[j], omega[k]]] } else { [[omega[j], v[k]], [omega[k], v[j]]] }
+}
+
 impl Effect for CoriolisRow {
     fn about(&self) -> About<'_> {
         const IDS: [&str; 6] =
@@ -108,4 +117,20 @@ fn row_of_coriolis<'g>(row: usize, nu: &Six<'g>, pi: &Six<'g>) -> Expr<'g> {
     };
     let (v, omega, p, l) = (&nu[..3], &nu[3..], &pi[..3], &pi[3..]);
     if row < 3 { cross(omega, p, row) } else { cross(omega, l, row - 3) + cross(v, p, row - 3) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_leading_product_is_one_of_the_row() {
+        for row in Dof::ALL {
+            let (_, j, k, _) = LEADING[row.index()];
+            let of_row = products(row);
+            assert!(of_row.contains(&[j, k]) || of_row.contains(&[k, j]), "{row}: {of_row:?}");
+        }
+        assert_eq!(products(Dof::Surge), [[Dof::Pitch, Dof::Heave], [Dof::Yaw, Dof::Sway]]);
+        assert_eq!(products(Dof::Yaw), [[Dof::Surge, Dof::Sway], [Dof::Roll, Dof::Pitch]]);
+    }
 }

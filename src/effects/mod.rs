@@ -60,7 +60,7 @@ mod wave;
 
 use std::sync::Arc;
 
-pub use coriolis::Coriolis;
+pub use coriolis::{Coriolis, products as coriolis_products};
 pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};
