@@ -27,7 +27,7 @@ pub struct Record {
     pub seed: u64,
     /// Canonical names of what was hidden.
     pub hidden: Vec<String>,
-    /// The verdict.
+    /// The verdict; `no answer` where the search ended in an error.
     pub verdict: String,
     /// What was named, each with what else is possible.
     pub named: Vec<(String, Vec<String>)>,
@@ -42,7 +42,10 @@ pub struct Record {
 }
 
 impl Record {
-    /// Makes the campaign of a cell and judges the answer to it.
+    /// Makes the campaign of a cell and judges the answer to it; a search that ends in an error counts as judged.
+    ///
+    /// # Errors
+    /// When the tank cannot make the campaign.
     pub fn make(cell: &Cell, seed: u64) -> Result<Record, String> {
         let campaign = blind(&BlindOptions { seed, ..cell.options.clone() }).map_err(|e| e.to_string())?;
         let model = campaign.model().map_err(|e| e.to_string())?;
@@ -50,7 +53,22 @@ impl Record {
         let clock = Clock::start();
         let answer = discover(&model, &campaign.runs, &[], &fitting, &SearchOptions::default());
         let seconds = clock.seconds();
-        let answer = answer.map_err(|e| e.to_string())?;
+        let Ok(answer) = answer else {
+            // no answer is a miss, however large the gap
+            let (hidden, none) = (campaign.hidden.clone(), f64::MAX);
+            let verdict = "no answer".to_string();
+            return Ok(Record {
+                cell: cell.id(),
+                seed,
+                hidden,
+                verdict,
+                named: Vec::new(),
+                before: none,
+                after: none,
+                truth: None,
+                seconds,
+            });
+        };
         let before = ratio(&answer, 0);
         Ok(Record {
             cell: cell.id(),
