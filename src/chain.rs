@@ -4,27 +4,35 @@
 //! τ  = actuators(command)
 //! ν_r = ν − Rᵀ(φ, θ, ψ) V_water
 //! M ν̇ = w(ν_r, η) + τ − Σ (∂π/∂ν_k) ν̇_k          M = ∂π/∂ν;  k: velocities that are logged, not simulated
-//! η̇  = J(η) ν
+//! η̇  = J(η) ν            attitude by angles, or by a quaternion near the vertical
 //! log = sensors(ν, η)
 //! ```
 //!
 //! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile what they need.
+
+mod attitude;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::effects::{Instant, Logged, Six};
 use crate::frame::Dof;
 use crate::model::Model;
+use crate::navigation::upright;
 use crate::symbolic::{Expr, Graph, Leaf};
 use crate::units::Dimension;
 
-/// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory.
+pub use attitude::{Attitude, turns_freely};
+
+/// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The components of a
+/// quaternion stand at 9 to 12, where angles would.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum StateId {
     /// Velocity or rate in a degree of freedom.
     Velocity(Dof),
     /// Position or angle of the same index.
     Position(Dof),
+    /// Component of the attitude quaternion, in the order w, x, y, z.
+    Quaternion(u8),
     /// State `index` of the term `term`.
     Memory {
         /// Index of the term.
@@ -35,15 +43,19 @@ pub enum StateId {
 }
 
 impl StateId {
-    /// Name of the log's column that holds it; `None` for memory.
+    /// Name of the log's column that holds it; `None` for memory and the quaternion.
     pub fn channel(self) -> Option<&'static str> {
         match self {
             StateId::Velocity(dof) => Some(dof.velocity()),
             StateId::Position(dof) => Some(dof.position()),
-            StateId::Memory { .. } => None,
+            StateId::Quaternion(_) | StateId::Memory { .. } => None,
         }
     }
 }
+
+/// Index of the leaf of the first component of a quaternion, and of the first memory.
+const FIRST_COMPONENT: usize = 9;
+const FIRST_MEMORY: usize = 13;
 
 /// What the equations may read, besides the model.
 #[derive(Debug, Clone, Default)]
@@ -54,6 +66,8 @@ pub struct Available {
     pub position: bool,
     /// Whether velocities and positions are all read from the log, so that only memory is simulated.
     pub from_log: bool,
+    /// How the attitude is carried.
+    pub attitude: Attitude,
 }
 
 /// The assembled formulas of a model.
@@ -130,7 +144,23 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         true => state(dof.index(), velocity_dimension(dof)),
         false => inputs.read(dof.velocity(), velocity_dimension(dof)),
     });
+    let mut components = |read: bool| -> [Expr<'g>; 4] {
+        std::array::from_fn(|k| match read {
+            true => inputs.read(upright::LOGGED[k], Dimension::ONE),
+            false => state(FIRST_COMPONENT + k, Dimension::ONE),
+        })
+    };
+    let logs_attitude = available.channels.contains(upright::LOGGED[0]);
+    let upright =
+        available.attitude == Attitude::Quaternion && turns_freely(model) && (logs_attitude || !available.from_log);
+    let quaternion = upright.then(|| components(available.from_log));
+    let measured = quaternion.filter(|_| logs_attitude).map(|_| components(true));
+    let turned = quaternion.map(attitude::rotation);
+    let angles = turned.as_ref().map(attitude::angles);
     let pose: Six<'g> = Dof::ALL.map(|dof| {
+        if let (Some(angles), true) = (angles, dof.is_rotation()) {
+            return angles[dof.index() - 3];
+        }
         let dimension = if dof.is_rotation() { Dimension::ONE } else { Dimension::LENGTH };
         match if dof.is_rotation() { simulated(dof) } else { available.position && simulated(dof) } {
             true => state(6 + dof.index(), dimension),
@@ -164,6 +194,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         nu_r: nu,
         position: [pose[0], pose[1], pose[2]],
         attitude: [pose[3], pose[4], pose[5]],
+        turned,
         command,
         momentum: [graph.zero(); 6],
         dofs: model.dofs.clone(),
@@ -216,16 +247,22 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
             start: None,
         })
         .collect();
-    let rates = kinematics(&at, model);
+    let rates = attitude::kinematics(graph, &at, model);
     for dof in Dof::ALL {
         let leaf = Leaf::State(6 + dof.index() as u16);
         if pose[dof.index()].leaves() == [leaf] {
             states.push(State { id: StateId::Position(dof), leaf, rate: rates[dof.index()], start: None });
         }
     }
+    if let (Some(q), false) = (quaternion, available.from_log) {
+        for (k, rate) in attitude::quaternion_rate(q, &at.nu).into_iter().enumerate() {
+            let leaf = Leaf::State((FIRST_COMPONENT + k) as u16);
+            states.push(State { id: StateId::Quaternion(k as u8), leaf, rate, start: None });
+        }
+    }
     states.extend(memory);
 
-    let logged = sense(&at, model, &theta, &pose);
+    let logged = sense(&at, model, &theta, &pose, quaternion.zip(measured));
     Equations { states, logged, momentum, force, components, inputs: inputs.names }
 }
 
@@ -309,7 +346,7 @@ fn remember<'g>(
         let read = |(name, start): (&String, &Expr<'g>)| inputs.read(name, start.dimension().unwrap_or(Dimension::ONE));
         return channels.iter().zip(&starts).map(read).collect();
     }
-    let base = 12 + memory.len();
+    let base = FIRST_MEMORY + memory.len();
     let leaves: Vec<Leaf> = (0..starts.len()).map(|i| Leaf::State((base + i) as u16)).collect();
     let symbols: Vec<Expr<'g>> = leaves
         .iter()
@@ -370,43 +407,38 @@ fn solve<'g>(
     f
 }
 
-/// η̇ = J(η) ν with z-y-x Euler angles. A model that simulates neither roll nor pitch moves in the horizontal plane:
-/// its kinematics are planar, whatever small tilt the log shows.
-fn kinematics<'g>(at: &Instant<'g>, model: &Model) -> Six<'g> {
-    let zero = at.graph.zero();
-    let planar = !model.dofs.contains(&Dof::Roll) && !model.dofs.contains(&Dof::Pitch);
-    let attitude = if planar { [zero, zero, at.attitude[2]] } else { at.attitude };
-    let level = Instant { attitude, ..at.clone() };
-    let r = level.rotation();
-    let [u, v, w, p, q, yaw] = at.nu;
-    let (v, w) = if planar { (v, if at.models(Dof::Heave) { w } else { zero }) } else { (v, w) };
-    let position: [Expr<'g>; 3] = std::array::from_fn(|i| r[i][0] * u + r[i][1] * v + r[i][2] * w);
-    if planar {
-        return [position[0], position[1], position[2], zero, zero, yaw];
-    }
-    let [phi, theta, _] = attitude;
-    let turn = q * phi.sin() + yaw * phi.cos();
-    [position[0], position[1], position[2], p + turn * theta.tan(), q * phi.cos() - yaw * phi.sin(), turn / theta.cos()]
-}
-
+/// What the sensors say: `quaternion` holds the attitude and the logged one where it is carried so.
 fn sense<'g>(
     at: &Instant<'g>,
     model: &Model,
     theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
     pose: &Six<'g>,
+    quaternion: Option<([Expr<'g>; 4], [Expr<'g>; 4])>,
 ) -> Vec<(String, Expr<'g>)> {
     let mut log = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
     for (k, term) in model.terms.iter().enumerate() {
         term.effect.sense(at, term.place, &theta(k), &mut log);
     }
     let velocities = model.dofs.iter().map(|dof| (dof.velocity().to_string(), log.nu[dof.index()]));
-    let positions =
-        Dof::ALL.into_iter().filter(|dof| pose[dof.index()].leaves() == [Leaf::State(6 + dof.index() as u16)]);
+    let carried = |dof: &Dof| {
+        let own = pose[dof.index()].leaves() == [Leaf::State(6 + dof.index() as u16)];
+        own || (dof.is_rotation() && at.turned.is_some())
+    };
+    let positions = Dof::ALL.into_iter().filter(carried);
     let logged_pose = |dof: Dof| {
         if dof.is_rotation() { log.attitude[dof.index() - 3] } else { log.position[dof.index()] }
     };
     let observed = model.observers.iter().map(|observer| (observer.channel().to_string(), observer.express(at)));
-    velocities.chain(positions.map(|dof| (dof.position().to_string(), logged_pose(dof)))).chain(observed).collect()
+    let turns = quaternion.map(|(own, logged)| {
+        let errs = (0..3).any(|k| !(log.attitude[k] - at.attitude[k]).is_zero());
+        attitude::turn(own, errs.then_some(log.attitude), logged)
+    });
+    let turns = turns.into_iter().flat_map(|turns| upright::TURNS.map(str::to_string).into_iter().zip(turns));
+    velocities
+        .chain(positions.map(|dof| (dof.position().to_string(), logged_pose(dof))))
+        .chain(turns)
+        .chain(observed)
+        .collect()
 }
 
 /// Number of states that an effect carries at a place of `model`.
@@ -424,6 +456,7 @@ pub fn memory_count(
         nu_r: [zero; 6],
         position: [zero; 3],
         attitude: [zero; 3],
+        turned: None,
         command: [zero; 6],
         momentum: [zero; 6],
         dofs: model.dofs.clone(),

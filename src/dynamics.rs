@@ -102,7 +102,7 @@ impl Dynamics {
 
         // a position that nobody observes and nothing reads is not integrated
         let mut needed: BTreeSet<Leaf> = logged.iter().flat_map(|(_, e)| e.leaves()).collect();
-        let always = |id: StateId| !matches!(id, StateId::Position(_));
+        let always = |id: StateId| !matches!(id, StateId::Position(_) | StateId::Quaternion(_));
         needed.extend(equations.states.iter().filter(|s| always(s.id)).map(|s| s.leaf));
         loop {
             let more: BTreeSet<Leaf> =
@@ -155,6 +155,11 @@ impl Dynamics {
             _ => None,
         };
         self.inputs.iter().filter_map(|(leaf, _)| delay(leaf)).collect()
+    }
+
+    /// Index of the first of the four states of the attitude quaternion, where it is carried so.
+    pub fn quaternion(&self) -> Option<usize> {
+        self.states.iter().position(|id| matches!(id, StateId::Quaternion(_)))
     }
 
     /// Number of memory states; they are the last ones.
@@ -222,7 +227,7 @@ mod tests {
     fn compile(effects: &[&str], observed: &[&str], channels: &[&str]) -> Dynamics {
         let model = Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, effects).unwrap();
         let names = |list: &[&str]| list.iter().map(|s| (*s).to_string()).collect::<BTreeSet<_>>();
-        let available = Available { channels: names(channels), position: true, from_log: false };
+        let available = Available { channels: names(channels), position: true, ..Available::default() };
         Dynamics::compile(&model, &available, &names(observed), &model.free())
     }
 

@@ -11,6 +11,8 @@
 //! the steps, the other is interpolated linearly to them, and both are linear between stamps. Source: Avila, Donha
 //! and Adamowski, *Ocean Engineering* 60 (2013) 81-94; Fossen, *Handbook of Marine Craft* (2011), chapter 2.
 
+pub mod upright;
+
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};

@@ -86,6 +86,7 @@ fn instant<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Instant<'
         nu_r: nu,
         position: std::array::from_fn(|i| state(6 + i, Dimension::LENGTH)),
         attitude: std::array::from_fn(|i| state(9 + i, Dimension::ONE)),
+        turned: None,
         command: std::array::from_fn(|i| input(1 + i, FORCES[i])),
         momentum: std::array::from_fn(|i| input(7 + i, FORCES[i].times(Dimension::TIME))),
         dofs: Dof::ALL.to_vec(),

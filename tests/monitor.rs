@@ -79,8 +79,7 @@ fn sail(models: &[(f64, Model, f64)], seconds: f64, seed: u64) -> Run {
         }
         let observed: BTreeSet<String> = ["u", "v", "r"].map(String::from).into();
         let channels = PLANAR.iter().map(|d| d.force().to_string()).collect();
-        let dynamics =
-            Dynamics::compile(model, &Available { channels, position: false, from_log: false }, &observed, &[]);
+        let dynamics = Dynamics::compile(model, &Available { channels, ..Available::default() }, &observed, &[]);
         let track = Track::new(&run, 0, &dynamics, &model.values(), model.input, 0.05).expect("a complete run");
         let path = free_run(&dynamics, &track, &model.values(), &state, first, last);
         state = path.states[path.states.len() - dynamics.states.len()..].to_vec();

@@ -10,7 +10,7 @@ codes! {
     NO_PULSE = "M005" "unit" Error "A command in us needs the thruster's `neutral` and `span`.";
     NOTHING_LEFT = "M006" "empty-window" Error "No sample is left of a run after `from`, `to` and `where`.";
     NOT_ON_CHANNEL = "M007" "missing-column" Error "The model or an option reads a channel that a run does not have.";
-    VERTICAL = "M019" "vertical" Error "A run goes through a pitch of 90 degrees in a model that simulates pitch by z-y-x Euler angles, which are singular there: cut the stretch with where = \"abs(theta) < 1.4\".";
+    VERTICAL = "M019" "vertical" Error "A run goes through a pitch of 90 degrees, where Euler angles are singular, and does not log what a quaternion needs: phi, theta and psi at the same instants, in every run. Log them, or cut the stretch with where = \"abs(theta) < 1.4\".";
     NO_TRAINING = "M008" "no-training-run" Error "No run takes part in the fit: at least one needs role = \"train\".";
     NOT_STREAMED = "M010" "not-streamed" Error "A fit by --stream keeps no log, and this run asks for something that needs it whole.";
     BOLLARD = "M011" "bollard-table" Error "A bollard table gives no curve of a thruster: it needs a command and a force in each row, at least three rows each way in which this thruster alone is driven, and thrust that grows with the command.";
@@ -37,7 +37,7 @@ codes! {
     WINDOW = "M127" "depends-on-window" Warning "An estimate by rows depends on how many samples a row spans: noise of the velocities stands in its columns, or the model lacks something slow. Longer windows suffer less from noise; output error does not put noise into columns.";
     CORIOLIS_WORKS = "M124" "coriolis-works" Warning "Free Coriolis coefficients do work on the vehicle, which inertia never does: lift or a missing effect is in them. Tie them to the inertias (coriolis = \"tied\"), or name the effect.";
     INERTIA_AMPLITUDE = "M125" "inertia-against-amplitude" Warning "The inertia of a degree of freedom follows the Keulegan-Carpenter number of the runs: one number does not hold for all amplitudes. Add the effect added_mass_amplitude, or use the model only at the amplitudes of the fit.";
-    NEAR_VERTICAL = "M126" "near-vertical" Warning "A run comes near a pitch of 90 degrees, where roll and yaw are not told apart and their rates are infinite: angles and what hangs on them are poor there.";
+    NEAR_VERTICAL = "M126" "near-vertical" Warning "A run comes near a pitch of 90 degrees without logging what a quaternion needs (phi, theta and psi at the same instants, in every run): roll and yaw are not told apart there, and what hangs on them is poor.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
@@ -47,6 +47,7 @@ codes! {
     HARMLESS = "M211" "harmless" Note "A parameter is not resolved, and its term carries hardly any force: what it is does not matter on runs like these.";
     MUNK = "M212" "munk-moment" Note "The coefficient of u v in yaw beside the difference of the virtual masses, which an ideal fluid makes equal: shown, not judged.";
     NOT_BOUNDED = "M213" "not-bounded" Note "The likelihood of a parameter does not rise on both sides: the data gives a bound on one side at most, and estimate ± deviation means little.";
+    BY_QUATERNION = "M215" "by-quaternion" Note "A run comes near a pitch of 90 degrees, where Euler angles are singular: inside, the attitude is a unit quaternion, and the simulated attitude is compared with the logged one by the turn between them.";
     STREAMED = "M214" "streamed" Note "Integral least squares read the logs piece by piece and kept none of them, as --stream asks or because they are more than 64 MiB; its deviations allow for correlation within clusters of rows.";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }

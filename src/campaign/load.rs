@@ -14,6 +14,7 @@ use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::forces;
 use super::logs::{self, Logged};
 use super::thrusters;
+use super::vertical;
 use super::window;
 use crate::effects::channel;
 use crate::estimate::output_error::OutputErrorOptions;
@@ -234,6 +235,7 @@ pub(super) fn assemble(
     let driven = baseline::driven_by_formulas(&file);
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
         prepare(&file, &mut logged, table, k)?;
+        vertical::unfold(&model, &mut logged.run);
         if held[k] && mixed {
             window::steps(&mut logged.run);
         }
@@ -251,12 +253,10 @@ pub(super) fn assemble(
     }
     derived::add(&mut runs, &file.vehicle, &model.dofs);
     refused.extend(absent_channels(&model, &runs));
-    for run in runs.iter().filter(|run| moves(run.kind) && model.dofs.contains(&Dof::Pitch)) {
-        match vertical(run) {
-            Some(finding) if finding.severity == Severity::Error => refused.push(finding),
-            other => findings.extend(other),
-        }
-    }
+    let (errors, others): (Vec<_>, Vec<_>) =
+        vertical::findings(&model, &runs).into_iter().partition(|f| f.severity == Severity::Error);
+    refused.extend(errors);
+    findings.extend(others);
     if !refused.is_empty() {
         return Err(Error::Refused { findings: refused });
     }
@@ -363,17 +363,6 @@ fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
         }
     }
     findings
-}
-
-/// |θ| from which on Euler angles are poor, and from which on they are none, rad.
-const STEEP: [f64; 2] = [1.3, 1.5];
-
-/// Says where a run comes near a pitch of 90°.
-fn vertical(run: &Run) -> Option<Finding> {
-    let most = run.signal("theta")?.values().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let code = if most > STEEP[1] { &codes::VERTICAL } else { &codes::NEAR_VERTICAL };
-    let text = format!("run `{}` pitches by {:.0}°: Euler angles are singular at 90°", run.name, most.to_degrees());
-    (most > STEEP[0]).then(|| Finding::new(code, text).of_run(&run.name))
 }
 
 /// Refuses a user's formula that reads a state which is neither modelled nor logged.

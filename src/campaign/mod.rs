@@ -35,6 +35,7 @@ mod resample;
 mod simulate;
 mod stream;
 mod thrusters;
+mod vertical;
 mod window;
 
 pub use baseline::Own;

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Quaternion, UnitQuaternion};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -13,7 +14,9 @@ use super::load::{Campaign, moves};
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
 use crate::finding::Finding;
+use crate::frame::Dof;
 use crate::model::Model;
+use crate::navigation::{euler_angles, unwrap, upright};
 use crate::run::{Role, Run, Signal};
 use crate::simulate::{free_run, values_in_run};
 
@@ -124,11 +127,13 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
         simulated: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
         measured: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
     };
+    let mut states = Vec::new();
     let begins = segments.iter().zip(&begun).filter(|(s, _)| track.starts.contains(&s.first));
     for (segment, start) in begins {
         let next = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
         let path = free_run(dynamics, track, &held.values(), start, segment.first, next - 1);
         result.time.extend(&path.time);
+        states.extend(&path.states);
         for (column, name) in dynamics.outputs.iter().enumerate() {
             let simulated = path.outputs.iter().skip(column).step_by(width);
             let measured = track.observed[segment.first * width..next * width].iter().skip(column).step_by(width);
@@ -137,7 +142,29 @@ fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Si
             result.measured.entry(name.clone()).or_default().extend(measured);
         }
     }
+    if let (Some(first), true) = (dynamics.quaternion(), dynamics.outputs.iter().any(|o| o == upright::TURNS[0])) {
+        told_by_angles(&mut result, run, first, dynamics.states.len(), &states);
+    }
     Ok(result)
+}
+
+/// Angles in place of the turns that the fit compares: the simulated attitude from the quaternion at column `first` of
+/// the `states`, φ and ψ without jumps.
+fn told_by_angles(result: &mut Simulated, run: &Run, first: usize, width: usize, states: &[f64]) {
+    let angles: Vec<[f64; 3]> = states
+        .chunks(width)
+        .map(|x| Quaternion::new(x[first], x[first + 1], x[first + 2], x[first + 3]))
+        .map(|q| euler_angles(&UnitQuaternion::new_normalize(q)))
+        .collect();
+    for (k, (turn, dof)) in upright::TURNS.into_iter().zip([Dof::Roll, Dof::Pitch, Dof::Yaw]).enumerate() {
+        result.simulated.remove(turn);
+        let logged = result.measured.remove(turn).unwrap_or_default();
+        let name = dof.position();
+        let signal = run.signal(name);
+        let measured = result.time.iter().zip(logged).map(|(t, is)| is.and_then(|_| Some(signal?.at(*t)))).collect();
+        result.measured.insert(name.to_string(), measured);
+        result.simulated.insert(name.to_string(), unwrap(&angles.iter().map(|a| a[k]).collect::<Vec<f64>>()));
+    }
 }
 
 #[cfg(test)]

@@ -27,6 +27,9 @@ pub const CLEAR: f64 = 50.0;
 /// Least part of the motion of the angle that the rate must explain.
 const EXPLAINED: f64 = 0.7;
 
+/// |sin θ| from which on rates and Euler angles say little of each other, that of 60°.
+const STEEP: f64 = 0.866;
+
 /// Agreement of each rate with its angle.
 pub fn measure(run: &Run) -> Vec<Agreement> {
     [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter_map(|dof| agreement(run, dof)).collect()
@@ -38,7 +41,8 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
     let (own, others) = kinematics(run, dof, &rate);
     let step = angle.step().max(rate.step());
     let width = WINDOW.max(2.0 * step);
-    let still = windows(&[&angle, &rate], width, 0.0);
+    let level = level_windows(run);
+    let still: Vec<_> = windows(&[&angle, &rate], width, 0.0).into_iter().filter(&level).collect();
     let column = |s: &Samples, w: &[(f64, f64)], late: f64| -> Vec<f64> {
         w.iter().map(|(a, b)| s.integral(a - late, b - late)).collect()
     };
@@ -52,7 +56,7 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
     if !clear(&column(&own, &still, 0.0), rate.noise() * (rate.step() * width).sqrt()) {
         return None;
     }
-    let inner = windows(&[&angle, &rate], width, lag::REACH);
+    let inner: Vec<_> = windows(&[&angle, &rate], width, lag::REACH).into_iter().filter(&level).collect();
     // a positive lag of the angle: it says at t what the rate said at t − d
     let lag = lag::least(0.05, |d| at(&inner, d).map(|f| (f.cost, f.rows - f.theta.len())));
     let best = match lag {
@@ -71,6 +75,20 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
         angle: None,
         lag: lag.filter(|l| l.std < 0.2),
     })
+}
+
+/// Whether a run stays away from the vertical in a window: beyond it φ and ψ jump, and their rates are infinite.
+fn level_windows(run: &Run) -> impl Fn(&(f64, f64)) -> bool {
+    let theta = run.signal("theta").and_then(Samples::of_angle);
+    // a pitch in degrees is no angle of this formula
+    let theta = theta.filter(|theta| theta.values().iter().all(|x| x.abs() < 1.6));
+    move |(a, b)| {
+        let Some(theta) = &theta else { return true };
+        let (from, to) = (a - lag::REACH, b + lag::REACH);
+        let samples = theta.time().iter().zip(theta.values());
+        let mut inside = samples.skip_while(|(t, _)| **t < from).take_while(|(t, _)| **t <= to);
+        inside.all(|(_, x)| x.sin().abs() < STEEP)
+    }
 }
 
 /// Whether a column's variance stands clear of that of its noise.

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::Candidate;
-use crate::chain::{Available, StateId};
+use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::estimate::output_error::{OutputErrorFit, Problem};
 
@@ -12,7 +12,7 @@ use crate::estimate::output_error::{OutputErrorFit, Problem};
 pub(super) fn carried(fit: &OutputErrorFit, list: &[Candidate], channels: &BTreeSet<String>) -> Vec<bool> {
     let own = &fit.problem.dynamics;
     let angles = fit.model.dofs.iter().filter(|d| d.is_rotation());
-    if angles.clone().all(|d| own.states.contains(&StateId::Position(*d))) {
+    if own.quaternion().is_some() || angles.clone().all(|d| own.states.contains(&StateId::Position(*d))) {
         return vec![true; list.len()];
     }
     let observed: BTreeSet<String> = own.outputs.iter().cloned().collect();
@@ -29,8 +29,9 @@ pub(super) fn carried(fit: &OutputErrorFit, list: &[Candidate], channels: &BTree
     list.iter().map(stays).collect()
 }
 
-/// What the equations may read as those of `problem` do: whether the position is simulated.
+/// What the equations may read as those of `problem` do: whether the position is simulated, how the attitude is carried.
 pub(super) fn available_of(problem: &Problem) -> Available {
     let position = problem.dynamics.states.iter().any(|s| matches!(s, StateId::Position(dof) if !dof.is_rotation()));
-    Available { position, ..Available::default() }
+    let attitude = if problem.dynamics.quaternion().is_some() { Attitude::Quaternion } else { Attitude::Angles };
+    Available { position, attitude, ..Available::default() }
 }

@@ -4,7 +4,7 @@
 //! beforehand and read as a channel, so that no candidate adds a state.
 
 use super::Candidate;
-use crate::chain::{Available, StateId};
+use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::estimate::output_error::OutputErrorOptions;
 use crate::model::{Model, Term, name_of};
@@ -141,7 +141,8 @@ pub(super) fn remembered(
         return Ok(runs);
     }
     let all = super::common_channels(&runs);
-    let available = Available { channels: all, position: false, from_log: true };
+    let attitude = Attitude::of(model, &runs);
+    let available = Available { channels: all, from_log: true, attitude, ..Available::default() };
     let dynamics = Dynamics::compile(&listening, &available, &std::collections::BTreeSet::new(), &[]);
     for (index, run) in runs.iter_mut().enumerate() {
         let theta = values_in_run(&listening, index);

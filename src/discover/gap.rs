@@ -224,7 +224,7 @@ fn started_anew(model: &Model, run: &Run, options: &OutputErrorOptions) -> Resul
 /// ```
 fn spare(fit: &OutputErrorFit, column: usize, colour: f64) -> f64 {
     let segments = fit.problem.segments.len() as f64;
-    let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
+    let states = fit.problem.free_states();
     let taken = taken_up(colour, (fit.problem.samples_of(column) as f64 / segments).max(1.0));
     1.0 / (1.0 - states as f64 * segments / fit.samples as f64 * taken).max(0.1)
 }

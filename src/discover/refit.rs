@@ -196,7 +196,7 @@ fn refit(
     let problem = Problem::new(&model, runs, fitting).ok()?;
     let (sigma, segments) = (current.problem.sigma.clone(), current.problem.segments.clone());
     let problem = Problem { sigma, segments, ..problem };
-    let states = problem.dynamics.states.len() - problem.dynamics.memories();
+    let states = problem.free_states();
     let mut x0 = problem.initial_states(&model);
     for (new, old) in x0.iter_mut().zip(&current.initial_states) {
         new[..states].copy_from_slice(&old[..states]);

@@ -80,7 +80,7 @@ fn fit_without(
     let (sigma, segments) = (current.problem.sigma.clone(), current.problem.segments.clone());
     let problem = Problem { sigma, segments, ..problem };
     let mut x0 = problem.initial_states(&model);
-    let states = problem.dynamics.states.len() - problem.dynamics.memories();
+    let states = problem.free_states();
     for (new, old) in x0.iter_mut().zip(&current.initial_states) {
         new[..states].copy_from_slice(&old[..states]);
     }

@@ -22,6 +22,7 @@ use crate::chain::Available;
 use crate::dynamics::Dynamics;
 use crate::estimate::output_error::{LANES, OutputErrorFit, OutputErrorOptions, Problem, longest_step};
 use crate::model::Model;
+use crate::navigation::upright::with_quaternion;
 use crate::progress;
 use crate::run::Run;
 use crate::simulate::{Track, TrackError, values_in_run, widest};
@@ -52,6 +53,8 @@ pub fn score(
     candidates: &[Candidate],
     options: &OutputErrorOptions,
 ) -> Result<(Vec<Probe>, Vec<Own>), TrackError> {
+    let upright = fit.problem.dynamics.quaternion().map(|_| runs.iter().map(with_quaternion).collect::<Vec<_>>());
+    let runs = upright.as_deref().unwrap_or(runs);
     let mut runs = remembered(&fit.model, runs, candidates, options)?;
     let thin = Thin::new(fit, &mut runs, STEP);
     let (big, mut planned) = enlarge(&fit.model, candidates);

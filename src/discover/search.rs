@@ -183,6 +183,6 @@ pub(super) fn penalty(parameters: usize) -> f64 {
 
 /// Residual variance over the assumed one.
 pub(super) fn noise_level(fit: &OutputErrorFit) -> f64 {
-    let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
+    let states = fit.problem.free_states();
     fit.cost / (fit.samples as f64 - (states * fit.problem.segments.len()) as f64).max(1.0)
 }

@@ -40,6 +40,8 @@ pub struct Instant<'g> {
     pub position: [Expr<'g>; 3],
     /// φ, θ, ψ, rad.
     pub attitude: [Expr<'g>; 3],
+    /// R where the attitude is carried by other than angles.
+    pub turned: Option<[[Expr<'g>; 3]; 3]>,
     /// τ: nominal force, as commanded, N and N·m.
     pub command: Six<'g>,
     /// π: total momentum, for the Coriolis terms; kg·m/s and kg·m²/s.
@@ -83,14 +85,17 @@ impl<'g> Instant<'g> {
         self.dofs.contains(&dof)
     }
 
-    /// A vector of earth axes in body axes, Rᵀ(φ, θ, ψ) x.
+    /// A vector of earth axes in body axes, Rᵀ x.
     pub fn to_body(&self, x: [Expr<'g>; 3]) -> [Expr<'g>; 3] {
         let r = self.rotation();
         std::array::from_fn(|i| r[0][i] * x[0] + r[1][i] * x[1] + r[2][i] * x[2])
     }
 
-    /// R(φ, θ, ψ), from body to earth axes, z-y-x Euler angles.
+    /// R, from body to earth axes: R(φ, θ, ψ) of z-y-x Euler angles.
     pub fn rotation(&self) -> [[Expr<'g>; 3]; 3] {
+        if let Some(turned) = self.turned {
+            return turned;
+        }
         let [phi, theta, psi] = self.attitude;
         let (sf, cf, st, ct, sp, cp) = (phi.sin(), phi.cos(), theta.sin(), theta.cos(), psi.sin(), psi.cos());
         [

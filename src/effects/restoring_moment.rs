@@ -37,10 +37,10 @@ impl Effect for RestoringMoment {
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
-        let [phi, pitch, _] = at.attitude;
+        let down = at.down();
         match self.0 {
-            Dof::Roll => wrench[3] -= theta[0] * pitch.cos() * phi.sin(),
-            _ => wrench[4] -= theta[0] * pitch.sin(),
+            Dof::Roll => wrench[3] -= theta[0] * down[1],
+            _ => wrench[4] += theta[0] * down[0],
         }
     }
 }

@@ -162,7 +162,7 @@ fn read_terms(model: &Model, result: &mut Coefficients) {
     let graph = Graph::new();
     let channels: BTreeSet<String> =
         Dof::ALL.iter().flat_map(|d| [d.velocity(), d.position(), d.force()]).map(str::to_string).collect();
-    let equations = assemble(&graph, model, &Available { channels, position: false, from_log: true });
+    let equations = assemble(&graph, model, &Available { channels, from_log: true, ..Available::default() });
     let velocity = |leaf: Leaf| match leaf {
         Leaf::Input(k) => Dof::ALL.iter().position(|d| d.velocity() == equations.inputs[usize::from(k)]),
         _ => None,

@@ -62,7 +62,7 @@ const STEPS: usize = 30;
 pub fn linear(model: &Model, at: &std::collections::BTreeMap<String, f64>) -> Result<Linear, ExportError> {
     let graph = Graph::new();
     let channels: BTreeSet<String> = model.dofs.iter().map(|d| d.force().to_string()).collect();
-    let available = Available { channels, position: true, from_log: false };
+    let available = Available { channels, position: true, ..Available::default() };
     let equations = assemble(&graph, model, &available);
     let point = Point::new(model, &equations, at)?;
     let (x0, tau0) = point.hold(at)?;

@@ -349,7 +349,7 @@ mod tests {
     }
 
     fn simulate(model: &Model, run: &Run, input: Interpolation) -> Trajectory {
-        let available = Available { channels: run.signals.keys().cloned().collect(), position: false, from_log: false };
+        let available = Available { channels: run.signals.keys().cloned().collect(), ..Available::default() };
         let observed: BTreeSet<String> = ["u".to_string()].into();
         let dynamics = Dynamics::compile(model, &available, &observed, &[]);
         let track = Track::new(run, 0, &dynamics, &model.values(), input, 10.0).unwrap();
@@ -373,7 +373,7 @@ mod tests {
     fn law_single_and_side_by_side_agree() {
         let model = surge(841.93, 82.3, 309.07);
         let run = run(&|t| 185.7 + 145.3 * (t / 4.0).sin(), 0.1, 300);
-        let available = Available { channels: run.signals.keys().cloned().collect(), position: false, from_log: false };
+        let available = Available { channels: run.signals.keys().cloned().collect(), ..Available::default() };
         let dynamics = Dynamics::compile(&model, &available, &["u".to_string()].into(), &[]);
         let theta = model.values();
         let track = Track::new(&run, 0, &dynamics, &theta, Interpolation::Linear, 0.03).unwrap();
@@ -397,7 +397,7 @@ mod tests {
     fn law_sensitivities_agree_with_differences() {
         let model = surge(841.93, 82.3, 309.07);
         let run = run(&|t| 185.7 + 145.3 * (t / 4.0).sin(), 0.1, 100);
-        let available = Available { channels: run.signals.keys().cloned().collect(), position: false, from_log: false };
+        let available = Available { channels: run.signals.keys().cloned().collect(), ..Available::default() };
         let observed: BTreeSet<String> = ["u".to_string()].into();
         let dynamics = Dynamics::compile(&model, &available, &observed, &model.free());
         let theta = model.values();

@@ -80,6 +80,7 @@ fn derive<'g>(of: Expr<'g>, by: Leaf, touched: &[bool], known: &mut HashMap<u32,
                     let first = (a - b).step();
                     first * da + (one - first) * db
                 }
+                Binary::Atan2 => (b * da - a * db) / (a * a + b * b),
             }
         }
     };
@@ -108,6 +109,7 @@ mod tests {
             (x * x).pow(y),
             x.pow(g.constant(1.5)),
             x.min(y) + x.max(y * 2.0),
+            (x * y).atan2(y),
             (-x).abs() * (x - y).step(),
         ];
         let (x0, y0, h) = (0.7, -0.4, 1e-6);

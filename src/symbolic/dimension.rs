@@ -81,6 +81,8 @@ fn infer(of: Expr<'_>) -> Result<Option<Dimension>, DimensionError> {
                     Some(c) if c.fract() == 0.0 && c.abs() < 16.0 => Ok(Some(base.power(c as i8))),
                     _ => Err(DimensionError::Power { base }),
                 },
+                (Binary::Atan2, Some(left), Some(right)) if left == right => Ok(Some(Dimension::ONE)),
+                (Binary::Atan2, None, _) | (Binary::Atan2, _, None) => Ok(Some(Dimension::ONE)),
                 (_, None, other) | (_, other, None) => Ok(other),
                 (_, Some(left), Some(right)) if left == right => Ok(Some(left)),
                 (_, Some(left), Some(right)) => Err(DimensionError::Mismatch { left, right }),

@@ -118,6 +118,10 @@ impl<'g> Expr<'g> {
     pub fn max(self, other: Expr<'g>) -> Expr<'g> {
         self.binary(Binary::Max, other)
     }
+    /// The angle of the point (`x`, self), rad: in (−π, π].
+    pub fn atan2(self, x: Expr<'g>) -> Expr<'g> {
+        self.binary(Binary::Atan2, x)
+    }
 
     /// Value when leaves have the values that `read` gives; for tests and for single numbers, a [`super::Plan`] for loops.
     pub fn evaluate(self, read: &dyn Fn(Leaf) -> f64) -> f64 {

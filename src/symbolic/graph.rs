@@ -67,6 +67,8 @@ pub(super) enum Binary {
     Pow,
     Min,
     Max,
+    /// The angle of the point (b, a).
+    Atan2,
 }
 
 impl Unary {
@@ -100,6 +102,7 @@ impl Binary {
             Binary::Pow => a.powf(b),
             Binary::Min => a.min(b),
             Binary::Max => a.max(b),
+            Binary::Atan2 => a.atan2(b),
         }
     }
 }

@@ -15,11 +15,12 @@ use thiserror::Error;
 use super::disturbance::{DisturbingForce, channel_of};
 use super::plant::{Commands, Plant, line};
 use super::{Disturbance, Measured, Noise, Pilot, Sensor};
-use crate::chain::{Available, StateId};
+use crate::chain::{Attitude, Available, StateId, turns_freely};
 use crate::dynamics::Dynamics;
 use crate::effects::{Place, channel};
 use crate::frame::Dof;
 use crate::model::{Interpolation, Model, ModelError};
+use crate::navigation::quaternion;
 use crate::run::{Role, Run, RunKind, Signal};
 
 /// The tank and its instruments.
@@ -33,12 +34,16 @@ pub struct Basin {
     pub sensors: Vec<Sensor>,
     /// What disturbs the motion.
     pub disturbance: Disturbance,
+    /// How the attitude is carried: by a quaternion for trials that pass the vertical. Then φ and ψ are logged in
+    /// (−π, π] and θ in [−π/2, π/2], as instruments tell them.
+    pub attitude: Attitude,
 }
 
 impl Default for Basin {
-    /// Steps of 10 ms, commands at 10 Hz, no sensors, no disturbance.
+    /// Steps of 10 ms, commands at 10 Hz, no sensors, no disturbance, attitude by angles.
     fn default() -> Basin {
-        Basin { step: 0.01, control_rate: 10.0, sensors: Vec::new(), disturbance: Disturbance::default() }
+        let (sensors, disturbance) = (Vec::new(), Disturbance::default());
+        Basin { step: 0.01, control_rate: 10.0, sensors, disturbance, attitude: Attitude::Angles }
     }
 }
 
@@ -118,7 +123,7 @@ impl Basin {
             }
         }
 
-        let dynamics = compile(&model, &channels);
+        let dynamics = compile(&model, &channels, self.attitude);
         if let Some((_, channel)) = dynamics.inputs.iter().find(|(_, name)| !known(&model, &channels, name)) {
             return Err(TankError::MissingChannel { trial: trial.name.clone(), channel: channel.clone() });
         }
@@ -254,16 +259,22 @@ pub(super) fn available(model: &Model, channels: &BTreeMap<String, Signal>) -> A
     Available { channels, position: true, ..Available::default() }
 }
 
-fn compile(model: &Model, channels: &BTreeMap<String, Signal>) -> Dynamics {
+fn compile(model: &Model, channels: &BTreeMap<String, Signal>, attitude: Attitude) -> Dynamics {
     let everything: BTreeSet<String> =
         Dof::ALL.iter().flat_map(|dof| [dof.velocity(), dof.position()]).map(str::to_string).collect();
-    Dynamics::compile(model, &available(model, channels), &everything, &[])
+    let attitude = if turns_freely(model) { attitude } else { Attitude::Angles };
+    Dynamics::compile(model, &Available { attitude, ..available(model, channels) }, &everything, &[])
 }
 
 fn start_of(id: StateId, start: &Measured) -> Option<f64> {
     match id {
         StateId::Velocity(dof) => Some(start.nu[dof.index()]),
         StateId::Position(dof) => Some(start.pose[dof.index()]),
+        StateId::Quaternion(k) => {
+            let [phi, theta, psi] = [start.pose[3], start.pose[4], start.pose[5]];
+            let q = quaternion(phi, theta, psi);
+            Some([q.w, q.i, q.j, q.k][usize::from(k)])
+        }
         StateId::Memory { .. } => None,
     }
 }

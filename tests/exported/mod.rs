@@ -140,7 +140,7 @@ pub fn truth(file: &ModelFile) -> Vec<Vector6<f64>> {
     }
     let observed: BTreeSet<String> = model.dofs.iter().map(|d| d.velocity().to_string()).collect();
     let channels = model.dofs.iter().map(|d| d.force().to_string()).collect();
-    let dynamics = Dynamics::compile(&model, &Available { channels, position: false, from_log: false }, &observed, &[]);
+    let dynamics = Dynamics::compile(&model, &Available { channels, ..Available::default() }, &observed, &[]);
     let track = Track::new(&run, 0, &dynamics, &model.values(), model.input, 0.02).expect("the run is complete");
     let start = vec![0.0; dynamics.states.len()];
     let path = free_run(&dynamics, &track, &model.values(), &start, 0, count);

@@ -20,6 +20,7 @@ use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
 use crate::finding::Finding;
 use crate::model::Model;
+use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
 use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
 use crate::run::{Role, Run, RunKind};
@@ -130,7 +131,12 @@ fn instruments(campaign: &Campaign, runs: &[Run]) -> Instruments {
         rates.fold(None, |most: Option<f64>, r| Some(most.map_or(r, |m| m.max(r))))
     };
     let outputs = problem.dynamics.outputs.iter().zip(&problem.sigma);
-    outputs.filter_map(|(name, noise)| Some((name.clone(), Instrument { noise: *noise, rate: rate(name)? }))).collect()
+    outputs
+        .filter_map(|(output, noise)| {
+            let name = upright::instrument_of(output).unwrap_or(output);
+            Some((name.to_string(), Instrument { noise: *noise, rate: rate(name)? }))
+        })
+        .collect()
 }
 
 /// The staged and the all-at-once fit with filters of several windows and degrees, and without.

@@ -48,7 +48,7 @@ pub fn profile(
 ) -> Result<Profile, OutputErrorError> {
     let told = &fit.model.parameters[parameter];
     let (best, std) = (told.value, told.std.unwrap_or(0.0));
-    let states = fit.problem.dynamics.states.len() - fit.problem.dynamics.memories();
+    let states = fit.problem.free_states();
     let unknowns = fit.problem.unknowns.len() + states * fit.problem.segments.len();
     let scale = fit.cost / fit.samples.saturating_sub(unknowns).max(1) as f64;
     let sigma = fit.problem.dynamics.outputs.iter().cloned().zip(fit.problem.sigma.iter().copied()).collect();

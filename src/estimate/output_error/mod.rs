@@ -15,6 +15,7 @@ mod covariance;
 mod fold;
 mod join;
 mod loss;
+mod noise;
 mod problem;
 mod resampled;
 mod response;

@@ -1,15 +1,17 @@
 //! The output-error problem: tracks, segments, weights and initial states.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
 use super::fold::Fold;
 use super::loss::{Loss, Tempered};
+use super::noise;
 use super::{OutputErrorError, OutputErrorOptions};
-use crate::chain::{Available, StateId};
+use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::model::Model;
+use crate::navigation::upright;
 use crate::run::Run;
 use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run, widest};
 
@@ -79,6 +81,8 @@ impl Problem {
     /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the model predicts.
     pub fn new(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Problem, OutputErrorError> {
         let directions = model.free();
+        let upright = upright(model, runs);
+        let runs = upright.as_deref().unwrap_or(runs);
         let available = available(model, runs, options);
         let observed = observed(model, runs, options);
         let dynamics = Dynamics::sensitive(model, &available, &observed, &directions);
@@ -92,11 +96,7 @@ impl Problem {
             .map(|(k, run)| Track::new(run, k, &dynamics, &values_in_run(model, k), model.input, longest))
             .collect::<Result<Vec<_>, _>>()?;
         let segments = segments(&tracks, options.segment);
-        let sigma = match &options.sigma {
-            Some(known) => dynamics.outputs.iter().map(|o| known.get(o).copied()).collect::<Option<Vec<f64>>>(),
-            None => None,
-        };
-        let sigma = sigma.unwrap_or_else(|| noise_of(&dynamics, &tracks, options.sigma.as_ref()));
+        let sigma = noise::of_outputs(&dynamics, &tracks, options.sigma.as_ref());
         let unknowns = directions
             .iter()
             .flat_map(|p| match model.parameters[*p].spec.per_run {
@@ -117,6 +117,10 @@ impl Problem {
                 let mut x: Vec<f64> = self.dynamics.states[..measured]
                     .iter()
                     .map(|id| {
+                        if let StateId::Quaternion(k) = id {
+                            let attitude = noise::logged_attitude(&self.dynamics, track, segment.first);
+                            return attitude.map_or([1.0, 0.0, 0.0, 0.0], |q| [q.w, q.i, q.j, q.k])[usize::from(*k)];
+                        }
                         let output = id.channel().and_then(|c| self.dynamics.outputs.iter().position(|o| *o == c));
                         output.map_or(0.0, |output| level_at(track, output, self.dynamics.outputs.len(), segment))
                     })
@@ -150,6 +154,7 @@ impl Problem {
         let n = nx + self.dynamics.directions.len() + 1;
         let (stretches, theta, start) = self.lanes::<L>(model, x0, batch);
         let mut fold = Fold::<L>::new(n);
+        self.keep_norm(&mut fold, x0, batch);
         self.remember(&mut fold, model, x0, batch);
         let mut squares = vec![[0.0; L]; ny];
         let mut samples = [0usize; L];
@@ -244,6 +249,21 @@ impl Problem {
         }
     }
 
+    /// The norm of the attitude quaternion, which nothing else determines, is 1: (|q|² − 1)/2 = 0.
+    fn keep_norm<const L: usize>(&self, fold: &mut Fold<L>, x0: &[Vec<f64>], batch: &[usize]) {
+        let Some(first) = self.dynamics.quaternion() else { return };
+        let n = self.dynamics.states.len() + self.dynamics.directions.len() + 1;
+        let at = |lane: usize, k: usize| batch.get(lane).map_or(0.0, |s| x0[*s][k]);
+        let components = first..first + 4;
+        fold.push((0..n).map(|j| {
+            std::array::from_fn(|lane| match j {
+                _ if components.contains(&j) => at(lane, j),
+                _ if j == n - 1 => 0.5 * (components.clone().map(|k| at(lane, k).powi(2)).sum::<f64>() - 1.0),
+                _ => 0.0,
+            })
+        }));
+    }
+
     /// A weak prior on the initial values of memory: near their quasi-steady values, within half their size.
     fn remember<const L: usize>(&self, fold: &mut Fold<L>, model: &Model, x0: &[Vec<f64>], batch: &[usize]) {
         let (nx, memories) = (self.dynamics.states.len(), self.dynamics.memories());
@@ -281,24 +301,32 @@ impl Problem {
     }
 }
 
+/// The runs with what a quaternion is compared with, where it carries the attitude.
+fn upright(model: &Model, runs: &[Run]) -> Option<Vec<Run>> {
+    (Attitude::of(model, runs) == Attitude::Quaternion).then(|| runs.iter().map(upright::with_quaternion).collect())
+}
+
 /// Channels that all runs have, and whether the position is simulated.
 pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Available {
     let mut channels: BTreeSet<String> = runs.first().map(|r| r.signals.keys().cloned().collect()).unwrap_or_default();
     channels.retain(|name| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty())));
     let planar = model.dofs.iter().filter(|d| !d.is_rotation()).all(|d| channels.contains(d.position()));
-    Available { channels, position: options.position && planar, from_log: false }
+    let attitude = Attitude::of(model, runs);
+    Available { channels, position: options.position && planar, from_log: false, attitude }
 }
 
-/// Channels that are compared: those of modelled velocities and angles that some run logs, positions if independent, and
+/// Channels that are compared: those of modelled velocities and angles (turns for a quaternion) that some run logs, positions if independent, and
 /// observed functions of the states.
 fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
+    let turns = Attitude::of(model, runs) == Attitude::Quaternion;
     let states = model.dofs.iter().flat_map(|dof| {
-        let position = (dof.is_rotation() || options.position).then(|| dof.position());
-        [Some(dof.velocity()), position]
+        let position = if dof.is_rotation() { !turns } else { options.position };
+        [Some(dof.velocity()), position.then(|| dof.position())]
     });
+    let turns = upright::TURNS.into_iter().filter(|_| turns).map(Some);
     let logged = |name: &&str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
     let functions = model.observers.iter().map(crate::effects::Observer::channel);
-    states.flatten().chain(functions).filter(logged).map(str::to_string).collect()
+    states.chain(turns).flatten().chain(functions).filter(logged).map(str::to_string).collect()
 }
 
 /// The longest step, s: as asked, and short enough for the quickest memory of the model.
@@ -354,32 +382,10 @@ fn level_at(track: &Track, output: usize, width: usize, segment: &Stretch) -> f6
     if tt > 0.0 { my - mt * ty / tt } else { my }
 }
 
-/// Noise of each output: as given, else from third differences of its samples, which no smooth motion survives.
-fn noise_of(dynamics: &Dynamics, tracks: &[Track], known: Option<&BTreeMap<String, f64>>) -> Vec<f64> {
-    let width = dynamics.outputs.len();
-    let estimate = |output: usize| {
-        let mut sizes = Vec::new();
-        let mut range: f64 = 0.0;
-        for track in tracks {
-            let y: Vec<f64> =
-                track.observed.iter().skip(output).step_by(width).copied().filter(|y| !y.is_nan()).collect();
-            range = y.iter().fold(range, |r, y| r.max(y.abs()));
-            sizes.extend(y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()));
-        }
-        sizes.sort_unstable_by(f64::total_cmp);
-        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-        // third differences of white noise have √20 times its deviation; the median of |x| is 0.6745 σ
-        (median / (0.6745 * 20f64.sqrt())).max(1e-9 * range.max(1e-3))
-    };
-    (0..width)
-        .map(|k| known.and_then(|s| s.get(&dynamics.outputs[k]).copied()).unwrap_or_else(|| estimate(k)))
-        .collect()
-}
-
 impl Problem {
-    /// Number of free initial states of a segment; memory has priors and is not counted.
+    /// Number of free initial states of a segment; memory has priors and is not counted, a quaternion has a norm.
     pub fn free_states(&self) -> usize {
-        self.dynamics.states.len() - self.dynamics.memories()
+        self.dynamics.states.len() - self.dynamics.memories() - usize::from(self.dynamics.quaternion().is_some())
     }
 
     /// Whether a state is a memory of an effect.
