@@ -113,11 +113,14 @@ fn verdict(results: &Results<'_>) -> String {
             match d.verdict {
                 Verdict::NothingMissing => " Nothing is missing from the model that this data could show.".to_string(),
                 Verdict::Explained => {
-                    format!(" What it lacks is {}: with it the gap closes to the noise.", names.join(" and "))
+                    let names = names.join(" and ");
+                    format!(
+                        " The campaign's own model lacks {names}: with it, as it stands here, the gap closes to the noise."
+                    )
                 }
                 Verdict::PartlyExplained => {
                     format!(
-                        " Part of what it lacks is {}; something is left that no known effect explains.",
+                        " Part of what the campaign's own model lacks is {}, which stands here with it; something is left that no known effect explains.",
                         names.join(" and ")
                     )
                 }

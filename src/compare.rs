@@ -19,6 +19,7 @@ use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Proble
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::Measured;
 use crate::model::Model;
+use crate::progress::Count;
 use crate::run::{Role, Run};
 use crate::simulate::{Track, Trajectory, free_run, in_reach};
 
@@ -107,8 +108,14 @@ pub struct Comparison {
 /// # Errors
 /// [`CompareError`] when a run lacks what the model reads.
 pub fn compare(model: &Model, runs: &[Run], options: &CompareOptions) -> Result<Comparison, CompareError> {
-    let each: Result<Vec<Comparison>, CompareError> =
-        runs.par_iter().enumerate().map(|(k, run)| one(&held(model, k, runs.len()), run, options)).collect();
+    // a single one is a part of other work
+    let count = (runs.len() > 1).then(|| Count::begun("simulating runs", runs.len()));
+    let each: Result<Vec<Comparison>, CompareError> = runs
+        .par_iter()
+        .enumerate()
+        .map(|(k, run)| one(&held(model, k, runs.len()), run, options))
+        .inspect(|_| count.iter().for_each(Count::one_done))
+        .collect();
     let mut all = Comparison::default();
     for one in each? {
         all.runs.extend(one.runs);

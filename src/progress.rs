@@ -11,7 +11,7 @@
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use thiserror::Error;
 
@@ -62,6 +62,31 @@ pub fn tell(what: impl Into<String>, done: usize, of: usize) {
     if let Some(watch) = current() {
         look();
         (watch.hear)(Step { what: what.into(), done, of });
+    }
+}
+
+/// Whether somebody waits for the work of this thread by [`watched`].
+pub fn is_watched() -> bool {
+    WATCH.with_borrow(Option::is_some)
+}
+
+/// Counts parts of one kind that are done on whichever thread, and tells of each.
+pub struct Count {
+    what: &'static str,
+    done: AtomicUsize,
+    of: usize,
+}
+
+impl Count {
+    /// Says that `of` parts begin.
+    pub fn begun(what: &'static str, of: usize) -> Count {
+        tell(what, 0, of);
+        Count { what, done: AtomicUsize::new(0), of }
+    }
+
+    /// Says that one more is done.
+    pub fn one_done(&self) {
+        tell(self.what, self.done.fetch_add(1, Ordering::Relaxed) + 1, self.of);
     }
 }
 
@@ -120,6 +145,22 @@ mod tests {
         let mut heard = heard.lock().unwrap().clone();
         heard.sort_unstable();
         assert_eq!(heard, (0..50).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn parts_are_counted_over_all_threads() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let into = heard.clone();
+        let watch = Watch::new(move |step| into.lock().unwrap().push((step.what, step.done, step.of)));
+        let seen = watched(&watch, || {
+            let count = Count::begun("runs", 9);
+            (0..9).into_par_iter().for_each(|_: i32| count.one_done());
+            is_watched()
+        });
+        assert_eq!((seen, is_watched()), (Ok(true), false));
+        let mut heard = heard.lock().unwrap().clone();
+        heard.sort_unstable();
+        assert_eq!(heard, (0..10).map(|k| ("runs".to_string(), k, 9)).collect::<Vec<_>>());
     }
 
     #[test]

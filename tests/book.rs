@@ -102,6 +102,43 @@ fn the_warnings_are_those_of_the_program() {
     is_in_step("warnings.md", &page);
 }
 
+/// The help of every verb as a page; what all verbs share stands once.
+#[test]
+fn the_commands_are_those_of_the_program() {
+    const SHARED: &str = "Options of every verb:";
+    let help = |words: &[&str]| {
+        let run = Command::new(env!("CARGO_BIN_EXE_hydrosysid")).args(words).arg("--help").output().unwrap();
+        String::from_utf8(run.stdout).unwrap()
+    };
+    let whole = help(&[]);
+    let listed = whole.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).unwrap();
+    let verbs = listed.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    let verbs: Vec<&str> =
+        verbs.filter_map(|line| line.split_whitespace().next()).filter(|verb| *verb != "help").collect();
+    assert!(verbs.len() > 14, "{verbs:?}");
+    let mut page = format!(
+        "# The command\n\nWritten from the program's own help. What each verb writes with `--json` stands in [Results](results.md).\n\n\
+         ```text\n{}\n```\n",
+        whole.trim_end()
+    );
+    for verb in verbs {
+        let told = help(&[verb]);
+        // paragraphs, but for the one of the shared options
+        let mut kept: Vec<&str> = Vec::new();
+        let mut shared = false;
+        for part in told.trim_end().split("\n\n") {
+            let heading = !part.starts_with(' ');
+            shared = if heading { part.starts_with(SHARED) } else { shared };
+            if !shared {
+                kept.push(part);
+            }
+        }
+        write!(page, "\n## `{verb}`\n\n```text\n{}\n```\n", kept.join("\n\n")).unwrap();
+    }
+    assert_eq!(page.matches(SHARED).count(), 1, "the shared options stand once");
+    is_in_step("commands.md", &page);
+}
+
 #[test]
 fn every_link_of_the_book_leads_to_a_page() {
     for entry in std::fs::read_dir(book()).unwrap() {

@@ -188,6 +188,23 @@ fn what_is_wrong_with_a_campaign_is_shown_with_a_caret() {
     assert_eq!(code(&run(&["fit"])), 2);
     assert_eq!(code(&run(&["fti", &file])), 2);
     assert_eq!(code(&run(&["fit", &file, "--jobs", "0"])), 2);
+    // a file of another kind is told in a line, not gone through
+    let log = folder.path("run0.csv");
+    for (words, told) in [
+        (vec!["fit", &log], "hydrosysid init"),
+        (vec!["monitor", &file, &log], "hydrosysid fit"),
+        (vec!["compare", &file, "--model", &file], "this is a campaign file"),
+    ] {
+        let output = run(&words);
+        let message = stderr(&output);
+        assert_eq!(code(&output), 2, "{message}");
+        assert!(message.contains(told) && message.lines().count() <= 4, "{message}");
+    }
+    let model = folder.path("model.toml");
+    assert_eq!(code(&run(&["fit", &file, "--model", &model])), 0);
+    let message = stderr(&run(&["check", &model]));
+    assert!(message.contains("this is a model file") && message.lines().count() <= 4, "{message}");
+    assert!(stderr(&run(&["fit", &folder.path("none.toml")])).contains("there is no such file"));
     // a log without what the model needs is refused, not misused
     let narrow = folder.write("narrow.csv", "t,u,v,r,tau_u,tau_v\n0,0,0,0,1,1\n1,1,1,1,1,1\n");
     assert!(Path::new(&narrow).exists());

@@ -97,6 +97,42 @@ fn a_thruster_that_fails_makes_the_halves_differ() {
     assert!(halves.iter().any(|f| f.message.contains("surge")), "{:?}", fit.warnings);
 }
 
+/// Munk's moment is in the runs and not in the model: that more is missing is said first, and no inertia takes the blame.
+#[test]
+fn a_model_far_from_the_data_is_told_so_before_anything_else() {
+    let lame = BASELINE.replace(", 'coriolis_yaw'", "");
+    let good = codes(&fitted(&campaign(train(&sailed(&[], 4)), BASELINE))).contains(&"M128");
+    assert!(!good, "a model down to the noise");
+    let mut blamed = 0;
+    for seed in [4, 5, 6] {
+        let runs = sailed(&[], seed).runs.into_iter().map(|run| Run { role: Role::Train, ..run }).collect();
+        let fit = fitted(&campaign(runs, &lame));
+        let first = fit.warnings.iter().find(|f| f.code == "M128").expect("it is far above the noise");
+        assert!(first.message.contains("r by ") && first.message.contains("discover"), "{}", first.message);
+        let of = |code| fit.warnings.iter().position(|f| f.code == code);
+        if let Some(told) = of("M125") {
+            blamed += 1;
+            assert!(of("M128") < Some(told), "what leads the reader comes first");
+            let message = &fit.warnings[told].message;
+            assert!(message.contains("something else is missing") && !message.contains("add the effect"), "{message}");
+        }
+    }
+    assert!(blamed > 0, "no campaign in which the inertia makes up for Munk's moment: the test shows nothing");
+}
+
+#[test]
+fn a_closer_look_at_a_model_that_runs_away_leaves_the_fit_as_it_is() {
+    let lame = BASELINE.replace(", 'coriolis_yaw'", "");
+    let made = campaign(train(&sailed(&[], 4)), &lame);
+    let mut fit = fitted(&made);
+    // a drag in yaw that drives the vehicle round
+    let drag = fit.model.parameter("quadratic_drag@yaw", "k_r|r|").expect("it is in the model");
+    fit.model.parameters[drag].value = -1e5;
+    campaign::examine(&made, &mut fit).expect("the fit stands");
+    assert!(codes(&fit).contains(&"M129"), "{:?}", fit.warnings);
+    assert!(fit.identifiability.is_some(), "what was known of it stays");
+}
+
 #[test]
 fn a_term_without_force_is_not_resolved_and_harmless() {
     let model = format!("{}\n", BASELINE.replace("]", ", 'coulomb_friction@surge', 'mixed_drag@sway:yaw']"));

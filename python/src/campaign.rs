@@ -25,8 +25,13 @@ pub struct NativeCampaign(Campaign);
 impl NativeCampaign {
     /// Reads a campaign file and its logs.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<NativeCampaign> {
-        let loaded = interruptible(py, None, || Campaign::load(&path, LoadOptions { allow_outside }))?;
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        allow_outside: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<NativeCampaign> {
+        let loaded = interruptible(py, progress, || Campaign::load(&path, LoadOptions { allow_outside }))?;
         loaded.map(NativeCampaign).map_err(|e| error::campaign(py, &e))
     }
 
@@ -105,9 +110,10 @@ impl NativeCampaign {
     }
 
     /// The forces of a model over time as JSON.
-    fn components(&self, py: Python<'_>, model: &str) -> PyResult<String> {
+    fn components(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
-        error::to_json(&detached(py, || campaign::components(&self.0.under(&file.efficiency), &model))?)
+        let parts = || campaign::components(&self.0.under(&file.efficiency), &model);
+        error::to_json(&interruptible(py, progress, parts)?)
     }
 
     /// The comparison of a model with the runs as JSON.
@@ -119,9 +125,16 @@ impl NativeCampaign {
     }
 
     /// A model and published parameters (both TOML) against the runs as JSON.
-    fn compare_published(&self, py: Python<'_>, model: &str, params: &str, name: &str) -> PyResult<String> {
+    fn compare_published(
+        &self,
+        py: Python<'_>,
+        model: &str,
+        params: &str,
+        name: &str,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
-        let result = detached(py, || {
+        let result = interruptible(py, progress, || {
             let campaign = self.0.under(&file.efficiency);
             let published = Published::parse(params, Path::new(name), &campaign)?;
             campaign::compare_published(&campaign, &model, &file.envelope, &published, Path::new(name))
@@ -130,7 +143,14 @@ impl NativeCampaign {
     }
 
     /// A model watched along the runs as JSON.
-    fn monitor(&self, py: Python<'_>, model: &str, window: f64, level: f64) -> PyResult<String> {
+    fn monitor(
+        &self,
+        py: Python<'_>,
+        model: &str,
+        window: f64,
+        level: f64,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
         if !(window > 0.0 && window.is_finite() && level > 0.0 && level <= 0.5) {
             let text = format!(
                 "window = {window}, level = {level}: a window in seconds above 0 and a level up to 0.5 are expected"
@@ -140,7 +160,7 @@ impl NativeCampaign {
         let (file, model) = self.model(py, model)?;
         let options = MonitorOptions { window, level };
         let watch = || campaign::monitor(&self.0.under(&file.efficiency), &model, &file.envelope, &options);
-        error::to_json(&detached(py, watch)?.map_err(|e| error::campaign(py, &e))?)
+        error::to_json(&interruptible(py, progress, watch)?.map_err(|e| error::campaign(py, &e))?)
     }
 
     /// The discovery as JSON; `families` are those of the campaign when absent.
@@ -254,8 +274,13 @@ pub fn fit_streamed(py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) 
 
 /// The check of a campaign as JSON.
 #[pyfunction]
-pub fn check_campaign(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<String> {
-    let found = interruptible(py, None, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
+pub fn check_campaign(
+    py: Python<'_>,
+    path: PathBuf,
+    allow_outside: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let found = interruptible(py, progress, || campaign::check_campaign(&path, LoadOptions { allow_outside }))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 

@@ -30,7 +30,7 @@ mod _native {
     #[pymodule_export]
     use super::catalogue::{codes_explained, effects, regressors};
     #[pymodule_export]
-    use super::command::command;
+    use super::command::{command, watched_command};
     #[pymodule_export]
     use super::least_squares::{block_bootstrap, least_squares};
     #[pymodule_export]

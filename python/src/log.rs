@@ -42,11 +42,17 @@ pub fn read_log<'py>(
 
 /// The check of bare logs as JSON.
 #[pyfunction]
-pub fn check_logs(py: Python<'_>, paths: Vec<PathBuf>, log_options: &str, required: Vec<String>) -> PyResult<String> {
+pub fn check_logs(
+    py: Python<'_>,
+    paths: Vec<PathBuf>,
+    log_options: &str,
+    required: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
     let options = options(py, log_options)?;
     let required: Vec<&str> = required.iter().map(String::as_str).collect();
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
-    let found = interruptible(py, None, || campaign::check_logs(&paths, &options, &required))?;
+    let found = interruptible(py, progress, || campaign::check_logs(&paths, &options, &required))?;
     error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
 }
 

@@ -5,8 +5,10 @@ import pickle
 import signal
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import hydrosysid as hs
 import matplotlib as mpl
@@ -14,6 +16,8 @@ import numpy as np
 import pytest
 
 mpl.use("Agg")
+
+Listener = Callable[[str, int, int], object]
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +106,70 @@ def test_discovery_says_what_it_does(campaign: hs.Campaign) -> None:
     assert words[0] == "fitting the baseline"
     assert any(what.startswith("judging") for what in words)
     assert all(0 <= done <= max(of, done) for _, done, of in heard)
+
+
+PUBLISHED = {"format": 1, "convention": "sname", "parameters": {"X_u|u|": -120.0}}
+CALLS: dict[str, Callable[[hs.Campaign, hs.Fit, Path, Listener], object]] = {
+    "from_file": lambda c, f, p, tell: hs.Campaign.from_file(p, progress=tell),
+    "check": lambda c, f, p, tell: hs.check(p, progress=tell),
+    "check of logs": lambda c, f, p, tell: hs.check(p.parent / "surge_1.csv", progress=tell),
+    "fit": lambda c, f, p, tell: hs.fit(c, progress=tell),
+    "fit of a file": lambda c, f, p, tell: hs.fit(p, progress=tell),
+    "thorough fit": lambda c, f, p, tell: hs.fit(c, thorough=True, progress=tell),
+    "simulate": lambda c, f, p, tell: hs.simulate(c, f, progress=tell),
+    "force_components": lambda c, f, p, tell: hs.force_components(c, f, progress=tell),
+    "compare": lambda c, f, p, tell: hs.compare(c, f, progress=tell),
+    "compare without a model": lambda c, f, p, tell: hs.compare(c, progress=tell),
+    "compare_published": lambda c, f, p, tell: hs.compare_published(c, PUBLISHED, f, progress=tell),
+    "cross_validate": lambda c, f, p, tell: hs.cross_validate(c, progress=tell),
+    "monitor": lambda c, f, p, tell: hs.monitor(c, f, progress=tell),
+    "plan": lambda c, f, p, tell: hs.plan(c, most=1, length=30.0, rehearse=2, progress=tell),
+    "resample": lambda c, f, p, tell: hs.resample(c, draws=3, progress=tell),
+    "report": lambda c, f, p, tell: hs.report(c, p.parent / "page.html", discovery=False, force=True, progress=tell),
+}
+
+
+@pytest.fixture(scope="module")
+def fitted(campaign: hs.Campaign) -> hs.Fit:
+    return hs.fit(campaign)
+
+
+@pytest.mark.parametrize("name", list(CALLS))
+def test_every_long_call_says_what_it_does(name: str, campaign: hs.Campaign, fitted: hs.Fit, folder: Path) -> None:
+    heard: list[tuple[str, int, int]] = []
+
+    def tell(what: str, done: int, of: int) -> None:
+        heard.append((what, done, of))
+
+    CALLS[name](campaign, fitted, folder / "campaign.toml", tell)
+    assert heard
+    assert all(what and done >= 0 and (of == 0 or done <= of) for what, done, of in heard)
+
+    def enough(what: str, done: int, of: int) -> None:
+        raise StopIteration("enough")
+
+    with pytest.raises(StopIteration, match="enough"):
+        CALLS[name](campaign, fitted, folder / "campaign.toml", enough)
+
+
+def test_steps_of_a_fit_are_counted(campaign: hs.Campaign) -> None:
+    heard: list[tuple[str, int, int]] = []
+    hs.fit(campaign, progress=lambda what, done, of: heard.append((what, done, of)))
+    steps = [done for what, done, of in heard if what == "fitting by output error" and of == 0]
+    assert steps[:3] == [0, 1, 2]
+
+
+def test_a_demo_says_what_it_does_and_can_be_ended(tmp_path: Path) -> None:
+    heard: list[str] = []
+
+    def until_staged(what: str, done: int, of: int) -> None:
+        heard.append(what)
+        if "staged" in what:
+            raise StopIteration("enough")
+
+    with pytest.raises(StopIteration, match="enough"):
+        hs.demo(tmp_path / "demo", progress=until_staged)
+    assert "sailing the paper's runs" in heard
 
 
 def test_a_bar_of_tqdm(campaign: hs.Campaign, capsys: pytest.CaptureFixture[str]) -> None:

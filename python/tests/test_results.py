@@ -3,6 +3,7 @@
 import inspect
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,19 @@ NO_PLOT = {"Export"}
 @pytest.fixture(scope="module")
 def fit(campaign: hs.Campaign) -> hs.Fit:
     return hs.fit(campaign)
+
+
+def test_an_effect_without_parameters_has_a_row(campaign: hs.Campaign) -> None:
+    found = hs.discover(campaign)
+    row = hs.FoundEffect("coriolis_yaw", ("yaw",), (), 1e-9, (), "it is seen")
+    size = hs.SmallestVisible("coriolis_roll", 0.02, "1", tied=True)
+    tied = replace(found, effects=(row,), smallest_visible=(size,))
+    assert [r["effect"] for r in tied.rows()] == ["coriolis_yaw"]
+    assert "whole row, tied to the inertias" in tied.summary()
+    assert "whole row" in tied._repr_html_()
+    assert tied.to_frame("pandas")["value"].isna().all()
+    assert tied.to_dict()["smallest_visible"] == [{"id": "coriolis_roll", "value": 0.02, "unit": "1", "tied": True}]
+    assert all("tied" not in size for size in found.to_dict()["smallest_visible"])
 
 
 def test_no_result_is_forgotten() -> None:

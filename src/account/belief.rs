@@ -12,7 +12,7 @@ use crate::report::{
 
 /// Most parameters of a heat map: more would be too small to read.
 const MOST: usize = 24;
-/// Most sources of a row of the forest.
+/// Most sources of a row of the forest beside the model and the literature: those that know the parameter best.
 const SOURCES: usize = 10;
 /// An estimate no better than this share of the common one says nothing; it would stretch the axis for all others.
 const SHOWN: f64 = 0.5;
@@ -88,29 +88,39 @@ fn correlations(results: &Results<'_>) -> Option<Figure> {
 
 /// Each parameter as runs, stages and published values have it, relative to the estimate.
 fn forest(results: &Results<'_>) -> Option<Figure> {
+    let mut shortened = false;
     let rows: Vec<ForestRow> = results
         .fit
         .parameters
         .iter()
         .zip(&results.fit.model.parameters)
-        .filter_map(|(p, own)| row(results, p, &own.term))
+        .filter_map(|(p, own)| row(results, p, &own.term, &mut shortened))
         .collect();
     if rows.is_empty() {
         return None;
     }
+    let most = match shortened {
+        false => String::new(),
+        true => format!(" Of more than {SOURCES} the {SOURCES} with the smallest deviations are shown."),
+    };
     let published = if results.published.is_some() { " Published values stand beside them." } else { "" };
     Some(Figure {
         title: "The same parameter from other sources".into(),
         caption: format!(
             "Each with its 95 % interval, over the estimate of the model. A run or a stage that hardly shows a parameter \
-             is left out.{published}"
+             is left out.{most}{published}"
         ),
         chart: Chart::Forest(Forest { axis: Axis::new("value over the estimate", ""), rows, reference: Some(1.0) }),
     })
 }
 
 /// The row of a parameter of `term`.
-fn row(results: &Results<'_>, p: &crate::campaign::FitParameter, term: &str) -> Option<ForestRow> {
+fn row(
+    results: &Results<'_>,
+    p: &crate::campaign::FitParameter,
+    term: &str,
+    shortened: &mut bool,
+) -> Option<ForestRow> {
     let unit = crate::report::unit(&p.unit);
     let interval = |source: &str, value: f64, std: f64| {
         let reach = 1.96 * std;
@@ -133,12 +143,14 @@ fn row(results: &Results<'_>, p: &crate::campaign::FitParameter, term: &str) -> 
         let found = own.estimates.iter().filter(|e| e.term == term && e.name == p.name);
         found.map(|e| (own.run.as_str(), e.value, e.std))
     });
-    let others: Vec<Interval> = stages
-        .chain(runs)
-        .filter(|(_, value, std)| shows(*std) && *std < SHOWN * value.abs())
-        .take(SOURCES)
-        .map(|(source, value, std)| interval(source, value, std))
-        .collect();
+    let sources: Vec<(&str, f64, f64)> =
+        stages.chain(runs).filter(|(_, value, std)| shows(*std) && *std < SHOWN * value.abs()).collect();
+    let mut deviations: Vec<f64> = sources.iter().map(|(.., std)| *std).collect();
+    deviations.sort_by(f64::total_cmp);
+    let widest = deviations.get(SOURCES - 1).copied().unwrap_or(f64::INFINITY);
+    *shortened |= sources.len() > SOURCES;
+    let best = sources.iter().filter(|(.., std)| *std <= widest).take(SOURCES);
+    let others: Vec<Interval> = best.map(|(source, value, std)| interval(source, *value, *std)).collect();
     let literature = results.published.iter().flat_map(|published| published.values());
     let published = literature
         .filter(|(of, symbol, value, _)| *of == term && *symbol == p.name && value.is_finite())

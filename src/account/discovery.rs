@@ -2,7 +2,7 @@
 //! goes with, the gap as it shrinks, what the data could have shown.
 
 use super::Results;
-use crate::discover::{Discovery, Residual};
+use crate::discover::{Discovery, Residual, TIED_ROW};
 use crate::frame::Measured;
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
@@ -51,10 +51,18 @@ fn effects(found: &Discovery) -> Table {
             Cell::from(e.also_possible.join(", ").as_str()),
         ]
     };
+    let rows = |e: &crate::discover::FoundEffect| -> Vec<Vec<Cell>> {
+        if e.parameters.is_empty() {
+            let p = Cell::Number { value: e.p_value, digits: 2 };
+            let others = Cell::from(e.also_possible.join(", ").as_str());
+            return vec![vec![Cell::from(e.id.as_str()), Cell::Empty, Cell::from(TIED_ROW), Cell::Empty, p, others]];
+        }
+        e.parameters.iter().map(|p| row(e, p)).collect()
+    };
     Table {
         title: "What was missing".into(),
         columns: columns(&["effect", "symbol", "value ± std", "unit", "p", "also possible"]),
-        rows: found.effects.iter().flat_map(|e| e.parameters.iter().map(move |p| row(e, p))).collect(),
+        rows: found.effects.iter().flat_map(rows).collect(),
         note: "p: probability of as much by chance, over all candidates.".into(),
     }
 }
@@ -109,8 +117,12 @@ fn places(found: &Discovery) -> Table {
 
 fn smallest(found: &Discovery) -> Table {
     let row = |s: &crate::discover::SmallestVisible| {
-        let size = Cell::Number { value: s.value, digits: 2 };
-        vec![Cell::from(s.id.as_str()), size, Cell::from(crate::report::unit(&s.unit).as_str())]
+        let (name, value, unit) = s.told();
+        vec![
+            Cell::from(name.as_str()),
+            Cell::Number { value, digits: 2 },
+            Cell::from(crate::report::unit(unit).as_str()),
+        ]
     };
     Table {
         title: "What this data could have shown".into(),
@@ -168,4 +180,42 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
         ),
         chart,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::discover::{FoundEffect, FoundParameter, Verdict};
+
+    #[test]
+    fn an_effect_without_parameters_has_a_row_of_its_own() {
+        let effect = |id: &str, parameters| FoundEffect {
+            id: id.into(),
+            dofs: Vec::new(),
+            parameters,
+            p_value: 1e-9,
+            also_possible: Vec::new(),
+            evidence: String::new(),
+        };
+        let drag =
+            FoundParameter { name: "k_u".into(), value: 1.0, std: 0.1, unit: "kg/s".into(), per_run: Vec::new() };
+        let found = Discovery {
+            format: 1,
+            verdict: Verdict::Explained,
+            effects: vec![effect("coriolis_yaw", Vec::new()), effect("linear_drag@surge", vec![drag])],
+            places: Vec::new(),
+            residuals: Vec::new(),
+            gap: Vec::new(),
+            removed: Vec::new(),
+            log_findings: Vec::new(),
+            smallest_visible: Vec::new(),
+            next_experiment: None,
+            seed: 1,
+            warnings: Vec::new(),
+            steps: Vec::new(),
+        };
+        let table = effects(&found);
+        assert_eq!(table.rows.len(), 2);
+        assert_eq!(table.rows[0][2], Cell::from(TIED_ROW));
+    }
 }

@@ -25,13 +25,13 @@ fn errors(results: &Results<'_>) -> Table {
             let number = |value| Cell::Number { value, digits: 3 };
             vec![
                 Cell::from(r.run.as_str()),
-                Cell::from(if r.role == Role::Train { "fit" } else { "held out" }),
+                Cell::from(if r.role == Role::Train { "train" } else { "validate" }),
                 Cell::from(r.dof.to_string().as_str()),
                 number(r.mean_abs),
                 number(r.std_abs),
                 number(r.rms),
                 number(r.noise_floor),
-                number(r.fit_percent),
+                percent(r.fit_percent),
                 Cell::from(r.unit.as_str()),
             ]
         })
@@ -41,8 +41,18 @@ fn errors(results: &Results<'_>) -> Table {
         title: "Simulation against measurement, equation (25)".into(),
         columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
         rows,
-        note: String::new(),
+        note: "Roles: train takes part in the fit, validate does not. Noise: that of the sensor. Fit: 100 % where the \
+               simulation is the measurement, 0 % where it is no better than the measurement's mean, as in a degree of \
+               freedom at rest."
+            .into(),
     }
+}
+
+/// To a tenth: the next digit says nothing.
+fn percent(value: f64) -> Cell {
+    let value = (10.0 * value).round() / 10.0;
+    let whole = (value.abs() + 0.05).log10().floor().clamp(-1.0, 9.0) as i32;
+    Cell::Number { value, digits: (whole + 2).unsigned_abs() }
 }
 
 /// The cross-validation matrix of one degree of freedom.
@@ -72,11 +82,17 @@ fn matrix(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     // a model that fails altogether must not make all others look alike
     let high = high.min(4.0 * sorted[sorted.len() / 2]).max(low * 1.01);
     let names = |list: &[&str]| list.iter().map(|name| Label::from(super::stem(name))).collect::<Vec<Label>>();
+    let left_out: Vec<&str> = results.each_run.left_out.iter().map(|run| super::stem(run)).collect();
+    let left_out = match left_out.as_slice() {
+        [] => String::new(),
+        names => format!(" The longest runs; left out: {}.", names.join(", ")),
+    };
     Some(Figure {
         title: format!("Each run's own model on every run, {dof}"),
-        caption: "Mean |measured − simulated|. A row is a model made from one run alone, a column the run that it \
-                  is simulated on; on the diagonal they are the same."
-            .into(),
+        caption: format!(
+            "Mean |measured − simulated|. A row is a model made from one run alone, a column the run that it is simulated \
+             on; on the diagonal they are the same.{left_out}"
+        ),
         chart: Chart::HeatMap(HeatMap {
             x: Axis::new("simulated run", ""),
             y: Axis::new("", ""),
@@ -88,4 +104,19 @@ fn matrix(results: &Results<'_>, dof: Dof) -> Option<Figure> {
             colours: Colours::Sequential { low, high },
         }),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_have_one_decimal() {
+        let told = |x: f64| match percent(x) {
+            Cell::Number { value, digits } => crate::report::number(value, digits, crate::report::Style::Text),
+            _ => String::new(),
+        };
+        let all = [97.613, 100.0, 9.96, 5.52, 0.118, -0.0327, -12.34].map(told);
+        assert_eq!(all, ["97.6", "100.0", "10.0", "5.5", "0.1", "0", "−12.3"]);
+    }
 }

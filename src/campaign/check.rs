@@ -15,6 +15,7 @@ use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, Lo
 use crate::finding::{Finding, Severity};
 use crate::frame::Dof;
 use crate::log::{self, LogError, LogOptions};
+use crate::progress::Count;
 use crate::run::{Role, Run, RunKind};
 use crate::tank::derived;
 
@@ -77,6 +78,7 @@ pub struct CheckedLog {
 pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> Result<Check, Error> {
     let mut check =
         Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
+    let count = Count::begun("reading logs", paths.len());
     for path in paths {
         let file = path.display().to_string();
         match log::read(path, options, required) {
@@ -98,6 +100,7 @@ pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> R
             }
             Err(source) => return Err(Error::Log { run: file, source }),
         }
+        count.one_done();
     }
     check.judge();
     Ok(check)
@@ -114,6 +117,7 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
         Ok(campaign) => {
             let of_no_run = campaign.findings.iter().filter(|f| f.run.is_none());
             check.warnings.extend(of_no_run.cloned());
+            let count = Count::begun("checking runs", campaign.runs.len());
             for run in &campaign.runs {
                 let of_reading = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned();
                 let report = of_run(run, &campaign).after_reading(of_reading);
@@ -127,6 +131,7 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
                     channels: logged(run, &campaign).signals.into_keys().collect(),
                     ..CheckedLog::of(run.name.clone(), report)
                 });
+                count.one_done();
             }
             check.warnings.extend(never_shown(&campaign, &check.logs));
         }

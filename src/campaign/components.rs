@@ -15,7 +15,8 @@ use crate::estimate::force_components;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::Signal;
+use crate::progress::Count;
+use crate::run::{Run, Signal};
 
 /// Forces of all runs.
 #[derive(Debug, Clone, Serialize)]
@@ -62,7 +63,9 @@ impl RunComponents {
 /// there is a finding instead.
 pub fn components(campaign: &Campaign, model: &Model) -> Components {
     let mut result = Components { format: 1, runs: Vec::new(), warnings: Vec::new() };
-    for (k, run) in campaign.runs.iter().enumerate().filter(|(_, run)| moves(run.kind)) {
+    let moving: Vec<(usize, &Run)> = campaign.runs.iter().enumerate().filter(|(_, run)| moves(run.kind)).collect();
+    let count = Count::begun("forces of runs", moving.len());
+    for (k, run) in moving {
         for dof in &model.dofs {
             match force_components(*dof, run, k, model) {
                 Ok(parts) if parts.time.is_empty() => {}
@@ -81,6 +84,7 @@ pub fn components(campaign: &Campaign, model: &Model) -> Components {
                 }
             }
         }
+        count.one_done();
     }
     result
 }

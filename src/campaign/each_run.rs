@@ -17,10 +17,12 @@ use crate::compare::cross_validate;
 use crate::estimate::output_error::{OutputErrorOptions, output_error};
 use crate::frame::Dof;
 use crate::model::Model;
+use crate::progress::Count;
 use crate::run::{Role, Run};
 
-/// Most runs that are fitted alone, and most that each model is simulated on.
-pub const MOST: usize = 8;
+/// Most runs that are fitted alone, and most of the others that each model is simulated on: the longest ones. More make
+/// no matrix that can be read.
+pub const MOST: usize = 20;
 
 /// Deviation, in units of the common value, that holds a parameter to it.
 const HELD: f64 = 1.0;
@@ -34,6 +36,9 @@ pub struct EachRun {
     pub models: Vec<OwnModel>,
     /// Each model on each run, by degree of freedom; none for a pair that cannot be simulated.
     pub crossed: Vec<Crossed>,
+    /// Runs that were left out, because there are more than [`MOST`] longer ones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
 }
 
 /// What one run says alone.
@@ -79,12 +84,13 @@ pub struct Crossed {
 /// than two runs can stand alone.
 pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     let campaign = campaign.under(&fit.efficiency);
+    let mut left_out = Vec::new();
     let alone = match fit.estimator {
-        Estimator::Staged => of_stages(fit),
-        Estimator::OutputError | Estimator::Integral => of_fits(&campaign, fit),
+        Estimator::Staged => of_stages(&campaign, fit, &mut left_out),
+        Estimator::OutputError | Estimator::Integral => of_fits(&campaign, fit, &mut left_out),
     };
     if alone.len() < 2 {
-        return EachRun { format: 1, models: Vec::new(), crossed: Vec::new() };
+        return EachRun { format: 1, models: Vec::new(), crossed: Vec::new(), left_out: Vec::new() };
     }
     let staged = fit.estimator == Estimator::Staged;
     let has_model = |run: &Run| alone.iter().any(|(own, _)| own.run == run.name);
@@ -92,10 +98,13 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     let held_out = |run: &Run| !staged && run.role == Role::Validate;
     let (own, others): (Vec<Run>, Vec<Run>) =
         campaign.motion(None).into_iter().filter(|run| has_model(run) || held_out(run)).partition(|run| has_model(run));
-    let runs: Vec<Run> = own.into_iter().chain(others.into_iter().take(MOST)).collect();
+    let others = longest(others, duration, |run| run.name.clone(), &mut left_out);
+    let runs: Vec<Run> = own.into_iter().chain(others).collect();
     let models: Vec<(String, Model)> = alone.iter().map(|(own, model)| (own.run.clone(), model.clone())).collect();
     let mut crossed = Vec::new();
+    let count = Count::begun("simulating each run by all models", runs.len());
     for run in &runs {
+        count.one_done();
         // one run at a time, so that one that cannot be simulated leaves the others
         let Ok(rows) = cross_validate(&models, std::slice::from_ref(run), &options(&campaign)) else { continue };
         for (row, (own, _)) in rows.iter().zip(&alone) {
@@ -110,11 +119,37 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
             }));
         }
     }
-    EachRun { format: 1, models: alone.into_iter().map(|(own, _)| own).collect(), crossed }
+    EachRun { format: 1, models: alone.into_iter().map(|(own, _)| own).collect(), crossed, left_out }
+}
+
+/// The [`MOST`] longest of a list, in its order; the names of the rest go to `left_out`.
+fn longest<T>(
+    list: Vec<T>,
+    length: impl Fn(&T) -> f64,
+    name: impl Fn(&T) -> String,
+    left_out: &mut Vec<String>,
+) -> Vec<T> {
+    let lengths: Vec<f64> = list.iter().map(length).collect();
+    let mut order: Vec<usize> = (0..list.len()).collect();
+    // a stable order: of equally long ones the first stay
+    order.sort_by(|a, b| lengths[*b].total_cmp(&lengths[*a]));
+    order.truncate(MOST);
+    let mut keep = |(k, one): (usize, T)| {
+        if order.contains(&k) {
+            return Some(one);
+        }
+        left_out.push(name(&one));
+        None
+    };
+    list.into_iter().enumerate().filter_map(&mut keep).collect()
+}
+
+fn duration(run: &Run) -> f64 {
+    run.span().map_or(0.0, |(from, to)| to - from)
 }
 
 /// The stages of single runs, each with the model that has its estimates in place.
-fn of_stages(fit: &Fit) -> Vec<(OwnModel, Model)> {
+fn of_stages(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<(OwnModel, Model)> {
     let single = |s: &&FitStage| {
         let moved = s.name.starts_with("oscillatory") || s.name.starts_with("zigzag");
         moved && s.runs.len() == 1 && !s.estimates.is_empty()
@@ -132,16 +167,21 @@ fn of_stages(fit: &Fit) -> Vec<(OwnModel, Model)> {
         }
         (OwnModel { run: stage.runs[0].clone(), dofs: vec![stage.dof], estimates }, model)
     };
-    fit.stages.iter().filter(single).take(MOST).map(of_stage).collect()
+    let run_of = |stage: &&FitStage| campaign.runs.iter().find(|run| run.name == stage.runs[0]).map_or(0.0, duration);
+    let stages = longest(fit.stages.iter().filter(single).collect(), run_of, |s| s.runs[0].clone(), left_out);
+    stages.into_iter().map(of_stage).collect()
 }
 
 /// One fit a training run.
-fn of_fits(campaign: &Campaign, fit: &Fit) -> Vec<(OwnModel, Model)> {
+fn of_fits(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<(OwnModel, Model)> {
     let training = campaign.runs.iter().enumerate().filter(|(_, run)| run.role == Role::Train);
-    let moving = training.filter(|(_, run)| super::load::moves(run.kind));
+    let moving: Vec<(usize, &Run)> = training.filter(|(_, run)| super::load::moves(run.kind)).collect();
+    let moving = longest(moving, |(_, run)| duration(run), |(_, run)| run.name.clone(), left_out);
+    let count = Count::begun("fitting each run alone", moving.len());
     let fitting = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };
     moving
-        .take(MOST)
+        .into_iter()
+        .inspect(|_| count.one_done())
         .filter_map(|(k, run)| {
             let mut model = fit.model.clone();
             for p in &mut model.parameters {
@@ -168,4 +208,21 @@ fn of_fits(campaign: &Campaign, fit: &Fit) -> Vec<(OwnModel, Model)> {
             Some((OwnModel { run: run.name.clone(), dofs: found.dofs.clone(), estimates }, found))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_runs_are_kept_in_their_order() {
+        let lengths: Vec<usize> = (0..MOST + 2).map(|k| if k == 1 || k == 5 { 10 } else { 90 + k }).collect();
+        let mut left_out = Vec::new();
+        let kept = longest(lengths.clone(), |l| *l as f64, ToString::to_string, &mut left_out);
+        assert_eq!(kept, lengths.into_iter().filter(|l| *l > 10).collect::<Vec<_>>());
+        assert_eq!(left_out, ["10", "10"]);
+        // of equally long ones the first
+        let kept = longest((0..MOST + 1).collect(), |_| 1.0, ToString::to_string, &mut left_out);
+        assert_eq!(kept, (0..MOST).collect::<Vec<_>>());
+    }
 }

@@ -12,8 +12,9 @@ use super::load::{Campaign, moves};
 use super::plan::{PlanSource, PlannedParameter, plan};
 use super::plan_request::{PlanRequest, Want};
 use crate::estimate::identifiability::profile;
-use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, output_error};
 use crate::finding::Finding;
+use crate::progress::Count;
 use crate::run::{Role, Run};
 
 /// Most parameters of which a profile is made.
@@ -36,14 +37,27 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     for p in &mut model.parameters {
         p.per_run.clear();
     }
-    let again = output_error(&model, &runs, options)?;
+    let again = match output_error(&model, &runs, options) {
+        Ok(again) => again,
+        // the fit stands, however little a model is worth that cannot be started again
+        Err(OutputErrorError::Diverges { .. }) => {
+            fit.warnings.push(Finding::new(&codes::NOT_EXAMINED, codes::NOT_EXAMINED.meaning));
+            return Ok(());
+        }
+        Err(other) => return Err(other.into()),
+    };
     let Some(mut found) = fit.identifiability.take() else { return Ok(()) };
     let mut findings = Vec::new();
+    let count = Count::begun("fits with other segments", 2);
     for factor in [0.5, 2.0] {
         found.segment_lengths.extend(other_length(&again, &runs, options, factor, &mut findings));
+        count.one_done();
     }
-    for parameter in doubtful(&again, &found).into_iter().take(MOST_PROFILES) {
+    let doubtful: Vec<usize> = doubtful(&again, &found).into_iter().take(MOST_PROFILES).collect();
+    let count = Count::begun("profile likelihoods", doubtful.len());
+    for parameter in doubtful {
         let made = profile(&again, &runs, options, parameter)?;
+        count.one_done();
         let p = &again.model.parameters[parameter];
         if made.interval.iter().any(Option::is_none) {
             let text = format!(
@@ -60,7 +74,9 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
             interval: made.interval,
         });
     }
+    let count = Count::begun("runs that would tell most", found.groups.len());
     for group in &mut found.groups {
+        count.one_done();
         if let Some(run) = next_run(campaign, fit, &group.terms) {
             group.run = run;
         }

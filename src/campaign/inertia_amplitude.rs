@@ -45,8 +45,17 @@ pub struct InertiaOfRun {
 /// Chance of a trend by accident that is accepted, over all degrees of freedom together.
 const LEVEL: f64 = 0.01;
 
+/// What is left may be this many times the noise and still count as little.
+const FAR: f64 = 2.0;
+
 /// Least ratio of the greatest to the smallest KC of runs that can show a trend.
 const SPREAD: f64 = 1.3;
+
+/// Whether inertias of their own in each run explain what a common one leaves (root mean squares in units of the noise):
+/// most of it, or there is little to explain.
+fn explains(common: f64, apart: f64) -> bool {
+    apart < FAR || apart * apart - 1.0 < 0.5 * (common * common - 1.0)
+}
 
 /// The inertias run by run against KC, of the degrees of freedom in which three runs or more oscillate at different KC.
 pub(super) fn against_amplitude(
@@ -107,17 +116,29 @@ fn of(
             .iter()
             .flat_map(|a| kept.iter().map(|b| found.covariance[a * n + b]).collect::<Vec<_>>())
             .collect(),
+        left: found.left.clone(),
     };
     let numbers: Vec<f64> = of_kept.runs.iter().filter_map(|r| number(&runs[*r], dof)).collect();
     let line = trend(&of_kept, &numbers)?;
     let term = format!("added_mass_amplitude@{dof}");
     if line.p_value < LEVEL / fit.model.dofs.len() as f64 && fit.model.term(&term).is_none() {
         let (low, high) = numbers.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), k| (a.min(*k), b.max(*k)));
-        let text = format!(
-            "the inertia in {dof} changes by {:.3} ± {:.3} {} per unit of KC over runs of KC {low:.2} to {high:.2} (p = {:.1e}): add the effect `{term}`, or use the model only at such amplitudes",
+        let changes = format!(
+            "the inertia in {dof} changes by {:.3} ± {:.3} {} per unit of KC over runs of KC {low:.2} to {high:.2} (p = {:.1e})",
             line.slope, line.std, fit.model.parameters[parameter].spec.dimension, line.p_value
         );
-        findings.push(Finding::new(&codes::INERTIA_AMPLITUDE, text));
+        let output = fit.problem.dynamics.outputs.iter().position(|name| *name == dof.velocity());
+        let of = |times: &[f64]| output.and_then(|k| times.get(k).copied()).unwrap_or(0.0);
+        let (common, apart) = (of(&fit.times_noise()), of(&found.left));
+        findings.push(if explains(common, apart) {
+            let advice = format!("add the effect `{term}`, or use the model only at such amplitudes");
+            Finding::new(&codes::INERTIA_AMPLITUDE, format!("{changes}: {advice}"))
+        } else {
+            let text = format!(
+                "{changes}, but with an inertia of its own in each run the model is still off by {apart:.1} times the noise: something else is missing, and the inertia makes up for it; look for that first (`hydrosysid discover`)"
+            );
+            Finding::new(&codes::INERTIA_AMPLITUDE, text)
+        });
     }
     let displaced = campaign.vehicle.volume.map(|v| v * campaign.water.density).filter(|_| !dof.is_rotation());
     let coefficient = |m: f64| Some((m - campaign.vehicle.mass?) / displaced?);

@@ -25,6 +25,7 @@ use crate::log::options::PositionSource;
 use crate::model::{Interpolation, Model};
 use crate::navigation::unwrap;
 use crate::procedure::{Bench, acting_forces};
+use crate::progress::Count;
 use crate::run::{Role, Run, RunKind, Signal};
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::measured::MeasuredCurve;
@@ -91,8 +92,10 @@ impl Campaign {
     /// As [`Campaign::load`].
     pub fn from_file(file: CampaignFile) -> Result<Campaign, Error> {
         let names = names(&file.runs);
+        let count = Count::begun("reading logs", names.len());
+        let read = |(table, name): (&RunTable, &String)| logs::read(&file, table, name);
         let logged: Vec<Result<Logged, Error>> =
-            file.runs.par_iter().zip(&names).map(|(table, name)| logs::read(&file, table, name)).collect();
+            file.runs.par_iter().zip(&names).map(read).inspect(|_| count.one_done()).collect();
         let mut good = Vec::new();
         let mut findings = Vec::new();
         for logged in logged {

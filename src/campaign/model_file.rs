@@ -94,7 +94,7 @@ pub struct ModelParameter {
 #[derive(Debug, Error)]
 pub enum ModelFileError {
     /// It cannot be read.
-    #[error("{}: {}", .file.display(), std::io::Error::from(*.kind))]
+    #[error("{}: {}", .file.display(), super::file::io_text(*.kind))]
     CannotRead {
         /// The file.
         file: PathBuf,
@@ -108,6 +108,12 @@ pub enum ModelFileError {
         file: PathBuf,
         /// What its reader says, with line and column.
         message: String,
+    },
+    /// A campaign file where a model file is wanted.
+    #[error("{}: this is a campaign file, and a model file is wanted: fit the campaign first (`hydrosysid fit {0} --model model.toml`)", .file.display())]
+    Campaign {
+        /// The file.
+        file: PathBuf,
     },
     /// A format that this version does not know.
     #[error("{}: format {found} is not known: this version reads format 1", .file.display())]
@@ -184,8 +190,11 @@ impl ModelFile {
         let text = std::fs::read_to_string(path)
             .map_err(|e| ModelFileError::CannotRead { file: file.clone(), kind: e.kind() })?;
         let syntax = |message: String| ModelFileError::Syntax { file: file.clone(), message };
+        // a campaign has runs, a model says which version wrote it
+        let campaign = |table: toml::Table| table.contains_key("run") && !table.contains_key("hydrosysid");
         let model: ModelFile = match is_json(path) {
             true => serde_json::from_str(&text).map_err(|e| syntax(e.to_string()))?,
+            false if text.parse().is_ok_and(campaign) => return Err(ModelFileError::Campaign { file }),
             false => toml::from_str(&text).map_err(|e| syntax(e.to_string()))?,
         };
         if model.format == FORMAT { Ok(model) } else { Err(ModelFileError::Format { file, found: model.format }) }

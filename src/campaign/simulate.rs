@@ -17,6 +17,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::navigation::{euler_angles, unwrap, upright};
+use crate::progress::Count;
 use crate::run::{Role, Run, Signal};
 use crate::simulate::{free_run, values_in_run};
 
@@ -93,8 +94,9 @@ pub fn simulate(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Resu
     let runs: Vec<(usize, &Run)> = campaign.runs.iter().enumerate().filter(|(_, run)| moves(run.kind)).collect();
     let mut warnings = campaign.findings.clone();
     warnings.extend(runs.iter().flat_map(|(_, run)| envelope::beyond(run, envelope)));
+    let count = Count::begun("simulating runs", runs.len());
     let simulated: Result<Vec<Simulated>, Error> =
-        runs.into_par_iter().map(|(k, run)| one(campaign, model, run, k)).collect();
+        runs.into_par_iter().map(|(k, run)| one(campaign, model, run, k)).inspect(|_| count.one_done()).collect();
     Ok(Simulation { format: 1, runs: simulated?, warnings })
 }
 

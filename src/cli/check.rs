@@ -72,7 +72,8 @@ fn print_check(found: &Check, output: &Output) {
         Light::Amber => "\x1b[1;33mamber\x1b[0m",
         Light::Red => "\x1b[1;31mred\x1b[0m",
     };
-    output.print(&format!("{shown}: {errors} errors, {warnings} warnings and notes"));
+    let plural = if errors == 1 { "" } else { "s" };
+    output.print(&format!("{shown}: {errors} error{plural}, {warnings} warnings and notes"));
 }
 
 /// A row for all channels of a log that come at one rate.

@@ -4,7 +4,7 @@ use super::arguments::Compare;
 use super::failure::Failure;
 use super::output::Output;
 use super::plot;
-use super::table::{measured, number, table};
+use super::table::{measured, number, size, table};
 use super::verbs::{Chosen, chosen, load, may_hold_series, write_series};
 use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Published, PublishedComparison};
 use crate::compare::Disagreement;
@@ -53,9 +53,9 @@ fn runs(rows: &[Disagreement]) -> String {
                 r.run.clone(),
                 format!("{:?}", r.role).to_lowercase(),
                 r.dof.to_string(),
-                format!("{} ± {}", number(r.mean_abs), number(r.std_abs)),
-                number(r.rms),
-                number(r.noise_floor),
+                format!("{} ± {}", size(r.mean_abs), size(r.std_abs)),
+                size(r.rms),
+                size(r.noise_floor),
                 format!("{:.1}", r.fit_percent),
                 r.unit.clone(),
             ]
@@ -69,6 +69,9 @@ fn print_crossed(found: &EachRun, output: &Output) {
     if found.models.len() < 2 {
         output.print("fewer than two runs can stand alone: there is nothing to cross");
     }
+    if !found.left_out.is_empty() {
+        output.print(&format!("the longest runs; left out: {}", found.left_out.join(", ")));
+    }
     for dof in Dof::ALL {
         let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == dof).collect();
         let mut runs: Vec<&str> = Vec::new();
@@ -80,7 +83,7 @@ fn print_crossed(found: &EachRun, output: &Output) {
         let row = |model: &str| -> Vec<String> {
             let cell = |run: &&str| {
                 let own = cells.iter().find(|c| c.model == model && c.run == **run);
-                own.map_or_else(String::new, |c| format!("{} ± {}", number(c.mean_abs), number(c.std_abs)))
+                own.map_or_else(String::new, |c| format!("{} ± {}", size(c.mean_abs), size(c.std_abs)))
             };
             std::iter::once(model.to_string()).chain(runs.iter().map(cell)).collect()
         };

@@ -1,8 +1,8 @@
 //! What `discover` says on a terminal: the verdict, what is missing, the gap as it shrinks, where it lies, what next.
 
 use super::output::Output;
-use super::table::{measured, number, table};
-use crate::discover::{Discovery, Verdict};
+use super::table::{measured, number, size, table};
+use crate::discover::{Discovery, SmallestVisible, TIED_ROW, Verdict};
 use crate::frame::Measured;
 
 /// Most places and sizes that are printed; the JSON has them all.
@@ -63,7 +63,7 @@ fn effects(found: &Discovery) -> String {
         }
         if effect.parameters.is_empty() {
             let (name, p) = (effect.id.clone(), format!("{:.1e}", effect.p_value));
-            rows.push(vec![name, "tied".into(), String::new(), String::new(), p, effect.also_possible.join(", ")]);
+            rows.push(vec![name, String::new(), TIED_ROW.into(), String::new(), p, effect.also_possible.join(", ")]);
         }
     }
     table(&["effect", "symbol", "value ± std", "unit", "p", "also possible"], &rows)
@@ -78,13 +78,13 @@ fn gap(found: &Discovery) -> String {
         let later = if step.dropped { " (dropped later)" } else { "" };
         let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}{later}"));
         let cell = |m: &&Measured| match (step.held_out_rms.get(*m), step.noise_floor.get(*m)) {
-            (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", number(*rms), rms / noise),
-            (Some(rms), _) => number(*rms),
+            (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", size(*rms), rms / noise),
+            (Some(rms), _) => size(*rms),
             _ => String::new(),
         };
         rows.push(std::iter::once(name).chain(columns.iter().map(cell)).collect());
         if k + 1 == found.gap.len() {
-            let noise = columns.iter().map(|m| step.noise_floor.get(*m).copied().map(number).unwrap_or_default());
+            let noise = columns.iter().map(|m| step.noise_floor.get(*m).copied().map(size).unwrap_or_default());
             rows.push(std::iter::once("noise".to_string()).chain(noise).collect());
         }
     }
@@ -139,8 +139,11 @@ fn smallest(found: &Discovery, output: &Output) {
     }
     let asked =
         ASKED.iter().flat_map(|id| found.smallest_visible.iter().filter(move |s| s.id.split('@').next() == Some(id)));
-    let rows: Vec<Vec<String>> =
-        asked.take(2 * SHOWN).map(|s| vec![s.id.clone(), number(s.value), s.unit.clone()]).collect();
+    let row = |s: &SmallestVisible| {
+        let (name, size, unit) = s.told();
+        vec![name, number(size), unit.to_string()]
+    };
+    let rows: Vec<Vec<String>> = asked.take(2 * SHOWN).map(row).collect();
     if !rows.is_empty() {
         output.print(&format!(
             "\nsmallest sizes that this data would have shown\n{}",

@@ -91,18 +91,18 @@ fn cell(finding: &Finding) -> Option<String> {
         Some(k) => (fields[..k].iter().map(|f| f.chars().count() + 1).sum(), fields[k].chars().count().max(1)),
         None => (0, line.chars().count().max(1)),
     };
-    let from = if start + length > WIDTH { start.saturating_sub(WIDTH / 2) } else { 0 };
-    let shown: String = line.chars().skip(from).take(WIDTH).collect();
-    let length = length.min(shown.chars().count().saturating_sub(start - from)).max(1);
-    Some(caret(&shown, number, start - from + 1, length))
+    Some(caret(&line, number, start + 1, length))
 }
 
-/// A line, and `^^^` under `length` characters from `column` on (from 1).
+/// A line, or of a long one what is around, and `^^^` under `length` characters from `column` on (from 1).
 fn caret(line: &str, number: u64, column: usize, length: usize) -> String {
     let margin = number.to_string();
     let blank = " ".repeat(margin.len());
-    let clean: String = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    let under = format!("{}{}", " ".repeat(column - 1), "^".repeat(length));
+    let start = column - 1;
+    let from = if start + length > WIDTH { start.saturating_sub(WIDTH / 2) } else { 0 };
+    let clean: String = line.chars().skip(from).take(WIDTH).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let length = length.min(clean.chars().count().saturating_sub(start - from)).max(1);
+    let under = format!("{}{}", " ".repeat(start - from), "^".repeat(length));
     format!("{BLUE}{blank} |\n{margin} |{PLAIN} {clean}\n{BLUE}{blank} |{PLAIN} {RED}{under}{PLAIN}\n")
 }
 
@@ -115,5 +115,15 @@ mod tests {
         let text = caret("mass = -1", 3, 8, 2);
         let plain = [RED, BLUE, PLAIN].iter().fold(text, |t, code| t.replace(code, ""));
         assert_eq!(plain, "  |\n3 | mass = -1\n  |        ^^\n");
+    }
+
+    #[test]
+    fn of_a_long_line_the_place_is_shown() {
+        let line = format!("{}wrong{}", "0,".repeat(400), ",0".repeat(400));
+        let text = caret(&line, 3, 801, 5);
+        let plain = [RED, BLUE, PLAIN].iter().fold(text, |t, code| t.replace(code, ""));
+        let lines: Vec<&str> = plain.lines().collect();
+        assert!(lines.iter().all(|l| l.chars().count() <= WIDTH + 4), "{plain}");
+        assert_eq!(lines[1].find("wrong"), lines[2].find("^^^^^"));
     }
 }

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::arguments::Shared;
 use super::failure::Failure;
 use crate::finding::{Finding, Severity};
-use crate::progress::{Watch, watched};
+use crate::progress::{Watch, is_watched, watched};
 use crate::whole;
 
 /// The outlets of one call.
@@ -100,8 +100,12 @@ impl Output {
         bar
     }
 
-    /// Does `work`, which may say of itself what it is at; shown where standard error is a terminal.
+    /// Does `work`, which may say of itself what it is at; shown where standard error is a terminal, unless whoever called
+    /// the command watches it already.
     pub fn working<R: Send>(&self, what: &str, work: impl FnOnce() -> R + Send) -> Result<R, Failure> {
+        if is_watched() {
+            return Ok(work());
+        }
         let busy = self.busy(what);
         let shown = busy.clone();
         let watch = Watch::new(move |step| {

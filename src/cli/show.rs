@@ -12,20 +12,21 @@ use crate::account::{self, gap_figure};
 use crate::campaign::{self, Campaign, ModelFile, Published};
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
+use crate::progress::tell;
 use crate::report::svg::standalone;
 use crate::report::{Input, Origin};
 
 pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
     let options = DemoOptions { folder: a.folder.clone(), seed: a.seed, noise: a.noise, hide: a.hide.clone() };
-    let busy = output.busy("sailing");
-    let mut made = demo::demo(&options, &|what| busy.set_message(what.to_string()))?;
-    busy.set_message("writing");
+    let mut made = output.working("sailing", || demo::demo(&options, &|what| tell(what, 0, 0)))??;
     let model = options.folder.join("model.toml");
     output.write(&model, ModelFile::of(&made.campaign, &made.fit).to_text(&model)?.as_bytes())?;
     let page = options.folder.join("report.html");
     let found = made.discovery.model().cloned();
-    let html = page_of(&made.blind, found.as_ref().map(|_| &made.discovery), None, Some(made.seed))?;
+    let html = output.working("writing the report", || {
+        page_of(&made.blind, found.as_ref().map(|_| &made.discovery), None, Some(made.seed))
+    })??;
     output.write(&page, html.as_bytes())?;
     let numbers = options.folder.join("demo.json");
     made.files.extend([model, page, numbers.clone()]);
@@ -37,7 +38,6 @@ pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(&made)
         .map_err(|e| Failure::Write { file: numbers.clone(), source: std::io::Error::other(e) })?;
     output.write(&numbers, text.as_bytes())?;
-    busy.finish_and_clear();
     print_demo(&made, output);
     output.json(&made)
 }

@@ -1,11 +1,15 @@
 //! Tables for people, as wide as their terminal.
 
-use comfy_table::{Cell, CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
 /// One line under the headers.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
-/// A table with these headers; columns of numbers stand to the right.
+/// Between two columns, characters: the style's own and the padding on the left.
+const BETWEEN: usize = 2;
+
+/// A table with these headers; columns of numbers stand to the right. Where a terminal is too narrow for it without
+/// breaking words, each row becomes a block of lines.
 pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
     table.load_style(STYLE).set_content_arrangement(ContentArrangement::Dynamic);
@@ -16,7 +20,34 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
             Cell::new(text).set_alignment(if number { CellAlignment::Right } else { CellAlignment::Left })
         }));
     }
+    let words = longest_words(headers, rows);
+    let least = words.iter().map(|word| word + BETWEEN).sum::<usize>();
+    if table.width().is_some_and(|width| usize::from(width) < least) {
+        return blocks(headers, rows);
+    }
+    for (column, word) in table.column_iter_mut().zip(words) {
+        let least = Width::Fixed(u16::try_from(word + 1).unwrap_or(u16::MAX));
+        column.set_padding((1, 0)).set_constraint(ColumnConstraint::LowerBoundary(least));
+    }
     table.to_string()
+}
+
+/// Length of the longest word of each column, its header among them.
+fn longest_words(headers: &[&str], rows: &[Vec<String>]) -> Vec<usize> {
+    let longest = |text: &str| text.split_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);
+    let column = |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|text| longest(text)).max().unwrap_or(0);
+    headers.iter().enumerate().map(|(k, head)| longest(head).max(column(k))).collect()
+}
+
+/// `header  cell` a line, a blank line between two rows; empty cells are left out.
+fn blocks(headers: &[&str], rows: &[Vec<String>]) -> String {
+    let widest = headers.iter().map(|head| head.chars().count()).max().unwrap_or(0);
+    let line = |(head, cell): (&&str, &String)| {
+        let blank = " ".repeat(widest - head.chars().count());
+        (!cell.is_empty()).then(|| format!(" {head}{blank}  {cell}\n"))
+    };
+    let block = |row: &Vec<String>| headers.iter().zip(row).filter_map(line).collect::<String>();
+    rows.iter().map(block).collect::<Vec<_>>().join("\n").trim_end().to_string()
 }
 
 /// Four significant digits, without an exponent where a person would not use one.
@@ -33,6 +64,17 @@ pub(super) fn number(x: f64) -> String {
     }
     let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
     format!("{x:.decimals$}")
+}
+
+/// Three significant digits: of errors, which are known no better.
+pub(super) fn size(x: f64) -> String {
+    match x.abs() {
+        size if (1e-4..1e3).contains(&size) => {
+            let decimals = (2 - size.log10().floor() as i32).max(0) as usize;
+            format!("{x:.decimals$}")
+        }
+        _ => number(x),
+    }
 }
 
 /// A value with its standard deviation, to the two digits that the deviation deserves.
@@ -52,10 +94,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_row_that_is_too_wide_becomes_a_block() {
+        let rows = [
+            vec!["run00.csv".to_string(), "0.1 ± 0.2".into(), String::new()],
+            vec!["b".into(), "1".into(), "m".into()],
+        ];
+        let heads = ["run", "|error| (25)", "unit"];
+        assert_eq!(longest_words(&heads, &rows), [9, 7, 4]);
+        let text = blocks(&heads, &rows);
+        assert_eq!(
+            text,
+            " run           run00.csv\n |error| (25)  0.1 ± 0.2\n\n run           b\n |error| (25)  1\n unit          m"
+        );
+    }
+
+    #[test]
     fn numbers_have_the_digits_they_deserve() {
         assert_eq!(number(309.0712), "309.1");
         assert_eq!(number(0.012344), "0.01234");
         assert_eq!(number(-1.5e9), "-1.500e9");
+        assert_eq!((size(0.0054821), size(0.9871), size(12.34)), ("0.00548".into(), "0.987".into(), "12.3".into()));
         assert_eq!(measured(309.07, Some(18.8)), "309 ± 19");
         assert_eq!(measured(0.123456, Some(0.0012)), "0.1235 ± 0.0012");
         assert_eq!(measured(5.0, None), "5.000");

@@ -176,7 +176,7 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
         write_series(&result, path, output)?;
     }
     if let Some(folder) = &a.forces {
-        let parts = campaign::components(&chosen.campaign, &chosen.model);
+        let parts = output.working("forces", || campaign::components(&chosen.campaign, &chosen.model))?;
         for part in &parts.runs {
             let stem = Path::new(&part.run).with_extension("");
             write_signals(folder, &format!("{}_{}.csv", stem.display(), part.dof), part.signals(), output)?;

@@ -18,6 +18,7 @@ use crate::frame::{Dof, Measured};
 use crate::model::{Model, name_of};
 use crate::progress;
 use crate::run::{Role, Run};
+use crate::units::Dimension;
 
 /// The four answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -95,10 +96,24 @@ pub struct GapOfRun {
 pub struct SmallestVisible {
     /// `id`, `id@dof` or `id@dof:other`.
     pub id: String,
-    /// Size of its first parameter.
+    /// Size of its first parameter; of a whole row the share of it.
     pub value: f64,
     /// Its unit.
     pub unit: String,
+    /// Whether this is the whole row of −C(ν)ν, its coefficients those of the inertias: it has no parameter, and `value` 1
+    /// is all of it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub tied: bool,
+}
+
+impl SmallestVisible {
+    /// Name, size and unit for people: a whole row is told as such, its size in per cent.
+    pub fn told(&self) -> (String, f64, &str) {
+        match self.tied {
+            true => (format!("{}, whole row", self.id), 100.0 * self.value, "% of the row"),
+            false => (self.id.clone(), self.value, &self.unit),
+        }
+    }
 }
 
 /// What a check of the log says that could look like missing physics.
@@ -146,6 +161,9 @@ pub struct Discovery {
     #[serde(skip)]
     pub steps: Vec<Step>,
 }
+
+/// What stands for the value of an effect that has no parameter.
+pub const TIED_ROW: &str = "whole row, tied to the inertias";
 
 impl Discovery {
     /// The model with everything that was added.
@@ -384,5 +402,29 @@ fn smallest_visible(found: &Search, all: &[Candidate]) -> Vec<SmallestVisible> {
             best.insert(name.clone(), (value, spec.dimension.to_string()));
         }
     }
-    best.into_iter().map(|(id, (value, unit))| SmallestVisible { id, value, unit }).collect()
+    let single = best.into_iter().map(|(id, (value, unit))| SmallestVisible { id, value, unit, tied: false });
+    let mut all: Vec<SmallestVisible> = single.collect();
+    for (name, evidence) in found.rows.iter().filter(|(_, e)| e.visible.is_finite()) {
+        let row =
+            SmallestVisible { id: name.clone(), value: evidence.visible, unit: Dimension::ONE.to_string(), tied: true };
+        // behind the leading product of the same row
+        let at = all.iter().rposition(|s| s.id == *name).map_or(all.len(), |k| k + 1);
+        all.insert(at, row);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_whole_row_is_told_in_per_cent_and_a_coefficient_in_its_unit() {
+        let product = SmallestVisible { id: "coriolis_yaw".into(), value: 4.0, unit: "kg".into(), tied: false };
+        assert_eq!(product.told(), ("coriolis_yaw".into(), 4.0, "kg"));
+        let row = SmallestVisible { value: 0.02, unit: "1".into(), tied: true, ..product.clone() };
+        assert_eq!(row.told(), ("coriolis_yaw, whole row".into(), 2.0, "% of the row"));
+        assert!(serde_json::to_value(&product).unwrap().get("tied").is_none());
+        assert_eq!(serde_json::to_value(&row).unwrap()["tied"], true);
+    }
 }

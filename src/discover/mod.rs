@@ -24,7 +24,8 @@ use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
 pub use discovery::{
-    CODES, Discovery, FoundEffect, FoundParameter, GapOfRun, GapStep, LogFinding, SmallestVisible, Verdict, discover,
+    CODES, Discovery, FoundEffect, FoundParameter, GapOfRun, GapStep, LogFinding, SmallestVisible, TIED_ROW, Verdict,
+    discover,
 };
 pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
 pub use gap::{Gap, floor, gap, unstable};

@@ -75,6 +75,8 @@ pub struct Search {
     pub removed: Vec<String>,
     /// Evidence of all candidates at the last step, best first.
     pub last: Vec<(String, Evidence)>,
+    /// The same of whole rows of −C(ν)ν, which have no parameter of their own.
+    pub rows: Vec<(String, Evidence)>,
     /// Greatest length of the segments of the last fit, s: shorter than asked for where the model is far from the data.
     pub segment: f64,
     /// Longest step of the integrator, s: shorter than asked for where the noise is so small that it would show.
@@ -106,6 +108,7 @@ pub fn search(
         added: Vec::new(),
         removed: Vec::new(),
         last: Vec::new(),
+        rows: Vec::new(),
         segment: at.segment,
         longest_step: at.longest_step,
     };
@@ -116,9 +119,12 @@ pub fn search(
         let (probes, products) = score(&current, runs, &list, &at)?;
         let mut evidence = judge(&current.problem, &products, &probes);
         evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
-        // a row as a whole stands under the name of its leading product
-        let named = evidence.iter().filter(|e| list[e.candidate].has_parameters());
-        let scored = named.map(|e| (list[e.candidate].name(), e.clone())).collect();
+        // a row as a whole has the name of its leading product
+        let named = |e: &Evidence| (list[e.candidate].name(), e.clone());
+        let (of_products, of_rows): (Vec<&Evidence>, Vec<&Evidence>) =
+            evidence.iter().partition(|e| list[e.candidate].has_parameters());
+        found.rows = of_rows.into_iter().map(named).collect();
+        let scored = of_products.into_iter().map(named).collect();
         let before = std::mem::replace(&mut found.last, scored);
         let latest = found.steps.last().and_then(|step| step.name.clone());
         if let Some(newest) = found.added.last_mut().filter(|a| Some(a.candidate.name()) == latest) {

@@ -149,7 +149,7 @@ pub fn export(path: &Path, target: Target, options: &ExportOptions) -> Result<Ex
         return thrusters::export(path, &campaign, target);
     }
     let file = match ModelFile::read(path) {
-        Err(ModelFileError::Syntax { .. }) if is_campaign(path) => {
+        Err(ModelFileError::Campaign { .. }) => {
             return Err(wrong_file(path, target, "model: fit the campaign with --model FILE, and export that"));
         }
         read => read?,
@@ -197,11 +197,6 @@ fn check(options: &ExportOptions) -> Result<(), ExportError> {
         Some((name, value)) => Err(ExportError::Value { name: name.clone(), value: *value, positive: false }),
         None => Ok(()),
     }
-}
-
-fn is_campaign(path: &Path) -> bool {
-    let read = ReadOptions { look_for_files: false, allow_outside: true, ..ReadOptions::default() };
-    CampaignFile::read(path, &read).is_ok()
 }
 
 fn wrong_file(path: &Path, target: Target, wanted: &'static str) -> ExportError {

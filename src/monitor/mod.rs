@@ -21,6 +21,7 @@ use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErro
 use crate::finding::{Finding, codes};
 use crate::frame::Dof;
 use crate::model::Model;
+use crate::progress::tell;
 use crate::run::Run;
 
 codes! {
@@ -126,6 +127,7 @@ pub fn watch(
     let at = OutputErrorOptions { segment: options.window, iterations: 6, ..fitting.clone() };
     let problem = Problem::new(&held, runs, &at)?;
     let x0 = problem.initial_states(&held);
+    tell("simulating windows", 0, 0);
     let fit = fit_from(&held, problem, x0, &at)?;
     let mut windows = windows(&fit, options.level);
     let changes = changes(&mut windows);
@@ -151,6 +153,7 @@ pub fn watch(
         warnings.push(Finding::new(&PASSING, text).of_run(&w.run));
     }
     let off: Vec<bool> = segments_off(&fit, &windows, &changes);
+    tell("likely reasons", 0, 0);
     let reasons = if off.contains(&true) { reasons(model, &fit, runs, &off, &at)? } else { Vec::new() };
     Ok(Watch { fits: changes.is_empty(), changes, reasons, windows, warnings })
 }

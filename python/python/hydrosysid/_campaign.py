@@ -11,6 +11,7 @@ from . import _native
 from ._errors import Finding, UsageError
 from ._own_effect import OwnEffect, prepared
 from ._plain import build
+from ._progress import Listener, Progress, listener
 from ._run import Run
 from ._view import html_table
 
@@ -76,21 +77,25 @@ class Campaign:
         self._make(("runs", text, kept))
 
     @classmethod
-    def from_file(cls, path: str | PathLike[str], *, allow_outside: bool = False) -> Campaign:
+    def from_file(
+        cls, path: str | PathLike[str], *, allow_outside: bool = False, progress: Progress = None
+    ) -> Campaign:
         """Reads a campaign file and its logs.
 
         Args:
             path: the TOML file.
             allow_outside: let logs lie outside the campaign's folder.
+            progress: as for `discover`.
         """
         campaign = object.__new__(cls)
-        campaign._make(("file", fspath(path), allow_outside))
+        with listener(progress) as tell:
+            campaign._make(("file", fspath(path), allow_outside), tell)
         return campaign
 
-    def _make(self, source: tuple[Any, ...]) -> None:
+    def _make(self, source: tuple[Any, ...], tell: Listener | None = None) -> None:
         self._source = source
         if source[0] == "file":
-            self._native = _native.NativeCampaign.load(source[1], source[2])
+            self._native = _native.NativeCampaign.load(source[1], source[2], tell)
         else:
             self._native = _native.NativeCampaign.from_runs(source[1], [run._native() for run in source[2]])
         self.name, self.dofs, self.effects, self.runs, findings = json.loads(self._native.about())
@@ -124,10 +129,10 @@ def _unpickled(kind: type[Campaign], source: tuple[Any, ...]) -> Campaign:
     return campaign
 
 
-def campaign_of(given: Campaign | str | PathLike[str]) -> Campaign:
-    """A campaign, or the one in this file."""
+def campaign_of(given: Campaign | str | PathLike[str], tell: Listener | None = None) -> Campaign:
+    """A campaign, or the one in this file; `tell` hears of its reading."""
     if isinstance(given, Campaign):
         return given
     if isinstance(given, str | PathLike):
-        return Campaign.from_file(given)
+        return Campaign.from_file(given, progress=tell)
     raise UsageError(f"a campaign or the path of one is expected, not {type(given).__name__}")

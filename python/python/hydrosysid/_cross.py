@@ -60,11 +60,14 @@ class CrossValidation(Result):
         format: 1.
         models: one a run that can stand alone.
         crossed: each model on each run, by degree of freedom.
+        left_out: names of runs that were left out; the twenty longest make models, and of the others the twenty longest
+            are simulated.
     """
 
     format: int
     models: tuple[OwnModel, ...]
     crossed: tuple[Crossed, ...]
+    left_out: tuple[str, ...] = ()
 
     title: ClassVar[str] = "Each run's own model on every run"
 

@@ -31,7 +31,8 @@ class FoundEffect:
     Attributes:
         id: ``id``, ``id@dof`` or ``id@dof:other``.
         dofs: degrees of freedom in which it acts.
-        parameters: its parameters in the final fit.
+        parameters: its parameters in the final fit; none of a whole row of the Coriolis forces, which is tied to the
+            inertias.
         p_value: probability of as much by chance, over all candidates.
         also_possible: other names that this data allows.
         evidence: one sentence.
@@ -123,11 +124,16 @@ class Residual:
 
 @dataclass(frozen=True)
 class SmallestVisible:
-    """The smallest size of an effect that this data would have shown."""
+    """The smallest size of an effect that this data would have shown.
+
+    `tied` is the whole row of the Coriolis forces, its coefficients those of the inertias: it has no parameter, and its
+    size is the share of it, 1 for all of it.
+    """
 
     id: str
     value: float
     unit: str
+    tied: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,20 +171,20 @@ class Discovery(Result):
     title: ClassVar[str] = "Missing effects"
 
     def rows(self) -> Rows:
-        """One row a parameter of an effect that was found."""
-        return [
-            {
+        """One row a parameter of an effect that was found; one without for a row that is tied to the inertias."""
+
+        def row(effect: FoundEffect, p: FoundParameter | None) -> dict[str, Any]:
+            return {
                 "effect": effect.id,
-                "name": p.name,
-                "value": p.value,
-                "std": p.std,
-                "unit": p.unit,
+                "name": "whole row, tied to the inertias" if p is None else p.name,
+                "value": None if p is None else p.value,
+                "std": None if p is None else p.std,
+                "unit": "" if p is None else p.unit,
                 "p_value": effect.p_value,
                 "also_possible": ", ".join(effect.also_possible),
             }
-            for effect in self.effects
-            for p in effect.parameters
-        ]
+
+        return [row(effect, p) for effect in self.effects for p in effect.parameters or (None,)]
 
     def _gap_rows(self) -> Rows:
         return [

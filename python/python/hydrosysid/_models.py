@@ -46,6 +46,32 @@ class Export(Result):
         return [{"target": self.target, "lost": name} for name in self.lost]
 
 
+class _Apart(Result):
+    """Parameters beside others of the same name, and how far they are apart."""
+
+    parameters: tuple[ParameterDifference, ...] | tuple[PublishedParameter, ...]
+
+    def _difference(self) -> str:
+        """What of what, in words."""
+        raise NotImplementedError
+
+    def rows(self) -> Rows:
+        """One row a parameter."""
+        return [dict(vars(p)) for p in self.parameters]
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Difference of each parameter in its standard deviations, with the band of 95 %.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.barh`.
+        """
+        known = [(f"{p.effect} {p.name}", p.z) for p in self.parameters if p.z is not None]
+        ax = bars(ax, known, 0.0, f"{self._difference()}, standard deviations", style)
+        ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
+        return ax
+
+
 @dataclass(frozen=True)
 class ParameterDifference:
     """One parameter of two models: `b` less `a`, its standard deviation, 95 % interval, z and probability."""
@@ -74,7 +100,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModelDifference(Result):
+class ModelDifference(_Apart):
     """Two models of a vehicle told apart.
 
     Attributes:
@@ -99,18 +125,8 @@ class ModelDifference(Result):
 
     title: ClassVar[str] = "Two models"
 
-    def rows(self) -> Rows:
-        """One row a parameter."""
-        return [dict(vars(p)) for p in self.parameters]
-
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Difference of each parameter in its standard deviations, with the band of 95 %.
-
-        Args:
-            ax: axes to draw into; new ones when absent.
-            style: passed on to `matplotlib.axes.Axes.barh`.
-        """
-        return _apart(ax, self.parameters, f"{self.b} less {self.a}, standard deviations", style)
+    def _difference(self) -> str:
+        return f"{self.b} less {self.a}"
 
 
 @dataclass(frozen=True)
@@ -131,7 +147,7 @@ class PublishedParameter:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PublishedComparison(Result):
+class PublishedComparison(_Apart):
     """Published parameters held against the runs of a campaign and the own estimates.
 
     Attributes:
@@ -152,18 +168,8 @@ class PublishedComparison(Result):
 
     title: ClassVar[str] = "Published parameters"
 
-    def rows(self) -> Rows:
-        """One row a parameter."""
-        return [dict(vars(p)) for p in self.parameters]
-
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Published less own value of each parameter in its standard deviations, with the band of 95 %.
-
-        Args:
-            ax: axes to draw into; new ones when absent.
-            style: passed on to `matplotlib.axes.Axes.barh`.
-        """
-        return _apart(ax, self.parameters, "published less own, standard deviations", style)
+    def _difference(self) -> str:
+        return "published less own"
 
 
 @dataclass(frozen=True)
@@ -266,12 +272,3 @@ class Monitored(Result):
         ax = over_noise(ax, lines, "disagreement over noise", style)
         ax.set(xlabel="t, s", title=name)
         return ax
-
-
-def _apart(
-    ax: Axes | None, found: tuple[ParameterDifference | PublishedParameter, ...], label: str, style: dict[str, Any]
-) -> Axes:
-    known = [(f"{p.effect} {p.name}", p.z) for p in found if p.z is not None]
-    ax = bars(ax, known, 0.0, label, style)
-    ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
-    return ax

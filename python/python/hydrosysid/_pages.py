@@ -120,7 +120,8 @@ def report(
         progress: as for `discover`.
     """
     place = may_write(output, force)
-    native = campaign_of(campaign)._native
+    with listener(progress) as tell:
+        native = campaign_of(campaign, tell)._native
     inputs = [(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in map(Path, native.sources())]
     given = None if params is None else published(params)
     with listener(progress) as tell:
@@ -147,7 +148,12 @@ def tank_campaign(folder: str | PathLike[str], *, seed: int = 1, noise: float = 
 
 
 def demo(
-    folder: str | PathLike[str] = "demo", *, seed: int = 1, noise: float = 1.0, hide: str = "coriolis_yaw"
+    folder: str | PathLike[str] = "demo",
+    *,
+    seed: int = 1,
+    noise: float = 1.0,
+    hide: str = "coriolis_yaw",
+    progress: Progress = None,
 ) -> dict[str, Any]:
     """The whole procedure on the virtual tank, and an effect that was hidden found again; takes a minute.
 
@@ -156,6 +162,7 @@ def demo(
         seed: seed of the tank.
         noise: noise of the sensors in units of the ordinary one.
         hide: effect that the second campaign hides, an id of `effects`.
+        progress: as for `discover`.
 
     Returns:
         The numbers, as ``demo.json`` holds them.
@@ -164,7 +171,8 @@ def demo(
         DataError, UsageError: the reason stands on standard error.
     """
     words = ["demo", "--quiet", "--force", "--folder", fspath(folder), "--seed", str(seed), "--noise", str(noise)]
-    code = _native.command(["hydrosysid", *words, "--hide", hide])
+    with listener(progress) as tell:
+        code = _native.watched_command(["hydrosysid", *words, "--hide", hide], tell)
     if code != 0:
         kind = DataError if code == 1 else UsageError
         raise kind("the demo was not made: the reason stands on standard error")

@@ -21,7 +21,7 @@ from ._models import ModelDifference, Monitored, PublishedComparison
 from ._motion import Comparison, Simulation
 from ._plain import build, plain, toml_text
 from ._planning import Plan
-from ._progress import Progress, listener
+from ._progress import Listener, Progress, listener
 from ._run import Run
 
 Source = Campaign | str | PathLike[str]
@@ -64,7 +64,7 @@ def fit(
                 raise UsageError("stream = True: integral least squares of a campaign that is given by its path")
             result, model = _native.fit_streamed(fspath(campaign), tell)
         else:
-            result, model = campaign_of(campaign)._native.fit(estimator, thorough, tell)
+            result, model = campaign_of(campaign, tell)._native.fit(estimator, thorough, tell)
     return build(Fit, json.loads(result) | {"model": model})
 
 
@@ -76,12 +76,12 @@ def simulate(campaign: Source, model: Model | None = None, *, progress: Progress
         model: a fit, or the path of a model file; fitted now when absent.
         progress: as for `discover`.
     """
-    loaded = campaign_of(campaign)
     with listener(progress) as tell:
-        return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model), tell)))
+        loaded = campaign_of(campaign, tell)
+        return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model, tell), tell)))
 
 
-def force_components(campaign: Source, model: Model | None = None) -> tuple[Forces, ...]:
+def force_components(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> tuple[Forces, ...]:
     """The force of each term of a model over time, for each run of free motion and degree of freedom.
 
     A balance that hangs on what no sensor logs has no entry.
@@ -89,9 +89,11 @@ def force_components(campaign: Source, model: Model | None = None) -> tuple[Forc
     Args:
         campaign: a campaign, or the path of one.
         model: a fit, or the path of a model file; fitted now when absent.
+        progress: as for `discover`.
     """
-    loaded = campaign_of(campaign)
-    parts = json.loads(loaded._native.components(_model(loaded, model)))
+    with listener(progress) as tell:
+        loaded = campaign_of(campaign, tell)
+        parts = json.loads(loaded._native.components(_model(loaded, model, tell), tell))
     return tuple(build(Forces, entry) for entry in parts["runs"])
 
 
@@ -103,9 +105,9 @@ def compare(campaign: Source, model: Model | None = None, *, progress: Progress 
         model: a fit, or the path of a model file; fitted now when absent.
         progress: as for `discover`.
     """
-    loaded = campaign_of(campaign)
     with listener(progress) as tell:
-        return build(Comparison, json.loads(loaded._native.compare(_model(loaded, model), tell)))
+        loaded = campaign_of(campaign, tell)
+        return build(Comparison, json.loads(loaded._native.compare(_model(loaded, model, tell), tell)))
 
 
 Family = Literal["body", "actuator", "environment", "sensor"]
@@ -119,7 +121,9 @@ def published(params: Published) -> tuple[str, str]:
     return Path(params).read_text(encoding="utf-8"), fspath(params)
 
 
-def compare_published(campaign: Source, params: Published, model: Model | None = None) -> PublishedComparison:
+def compare_published(
+    campaign: Source, params: Published, model: Model | None = None, *, progress: Progress = None
+) -> PublishedComparison:
     """Holds published parameters against the runs of a campaign and against its own estimates.
 
     Args:
@@ -127,12 +131,14 @@ def compare_published(campaign: Source, params: Published, model: Model | None =
         params: the path of a TOML file, or its content as a mapping: ``format``, ``convention`` (``sname``,
             ``hydrosysid`` or ``fossen``), ``source``, ``mass``, ``inertia`` and ``parameters``.
         model: the own model: a fit, or the path of a model file; fitted now when absent.
+        progress: as for `discover`.
 
     Raises:
         UsageError: a name that is no parameter, or a convention that does not fit; the message names the key.
     """
-    loaded = campaign_of(campaign)
-    result = loaded._native.compare_published(_model(loaded, model), *published(params))
+    with listener(progress) as tell:
+        loaded = campaign_of(campaign, tell)
+        result = loaded._native.compare_published(_model(loaded, model, tell), *published(params), tell)
     return build(PublishedComparison, json.loads(result))
 
 
@@ -152,7 +158,7 @@ def cross_validate(
         DataError: the data does not determine the parameters.
     """
     with listener(progress) as tell:
-        return build(CrossValidation, json.loads(campaign_of(campaign)._native.cross_validate(estimator, tell)))
+        return build(CrossValidation, json.loads(campaign_of(campaign, tell)._native.cross_validate(estimator, tell)))
 
 
 def compare_models(a: Model, b: Model, *, names: tuple[str, str] | None = None) -> ModelDifference:
@@ -169,7 +175,9 @@ def compare_models(a: Model, b: Model, *, names: tuple[str, str] | None = None) 
     return build(ModelDifference, json.loads(result))
 
 
-def monitor(campaign: Source, model: Model, *, window: float = 8.0, level: float = 0.01) -> Monitored:
+def monitor(
+    campaign: Source, model: Model, *, window: float = 8.0, level: float = 0.01, progress: Progress = None
+) -> Monitored:
     """Runs a model, all parameters held, along the runs of a campaign and says where it no longer fits.
 
     Args:
@@ -177,9 +185,11 @@ def monitor(campaign: Source, model: Model, *, window: float = 8.0, level: float
         model: a fit, or the path of a model file.
         window: length of a window, s.
         level: probability of a false alarm in all windows together, by white noise.
+        progress: as for `discover`.
     """
-    loaded = campaign_of(campaign)
-    return build(Monitored, json.loads(loaded._native.monitor(_model(loaded, model), window, level)))
+    with listener(progress) as tell:
+        loaded = campaign_of(campaign, tell)
+        return build(Monitored, json.loads(loaded._native.monitor(_model(loaded, model), window, level, tell)))
 
 
 def discover(campaign: Source, *, families: Iterable[Family] | None = None, progress: Progress = None) -> Discovery:
@@ -195,7 +205,7 @@ def discover(campaign: Source, *, families: Iterable[Family] | None = None, prog
     """
     chosen = None if families is None else list(families)
     with listener(progress) as tell:
-        return build(Discovery, json.loads(campaign_of(campaign)._native.discover(chosen, tell)))
+        return build(Discovery, json.loads(campaign_of(campaign, tell)._native.discover(chosen, tell)))
 
 
 def plan(
@@ -253,7 +263,7 @@ def plan(
     model = _model_text(source)
     with listener(progress) as tell:
         if model is None:
-            result, told = _native.plan_campaign(campaign_of(cast("Source", source))._native, text, tell)
+            result, told = _native.plan_campaign(campaign_of(cast("Source", source), tell)._native, text, tell)
         else:
             result, told = _native.plan_model(model, text, tell)
     commands = tuple(Run(signals, name=name, kind=kind) for name, kind, signals in told)
@@ -281,6 +291,7 @@ def check(
     *,
     allow_outside: bool = False,
     required: Iterable[str] = (),
+    progress: Progress = None,
     **log: Any,
 ) -> Check:
     """Checks a campaign (a ``.toml`` file) or bare logs before anything is fitted; what is refused is a result.
@@ -289,17 +300,20 @@ def check(
         source: a campaign file, a log, or several logs.
         allow_outside: let the campaign's logs lie outside its folder.
         required: columns that a bare log must have.
+        progress: as for `discover`.
         log: the reading options of ``[log]`` for bare logs.
     """
     if isinstance(source, str | PathLike):
         if Path(source).suffix == ".toml":
-            return build(Check, json.loads(_native.check_campaign(fspath(source), allow_outside)))
+            with listener(progress) as tell:
+                return build(Check, json.loads(_native.check_campaign(fspath(source), allow_outside, tell)))
         source = [source]
     paths = [fspath(path) for path in source]
-    return build(Check, json.loads(_native.check_logs(paths, json.dumps(log), list(required))))
+    with listener(progress) as tell:
+        return build(Check, json.loads(_native.check_logs(paths, json.dumps(log), list(required), tell)))
 
 
-def _model(campaign: Campaign, model: Model | None) -> str:
+def _model(campaign: Campaign, model: Model | None, tell: Listener | None = None) -> str:
     if model is None:
-        return fit(campaign).model
+        return fit(campaign, progress=tell).model
     return model.model if isinstance(model, Fit) else Path(model).read_text(encoding="utf-8")

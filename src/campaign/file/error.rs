@@ -103,6 +103,12 @@ pub enum Problem {
         /// The first byte that does not belong.
         byte: u8,
     },
+    /// A file of another kind: a model, a log.
+    #[error("{told}")]
+    OtherFile {
+        /// What it is, and what would be right.
+        told: &'static str,
+    },
     /// Not TOML.
     #[error("{message}")]
     Syntax {
@@ -285,8 +291,11 @@ pub enum Problem {
     Log(OptionsError),
 }
 
-fn io_text(kind: std::io::ErrorKind) -> String {
-    std::io::Error::from(kind).to_string()
+pub(in crate::campaign) fn io_text(kind: std::io::ErrorKind) -> String {
+    match kind {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        other => std::io::Error::from(other).to_string(),
+    }
 }
 
 fn did_you_mean(nearest: &Option<String>) -> String {

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 pub use discover::DiscoverTable;
+pub(super) use error::io_text;
 pub use error::{CampaignError, CampaignErrors, Location, Problem};
 pub use fit::{Estimator, FitTable};
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
@@ -163,6 +164,10 @@ impl CampaignFile {
     fn from_text(text: &str, path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
         let mut report = Report::new(path, text);
         let (mut root, errors) = DeTable::parse_recoverable(text);
+        if let Some(told) = other_file(root.get_ref(), text, !errors.is_empty()) {
+            report.at_span(0..0, Problem::OtherFile { told });
+            return Err(report.into_errors());
+        }
         if !errors.is_empty() {
             report.source.spots = tree::spots(root.get_ref());
             for error in &errors {
@@ -226,6 +231,21 @@ fn unreadable(path: &Path, kind: std::io::ErrorKind) -> CampaignErrors {
     let problem = Problem::CannotRead { kind };
     let error = CampaignError { file: file.clone(), location: None, key: String::new(), value: None, problem };
     CampaignErrors { file, text: "".into(), errors: vec![error], more: false }
+}
+
+/// What a file is that is no campaign file at all, so that none of its lines need be gone through.
+fn other_file(root: &DeTable<'_>, text: &str, broken: bool) -> Option<&'static str> {
+    // a model says which version wrote it, a campaign never does
+    if root.keys().any(|key| key.get_ref() == "hydrosysid") {
+        return Some(
+            "this is a model file, and a campaign file is wanted: one with [vehicle], [model] and [[run]] tables",
+        );
+    }
+    let first = text.lines().find(|line| !line.trim().is_empty())?.trim_start();
+    let table = !first.contains('=') && !first.starts_with(['[', '#']) && first.contains([',', ';', '\t']);
+    (broken && table).then_some(
+        "this is no campaign file but looks like a log: `hydrosysid init LOG -o campaign.toml` writes one from logs",
+    )
 }
 
 /// The format asked for, when it is a whole number at all.

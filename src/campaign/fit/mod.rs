@@ -23,6 +23,7 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
 use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
+use crate::progress::tell;
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
 
@@ -62,6 +63,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         };
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
     }
+    tell(format!("fitting by {}", estimator.name().replace('_', " ")), 0, 0);
     let mut raw = match estimator {
         Estimator::OutputError => output_error::by_output_error(campaign, &runs)?,
         Estimator::Staged => rows::by_stages(campaign)?,

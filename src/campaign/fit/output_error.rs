@@ -12,16 +12,20 @@ use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, StdMetho
 use crate::estimate::started;
 use crate::finding::Finding;
 use crate::frame::Dof;
+use crate::progress::tell;
 use crate::run::Run;
 
 pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let options = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };
-    let mut fitted = output_error(&started(&campaign.model, runs), runs, &options)?;
+    let telling = OutputErrorOptions { told: true, ..options.clone() };
+    let mut fitted = output_error(&started(&campaign.model, runs), runs, &telling)?;
+    tell("what the data tells apart", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {
         let text = format!("output error stopped after {} steps without having converged", fitted.iterations);
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
+    warnings.extend(far_above_noise(&fitted));
     let carried = thrust::carried(campaign, runs, |runs| fitted.response(runs, &options))?;
     if let Some(carried) = &carried {
         widen(&mut fitted, carried);
@@ -59,6 +63,22 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         identifiability,
         warnings,
     })
+}
+
+/// Disagreement over noise of the sensor from which on a model lacks something, whatever else is said of it.
+const FAR: f64 = 3.0;
+
+/// Says that the model is far from the data it was fitted to.
+fn far_above_noise(fitted: &OutputErrorFit) -> Option<Finding> {
+    let times = fitted.times_noise();
+    let outputs = fitted.problem.dynamics.outputs.iter().zip(times);
+    let far: Vec<String> =
+        outputs.filter(|(_, times)| *times > FAR).map(|(name, times)| format!("{name} by {times:.1}")).collect();
+    let text = format!(
+        "the fitted runs are off by several times the noise of their sensors ({}): the model lacks something, and its parameters make up for it; `hydrosysid discover` looks for what",
+        far.join(", ")
+    );
+    (!far.is_empty()).then(|| Finding::new(&codes::MORE_MISSING, text))
 }
 
 /// Adds to the covariance of the unknowns, and to the deviations shown with the model.

@@ -35,6 +35,7 @@ pub(super) struct Arguments {
 
 /// Options of every verb.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Options of every verb")]
 pub(super) struct Shared {
     /// Write the result as JSON to FILE, or to standard output with `-` (then no table).
     #[arg(long, value_name = "FILE", global = true)]

@@ -24,6 +24,8 @@ pub struct RunByRun {
     pub values: Vec<f64>,
     /// Their covariance, row-major, SI.
     pub covariance: Vec<f64>,
+    /// Root mean square of what that fit leaves of each output, in units of its noise.
+    pub left: Vec<f64>,
 }
 
 /// A straight line through estimates of runs.
@@ -85,6 +87,7 @@ fn of_runs(fit: &OutputErrorFit, parameter: usize, common: f64) -> Option<RunByR
             .iter()
             .flat_map(|(a, _)| kept.iter().map(|(b, _)| fit.covariance[a * p + b]).collect::<Vec<_>>())
             .collect(),
+        left: fit.times_noise(),
     })
 }
 
@@ -117,8 +120,12 @@ mod tests {
     fn exact_line_and_its_deviation() {
         let numbers = [1.0, 2.0, 6.0];
         let covariance = (0..9).map(|k| if k / 3 == k % 3 { 1.0 } else { 0.0 }).collect();
-        let estimates =
-            RunByRun { runs: vec![0, 1, 2], values: numbers.iter().map(|x| 3.0 + 2.0 * x).collect(), covariance };
+        let estimates = RunByRun {
+            runs: vec![0, 1, 2],
+            values: numbers.iter().map(|x| 3.0 + 2.0 * x).collect(),
+            covariance,
+            left: vec![],
+        };
         let found = trend(&estimates, &numbers).unwrap();
         assert!((found.slope - 2.0).abs() < 1e-12 && (found.intercept - 3.0).abs() < 1e-12);
         assert!((found.std - 1.0 / 14f64.sqrt()).abs() < 1e-12);

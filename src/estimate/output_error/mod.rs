@@ -36,6 +36,7 @@ pub use loss::Loss;
 pub(crate) use step_error::step_error;
 
 use crate::model::Model;
+use crate::progress;
 use crate::run::Run;
 use crate::simulate::TrackError;
 
@@ -60,6 +61,8 @@ pub struct OutputErrorOptions {
     pub loss: Loss,
     /// Whether segments are joined at the end where the data allow it, so that fewer initial states take information.
     pub join: bool,
+    /// Whether each step is told to who watches; a fit within other work keeps silent.
+    pub told: bool,
 }
 
 impl Default for OutputErrorOptions {
@@ -74,6 +77,7 @@ impl Default for OutputErrorOptions {
             cluster: 24.0,
             loss: Loss::Squares,
             join: false,
+            told: false,
         }
     }
 }
@@ -142,6 +146,13 @@ pub struct OutputErrorFit {
     pub converged: bool,
 }
 
+impl OutputErrorFit {
+    /// Root mean square of the residuals of each output in units of its noise.
+    pub fn times_noise(&self) -> Vec<f64> {
+        self.residual_rms.iter().zip(&self.problem.sigma).map(|(rms, sigma)| rms / sigma).collect()
+    }
+}
+
 /// Fits the free parameters of `model`, which holds their starting values, to `runs`.
 ///
 /// # Errors
@@ -188,6 +199,9 @@ pub(crate) fn fit_from(
     let mut held = vec![0.0; problem.segments.len()];
     while iterations < options.iterations {
         iterations += 1;
+        if options.told {
+            progress::tell("fitting by output error", iterations, 0);
+        }
         let global = normal_factor(&problem, &model, &current);
         let (step, predicted) = damped_step(&global, &model, &unknowns, damping);
         let mut trial = model.clone();

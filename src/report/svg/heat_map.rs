@@ -119,11 +119,18 @@ fn colour(value: f64, colours: Colours) -> (&'static str, f64) {
     }
 }
 
-/// As many decimals as the cell has room for.
+/// As many decimals as the cell has room for, at last without the 0 in front; nothing where a number below 1 would become
+/// a 0 or a 1.
 fn fitting(value: f64, decimals: usize, room: f64) -> String {
-    let texts = (0..=decimals).rev().map(|decimals| digits(value, decimals));
+    let fewest = usize::from(value.abs() < 1.0).min(decimals);
+    let texts = (fewest..=decimals).rev().flat_map(|decimals| {
+        let text = digits(value, decimals);
+        let zero = text.bytes().all(|b| b == b'0' || b == b'.');
+        let short = if zero { "0".to_string() } else { text.replacen("0.", ".", 1) };
+        [text.clone(), if value.abs() < 1.0 { short } else { text }]
+    });
     let mut narrow = texts.skip_while(|text| text_width(&Label::from(text.as_str())) > room);
-    narrow.next().unwrap_or_else(|| digits(value, 0))
+    narrow.next().unwrap_or_default()
 }
 
 fn digits(value: f64, decimals: usize) -> String {
@@ -146,6 +153,9 @@ mod tests {
     fn a_narrow_cell_gives_up_decimals() {
         assert_eq!(fitting(117.13, 1, 80.0), "117.1");
         assert_eq!(fitting(117.13, 1, 26.0), "117");
-        assert_eq!(fitting(0.25, 2, 3.0), "0");
+        let room = text_width(&Label::from("−.6"));
+        assert_eq!(fitting(-0.56, 2, room), "−.6", "and never −1");
+        assert_eq!(fitting(0.01, 2, text_width(&Label::from("0"))), "0");
+        assert_eq!(fitting(0.25, 2, 3.0), "");
     }
 }
