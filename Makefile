@@ -77,8 +77,9 @@ bench: wheel
 	$(PEERS)/bin/python -m pip install --quiet -r benches/peers/requirements.txt
 	cargo build --release
 	cargo bench --bench parts --bench least_squares | tee target/parts.txt
-	partner=$$(cargo bench --bench partner --no-run --message-format=json | sed -n 's/.*"name":"partner".*"executable":"\([^"]*\)".*/\1/p') && \
-	$(PEERS)/bin/python benches/peers/run.py "$$partner" target/release/hydrosysid $(BIN)/python \
+	cargo bench --no-run --bench partner --bench growth --message-format=json > target/benches.json
+	built() { sed -n "s/.*\"name\":\"$$1\".*\"executable\":\"\([^\"]*\)\".*/\1/p" target/benches.json; } && \
+	$(PEERS)/bin/python benches/peers/run.py "$$(built partner)" "$$(built growth)" target/release/hydrosysid $(BIN)/python \
 		--parts target/parts.txt --write docs/benchmarks.md
 
 clean:

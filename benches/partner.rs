@@ -18,9 +18,7 @@ use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
-use hydrosysid::estimate::{
-    Blocks, LeastSquaresOptions, Names, Refinement, RegressorOptions, least_squares_with, regressors_of, started,
-};
+use hydrosysid::estimate::{Blocks, Names, Refinement, RegressorOptions, folded, regressors_of, started};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
@@ -97,11 +95,14 @@ impl Works {
         }
     }
 
+    /// Rows folded as they are made; where every digit is asked for they are made twice.
     fn regress(&self, refinement: Refinement) -> String {
-        let (model, run) = &self.columns;
-        let columns = regressors_of(Dof::Surge, &[run], model, RegressorOptions::default()).expect("surge is linear");
-        let options = LeastSquaresOptions { refinement, ..LeastSquaresOptions::default() };
-        let fit = least_squares_with(&columns.slices(), &columns.rhs, &options).expect("full rank");
+        let ((model, run), options) = (&self.columns, RegressorOptions::default());
+        let rows = folded(Dof::Surge, run, model, options).expect("surge is linear");
+        let fit = match refinement {
+            Refinement::Always => rows.refined(run, model, options).expect("full rank"),
+            _ => rows.tall.fit().expect("full rank"),
+        };
         format!("{:?} cond {:e}", fit.coefficients, fit.condition_number)
     }
 

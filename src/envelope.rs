@@ -57,10 +57,9 @@ pub fn of<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Envelope {
     let mut seen = Envelope::new();
     for run in runs {
         for name in channels() {
-            for x in run.signal(&name).map_or(&[][..], |s| s.values()) {
-                let range = seen.entry(name.clone()).or_insert([*x, *x]);
-                *range = [range[0].min(*x), range[1].max(*x)];
-            }
+            let Some((first, rest)) = run.signal(&name).and_then(|s| s.values().split_first()) else { continue };
+            let range = seen.entry(name).or_insert([*first; 2]);
+            *range = std::iter::once(first).chain(rest).fold(*range, |[low, high], x| [low.min(*x), high.max(*x)]);
         }
     }
     seen

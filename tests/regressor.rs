@@ -7,7 +7,9 @@ mod shared;
 use std::sync::Arc;
 
 use hydrosysid::effects::Coriolis;
-use hydrosysid::estimate::{Columns, Nodes, RegressorOptions, Span, regressors_of};
+use hydrosysid::estimate::{
+    Columns, LeastSquaresOptions, Nodes, Refinement, RegressorOptions, Span, folded, least_squares_with, regressors_of,
+};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
@@ -181,4 +183,50 @@ fn a_balance_without_a_known_force_is_refused() {
     let run = run(&[("u", &time, u), ("tau_u", &time, tau)]);
     let error = regressors_of(Dof::Surge, &[&run], &model, RegressorOptions::default()).unwrap_err();
     assert!(error.to_string().contains("no known force"), "{error}");
+}
+
+/// A run in which everything moves, `n` samples at 10 Hz; the command at `rate` Hz.
+fn lively(n: usize, rate: f64) -> Run {
+    let time: Vec<f64> = (0..n).map(|k| 0.1 * k as f64).collect();
+    let stamps: Vec<f64> = (0..(n as f64 * rate / 10.0) as usize).map(|k| k as f64 / rate).collect();
+    let u = time.iter().map(|t| 0.5 + 0.3 * (0.21 * t).sin() + 0.05 * (1.7 * t).cos()).collect();
+    let tau = stamps.iter().map(|t| 180.0 + 140.0 * (0.22 * t).sin() + 20.0 * (1.9 * t).sin()).collect();
+    run(&[("u", &time, u), ("tau_u", &stamps, tau)])
+}
+
+/// Another order of the same rows; refined, both are right to the last digit but for the rounding of the rows themselves.
+#[test]
+fn folded_rows_are_the_rows_that_are_kept() {
+    let model = surge(&["inertia", "linear_drag", "quadratic_drag", "bias"]);
+    let always = LeastSquaresOptions { refinement: Refinement::Always, ..LeastSquaresOptions::default() };
+    for (rate, span) in [(10.0, 1), (7.0, 1), (10.0, 3)] {
+        let (run, options) = (lively(40_000, rate), options(Span::Samples(span)));
+        let columns = regressors_of(Dof::Surge, &[&run], &model, options).unwrap();
+        let kept = least_squares_with(&columns.slices(), &columns.rhs, &always).unwrap();
+        let rows = folded(Dof::Surge, &run, &model, options).unwrap();
+        let (fit, refined) = (rows.tall.fit().unwrap(), rows.refined(&run, &model, options).unwrap());
+        assert_eq!((fit.rows, rows.parameters), (columns.rows(), columns.parameters));
+        assert!(refined.refined && !fit.refined);
+        for k in 0..4 {
+            let close = |a: f64, b: f64, to: f64| assert!((a / b - 1.0).abs() < to, "{rate} {span} {k}: {a} {b}");
+            close(fit.coefficients[k], kept.coefficients[k], 1e-10);
+            close(fit.standard_errors[k], kept.standard_errors[k], 1e-10);
+            close(refined.coefficients[k], kept.coefficients[k], 1e-14);
+            close(refined.standard_errors[k], kept.standard_errors[k], 1e-14);
+        }
+    }
+}
+
+#[test]
+fn law_folded_rows_do_not_depend_on_threads() {
+    let model = surge(&["inertia", "linear_drag", "quadratic_drag", "bias"]);
+    let (run, options) = (lively(60_000, 10.0), RegressorOptions::default());
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let rows = folded(Dof::Surge, &run, &model, options).unwrap();
+            (rows.tall.fit().unwrap(), rows.refined(&run, &model, options).unwrap())
+        })
+    };
+    assert_eq!(with(1), with(2));
 }

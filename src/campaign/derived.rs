@@ -69,20 +69,11 @@ pub(super) fn dominant_period(signal: &Signal) -> f64 {
     }
     let every = x.len().div_ceil(SAMPLES);
     let samples: Vec<(f64, f64)> = time.iter().zip(x).step_by(every).map(|(t, v)| (t - first, v - centre)).collect();
-    let power = |f: f64| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (t, v) in &samples {
-            let (s, c) = (std::f64::consts::TAU * f * t).sin_cos();
-            re += v * c;
-            im += v * s;
-        }
-        re * re + im * im
-    };
     // a quarter of the resolution 1/span: the peak is a parabola there; no vehicle oscillates faster than 5 Hz
     let step = 0.25 / span;
     let most = (0.5 * samples.len() as f64 / span).min(5.0).min(1000.0 * step);
     let grid: Vec<f64> = (3..).map(|k| f64::from(k) * step).take_while(|f| *f <= most.max(4.0 * step)).collect();
-    let powers: Vec<f64> = grid.iter().map(|f| power(*f)).collect();
+    let powers = powers(&samples, 3.0 * step, step, grid.len());
     let Some(best) = (0..grid.len()).max_by(|a, b| powers[*a].total_cmp(&powers[*b])) else { return 0.0 };
     let shift = match (best.checked_sub(1).map(|k| powers[k]), powers.get(best + 1)) {
         (Some(before), Some(after)) => {
@@ -92,6 +83,24 @@ pub(super) fn dominant_period(signal: &Signal) -> f64 {
         _ => 0.0,
     };
     1.0 / (grid[best] + shift * step)
+}
+
+/// |Σ v exp(2πi f t)|² at `count` frequencies from `first` on, `step` apart. From one to the next each sample turns by the
+/// same angle, so that its sine and cosine are calculated once.
+fn powers(samples: &[(f64, f64)], first: f64, step: f64, count: usize) -> Vec<f64> {
+    let turned = |f: f64| samples.iter().map(move |(t, _)| (std::f64::consts::TAU * f * t).sin_cos());
+    let mut at: Vec<(f64, f64)> = turned(first).zip(samples).map(|((s, c), (_, v))| (v * s, v * c)).collect();
+    let by: Vec<(f64, f64)> = turned(step).collect();
+    let power = |_| {
+        let (mut re, mut im) = (0.0, 0.0);
+        for ((s, c), (by_s, by_c)) in at.iter_mut().zip(&by) {
+            re += *c;
+            im += *s;
+            (*s, *c) = (*s * by_c + *c * by_s, *c * by_c - *s * by_s);
+        }
+        re * re + im * im
+    };
+    (0..count).map(power).collect()
 }
 
 fn mean(x: &[f64]) -> f64 {

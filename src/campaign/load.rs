@@ -236,6 +236,7 @@ pub(super) fn assemble(
     let (mut runs, mut refused) = (Vec::new(), Vec::new());
     let mut position = true;
     let driven = baseline::driven_by_formulas(&file);
+    let whole = !logged.iter().any(|logged| logged.piece);
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
         prepare(&file, &mut logged, table, k)?;
         vertical::unfold(&model, &mut logged.run);
@@ -254,7 +255,9 @@ pub(super) fn assemble(
         }
         runs.push(logged.run);
     }
-    derived::add(&mut runs, &file.vehicle, &model.dofs);
+    if whole {
+        derived::add(&mut runs, &file.vehicle, &model.dofs);
+    }
     refused.extend(absent_channels(&model, &runs));
     let (errors, others): (Vec<_>, Vec<_>) =
         vertical::findings(&model, &runs).into_iter().partition(|f| f.severity == Severity::Error);

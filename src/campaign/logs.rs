@@ -22,6 +22,8 @@ pub(super) struct Logged {
     pub findings: Vec<Finding>,
     /// Whether the position is a measurement of its own.
     pub position: bool,
+    /// Whether it is a piece of a run, of which nothing is made that needs a whole one.
+    pub piece: bool,
 }
 
 /// Reads the logs of `table`, whose name in messages is `name`.

@@ -2,6 +2,7 @@
 
 mod at_samples;
 mod balance;
+mod folded;
 pub mod identifiability;
 mod integral;
 mod nodes;
@@ -11,9 +12,11 @@ mod shared_stamps;
 mod start;
 mod steady;
 mod streamed;
+mod sums;
 
 pub use at_samples::{Components, DirectError, direct_columns, force_components};
 pub use balance::RegressorError;
+pub use folded::{Folded, folded};
 pub use integral::{IntegralError, IntegralOptions, RowFit, fit_rows, integral_least_squares};
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};

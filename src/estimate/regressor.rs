@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::balance::{Balance, RegressorError, Source};
 use super::nodes::{Nodes, Reader, Span, Stretch, stretches};
 use super::shared_stamps::write_rows;
+use super::sums::Sums;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
@@ -90,11 +91,11 @@ impl Columns {
     fn extended(&mut self, places: &[usize], time: &[f64]) -> Vec<&mut [f64]> {
         let (before, rows) = (self.rhs.len(), self.rhs.len() + time.len() - 1);
         self.span.extend(time.windows(2).map(|t| (t[0], t[1])));
-        self.rhs.resize(rows, 0.0);
+        lengthen(&mut self.rhs, rows);
         let mut new: Vec<(usize, &mut [f64])> = Vec::with_capacity(places.len());
         for (place, column) in self.columns.iter_mut().enumerate() {
             if let Some(at) = places.iter().position(|p| *p == place) {
-                column.resize(rows, 0.0);
+                lengthen(column, rows);
                 new.push((at, &mut column[before..]));
             }
         }
@@ -102,7 +103,7 @@ impl Columns {
         std::iter::once(&mut self.rhs[before..]).chain(new.into_iter().map(|(_, column)| column)).collect()
     }
 
-    fn index(&mut self, model: &Model, parameter: usize, run: usize, name: &str) -> usize {
+    pub(super) fn index(&mut self, model: &Model, parameter: usize, run: usize, name: &str) -> usize {
         let spec = &model.parameters[parameter].spec;
         let own = spec.per_run.then_some(run);
         let known = self.parameters.iter().position(|c| c.parameter == parameter && c.run == own);
@@ -112,6 +113,15 @@ impl Columns {
             self.columns.push(vec![0.0; self.rhs.len()]);
             self.columns.len() - 1
         })
+    }
+}
+
+/// Makes a column longer by zeros; memory that is new comes with them, and is touched when rows are written.
+fn lengthen(column: &mut Vec<f64>, rows: usize) {
+    if column.is_empty() {
+        *column = vec![0.0; rows];
+    } else {
+        column.resize(rows, 0.0);
     }
 }
 
@@ -125,20 +135,9 @@ pub fn regressors_of(
     model: &Model,
     options: RegressorOptions,
 ) -> Result<Columns, RegressorError> {
-    let columns = rows_of(dof, runs, model, options)?;
-    check_scale(dof, &columns.rhs)?;
-    Ok(columns)
-}
-
-/// [`regressors_of`] for runs in which nothing known may act, such as a piece of a run.
-pub(super) fn rows_of(
-    dof: Dof,
-    runs: &[&Run],
-    model: &Model,
-    options: RegressorOptions,
-) -> Result<Columns, RegressorError> {
     let mut columns = Columns::default();
     stack(&mut columns, dof, runs, model, options)?;
+    check_scale(dof, &columns.rhs)?;
     Ok(columns)
 }
 
@@ -179,7 +178,17 @@ fn stack(
         }
         let places: Vec<usize> = balance.free.iter().map(|p| columns.index(model, *p, index, &run.name)).collect();
         let begin = columns.rows();
-        integrate(&balance, dof, run, index, model, options, &places, columns);
+        if let Some(own) = run.signal(dof.velocity()) {
+            let mut reading = Reading::new(&balance, own, run, index, model, options);
+            for stretch in stretches(run, own, &reading.readers, options.nodes) {
+                if let Some(inputs) = reading.at_stamps(&stretch) {
+                    let new = columns.extended(&places, &stretch.time);
+                    write_rows(&balance.plan, &reading.registers, &stretch.time, &inputs, new);
+                } else {
+                    reading.walk(stretch, &places, columns);
+                }
+            }
+        }
         let rows = columns.rows();
         columns.columns.iter_mut().for_each(|c| c.resize(rows, 0.0));
         columns.blocks.push(Block { dof, run: index, rows: begin..rows });
@@ -187,69 +196,82 @@ fn stack(
     Ok(())
 }
 
-/// Adds the rows of one run.
-#[allow(clippy::too_many_arguments)] // one call; a struct for it would only name the same things twice
-fn integrate(
-    balance: &Balance,
-    dof: Dof,
-    run: &Run,
-    index: usize,
-    model: &Model,
-    options: RegressorOptions,
-    places: &[usize],
-    columns: &mut Columns,
-) {
-    let Some(own) = run.signal(dof.velocity()) else { return };
-    let values = values_in_run(model, index);
-    let mut registers: Registers<LANES> = balance.plan.registers();
-    let (mut slots, mut readers) = (Vec::new(), Vec::new());
-    for (slot, source) in balance.sources.iter().enumerate() {
-        match source {
-            Source::Parameter(p) => {
-                let value = if model.parameters[*p].fixed { values[*p] } else { 0.0 };
-                balance.plan.set(&mut registers, slot, [value; LANES]);
-            }
-            Source::Time => {
-                slots.push(slot);
-                readers.push(Reader::new(&Run::default(), source, 0.0, model.input));
-            }
-            Source::Channel { late, .. } => {
-                slots.push(slot);
-                readers.push(Reader::new(run, source, late.map_or(0.0, |p| values[p]), model.input));
+/// A balance made ready to be evaluated at the instants of one run.
+pub(super) struct Reading<'a> {
+    pub balance: &'a Balance,
+    pub registers: Registers<LANES>,
+    slots: Vec<usize>,
+    pub readers: Vec<Reader>,
+    own: &'a Signal,
+    span: Span,
+    /// Whether a value just before an instant may differ from that just after it.
+    jumps: bool,
+}
+
+impl<'a> Reading<'a> {
+    /// Of the run `index`, with the values of the model's parameters there; `own` logs the velocity of the balance.
+    pub fn new(
+        balance: &'a Balance,
+        own: &'a Signal,
+        run: &Run,
+        index: usize,
+        model: &Model,
+        options: RegressorOptions,
+    ) -> Reading<'a> {
+        let values = values_in_run(model, index);
+        let mut registers: Registers<LANES> = balance.plan.registers();
+        let (mut slots, mut readers) = (Vec::new(), Vec::new());
+        for (slot, source) in balance.sources.iter().enumerate() {
+            match source {
+                Source::Parameter(p) => {
+                    let value = if model.parameters[*p].fixed { values[*p] } else { 0.0 };
+                    balance.plan.set(&mut registers, slot, [value; LANES]);
+                }
+                Source::Time => {
+                    slots.push(slot);
+                    readers.push(Reader::new(&Run::default(), source, 0.0, model.input));
+                }
+                Source::Channel { late, .. } => {
+                    slots.push(slot);
+                    readers.push(Reader::new(run, source, late.map_or(0.0, |p| values[p]), model.input));
+                }
             }
         }
+        balance.plan.prepare(&mut registers);
+        let jumps = readers.iter().any(Reader::jumps);
+        Reading { balance, registers, slots, readers, own, span: options.span, jumps }
     }
-    balance.plan.prepare(&mut registers);
-    let jumps = readers.iter().any(Reader::jumps);
-    let mut sums = Sums::new(balance.free.len() + 1, options.span);
-    for stretch in stretches(run, own, &readers, options.nodes) {
-        if let (Span::Samples(1), false) = (options.span, jumps)
-            && let Some(inputs) = at_stamps(&stretch, own, &slots, &readers)
-        {
-            let columns = columns.extended(places, &stretch.time);
-            write_rows(&balance.plan, &registers, &stretch.time, &inputs, columns);
-            continue;
-        }
+
+    /// What is read at the instants of a stretch, slot by slot, where all of them are stamps of all channels and rows span
+    /// one interval.
+    pub fn at_stamps<'s>(&'s self, stretch: &'s Stretch) -> Option<Vec<(usize, &'s [f64])>> {
+        let one = self.span == Span::Samples(1) && !self.jumps;
+        if one { at_stamps(stretch, self.own, &self.slots, &self.readers) } else { None }
+    }
+
+    /// Adds the rows of a stretch whatever its instants are.
+    pub fn walk(&mut self, stretch: Stretch, places: &[usize], columns: &mut Columns) {
+        let Reading { balance, registers, slots, readers, jumps, .. } = self;
+        let mut sums = Sums::new(balance.free.len() + 1, self.span);
         let Stretch { time, own } = stretch;
-        sums.restart();
         let mut after = registers.clone();
         for (chunk, times) in time.chunks(LANES).enumerate() {
             let mut evaluate = |registers: &mut Registers<LANES>, before: bool| {
-                for (slot, reader) in slots.iter().zip(&mut readers) {
+                for (slot, reader) in slots.iter().zip(readers.iter_mut()) {
                     let at = |k: usize| times[k.min(times.len() - 1)];
                     balance.plan.set(registers, *slot, std::array::from_fn(|k| reader.read(at(k), before)));
                 }
                 balance.plan.evaluate(registers);
             };
-            evaluate(&mut registers, true);
-            if jumps {
+            evaluate(registers, true);
+            if *jumps {
                 evaluate(&mut after, false);
             }
             let outputs = |registers: &Registers<LANES>| -> Vec<[f64; LANES]> {
                 (0..balance.plan.outputs()).map(|k| balance.plan.output(registers, k)).collect()
             };
-            let ends = outputs(&registers);
-            let begins = if jumps { outputs(&after) } else { ends.clone() };
+            let ends = outputs(registers);
+            let begins = if *jumps { outputs(&after) } else { ends.clone() };
             for (k, t) in times.iter().enumerate() {
                 sums.arrive(*t, k, &ends);
                 if own[chunk * LANES + k] {
@@ -279,102 +301,4 @@ fn at_stamps<'a>(
         None => reader.is_time().then_some((*slot, &time[..])),
     };
     slots.iter().zip(readers).map(read).collect()
-}
-
-/// Running integrals from the begin of a row to the instant reached; index 0 is the known part.
-struct Sums {
-    span: Span,
-    begin: Option<f64>,
-    time: f64,
-    /// Intervals of the own sensor since the begin.
-    intervals: usize,
-    momentum_at_begin: Vec<f64>,
-    momentum: Vec<f64>,
-    force: Vec<f64>,
-    integral: Vec<f64>,
-}
-
-impl Sums {
-    fn new(width: usize, span: Span) -> Sums {
-        let zero = || vec![0.0; width];
-        Sums {
-            span,
-            begin: None,
-            time: 0.0,
-            intervals: 0,
-            momentum_at_begin: zero(),
-            momentum: zero(),
-            force: zero(),
-            integral: zero(),
-        }
-    }
-
-    fn restart(&mut self) {
-        self.begin = None;
-        self.intervals = 0;
-    }
-
-    /// At instant `t`, lane `lane`, with what stood just before it.
-    fn arrive(&mut self, t: f64, lane: usize, outputs: &[[f64; LANES]]) {
-        let width = self.integral.len();
-        for j in 0..width {
-            self.momentum[j] = outputs[j][lane];
-            let force = outputs[width + j][lane];
-            self.integral[j] += 0.5 * (self.force[j] + force) * (t - self.time);
-        }
-        self.time = t;
-        if self.begin.is_none() {
-            self.begin_row();
-        }
-    }
-
-    /// The force just after the instant.
-    fn leave(&mut self, lane: usize, outputs: &[[f64; LANES]]) {
-        let width = self.integral.len();
-        for j in 0..width {
-            self.force[j] = outputs[width + j][lane];
-        }
-    }
-
-    fn begin_row(&mut self) {
-        self.begin = Some(self.time);
-        self.intervals = 0;
-        self.momentum_at_begin.copy_from_slice(&self.momentum);
-        self.integral.fill(0.0);
-    }
-
-    /// At a sample of the own sensor: writes a row when it is complete.
-    fn close(&mut self, places: &[usize], columns: &mut Columns) {
-        let Some(begin) = self.begin.filter(|begin| *begin < self.time) else { return };
-        self.intervals += 1;
-        match self.span {
-            Span::FromStart => self.write(begin, places, columns),
-            Span::Samples(n) if self.intervals >= n => {
-                self.write(begin, places, columns);
-                self.begin_row();
-            }
-            Span::Samples(_) => {}
-        }
-    }
-
-    /// At the end of a stretch: what is left of a longer window is a row too.
-    fn finish(&mut self, places: &[usize], columns: &mut Columns) {
-        if let (Span::Samples(_), Some(begin)) = (self.span, self.begin)
-            && self.intervals > 0
-        {
-            self.write(begin, places, columns);
-        }
-    }
-
-    fn write(&self, begin: f64, places: &[usize], columns: &mut Columns) {
-        let value = |j: usize| self.momentum[j] - self.momentum_at_begin[j] - self.integral[j];
-        columns.rhs.push(-value(0));
-        columns.span.push((begin, self.time));
-        let rows = columns.rhs.len();
-        for (j, place) in places.iter().enumerate() {
-            let column = &mut columns.columns[*place];
-            column.resize(rows - 1, 0.0);
-            column.push(value(j + 1));
-        }
-    }
 }

@@ -49,6 +49,47 @@ pub(super) fn write_rows(
     });
 }
 
+/// Instants whose rows are made and taken while they are near, 24 KiB of six columns.
+const NEAR: usize = 512;
+
+/// The same rows, handed to `take` as they are made: columns and right-hand side of some hundred rows at a time. Returns what
+/// that makes of each part, begun by `begin`.
+///
+/// # Errors
+/// What `begin` and `take` return, of the first part that does.
+pub(super) fn over_rows<S: Send, E: Send>(
+    plan: &Plan,
+    registers: &Registers<LANES>,
+    time: &[f64],
+    inputs: &Inputs<'_>,
+    width: usize,
+    begin: &(impl Fn() -> Result<S, E> + Sync),
+    take: &(impl Fn(&mut S, &[&[f64]], &[f64]) -> Result<(), E> + Sync),
+) -> Result<Vec<S>, E> {
+    // a row less than instants
+    let near = NEAR - 1;
+    let part_rows = near * (PART / near);
+    let rows = time.len() - 1;
+    let part = |k: usize| {
+        let (mut state, mut registers, mut block) = (begin()?, registers.clone(), vec![0.0; width * near]);
+        for first in (k * part_rows..((k + 1) * part_rows).min(rows)).step_by(near) {
+            let count = near.min(rows - first);
+            let nodes = first..first + count + 1;
+            let near: Vec<(usize, &[f64])> = inputs.iter().map(|(slot, x)| (*slot, &x[nodes.clone()])).collect();
+            let mut columns: Vec<&mut [f64]> = block[..width * count].chunks_exact_mut(count).collect();
+            widest(
+                #[inline(always)]
+                || write_part(plan, &mut registers, &time[nodes], &near, &mut columns),
+            );
+            let columns: Vec<&[f64]> = columns.into_iter().map(|column| &*column).collect();
+            take(&mut state, &columns[1..], columns[0])?;
+        }
+        Ok(state)
+    };
+    let parts: Vec<Result<S, E>> = (0..rows.div_ceil(part_rows)).into_par_iter().map(part).collect();
+    parts.into_iter().collect()
+}
+
 #[inline(always)]
 fn write_part(
     plan: &Plan,

@@ -12,10 +12,9 @@
 use std::collections::BTreeSet;
 
 use super::integral::{IntegralError, RowFit};
-use super::regressor::rows_of;
-use super::{Column, RegressorError, RegressorOptions};
+use super::{Column, Folded, RegressorError, RegressorOptions, folded};
 use crate::frame::Dof;
-use crate::least_squares::{LeastSquaresError, Names, Tall};
+use crate::least_squares::{LeastSquaresError, Tall};
 use crate::model::Model;
 use crate::run::Run;
 
@@ -54,17 +53,13 @@ impl Streamed {
     pub fn push(&mut self, piece: &Run) -> Result<(), IntegralError> {
         let begins = self.pieces.is_multiple_of(self.stride);
         for dof in self.model.dofs.clone() {
-            let columns = match rows_of(dof, &[piece], &self.model, self.options) {
-                Err(RegressorError::NothingFree { .. }) => continue,
+            let linear = |source| IntegralError::Linear { dofs: dof.name().into(), source };
+            let Folded { parameters, tall: block, .. } = match folded(dof, piece, &self.model, self.options) {
+                Err(IntegralError::Regressor(RegressorError::NothingFree { .. })) => continue,
                 other => other?,
             };
-            let names = columns.parameters.iter().map(|c| c.name.clone()).collect();
-            let names = Names { columns: names, response: Some(dof.force().into()) };
-            let linear = |source| IntegralError::Linear { dofs: dof.name().into(), source };
-            let mut block = Tall::new(columns.columns.len(), names).map_err(linear)?;
-            block.push(&columns.slices(), &columns.rhs).map_err(linear)?;
             match self.systems.iter_mut().find(|s| s.dof == dof) {
-                None => self.systems.push(System { dof, parameters: columns.parameters, blocks: vec![block] }),
+                None => self.systems.push(System { dof, parameters, blocks: vec![block] }),
                 Some(system) => match system.blocks.last_mut().filter(|_| !begins) {
                     Some(last) => last.merge(block).map_err(linear)?,
                     None => system.blocks.push(block),

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::double_double::{DoubleDouble, split};
 use super::factor::scaled;
+use super::solve::Fit;
 use crate::widest::widest;
 
 /// cond(H), columns of unit length, up to which the products determine the solution to the last digit.
@@ -32,36 +33,53 @@ const BLOCK: usize = 256;
 const STEPS: usize = 12;
 
 /// A symmetric matrix of products, (p + 1)².
-pub(super) struct Gram(Vec<Vec<DoubleDouble>>);
+#[derive(Debug, Clone)]
+pub struct Gram(Vec<Vec<DoubleDouble>>);
 
 /// Sums of one pair of columns in lanes: rounded, and what the rounding left.
 type Sums = [[f64; LANES]; 2];
 
-impl Gram {
-    /// Of columns times `2^(−exponent)`; on all cores, the result does not depend on their number.
-    pub fn of(columns: &[&[f64]], exponents: &[i32]) -> Gram {
-        let (rows, width) = (columns[0].len(), columns.len());
-        let part = |k: usize| -> Vec<DoubleDouble> {
-            let mut sums = vec![[[0.0; LANES]; 2]; width * (width + 1) / 2];
-            let mut blocks = [0, 1, 2].map(|_| vec![0.0; BLOCK * width]);
-            for begin in (k * PART..((k + 1) * PART).min(rows)).step_by(BLOCK) {
-                let end = (begin + BLOCK).min(rows).min((k + 1) * PART);
-                widest(
-                    #[inline(always)]
-                    || block(columns, exponents, begin..end, &mut blocks, &mut sums),
-                );
-            }
-            let whole = |s: &Sums| {
+/// Sums on their way into a [`Gram`], part by part.
+#[derive(Debug, Clone)]
+pub struct Products {
+    sums: Vec<Sums>,
+    width: usize,
+}
+
+impl Products {
+    /// No row yet of `width` columns, the right-hand side among them.
+    pub fn new(width: usize) -> Products {
+        Products { sums: vec![[[0.0; LANES]; 2]; width * (width + 1) / 2], width }
+    }
+
+    /// Takes rows in, scaled as `fit` has found their columns to be.
+    pub fn add(&mut self, h: &[&[f64]], y: &[f64], fit: &Fit) {
+        let columns: Vec<&[f64]> = h.iter().copied().chain([y]).collect();
+        self.take(&columns, &fit.all_exponents(), 0..y.len());
+    }
+
+    fn take(&mut self, columns: &[&[f64]], exponents: &[i32], rows: Range<usize>) {
+        // values of a block and their halves
+        let mut blocks = [0, 1, 2].map(|_| vec![0.0; BLOCK * self.width]);
+        for begin in rows.clone().step_by(BLOCK) {
+            let end = (begin + BLOCK).min(rows.end);
+            widest(
+                #[inline(always)]
+                || block(columns, exponents, begin..end, &mut blocks, &mut self.sums),
+            );
+        }
+    }
+
+    /// All parts together, in their order.
+    pub fn merged(parts: Vec<Products>) -> Gram {
+        let width = parts.first().map_or(0, |part| part.width);
+        let mut all = vec![vec![DoubleDouble::default(); width]; width];
+        for part in parts {
+            let mut sums = part.sums.iter().map(|s| {
                 let all =
                     s[0].iter().zip(&s[1]).map(|(sum, rest)| DoubleDouble::from(*sum) + DoubleDouble::from(*rest));
                 all.fold(DoubleDouble::default(), |a, b| a + b)
-            };
-            sums.iter().map(whole).collect()
-        };
-        let parts: Vec<Vec<DoubleDouble>> = (0..rows.div_ceil(PART)).into_par_iter().map(part).collect();
-        let mut all = vec![vec![DoubleDouble::default(); width]; width];
-        for sums in parts {
-            let mut sums = sums.into_iter();
+            });
             for i in 0..width {
                 for (j, sum) in (i..width).zip(&mut sums) {
                     all[i][j] = all[i][j] + sum;
@@ -70,6 +88,19 @@ impl Gram {
             }
         }
         Gram(all)
+    }
+}
+
+impl Gram {
+    /// Of columns times `2^(−exponent)`; on all cores, the result does not depend on their number.
+    pub(super) fn of(columns: &[&[f64]], exponents: &[i32]) -> Gram {
+        let (rows, width) = (columns[0].len(), columns.len());
+        let part = |k: usize| {
+            let mut products = Products::new(width);
+            products.take(columns, exponents, k * PART..((k + 1) * PART).min(rows));
+            products
+        };
+        Products::merged((0..rows.div_ceil(PART)).into_par_iter().map(part).collect())
     }
 
     /// Number of unknowns.
@@ -111,7 +142,7 @@ impl Gram {
 
     /// Coefficients, (HᵀH)⁻¹ and |y − Hx|²; `correct` is a multiplication by (HᵀH)⁻¹ to some digits. `None` when the
     /// products do not determine them.
-    pub fn refined(&self, correct: impl Fn(&[f64]) -> Vec<f64>) -> Option<(Vec<f64>, Vec<Vec<f64>>, f64)> {
+    pub(super) fn refined(&self, correct: impl Fn(&[f64]) -> Vec<f64>) -> Option<(Vec<f64>, Vec<Vec<f64>>, f64)> {
         let p = self.unknowns();
         let b: Vec<DoubleDouble> = (0..p).map(|i| self.0[i][p]).collect();
         let (x, left) = self.solve(&b, &correct)?;
@@ -130,7 +161,7 @@ impl Gram {
     }
 
     /// Σy², or Σ(y − ȳ)² where column `constant` holds one value in all rows.
-    pub fn total(&self, constant: Option<usize>) -> f64 {
+    pub(super) fn total(&self, constant: Option<usize>) -> f64 {
         let p = self.unknowns();
         let square = self.0[p][p];
         match constant {

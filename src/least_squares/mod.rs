@@ -21,7 +21,9 @@ mod system;
 mod tall;
 mod triangle;
 mod watch;
+mod whitened;
 
+pub(crate) use gram::Products;
 pub use resample::{Blocks, Draws};
 pub(crate) use resample::{REFITTING, resample};
 pub use sandwich::StdMethod;

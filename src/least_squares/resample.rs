@@ -4,7 +4,8 @@
 //! RᵀR = Σ_b n_b R_bᵀR_b      n_b: how often block b was drawn; Σ n_b = number of blocks
 //! ```
 //!
-//! Each block is factored once; a refit stacks p + 1 rows a block, times √n_b, and so costs nothing in rows. Blocks longer
+//! Each block is factored once; a refit sums p (p + 3)/2 products a block ([`super::whitened`]) or, where its blocks all but
+//! lack a direction, stacks p + 1 rows a block, times √n_b: it costs nothing in rows. Blocks longer
 //! than the memory of the residuals keep their correlation: Künsch, *Annals of Statistics* 17 (1989) 1217. Draws come
 //! from streams of one seed, so that they do not depend on the number of threads.
 
@@ -16,6 +17,7 @@ use super::factor::{factor_of, solve};
 use super::solve::Fit;
 use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
 use super::triangle::Triangle;
+use super::whitened::Whitened;
 use crate::noise::Noise;
 use crate::progress::tell;
 use crate::widest::widest;
@@ -150,11 +152,14 @@ fn stacked(always: &Triangle, factors: &[Triangle], counts: &[u32], buffer: &mut
 /// Solutions of `draws` resamplings of blocks whose factors of [H | y] are given; the rows of `always` are in all.
 pub(crate) fn resample(always: &Triangle, factors: &[Triangle], draws: usize, seed: u64) -> Draws {
     let done = AtomicUsize::new(0);
+    let whole = stacked(always, factors, &vec![1; factors.len()], &mut Vec::new());
+    let whitened = Whitened::of(whole, always, factors);
     let found: Vec<Option<Vec<f64>>> = (0..draws as u64)
         .into_par_iter()
         .map_init(Vec::new, |buffer, draw| {
             let counts = drawn(factors.len(), seed, draw);
-            let solution = stacked(always, factors, &counts, buffer).solution();
+            let solution = whitened.as_ref().and_then(|whitened| whitened.solution(&counts, buffer));
+            let solution = solution.or_else(|| stacked(always, factors, &counts, buffer).solution());
             tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
             solution
         })

@@ -122,22 +122,34 @@ impl Fit {
         if self.condition_number_scaled > WELL_CONDITIONED {
             return None;
         }
+        let columns: Vec<&[f64]> = h.iter().copied().chain([y]).collect();
+        self.refined_with(&Gram::of(&columns, &self.all_exponents()), h.iter().position(|c| is_constant(c)))
+    }
+
+    /// The powers of two by which columns and right-hand side are scaled.
+    pub(super) fn all_exponents(&self) -> Vec<i32> {
+        self.frame.exponents.iter().copied().chain([self.frame.y_exponent]).collect()
+    }
+
+    /// The same to the last digit, by products of the rows that `tall` has folded, scaled as here; `None` where the columns
+    /// are too near to dependent.
+    pub(crate) fn refined_by(&self, gram: &Gram, tall: &Tall) -> Option<Fit> {
+        if self.condition_number_scaled > WELL_CONDITIONED {
+            return None;
+        }
+        self.refined_with(gram, tall.constant())
+    }
+
+    fn refined_with(&self, gram: &Gram, constant: Option<usize>) -> Option<Fit> {
         let Frame { w, exponents, y_exponent } = &self.frame;
         let p = w.len();
-        let columns: Vec<&[f64]> = h.iter().copied().chain([y]).collect();
-        let all: Vec<i32> = exponents.iter().copied().chain([*y_exponent]).collect();
-        let gram = Gram::of(&columns, &all);
         // W Wᵀ g
         let correct = |g: &[f64]| -> Vec<f64> {
             let along: Vec<f64> = (0..p).map(|k| (0..p).map(|i| w[i][k] * g[i]).sum()).collect();
             w.iter().map(|row| row.iter().zip(&along).map(|(w, a)| w * a).sum()).collect()
         };
         let (coefficients, inverse, square) = gram.refined(correct)?;
-        let constant = match self.r_squared_kind {
-            RSquared::Centred => h.iter().position(|c| is_constant(c)),
-            RSquared::Uncentred => None,
-        };
-        let total = gram.total(constant);
+        let total = gram.total(constant.filter(|_| self.r_squared_kind == RSquared::Centred));
         let unit = |j: usize, x: f64| times_power_of_two(x, y_exponent - exponents[j]);
         let sigma = (square / (self.rows - p) as f64).sqrt();
         let entry = |i: usize, j: usize| unit(i, unit(j, inverse[i][j] * sigma * sigma));

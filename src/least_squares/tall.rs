@@ -282,6 +282,11 @@ impl Tall {
         self.watch.judge(&self.names)
     }
 
+    /// The first column that holds one value in all rows.
+    pub(super) fn constant(&self) -> Option<usize> {
+        (0..self.columns()).find(|j| self.watch.constant(*j).is_some())
+    }
+
     /// The solution of all rows folded so far.
     ///
     /// # Errors
@@ -292,7 +297,7 @@ impl Tall {
             return Err(LeastSquaresError::TooFewRows { rows: self.rows, columns: names.all(p) });
         }
         self.watch.judge(names)?;
-        let constant = (0..p).find(|j| self.watch.constant(*j).is_some());
+        let constant = self.constant();
         let zero = self.watch.constant(p) == Some(0.0);
         if zero || (constant.is_some() && self.watch.constant(p).is_some()) {
             return Err(LeastSquaresError::NoVariance { column: names.response(), zero });

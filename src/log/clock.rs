@@ -68,6 +68,12 @@ impl Clock {
         if self.dates { 1e9 } else { 1e9 * self.per_second }
     }
 
+    /// By what a number is divided to be seconds; `None` where the bytes of its cell have to be looked at.
+    #[inline]
+    pub fn per_second(&self) -> Option<f64> {
+        matches!(self.zero, Zero::None).then_some(self.per_second)
+    }
+
     /// The time in this cell, s.
     ///
     /// # Errors

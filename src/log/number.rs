@@ -5,46 +5,83 @@ const POWERS: [f64; 23] = [
     1e21, 1e22,
 ];
 
+/// The same as whole numbers.
+const WHOLE: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+
 /// The number written in a cell, correctly rounded. It may be NaN or infinite (`nan`, `inf`, `1e400`); `None` when
 /// the cell holds no number. `decimal` is the byte of the decimal mark.
 #[inline]
 pub fn parse(cell: &[u8], decimal: u8) -> Option<f64> {
-    match short_decimal(cell, decimal) {
-        Some(x) => Some(x),
-        None => any_number(cell, decimal),
+    match leading(cell, decimal) {
+        Some(plain) if plain.bytes == cell.len() => Some(plain.value),
+        _ => any_number(cell, decimal),
     }
 }
 
-/// `-12.345` with at most 15 digits: mantissa and power of ten are both exact in f64, so one division rounds once
-/// (Clinger, PLDI 1990).
+/// A plain decimal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plain {
+    /// Its value, correctly rounded.
+    pub value: f64,
+    /// Bytes it takes.
+    pub bytes: usize,
+    /// Digits behind the decimal mark.
+    pub decimals: usize,
+}
+
+/// The plain decimal `-12.345` that `text` begins with; `None` where it begins with none, or with one of too many digits.
+/// Up to 2⁵³ mantissa and power of ten are both exact in f64, so one division rounds once (Clinger, PLDI 1990).
 #[inline]
-fn short_decimal(cell: &[u8], decimal: u8) -> Option<f64> {
-    let (negative, digits) = match cell {
-        [b'-', rest @ ..] => (true, rest),
-        [b'+', rest @ ..] => (false, rest),
-        _ => (false, cell),
+pub(super) fn leading(text: &[u8], decimal: u8) -> Option<Plain> {
+    let negative = text.first() == Some(&b'-');
+    let begin = usize::from(negative || text.first() == Some(&b'+'));
+    let (mantissa, whole) = digits(text.get(begin..)?, 0);
+    let mark = begin + whole;
+    let (mantissa, decimals, bytes) = if text.get(mark) == Some(&decimal) {
+        let (mantissa, decimals) = digits(&text[mark + 1..], mantissa);
+        (mantissa, decimals, mark + 1 + decimals)
+    } else {
+        (mantissa, 0, mark)
     };
-    if digits.is_empty() || digits.len() > 16 {
-        return None;
-    }
-    let mut mantissa = 0u64;
-    let mut after = None;
-    for (i, &byte) in digits.iter().enumerate() {
-        let digit = byte.wrapping_sub(b'0');
-        if digit < 10 {
-            mantissa = mantissa * 10 + u64::from(digit);
-        } else if byte == decimal && after.is_none() {
-            after = Some(digits.len() - 1 - i);
-        } else {
-            return None;
-        }
-    }
-    if digits.len() - usize::from(after.is_some()) == 0 || mantissa >= 1 << 53 {
+    let count = whole + decimals;
+    if count == 0 || count > 19 || mantissa >= 1 << 53 {
         return None;
     }
     #[allow(clippy::cast_precision_loss)] // below 2⁵³
-    let x = mantissa as f64 / POWERS[after.unwrap_or(0)];
-    Some(if negative { -x } else { x })
+    let x = mantissa as f64 / POWERS[decimals];
+    Some(Plain { value: if negative { -x } else { x }, bytes, decimals })
+}
+
+/// The digits that `text` begins with, behind those of `before`: their number (modulo 2⁶⁴) and how many they are. Eight
+/// bytes at a time, without a branch on how many of them are digits (Langdale and Lemire, *VLDB Journal* 28 (2019) 941).
+#[inline]
+fn digits(mut text: &[u8], before: u64) -> (u64, usize) {
+    const EACH: u64 = 0x0101_0101_0101_0101;
+    let (mut number, mut count) = (before, 0);
+    loop {
+        let eight = text.first_chunk().copied().unwrap_or_else(|| padded(text));
+        let values = u64::from_le_bytes(eight) ^ (0x30 * EACH);
+        // the high bit of each byte that is no digit; a carry only reaches bytes behind the first such
+        let others = (values | values.wrapping_add(0x76 * EACH)) & (0x80 * EACH);
+        let here = (others.trailing_zeros() / 8) as usize;
+        // the digits at the end of eight, zeros before them
+        let eight = if here == 0 { 0 } else { values << (64 - 8 * here) };
+        let pairs = (eight.wrapping_mul(10 * 256 + 1) >> 8) & 0x00ff_00ff_00ff_00ff;
+        let fours = (pairs.wrapping_mul(100 * 65_536 + 1) >> 16) & 0x0000_ffff_0000_ffff;
+        let all = fours.wrapping_mul(10_000 * (1 << 32) + 1) >> 32;
+        number = number.wrapping_mul(WHOLE[here]).wrapping_add(all);
+        count += here;
+        if here < 8 {
+            return (number, count);
+        }
+        text = &text[8..];
+    }
+}
+
+/// Fewer than eight bytes, and then no digit.
+#[cold]
+fn padded(text: &[u8]) -> [u8; 8] {
+    std::array::from_fn(|k| text.get(k).copied().unwrap_or(b' '))
 }
 
 /// Exponents, many digits, `nan`, `inf`.
@@ -100,6 +137,21 @@ mod tests {
         assert_eq!(parse(b"1,5e3", b','), Some(1500.0));
         assert_eq!(parse(b"0.10", b','), None);
         assert_eq!(parse(b"1.5e3", b','), None);
+        assert_eq!(number("0.000000000000000000001"), Some(1e-21));
+        assert_eq!(number("00000000000000000000000000000007.5"), Some(7.5));
+        assert_eq!(number("99999999999999999999"), Some(1e20));
+    }
+
+    #[test]
+    fn a_plain_decimal_ends_at_the_first_byte_that_is_none() {
+        let at = |text: &str| leading(text.as_bytes(), b'.').map(|p| (p.value, p.bytes, p.decimals));
+        assert_eq!(at("-12.345,6"), Some((-12.345, 7, 3)));
+        assert_eq!(at("12345678.87654321\n"), Some((12_345_678.876_543_21, 17, 8)));
+        assert_eq!(at("7:8.5"), Some((7.0, 1, 0)));
+        assert_eq!(at("3./"), Some((3.0, 2, 0)));
+        for text in ["", "-", ".", "+.x", " 1", "\u{2212}1", "12345678901234567890"] {
+            assert_eq!(at(text), None, "{text}");
+        }
     }
 
     #[test]

@@ -68,7 +68,7 @@ impl<'a> Record<'a> {
 
 /// Takes blanks off both ends.
 #[inline]
-fn trim(mut bytes: &[u8]) -> &[u8] {
+pub(super) fn trim(mut bytes: &[u8]) -> &[u8] {
     while let [b' ' | b'\t', rest @ ..] = bytes {
         bytes = rest;
     }
@@ -159,6 +159,18 @@ impl<R: Read> Records<R> {
         self.buffer.truncate(filled);
         self.plain = self.buffer.is_ascii() && memchr::memchr2(b'"', 0, &self.buffer).is_none();
         Ok(())
+    }
+
+    /// Whole lines at hand, if no byte of them needs a closer look, and the number of the first one; may be empty.
+    pub fn plain_lines(&self) -> (u64, &[u8]) {
+        let text = if self.plain { &self.buffer[self.position..] } else { &[] };
+        (self.line, &text[..memchr::memrchr(b'\n', text).map_or(0, |last| last + 1)])
+    }
+
+    /// Goes on behind the first `lines` of [`Records::plain_lines`], `bytes` in all.
+    pub fn skip(&mut self, lines: u64, bytes: usize) {
+        self.line += lines;
+        self.position += bytes;
     }
 
     /// The line that starts at `position`, filling the buffer as needed; `None` at the end.

@@ -1,4 +1,4 @@
-//! The rows of a log, one after the other, in SI units: memory is that of one row.
+//! The rows of a log, one after the other, in SI units: memory is that of one block of the file.
 //!
 //! [`super::read`] keeps them all; what folds them as they come uses [`Rows`] itself.
 
@@ -14,6 +14,7 @@ use super::faults::Faults;
 use super::header::Plan;
 use super::number;
 use super::options::{Duplicates, LogOptions, Missing, Truncated};
+use super::plain::{Sheet, Way};
 use super::records::{Broken, Records};
 use crate::progress;
 
@@ -72,6 +73,10 @@ pub struct Rows<R> {
     short: Option<(u64, usize)>,
     fewest_decimals: usize,
     passage: Passage,
+    /// How the fields of plain rows are read; `None` until it is made, and after it has changed.
+    way: Option<Way>,
+    /// Plain rows that were read ahead.
+    sheet: Sheet,
 }
 
 impl Rows<File> {
@@ -132,6 +137,8 @@ impl<R: Read> Rows<R> {
             short: None,
             fewest_decimals: usize::MAX,
             passage: Passage::default(),
+            way: None,
+            sheet: Sheet::default(),
         })
     }
 
@@ -150,6 +157,13 @@ impl<R: Read> Rows<R> {
         loop {
             if self.passage.rows.is_multiple_of(ROWS_A_LOOK) {
                 progress::look();
+            }
+            if self.sheet.is_empty() {
+                self.read_ahead();
+            }
+            if !self.sheet.is_empty() {
+                self.passage.rows += 1;
+                return self.sheet.next();
             }
             let record = match self.records.next_record() {
                 Ok(Some(record)) => record,
@@ -251,10 +265,24 @@ impl<R: Read> Rows<R> {
         }
     }
 
+    /// Reads the next rows in which nothing is odd.
+    fn read_ahead(&mut self) {
+        if self.short.is_some() || !self.missing_numbers.is_empty() {
+            return;
+        }
+        let way = self.way.get_or_insert_with(|| Way::new(&self.plan, &self.alive, &self.options));
+        let (first, text) = self.records.plain_lines();
+        let bytes = self.sheet.read(text, first, way, &self.plan.columns, &mut self.clock, self.previous);
+        self.records.skip(self.sheet.rows(), bytes);
+        self.previous = self.sheet.last().unwrap_or(self.previous);
+        self.fewest_decimals = self.fewest_decimals.min(self.sheet.fewest_decimals());
+    }
+
     /// Gives up auxiliary columns that hold something else than numbers.
     #[cold]
     fn give_up(&mut self, dead: &[usize], line: u64) {
         self.alive.retain(|slot| !dead.contains(slot));
+        self.way = None;
         self.passage.given_up.extend(dead.iter().map(|&slot| (self.plan.columns[slot].name.clone(), line)));
     }
 

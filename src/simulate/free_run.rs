@@ -64,20 +64,15 @@ pub fn free_run(
     x.truncate(dynamics.states.len() - dynamics.memories());
     let memory = memory_start(dynamics, track, theta, first, &x);
     x.extend(memory);
+    if let Some(done) = sail_single(dynamics, track, theta, &x, (first, last)) {
+        return done;
+    }
     let points = last + 1 - first;
     let mut result = Trajectory {
         time: Vec::with_capacity(points),
         outputs: Vec::with_capacity(points * dynamics.outputs.len()),
         states: Vec::with_capacity(points * dynamics.states.len()),
     };
-    let done = sail_single(dynamics, track, theta, &x, (first, last), &mut |k, states, outputs| {
-        result.time.push(track.time[k]);
-        result.outputs.extend_from_slice(outputs);
-        result.states.extend_from_slice(states);
-    });
-    if done {
-        return result;
-    }
     let theta: Vec<[f64; 1]> = theta.iter().map(|v| [*v]).collect();
     let start: Vec<[f64; 1]> = x.iter().map(|v| [*v]).collect();
     let stretch = [Some(Stretch { track: 0, first, last })];

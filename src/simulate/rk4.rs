@@ -108,19 +108,25 @@ impl<'a, const L: usize> Machine<'a, L> {
     }
 }
 
-/// to = from + factor · rate, lane by lane.
+/// sum += weight · rate and to = from + factor · rate, lane by lane.
 #[inline(always)]
-fn ahead<const L: usize>(to: &mut [[f64; L]], from: &[[f64; L]], factor: [f64; L], rate: &[[f64; L]]) {
-    for ((to, from), rate) in to.iter_mut().zip(from).zip(rate) {
+fn gather<const L: usize>(
+    (sum, weight): (&mut [[f64; L]], [f64; L]),
+    (to, factor): (&mut [[f64; L]], [f64; L]),
+    from: &[[f64; L]],
+    rate: &[[f64; L]],
+) {
+    for (((sum, to), from), rate) in sum.iter_mut().zip(to).zip(from).zip(rate) {
+        *sum = std::array::from_fn(|i| sum[i] + weight[i] * rate[i]);
         *to = std::array::from_fn(|i| from[i] + factor[i] * rate[i]);
     }
 }
 
-/// sum += weight · rate, lane by lane.
+/// x += sum + weight · rate, lane by lane.
 #[inline(always)]
-fn gather<const L: usize>(sum: &mut [[f64; L]], weight: [f64; L], rate: &[[f64; L]]) {
-    for (sum, rate) in sum.iter_mut().zip(rate) {
-        *sum = std::array::from_fn(|i| sum[i] + weight[i] * rate[i]);
+fn close<const L: usize>(x: &mut [[f64; L]], sum: &[[f64; L]], weight: [f64; L], rate: &[[f64; L]]) {
+    for ((x, sum), rate) in x.iter_mut().zip(sum).zip(rate) {
+        *x = std::array::from_fn(|i| x[i] + (sum[i] + weight[i] * rate[i]));
     }
 }
 
@@ -214,14 +220,21 @@ pub fn integrate<const L: usize>(
         at_hand = 2 * slots;
         std::mem::swap(&mut inputs, &mut next);
         read(step + 1, &mut next);
-        let mut h = [0.0; L];
-        grid = [None; L];
-        for lane in 0..L {
+        let substep = |lane: usize| {
             let (begin, end) = ranges[lane];
-            if let (Some(stretch), true) = (stretches[lane], begin + step < end) {
-                let substep = &tracks[stretch.track].substeps[begin + step];
-                h[lane] = substep.step;
-                grid[lane] = substep.ends_at;
+            let stretch = stretches[lane].filter(|_| begin + step < end);
+            stretch.map_or((0.0, None), |s| {
+                let substep = &tracks[s.track].substeps[begin + step];
+                (substep.step, substep.ends_at)
+            })
+        };
+        let mut h = [0.0; L];
+        if alike {
+            let (step, ends_at) = substep(0);
+            (h, grid) = ([step; L], [ends_at; L]);
+        } else {
+            for lane in 0..L {
+                (h[lane], grid[lane]) = substep(lane);
             }
         }
         sum_x.iter_mut().for_each(|sum| *sum = [0.0; L]);
@@ -239,20 +252,18 @@ pub fn integrate<const L: usize>(
             rates.evaluate();
             let (share, reach) = (h.map(|h| h * weight / 6.0), h.map(|h| h * next));
             let (states, rate) = rates.ends(nx);
-            gather(&mut sum_x, share, rate);
             if stage < 3 {
-                ahead(states, &x, reach, rate);
+                gather((&mut sum_x, share), (states, reach), &x, rate);
             } else {
-                gather(&mut x, [1.0; L], &sum_x);
+                close(&mut x, &sum_x, share, rate);
                 states.iter_mut().zip(x.iter()).for_each(|(to, from)| *to = *from);
             }
             if width > 0 {
                 rates.chain(&ss, nx, width, &mut ks);
-                gather(&mut sum_s, share, &ks);
                 if stage < 3 {
-                    ahead(&mut ss, &s, reach, &ks);
+                    gather((&mut sum_s, share), (&mut ss, reach), &s, &ks);
                 } else {
-                    gather(&mut s, [1.0; L], &sum_s);
+                    close(&mut s, &sum_s, share, &ks);
                 }
             }
         }

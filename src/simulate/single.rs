@@ -1,9 +1,9 @@
 //! One trajectory by the classical Runge-Kutta scheme, its states in the lanes of one register.
 //!
 //! The scheme is that of [`integrate`](super::integrate). There lanes are trajectories; where there is but one, the
-//! states themselves are the lanes: ẋ = c₀ + Σ cₖ aₖ + Σ cₖ aₖ bₖ with vectors c of all states.
+//! states themselves are the lanes, see [`Dense`].
 
-use super::Track;
+use super::{Track, Trajectory};
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::progress;
 use crate::symbolic::{Dense, Four, Plain, Registers};
@@ -11,21 +11,43 @@ use crate::symbolic::{Dense, Four, Plain, Registers};
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
 const STEPS_A_LOOK: usize = 4096;
 
-/// Simulates grid points `first` to `last` of a track from the states `x0` and hands over grid point, states and
-/// outputs. `false` where the model has more than 16 states or outputs or is too large, and nothing was done.
+/// Simulates grid points `first` to `last` of a track from the states `x0`. `None` where the model has more than 16 states
+/// or outputs or is too large.
 pub(super) fn sail_single(
     dynamics: &Dynamics,
     track: &Track,
     theta: &[f64],
     x0: &[f64],
-    (first, last): (usize, usize),
-    emit: &mut impl FnMut(usize, &[f64], &[f64]),
-) -> bool {
+    range: (usize, usize),
+) -> Option<Trajectory> {
     match dynamics.states.len().max(dynamics.outputs.len()) {
-        0..=4 => sail::<1>(dynamics, track, theta, x0, (first, last), emit),
-        5..=8 => sail::<2>(dynamics, track, theta, x0, (first, last), emit),
-        9..=16 => sail::<4>(dynamics, track, theta, x0, (first, last), emit),
-        _ => false,
+        0..=4 => sail::<1>(dynamics, track, theta, x0, range),
+        5..=8 => sail::<2>(dynamics, track, theta, x0, range),
+        9..=16 => sail::<4>(dynamics, track, theta, x0, range),
+        _ => None,
+    }
+}
+
+/// Rows of `width` numbers, each written as the fours that hold it; what stands beyond goes again.
+struct Table {
+    values: Vec<f64>,
+    width: usize,
+}
+
+impl Table {
+    fn new(rows: usize, width: usize, fours: usize) -> Table {
+        Table { values: Vec::with_capacity(rows * width + 4 * fours), width }
+    }
+
+    #[inline(always)]
+    fn push<F: Four, const Q: usize>(&mut self, four: F, x: &[F::Value; Q]) {
+        let end = self.values.len() + self.width;
+        let mut row = [[0.0; 4]; Q];
+        for q in 0..Q {
+            row[q] = four.store(x[q]);
+        }
+        self.values.extend_from_slice(row.as_flattened());
+        self.values.truncate(end);
     }
 }
 
@@ -46,25 +68,26 @@ fn sail<const Q: usize>(
     theta: &[f64],
     x0: &[f64],
     range: (usize, usize),
-    emit: &mut impl FnMut(usize, &[f64], &[f64]),
-) -> bool {
-    let nx = dynamics.states.len();
-    let (Some(mut rates), Some(mut observe)) =
-        (dense::<Q>(&dynamics.rates, theta, nx), dense::<Q>(&dynamics.observation, theta, nx))
-    else {
-        return false;
+) -> Option<Trajectory> {
+    let (nx, points) = (dynamics.states.len(), range.1 + 1 - range.0);
+    let mut rates = dense::<Q>(&dynamics.rates, theta, nx)?;
+    let mut observe = dense::<Q>(&dynamics.observation, theta, nx)?;
+    let mut tables = [Table::new(points, nx, Q), Table::new(points, dynamics.outputs.len(), Q)];
+    let done = |tables: [Table; 2]| {
+        let [states, outputs] = tables.map(|table| table.values);
+        Some(Trajectory { time: track.time[range.0..=range.1].to_vec(), states, outputs })
     };
     // builds with debug assertions compile the plain version alone, which builds faster
     #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
     if let Some(four) = pulp::x86::V3::try_new() {
         super::widest(
             #[inline(always)]
-            || steps(four, dynamics, track, &mut rates, &mut observe, x0, range, emit),
+            || steps(four, dynamics, track, &mut rates, &mut observe, x0, range, &mut tables),
         );
-        return true;
+        return done(tables);
     }
-    steps(Plain, dynamics, track, &mut rates, &mut observe, x0, range, emit);
-    true
+    steps(Plain, dynamics, track, &mut rates, &mut observe, x0, range, &mut tables);
+    done(tables)
 }
 
 #[inline(always)]
@@ -77,9 +100,9 @@ fn steps<F: Four, const Q: usize>(
     observe: &mut Dense<Q>,
     x0: &[f64],
     (first, last): (usize, usize),
-    emit: &mut impl FnMut(usize, &[f64], &[f64]),
+    [states, outputs]: &mut [Table; 2],
 ) {
-    let (nx, ny, slots) = (dynamics.states.len(), dynamics.outputs.len(), dynamics.inputs.len());
+    let slots = dynamics.inputs.len();
     let at = |k: usize| x0.get(k).copied().unwrap_or(0.0);
     let mut x = [four.splat(0.0); Q];
     for q in 0..Q {
@@ -89,18 +112,12 @@ fn steps<F: Four, const Q: usize>(
     let tables = track.inputs[3 * slots * substeps.start..3 * slots * substeps.end].chunks_exact((3 * slots).max(1));
     // without inputs there is no table to walk along
     let tables = tables.map(Some).chain(std::iter::repeat(None));
-    let mut emit = |k: usize, x: &[F::Value; Q], y: &[F::Value; Q]| {
-        let mut both = [[[0.0; 4]; Q]; 2];
-        for q in 0..Q {
-            both[0][q] = four.store(x[q]);
-            both[1][q] = four.store(y[q]);
-        }
-        emit(k, &both[0].as_flattened()[..nx], &both[1].as_flattened()[..ny]);
-    };
-
-    put(observe, &track.inputs_at[first * slots..(first + 1) * slots]);
-    let y = observe.evaluate(four, &x);
-    emit(first, &x, &y);
+    let at_first = &track.inputs_at[first * slots..(first + 1) * slots];
+    let mut seen = observe.drive(four, at_first);
+    states.push(four, &x);
+    outputs.push(four, &observe.evaluate(four, &seen, &x));
+    // inputs that the rates were driven with last
+    let (mut driven, mut with) = (rates.drive(four, at_first), at_first);
     for (k, (substep, table)) in track.substeps[substeps].iter().zip(tables).enumerate() {
         if k % STEPS_A_LOOK == 0 {
             progress::look();
@@ -108,28 +125,28 @@ fn steps<F: Four, const Q: usize>(
         let (begin, rest) = table.unwrap_or_default().split_at(slots);
         let (middle, end) = rest.split_at(slots);
         let half = four.splat(0.5 * substep.step);
-        let (step, sixth) = (four.splat(substep.step), four.splat(substep.step / 6.0));
-        put(rates, begin);
-        let k1 = rates.evaluate(four, &x);
-        put(rates, middle);
-        let k2 = rates.evaluate(four, &plus(four, &x, half, &k1));
-        let k3 = rates.evaluate(four, &plus(four, &x, half, &k2));
-        put(rates, end);
-        let k4 = rates.evaluate(four, &plus(four, &x, step, &k3));
-        let (one, two) = (four.splat(1.0), four.splat(2.0));
-        let all = plus(four, &plus(four, &k1, one, &k4), two, &plus(four, &k2, one, &k3));
-        x = plus(four, &x, sixth, &all);
-        if let Some(at) = substep.ends_at {
-            put(observe, end);
-            let y = observe.evaluate(four, &x);
-            emit(at, &x, &y);
+        let (step, sixth, two) = (four.splat(substep.step), four.splat(substep.step / 6.0), four.splat(2.0));
+        if begin != with {
+            driven = rates.drive(four, begin);
+        }
+        let k1 = rates.evaluate(four, &driven, &x);
+        let driven_there = rates.drive(four, middle);
+        let k2 = rates.evaluate(four, &driven_there, &plus(four, &x, half, &k1));
+        let k3 = rates.evaluate(four, &driven_there, &plus(four, &x, half, &k2));
+        // all that is there before the last stage, so that little waits for it
+        let before = plus(four, &plus(four, &k1, two, &k2), two, &k3);
+        let before = plus(four, &x, sixth, &before);
+        (driven, with) = (rates.drive(four, end), end);
+        let k4 = rates.evaluate(four, &driven, &plus(four, &x, step, &k3));
+        x = plus(four, &before, sixth, &k4);
+        if substep.ends_at.is_some() {
+            if observe.is_driven() {
+                seen = observe.drive(four, end);
+            }
+            states.push(four, &x);
+            outputs.push(four, &observe.evaluate(four, &seen, &x));
         }
     }
-}
-
-#[inline(always)]
-fn put<const Q: usize>(to: &mut Dense<Q>, from: &[f64]) {
-    to.inputs().iter_mut().zip(from).for_each(|(to, x)| *to = [*x]);
 }
 
 /// a + factor·b
@@ -137,7 +154,7 @@ fn put<const Q: usize>(to: &mut Dense<Q>, from: &[f64]) {
 fn plus<F: Four, const Q: usize>(four: F, a: &[F::Value; Q], factor: F::Value, b: &[F::Value; Q]) -> [F::Value; Q] {
     let mut sum = *a;
     for q in 0..Q {
-        sum[q] = four.add(a[q], four.mul(factor, b[q]));
+        sum[q] = four.fused(factor, b[q], a[q]);
     }
     sum
 }

@@ -215,7 +215,6 @@ impl<'g> Builder<'g> {
             first_output,
             outputs,
             registers,
-            zero: zero as usize,
         }
     }
 }

@@ -1,16 +1,18 @@
 //! A [`Plan`] for one trajectory: its formulas side by side in the lanes of one register.
 //!
 //! ```text
-//! f = c₀ + (d + q∘|x|)∘x + Σ cₖ aₖ + Σ cₖ aₖ bₖ        c, d, q: vectors of N formulas; a, b: numbers
+//! f = c + (d + q∘|x|)∘x + a∘|x| + Σ cₖ∘Pₖx + Σ cₖ∘Pₖx∘P'ₖx + Σ cₖ∘Pₖx∘P'ₖ|x| + …      c = c₀ + Σ cᵢ i, d = d₀ + Σ dᵢ i, a = Σ aᵢ i
+//! i: inputs and what they alone decide      c, d, q, a: a number for each of N formulas      P: states in other lanes
 //! ```
 //!
-//! Where there is but one instant at a time, lanes are the formulas. What a state's own rate reads of it, linearly or as
-//! x|x|, needs no place in memory at all. The first N registers are the states x, the next N are |x|.
+//! Where there is but one instant at a time, lanes are the formulas. What inputs alone decide is done once an instant by
+//! [`Dense::drive`]; states go from lane to lane without a way over memory. Only what is no polynomial takes that way, and
+//! its terms are added last (…).
 
-use super::body::{Batch, Body, Code, Kind, Place};
-use super::four::Four;
-use super::graph::{Binary, Unary};
-use super::plan::{FEW, Plan, Registers, Size};
+use super::body::Place;
+use super::four::{Four, Turn};
+use super::plan::{FEW, Plan, Registers};
+use super::sorted::{Entry, Factor, Part, Sorted};
 
 /// On a line of the cache, so that no vector straddles two.
 #[derive(Debug, Clone)]
@@ -22,27 +24,72 @@ struct Lines([[f64; 1]; FEW]);
 #[repr(align(32))]
 struct Column<const Q: usize>([[f64; 4]; Q]);
 
+/// Terms c·Πa with a vector c, a from memory.
+type Terms<T, const Q: usize> = Vec<(T, Column<Q>)>;
+
+/// c∘Px or c∘Px∘P'x of four formulas: coefficients, and the lanes of four states each that are read.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+struct Turned<const K: usize> {
+    coefficient: [f64; 4],
+    turns: [Turn; K],
+    from: [u8; K],
+    /// Lanes that are taken.
+    taken: [bool; 4],
+}
+
+impl<const K: usize> Default for Turned<K> {
+    /// Nothing.
+    fn default() -> Turned<K> {
+        Turned { coefficient: [0.0; 4], turns: [Turn::default(); K], from: [0; K], taken: [false; 4] }
+    }
+}
+
+/// What a register that inputs alone decide adds to c, d and a.
+#[derive(Debug, Clone, Copy)]
+struct Drive<const Q: usize> {
+    start: Column<Q>,
+    own: Column<Q>,
+    size: Column<Q>,
+    from: u8,
+}
+
 /// Up to N = 4·`Q` formulas of up to N states.
 #[derive(Debug, Clone)]
 pub struct Dense<const Q: usize> {
+    /// The states, their sizes, the inputs, and what else the operations read.
     registers: Box<Lines>,
-    /// What is no row of the formulas, done before them.
-    before: Body<u8>,
-    before_coefficients: Vec<[f64; 1]>,
-    start: [[f64; 4]; Q],
-    /// d
-    own: [[f64; 4]; Q],
+    /// Operations that read inputs alone.
+    early: Part,
+    /// Those that read states.
+    late: Part,
+    /// c₀ and d₀
+    start: Column<Q>,
+    own: Column<Q>,
+    drives: Vec<Drive<Q>>,
     /// q
-    own_quadratic: [[f64; 4]; Q],
-    /// Of even length, as the next.
-    linear: Vec<u8>,
-    linear_coefficients: Vec<Column<Q>>,
-    bilinear: Vec<[u8; 2]>,
-    bilinear_coefficients: Vec<Column<Q>>,
+    own_quadratic: Column<Q>,
+    /// Terms of the states; the first one of each list stands by itself, and most planar models have no other.
+    linear: [Turned<1>; Q],
+    product: [Turned<2>; Q],
+    linears: [Vec<Turned<1>>; Q],
+    products: [Vec<Turned<2>>; Q],
+    /// The second factor is a size.
+    crossed: [Vec<Turned<2>>; Q],
+    /// What is left, with states from memory.
+    rest: Terms<u8, Q>,
+    rest_products: Terms<[u8; 2], Q>,
+    /// Whether the first of each list are all there are.
+    only_first: bool,
 }
 
-/// Terms c·Πa with a vector c.
-type Terms<T, const Q: usize> = Vec<(T, Column<Q>)>;
+/// What inputs make of the coefficients c, d and a at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Driven<V, const Q: usize> {
+    start: [V; Q],
+    own: [V; Q],
+    size: [V; Q],
+}
 
 /// Adds `c` to the lane `lane` of the term with these factors.
 fn add<T: PartialEq, const Q: usize>(terms: &mut Terms<T, Q>, factors: T, lane: usize, c: f64) {
@@ -55,12 +102,17 @@ fn add<T: PartialEq, const Q: usize>(terms: &mut Terms<T, Q>, factors: T, lane: 
     }
 }
 
-/// Drops what is 0 and makes the number even; `zero` are the factors of a term that stays 0.
-fn even<T, const Q: usize>(terms: &mut Terms<T, Q>, zero: T) {
-    terms.retain(|(_, column)| column.0.as_flattened().iter().any(|c| *c != 0.0));
-    if terms.len() % 2 == 1 {
-        terms.push((zero, Column([[0.0; 4]; Q])));
-    }
+/// Puts c times the states `states` into the lane `lane` of the first vector that reads them from the right four and whose
+/// lane is free.
+fn turn<const K: usize>(all: &mut Vec<Turned<K>>, lane: usize, states: [usize; K], c: f64) {
+    let (lane, from) = (lane % 4, states.map(|s| (s / 4) as u8));
+    let at = all.iter().position(|t| t.from == from && !t.taken[lane]).unwrap_or_else(|| {
+        all.push(Turned { from, ..Turned::default() });
+        all.len() - 1
+    });
+    let term = &mut all[at];
+    (term.coefficient[lane], term.taken[lane]) = (c, true);
+    term.turns.iter_mut().zip(states).for_each(|(turn, state)| turn.set(lane, state % 4));
 }
 
 impl<const Q: usize> Dense<Q> {
@@ -69,161 +121,195 @@ impl<const Q: usize> Dense<Q> {
     /// The plan with the parameters in `registers`, which were prepared; its first `states` leaves are the states.
     /// `None` where there are more than N states or formulas, or more registers than a byte can name.
     pub fn of(plan: &Plan, registers: &Registers<1>, states: usize) -> Option<Dense<Q>> {
-        let Size::Small(body) = &plan.body else { return None };
-        if states > Self::N || plan.outputs > Self::N || plan.registers + 2 * Self::N > FEW {
-            return None;
-        }
-        let values = &registers.all;
-        let mut place: Vec<u8> =
-            (0..plan.registers).map(|r| if r < states { r } else { r + 2 * Self::N - states } as u8).collect();
+        let sorted = Sorted::of(plan, registers, states, Self::N)?;
+        let zero = Column([[0.0; 4]; Q]);
         let mut dense = Dense {
             registers: Box::new(Lines([[0.0]; FEW])),
-            before: Body::default(),
-            before_coefficients: Vec::new(),
-            start: [[0.0; 4]; Q],
-            own: [[0.0; 4]; Q],
-            own_quadratic: [[0.0; 4]; Q],
-            linear: Vec::new(),
-            linear_coefficients: Vec::new(),
-            bilinear: Vec::new(),
-            bilinear_coefficients: Vec::new(),
+            early: sorted.early,
+            late: sorted.late,
+            start: zero,
+            own: zero,
+            drives: Vec::new(),
+            own_quadratic: zero,
+            linear: [Turned::default(); Q],
+            product: [Turned::default(); Q],
+            linears: [const { Vec::new() }; Q],
+            products: [const { Vec::new() }; Q],
+            crossed: [const { Vec::new() }; Q],
+            rest: Vec::new(),
+            rest_products: Vec::new(),
+            only_first: false,
         };
-        let start = dense.start.as_flattened_mut();
-        for (to, from) in start.iter_mut().zip(&values[plan.first_output..plan.first_output + plan.outputs]) {
-            *to = from[0];
+        dense.start.0.as_flattened_mut()[..sorted.start.len()].copy_from_slice(&sorted.start);
+        for (place, value) in sorted.registers {
+            dense.registers.0[place.index()] = [value];
         }
-        let (mut linear, mut bilinear): (Terms<u8, Q>, Terms<[u8; 2], Q>) = (Vec::new(), Vec::new());
-        let (mut operations, mut rows, mut coefficients) = (0..body.operations.len(), body.rows.iter(), 0);
-        let (mut ones, mut twos) = (0, 0);
-        for batch in &body.batches {
-            let before = dense.before.count();
-            match batch.kind {
-                Kind::Each(code) => {
-                    for k in operations.by_ref().take(batch.count) {
-                        let mut op = body.operations[k];
-                        let lane = op.out.index().checked_sub(plan.first_output);
-                        let of_state = op.a.index() < states;
-                        let [a, b] = [op.a, op.b].map(|r| place[r.index()]);
-                        match (code, lane) {
-                            (Code::Unary(Unary::Abs), _) if of_state => place[op.out.index()] = op.a + Self::N as u8,
-                            (Code::Copy, Some(_)) => place[op.out.index()] = a,
-                            (Code::Binary(Binary::Mul), Some(lane)) => add(&mut bilinear, [a, b], lane, 1.0),
-                            _ => {
-                                (op.a, op.b, op.out) = (a, b, place[op.out.index()]);
-                                dense.before.operations.push(op);
-                            }
-                        }
-                        let summed = matches!((code, lane), (Code::Binary(Binary::Mul), Some(_)));
-                        if let (Some(lane), false) = (lane, summed) {
-                            start[lane] = 0.0;
-                            add(&mut linear, place[body.operations[k].out.index()], lane, 1.0);
-                        } else if let Some(lane) = lane {
-                            start[lane] = 0.0;
-                        }
-                    }
-                }
-                Kind::Rows => {
-                    for row in rows.by_ref().take(batch.count) {
-                        let (one, two) = (row.linear as usize, row.bilinear as usize);
-                        let (a, ab) = (&body.linear[ones..ones + one], &body.bilinear[twos..twos + two]);
-                        let c = &body.coefficients[coefficients..coefficients + one + two];
-                        (ones, twos, coefficients) = (ones + one, twos + two, coefficients + one + two);
-                        let c = c.iter().map(|c| values[*c as usize][0]);
-                        if let Some(lane) = row.out.index().checked_sub(plan.first_output) {
-                            start[lane] = values[row.start.index()][0];
-                            for (a, c) in a.iter().zip(c.clone()) {
-                                add(&mut linear, place[a.index()], lane, c);
-                            }
-                            for (ab, c) in ab.iter().zip(c.skip(one)) {
-                                add(&mut bilinear, ab.map(|r| place[r.index()]), lane, c);
-                            }
-                        } else {
-                            let mut row = *row;
-                            (row.out, row.start) = (place[row.out.index()], place[row.start.index()]);
-                            dense.before.rows.push(row);
-                            dense.before.linear.extend(a.iter().map(|r| place[r.index()]));
-                            dense.before.bilinear.extend(ab.iter().map(|ab| ab.map(|r| place[r.index()])));
-                            dense.before_coefficients.extend(c.map(|c| [c]));
-                        }
-                    }
-                }
-            }
-            if dense.before.count() > before {
-                dense.before.batches.push(Batch { kind: batch.kind, count: dense.before.count() - before });
-            }
+        sorted.entries.iter().filter(|e| e.coefficient != 0.0).for_each(|e| dense.take(e));
+        for q in 0..Q {
+            dense.linear[q] = first(&mut dense.linears[q]);
+            dense.product[q] = first(&mut dense.products[q]);
         }
-        for (value, to) in values.iter().zip(&place).skip(states) {
-            dense.registers.0[usize::from(*to)] = *value;
-        }
-        for (a, column) in &mut linear {
-            if let Some(own) = column.0.as_flattened_mut().get_mut(a.index()) {
-                dense.own.as_flattened_mut()[a.index()] = std::mem::take(own);
-            }
-        }
-        for ([a, b], column) in &mut bilinear {
-            let (low, high) = (a.index().min(b.index()), a.index().max(b.index()));
-            if let (Some(own), true) = (column.0.as_flattened_mut().get_mut(low), high == low + Self::N) {
-                dense.own_quadratic.as_flattened_mut()[low] = std::mem::take(own);
-            }
-        }
-        let zero = place[plan.zero];
-        even(&mut linear, zero);
-        even(&mut bilinear, [zero; 2]);
-        dense.linear_coefficients = linear.iter().map(|(_, c)| *c).collect();
-        dense.bilinear_coefficients = bilinear.iter().map(|(_, c)| *c).collect();
-        dense.linear = linear.into_iter().map(|(a, _)| a).collect();
-        dense.bilinear = bilinear.into_iter().map(|(ab, _)| ab).collect();
+        let none =
+            |q: usize| dense.linears[q].is_empty() && dense.products[q].is_empty() && dense.crossed[q].is_empty();
+        dense.only_first = (0..Q).all(none) && !dense.remembers();
         Some(dense)
     }
 
-    /// The leaves after the states, in their order.
-    #[inline(always)]
-    pub fn inputs(&mut self) -> &mut [[f64; 1]] {
-        &mut self.registers.0[2 * Self::N..]
+    /// Puts a term where it belongs.
+    fn take(&mut self, entry: &Entry) {
+        use Factor::{Input, Other, Size, State};
+        let Entry { lane, coefficient: c, first, second } = *entry;
+        let place = |factor: Factor| match factor {
+            State(k) => k as u8,
+            Size(k) => (k + Self::N) as u8,
+            Input(place) | Other(place) => place,
+        };
+        match (first, second) {
+            (State(k), None) if k == lane => self.own.0.as_flattened_mut()[lane] += c,
+            (State(k), None) => turn(&mut self.linears[lane / 4], lane, [k], c),
+            (Input(i), None) => self.drive_of(i).start.0.as_flattened_mut()[lane] += c,
+            (a, None) => add(&mut self.rest, place(a), lane, c),
+            (Input(i), Some(State(k))) | (State(k), Some(Input(i))) if k == lane => {
+                self.drive_of(i).own.0.as_flattened_mut()[lane] += c;
+            }
+            (Input(i), Some(Size(k))) | (Size(k), Some(Input(i))) if k == lane => {
+                self.drive_of(i).size.0.as_flattened_mut()[lane] += c;
+            }
+            (State(k), Some(Size(s))) | (Size(s), Some(State(k))) if k == lane && s == lane => {
+                self.own_quadratic.0.as_flattened_mut()[lane] += c;
+            }
+            (State(a), Some(State(b))) => turn(&mut self.products[lane / 4], lane, [a.min(b), a.max(b)], c),
+            (State(a), Some(Size(b))) | (Size(b), Some(State(a))) => {
+                turn(&mut self.crossed[lane / 4], lane, [a, b], c);
+            }
+            (a, Some(b)) => add(&mut self.rest_products, [place(a), place(b)], lane, c),
+        }
     }
 
-    /// The formulas at the states `x`.
+    fn drive_of(&mut self, from: u8) -> &mut Drive<Q> {
+        let at = self.drives.iter().position(|d| d.from == from).unwrap_or_else(|| {
+            let zero = Column([[0.0; 4]; Q]);
+            self.drives.push(Drive { start: zero, own: zero, size: zero, from });
+            self.drives.len() - 1
+        });
+        &mut self.drives[at]
+    }
+
+    /// Whether the states are read from memory.
+    fn remembers(&self) -> bool {
+        !(self.late.is_empty() && self.rest.is_empty() && self.rest_products.is_empty())
+    }
+
+    /// Whether inputs have a part in the formulas.
     #[inline(always)]
-    pub fn evaluate<F: Four>(&mut self, four: F, x: &[F::Value; Q]) -> [F::Value; Q] {
+    pub fn is_driven(&self) -> bool {
+        !(self.drives.is_empty() && self.only_first)
+    }
+
+    /// What the inputs, the leaves after the states in their order, make of the formulas, for the evaluations to come.
+    #[inline(always)]
+    pub fn drive<F: Four>(&mut self, four: F, inputs: &[f64]) -> Driven<F::Value, Q> {
         let all = &mut self.registers.0;
+        all[2 * Self::N..].iter_mut().zip(inputs).for_each(|(to, x)| *to = [*x]);
+        if !self.early.is_empty() {
+            self.early.body.run(all, &self.early.coefficients);
+        }
+        let mut driven =
+            Driven { start: loaded(four, &self.start), own: loaded(four, &self.own), size: [four.splat(0.0); Q] };
+        for drive in &self.drives {
+            let i = four.splat(all[drive.from.index()][0]);
+            for q in 0..Q {
+                driven.start[q] = four.fused(four.load(&drive.start.0[q]), i, driven.start[q]);
+                driven.own[q] = four.fused(four.load(&drive.own.0[q]), i, driven.own[q]);
+                driven.size[q] = four.fused(four.load(&drive.size.0[q]), i, driven.size[q]);
+            }
+        }
+        driven
+    }
+
+    /// The formulas at the states `x` and the inputs that [`Dense::drive`] was last called with.
+    #[inline(always)]
+    pub fn evaluate<F: Four>(&mut self, four: F, driven: &Driven<F::Value, Q>, x: &[F::Value; Q]) -> [F::Value; Q] {
+        // loops instead of closures: what is not inlined here is not compiled for vectors
         let mut size = *x;
-        let places = all.as_flattened_mut().as_chunks_mut::<4>().0;
         for q in 0..Q {
             size[q] = four.abs(x[q]);
-            places[q] = four.store(x[q]);
-            places[Q + q] = four.store(size[q]);
         }
-        if !self.before.batches.is_empty() {
-            self.before.run(all, &self.before_coefficients);
-        }
-        // loops instead of closures: what is not inlined here is not compiled for vectors
-        // each kind in two halves, whose sums do not wait for each other
-        let zero = [four.splat(0.0); Q];
-        let mut start = zero;
+        // two sums that do not wait for each other
+        let (mut near, mut far) = (driven.start, [four.splat(0.0); Q]);
         for q in 0..Q {
-            start[q] = four.load(&self.start[q]);
+            let own = four.fused(four.load(&self.own_quadratic.0[q]), size[q], driven.own[q]);
+            near[q] = four.fused(own, x[q], four.fused(driven.size[q], size[q], near[q]));
+            far[q] = plus_product(four, plus_turned(four, far[q], x, &self.linear[q]), x, x, &self.product[q]);
         }
-        let (places, columns) = (halves(&self.linear), halves(&self.linear_coefficients));
-        let first = summed(four, start, places.0, columns.0, |a| all[a.index()][0]);
-        let second = summed(four, zero, places.1, columns.1, |a| all[a.index()][0]);
-        let (places, columns) = (halves(&self.bilinear), halves(&self.bilinear_coefficients));
-        let product = |[a, b]: [u8; 2]| all[a.index()][0] * all[b.index()][0];
-        let third = summed(four, zero, places.0, columns.0, product);
-        let fourth = summed(four, zero, places.1, columns.1, product);
-        let mut sum = zero;
+        if !self.only_first {
+            for q in 0..Q {
+                for term in &self.linears[q] {
+                    near[q] = plus_turned(four, near[q], x, term);
+                }
+                for term in &self.products[q] {
+                    far[q] = plus_product(four, far[q], x, x, term);
+                }
+                for term in &self.crossed[q] {
+                    far[q] = plus_product(four, far[q], x, &size, term);
+                }
+            }
+            let all = &mut self.registers.0;
+            let places = all.as_flattened_mut().as_chunks_mut::<4>().0;
+            for q in 0..Q {
+                places[q] = four.store(x[q]);
+                places[Q + q] = four.store(size[q]);
+            }
+            self.late.body.run(all, &self.late.coefficients);
+            near = summed(four, near, &self.rest, |a| all[a.index()][0]);
+            far = summed(four, far, &self.rest_products, |[a, b]| all[a.index()][0] * all[b.index()][0]);
+        }
         for q in 0..Q {
-            let (own, quadratic) = (four.load(&self.own[q]), four.load(&self.own_quadratic[q]));
-            let own = four.mul(four.add(own, four.mul(quadratic, size[q])), x[q]);
-            let ones = four.add(four.add(first[q], second[q]), own);
-            sum[q] = four.add(ones, four.add(third[q], fourth[q]));
+            near[q] = four.add(near[q], far[q]);
         }
-        sum
+        near
     }
 }
 
+/// The first of a list, which leaves it.
+fn first<const K: usize>(terms: &mut Vec<Turned<K>>) -> Turned<K> {
+    if terms.is_empty() { Turned::default() } else { terms.remove(0) }
+}
+
+/// Q is a power of two: a vector of states that is read is one of the Q there are.
 #[inline(always)]
-fn halves<T>(terms: &[T]) -> (&[T], &[T]) {
-    terms.split_at(terms.len() / 2)
+fn four_of<V: Copy, const Q: usize>(x: &[V; Q], from: u8) -> V {
+    x[from.index() & (Q - 1)]
+}
+
+/// sum + c∘Px
+#[inline(always)]
+fn plus_turned<F: Four, const Q: usize>(four: F, sum: F::Value, x: &[F::Value; Q], term: &Turned<1>) -> F::Value {
+    let a = four.turn(four_of(x, term.from[0]), &term.turns[0]);
+    four.fused(four.load(&term.coefficient), a, sum)
+}
+
+/// sum + c∘Px∘P'y
+#[inline(always)]
+fn plus_product<F: Four, const Q: usize>(
+    four: F,
+    sum: F::Value,
+    x: &[F::Value; Q],
+    y: &[F::Value; Q],
+    term: &Turned<2>,
+) -> F::Value {
+    let a = four.turn(four_of(x, term.from[0]), &term.turns[0]);
+    let b = four.turn(four_of(y, term.from[1]), &term.turns[1]);
+    four.fused(four.load(&term.coefficient), four.mul(a, b), sum)
+}
+
+#[inline(always)]
+fn loaded<F: Four, const Q: usize>(four: F, column: &Column<Q>) -> [F::Value; Q] {
+    let mut all = [four.splat(0.0); Q];
+    for q in 0..Q {
+        all[q] = four.load(&column.0[q]);
+    }
+    all
 }
 
 /// sum + Σ c·a
@@ -231,14 +317,13 @@ fn halves<T>(terms: &[T]) -> (&[T], &[T]) {
 fn summed<T: Copy, F: Four, const Q: usize>(
     four: F,
     mut sum: [F::Value; Q],
-    places: &[T],
-    columns: &[Column<Q>],
+    terms: &Terms<T, Q>,
     value: impl Fn(T) -> f64,
 ) -> [F::Value; Q] {
-    for (place, c) in places.iter().zip(columns) {
-        let a = four.splat(value(*place));
+    for (factors, c) in terms {
+        let a = four.splat(value(*factors));
         for q in 0..Q {
-            sum[q] = four.add(sum[q], four.mul(four.load(&c.0[q]), a));
+            sum[q] = four.fused(four.load(&c.0[q]), a, sum[q]);
         }
     }
     sum
@@ -280,11 +365,10 @@ mod tests {
         }
         plan.prepare(&mut registers);
         let mut dense = Dense::<2>::of(&plan, &registers, 3).expect("small enough");
-        for (to, leaf) in dense.inputs().iter_mut().zip(&leading[3..]) {
-            *to = [value(*leaf)];
-        }
+        let inputs: Vec<f64> = leading[3..].iter().map(|leaf| value(*leaf)).collect();
         let x = [[0.7, -0.4, 1.3, 0.0], [0.0; 4]];
-        let all = dense.evaluate(Plain, &x);
+        let driven = dense.drive(Plain, &inputs);
+        let all = dense.evaluate(Plain, &driven, &x);
         let check = |found: f64, f: Expr<'_>| {
             let exact = f.evaluate(&value);
             assert!((found - exact).abs() <= 4e-15 * exact.abs().max(1.0), "{f:?}: {found} and {exact}");

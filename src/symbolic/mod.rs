@@ -16,12 +16,13 @@ mod graph;
 mod lanes;
 mod plan;
 mod products;
+mod sorted;
 
-pub use dense::Dense;
+pub use dense::{Dense, Driven};
 pub use derivative::derivatives;
 pub use dimension::DimensionError;
 pub use expr::Expr;
-pub use four::{Four, Plain};
+pub use four::{Four, Plain, Turn};
 pub use graph::{Graph, Leaf};
 pub use lanes::Lanes;
 pub use plan::{Plan, Registers};

@@ -22,8 +22,6 @@ pub struct Plan {
     pub(super) first_output: usize,
     pub(super) outputs: usize,
     pub(super) registers: usize,
-    /// A register that stays 0.
-    pub(super) zero: usize,
 }
 
 /// The body with places as short as they can be: an array of 256 cannot be read outside of itself by a byte.
