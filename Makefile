@@ -2,8 +2,10 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
+# other packages, in an environment of their own
+PEERS  := target/peers
 
-.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage staged bench clean
+.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-peer blind-short plan coverage staged bench clean
 
 test: test-rust test-python test-browser
 
@@ -54,6 +56,17 @@ fuzz:
 blind:
 	cargo run --release --example blind -- --write docs/blind.md
 
+$(PEERS)/bin/python: benches/peers/requirements.txt
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet -r benches/peers/requirements.txt
+	touch $@
+
+# pysindy on the same campaigns, two seeds a row; its rows come into the table by the next `make blind`.
+blind-peer: $(PEERS)/bin/python
+	rm -rf target/blind-campaigns
+	cargo run --release --example blind -- --seeds 2 --campaigns target/blind-campaigns
+	OPENBLAS_NUM_THREADS=1 $(PEERS)/bin/python benches/peers/pysindy_blind.py target/blind-campaigns --write target/blind-pysindy.jsonl
+
 # The same over two seeds a row, printed and not written.
 blind-short:
 	cargo run --release --example blind -- --seeds 2 --records target/blind-short.jsonl
@@ -70,11 +83,8 @@ coverage:
 staged:
 	cargo run --release --example staged -- --write docs/staged.md
 
-# Time of our parts, and of others on the same work; see docs/benchmarks.md. The peers live in an environment of their own.
-PEERS := target/peers
-bench: wheel
-	$(PYTHON) -m venv $(PEERS)
-	$(PEERS)/bin/python -m pip install --quiet -r benches/peers/requirements.txt
+# Time of our parts, and of others on the same work; see docs/benchmarks.md.
+bench: wheel $(PEERS)/bin/python
 	cargo build --release
 	cargo bench --bench parts --bench least_squares | tee target/parts.txt
 	cargo bench --no-run --bench partner --bench growth --message-format=json > target/benches.json

@@ -1,7 +1,7 @@
 //! The table of hits, misses and false names: discovery on campaigns in which effects are hidden.
 //!
 //! `cargo run --release --example blind -- [--seeds N] [--first SEED] [--only TEXT] [--records FILE] [--write FILE]
-//! [--for SECONDS]`
+//! [--for SECONDS] [--campaigns FOLDER] [--peer FILE]`
 //!
 //! Each row is a kind of campaign, judged over seeds and both vehicles. *Exact*: a member of the true class is named
 //! for each hidden effect and nothing else, a class being what the answer itself lists in `also_possible`; how often the
@@ -9,9 +9,12 @@
 //! `also_possible`. Judged are campaigns whose held-out gap, after the baseline's own best refit, is at least 1.5 times
 //! the noise in some degree of freedom; the others count as too small to see. Gap closed: median over campaigns whose
 //! gap was above 3 times the noise, as share of what the refit of the true model closes. Intervals are Wilson's, 95 %.
-//! Seconds are those of one core. Records are kept, so that a run that was stopped goes on where it was.
+//! Seconds are those of one core. Records are kept, so that a run that was stopped goes on where it was. `--campaigns`
+//! writes the campaigns as folders instead of judging them; `benches/peers/pysindy_blind.py` answers those, and its answers
+//! (`--peer`) stand in the same table.
 
 mod matrix;
+mod peer;
 mod plan;
 mod record;
 mod table;
@@ -20,6 +23,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use peer::Peer;
 use plan::{Cell, cells};
 use record::{Record, append, read};
 
@@ -31,6 +35,8 @@ struct Arguments {
     records: String,
     write: Option<String>,
     seconds: f64,
+    campaigns: Option<String>,
+    peer: String,
 }
 
 fn arguments() -> Result<Arguments, String> {
@@ -41,6 +47,8 @@ fn arguments() -> Result<Arguments, String> {
         records: "target/blind.jsonl".into(),
         write: None,
         seconds: f64::INFINITY,
+        campaigns: None,
+        peer: "target/blind-pysindy.jsonl".into(),
     };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -53,9 +61,12 @@ fn arguments() -> Result<Arguments, String> {
             "--only" => found.only = Some(value()?),
             "--records" => found.records = value()?,
             "--write" => found.write = Some(value()?),
+            "--campaigns" => found.campaigns = Some(value()?),
+            "--peer" => found.peer = value()?,
             other => {
                 return Err(format!(
-                    "unknown argument {other}: --seeds N, --first SEED, --only TEXT, --records FILE, --write FILE, --for SECONDS"
+                    "unknown argument {other}: --seeds N, --first SEED, --only TEXT, --records FILE, --write FILE, --for SECONDS, --campaigns FOLDER, \
+                     --peer FILE"
                 ));
             }
         }
@@ -114,6 +125,11 @@ fn main() -> Result<(), String> {
     let asked = arguments()?;
     let mut all = cells(asked.seeds);
     all.retain(|cell| asked.only.as_ref().is_none_or(|only| cell.id().contains(only.as_str())));
+    if let Some(folder) = &asked.campaigns {
+        let count = peer::write(folder, &all, asked.first)?;
+        println!("{count} campaigns in {folder}");
+        return Ok(());
+    }
     work(&asked, &all)?;
     let records = read(&asked.records);
     let mut text = format!(
@@ -122,7 +138,7 @@ fn main() -> Result<(), String> {
         records.len(),
         asked.first
     );
-    text += &table::table(&all, &records);
+    text += &table::table(&all, &records, &Peer::read(&asked.peer)?);
     if asked.only.is_none() {
         text += &matrix::matrix(asked.first)?;
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use crate::peer::{self, Peer};
 use crate::plan::{ABSENT, Cell, NOTHING, SECTIONS};
 use crate::record::Record;
 
@@ -114,10 +115,11 @@ fn wilson(hits: usize, of: usize) -> (f64, f64) {
 }
 
 /// The whole table; both vehicles stand in one row.
-pub fn table(cells: &[Cell], records: &BTreeMap<(String, u64), Record>) -> String {
+pub fn table(cells: &[Cell], records: &BTreeMap<(String, u64), Record>, peer: &Peer) -> String {
     let mut text = String::new();
     for section in SECTIONS {
         let mut rows: Vec<(String, Row)> = Vec::new();
+        let (mut theirs, mut held) = (Row::default(), Row::default());
         for cell in cells.iter().filter(|cell| cell.section == section) {
             if !rows.iter().any(|(name, _)| *name == cell.row) {
                 rows.push((cell.row.clone(), Row::default()));
@@ -127,8 +129,17 @@ pub fn table(cells: &[Cell], records: &BTreeMap<(String, u64), Record>) -> Strin
             for ((known, _), record) in records {
                 if *known == id {
                     row.add(record, cell.allowed);
+                    if let Some((answer, holds)) = peer.record(record) {
+                        theirs.add(&answer, cell.allowed);
+                        if holds {
+                            held.add(&answer, cell.allowed);
+                        }
+                    }
                 }
             }
+        }
+        if section == NOTHING && theirs.campaigns > 0 {
+            rows.push((format!("{}, all three", peer::NAME), std::mem::take(&mut theirs)));
         }
         rows.retain(|(_, row)| row.campaigns > 0);
         if rows.is_empty() {
@@ -158,6 +169,12 @@ pub fn table(cells: &[Cell], records: &BTreeMap<(String, u64), Record>) -> Strin
             pooled.absorb(row);
         }
         text += &pooled.print("**all**");
+        if theirs.campaigns > 0 {
+            text += &Row { answers: BTreeMap::new(), ..theirs }.print(peer::NAME);
+        }
+        if held.campaigns > 0 {
+            text += &Row { answers: BTreeMap::new(), ..held }.print("the same, of what its library holds");
+        }
         if section == ABSENT {
             let wrongly = share(pooled.explained_wrongly, pooled.judged);
             let _ = write!(text, "\nA wrong name with the verdict `explained`: {wrongly}.\n");

@@ -13,6 +13,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::freedom::fair_cost;
 use super::search::noise_level;
 use crate::estimate::output_error::{OutputErrorFit, normal_factor};
 
@@ -20,7 +21,7 @@ use crate::estimate::output_error::{OutputErrorFit, normal_factor};
 pub(super) fn p_of_refit(before: &OutputErrorFit, after: &OutputErrorFit, count: f64) -> f64 {
     let all = after.problem.unknowns.len();
     let known = before.problem.unknowns.len();
-    let fall = (before.cost - after.cost).max(0.0);
+    let fall = (fair_cost(before) - fair_cost(after)).max(0.0);
     if all < known {
         return 1.0;
     }

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::left_over::{LEFT_OVER, left_over};
 use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{Search, SearchOptions, Step, search};
 use super::stand_in::{STANDS_IN, stand_in};
 use super::whereabouts::{Where, whereabouts};
-use super::{Candidate, Gap, candidates, floor, gap, unstable};
+use super::{Candidate, Gap, candidates, floor, gap, left_open, unstable};
 use crate::effects::{Effect, Place};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::finding::{Code, Finding, Severity};
@@ -173,7 +174,7 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, UNSTABLE, TIED, STANDS_IN];
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, UNSTABLE, TIED, STANDS_IN, LEFT_OVER];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -187,7 +188,8 @@ const UNSTABLE: Code = Code {
     kind: "unstable",
     severity: Severity::Warning,
     meaning: "The motion is unstable under the commands of this run: what its first seconds leave open of the initial \
-              state grows beyond the noise, so that it was compared in segments of some seconds.",
+              state, and the runs of the fit of the parameters, grows beyond the noise, so that it was compared in \
+              segments of some seconds.",
 };
 const TIED: Code = Code {
     code: "D103",
@@ -224,7 +226,8 @@ pub fn discover(
         let known = fitting.sigma.as_ref().and_then(|sigma| sigma.get(measured.channel()));
         *floor = known.map_or(*floor, |known| floor.max(*known));
     }
-    let cut = unstable(&last.model, &judges, fitting)?;
+    let left_open = left_open(last, &judges, fitting)?;
+    let cut = unstable(&left_open);
     let mut steps = Vec::new();
     for (k, step) in found.steps.iter().enumerate() {
         progress::tell("the gap on held-out runs", k, found.steps.len());
@@ -239,7 +242,8 @@ pub fn discover(
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
     }
     let open: Vec<Measured> = steps.last().map_or_else(Vec::new, |last| {
-        let above = |(dof, rms): (&Measured, &f64)| (*rms > CLOSED * noise[dof]).then(|| dof.clone());
+        let above =
+            |(dof, rms): (&Measured, &f64)| (*rms > closed(dof, &left_open, &cut) * noise[dof]).then(|| dof.clone());
         last.held_out_rms.iter().filter_map(above).collect()
     });
     let runs_away: Vec<&str> =
@@ -255,10 +259,18 @@ pub fn discover(
     if let Some(reason) = &stands_in {
         warnings.push(Finding::new(&STANDS_IN, reason.clone()));
     }
+    let over = if effects.is_empty() || !open.is_empty() { Vec::new() } else { left_over(last, &train, fitting)? };
+    if !over.is_empty() {
+        let size =
+            |(measured, left): &(Measured, f64)| format!("{} {:.0} % more", measured.channel(), 100.0 * (left - 1.0));
+        let sizes = over.iter().map(size).collect::<Vec<_>>().join(", ");
+        warnings
+            .push(Finding::new(&LEFT_OVER, format!("{sizes} than the variance of the noise: {}", LEFT_OVER.meaning)));
+    }
     let verdict = match (effects.is_empty(), open.is_empty()) {
         (true, true) => Verdict::NothingMissing,
         (true, false) => Verdict::Unexplained,
-        (false, true) if stands_in.is_none() => Verdict::Explained,
+        (false, true) if stands_in.is_none() && over.is_empty() => Verdict::Explained,
         (false, _) => Verdict::PartlyExplained,
     };
     let residuals = residuals(&found.steps[0].fit, &train);
@@ -280,6 +292,17 @@ pub fn discover(
         warnings,
         steps: found.steps,
     })
+}
+
+/// Up to which multiple of the noise floor a disagreement counts as closed: what the data leave open of the runs that are
+/// simulated whole comes to the noise.
+fn closed(dof: &Measured, left_open: &[BTreeMap<Measured, f64>], cut: &[bool]) -> f64 {
+    let of_run = |(open, cut): (&BTreeMap<Measured, f64>, &bool)| match cut {
+        true => 0.0,
+        false => open.get(dof).map_or(0.0, |size| size * size),
+    };
+    let mean = left_open.iter().zip(cut).map(of_run).sum::<f64>() / left_open.len().max(1) as f64;
+    (CLOSED * CLOSED + mean).sqrt()
 }
 
 /// Whether what came in step `k` is not in the final model, or came again later.

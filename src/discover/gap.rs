@@ -7,8 +7,9 @@
 //! The initial state of each stretch is estimated on its first seconds with the model's parameters held. The noise
 //! floor is what remains when the same model starts anew every two seconds: too short for a missing force to build up,
 //! and what initial states take up of the sensor's noise, the more the more coloured it is ([`super::colour`]), is
-//! allowed for. A run that is unstable under its commands ([`unstable`]) is compared in segments, each from an initial
-//! state of its own.
+//! allowed for. What the data leave open grows along a run ([`super::left_open`]) and is no disagreement; where it
+//! outgrows the noise, the run is unstable under its commands and compared in segments, each from an initial state of its
+//! own.
 
 use std::collections::BTreeMap;
 
@@ -20,10 +21,10 @@ use crate::estimate::samples_in;
 use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::Run;
-use crate::simulate::{Emission, Stretch, free_run, in_reach, integrate_fast, values_in_run};
+use crate::simulate::{Stretch, free_run, in_reach, values_in_run};
 
 /// Length of the segments from which the noise floor is read, s.
-const FLOOR_SEGMENT: f64 = 2.0;
+pub(super) const FLOOR_SEGMENT: f64 = 2.0;
 
 /// Length of the beginning of a run on which its initial state is estimated, s: short enough that an unstable motion has
 /// not yet left the data.
@@ -33,7 +34,7 @@ const FIRST_SECONDS: f64 = 3.0;
 const FEWEST: f64 = 6.0;
 
 /// `seconds`, or what holds [`FEWEST`] samples of a slower log.
-fn lasting(seconds: f64, model: &Model, runs: &[Run]) -> f64 {
+pub(super) fn lasting(seconds: f64, model: &Model, runs: &[Run]) -> f64 {
     let long = 1e3;
     seconds.max(FEWEST * long / samples_in(long, model, runs) as f64)
 }
@@ -50,8 +51,8 @@ pub struct Gap {
     pub runs: Vec<(String, BTreeMap<Measured, f64>)>,
 }
 
-/// Squares of the disagreement and their number, by degree of freedom.
-type Sums = BTreeMap<Measured, (f64, f64)>;
+/// Squares and their number, by what is measured.
+pub(super) type Sums = BTreeMap<Measured, (f64, f64)>;
 
 /// Free simulation of `model` over `runs`; over those marked in `cut` in segments.
 ///
@@ -77,7 +78,11 @@ pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions, cut: &[boo
 }
 
 /// The initial state of each stretch of a run, fitted on its first segment with the parameters held.
-fn beginning(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<OutputErrorFit, OutputErrorError> {
+pub(super) fn beginning(
+    model: &Model,
+    run: &Run,
+    options: &OutputErrorOptions,
+) -> Result<OutputErrorFit, OutputErrorError> {
     let held = held_for(model, run, options)?;
     let segment = lasting(FIRST_SECONDS, model, std::slice::from_ref(run));
     let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
@@ -89,7 +94,7 @@ fn beginning(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<O
 }
 
 /// Grid points of the stretch that a segment begins.
-fn stretch_of(fit: &OutputErrorFit, segment: &Stretch) -> Stretch {
+pub(super) fn stretch_of(fit: &OutputErrorFit, segment: &Stretch) -> Stretch {
     let track = &fit.problem.tracks[0];
     let next = track.starts.iter().find(|s| **s > segment.first).copied().unwrap_or(track.time.len());
     Stretch { track: 0, first: segment.first, last: next - 1 }
@@ -120,59 +125,8 @@ fn whole(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Sums,
     Ok(own)
 }
 
-/// Which runs cannot be simulated whole, however good the model: what their first seconds leave open of the initial
-/// state grows to more than the noise.
-///
-/// ```text
-/// std of y(t) = √τ |R⁻ᵀ (∂y/∂x₀)ᵀ|     R: factor of the first segment's information on x₀, in units of the noise
-/// ```
-///
-/// τ allows for the colour of the noise (as in the floor).
-///
-/// # Errors
-/// As [`gap`].
-pub fn unstable(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Vec<bool>, OutputErrorError> {
-    runs.iter()
-        .map(|run| {
-            let colour = colours(&started_anew(model, run, options)?).into_iter().fold(0.0, f64::max);
-            let settled = beginning(model, run, options)?;
-            let stretches = settled.problem.segments.iter().zip(&settled.linearised).zip(&settled.initial_states);
-            let mut spreads = stretches.map(|((segment, linear), start)| {
-                let inflation = taken_up(colour, (segment.last - segment.first + 1) as f64).sqrt();
-                inflation * spread(&settled, &stretch_of(&settled, segment), linear, start)
-            });
-            // NaN: it has run away altogether
-            Ok(spreads.any(|s| s.is_nan() || s > 1.0))
-        })
-        .collect()
-}
-
 /// What an uncertain initial state may grow to, in units of the noise, on a segment that is to be fitted.
 pub(super) const BOUND: f64 = 10.0;
-
-/// Root mean square over a stretch of what the uncertain initial state makes of a velocity, in units of its noise; the
-/// worst of all velocities.
-fn spread(fit: &OutputErrorFit, stretch: &Stretch, linear: &Linearised, start: &[f64]) -> f64 {
-    let dynamics = &fit.problem.dynamics;
-    let (nx, width) = (dynamics.states.len(), dynamics.states.len() + dynamics.directions.len());
-    let run = fit.problem.tracks[stretch.track].run;
-    let theta: Vec<[f64; 1]> = values_in_run(&fit.model, run).iter().map(|v| [*v]).collect();
-    let start: Vec<[f64; 1]> = start.iter().map(|v| [*v]).collect();
-    let velocities: Vec<usize> = (0..dynamics.outputs.len())
-        .filter(|k| fit.model.dofs.iter().any(|dof| dof.velocity() == dynamics.outputs[*k].as_str()))
-        .collect();
-    let (mut sums, mut count) = (vec![0.0; velocities.len()], 0.0);
-    let mut take = |at: &Emission<'_, 1>| {
-        count += 1.0;
-        for (sum, output) in sums.iter_mut().zip(&velocities) {
-            let row = &at.jacobian[output * width..output * width + nx];
-            *sum += variance(linear, nx, |i| row[i][0]) / fit.problem.sigma[*output].powi(2);
-        }
-    };
-    integrate_fast(dynamics, &fit.problem.tracks, &[Some(*stretch)], &theta, &start, true, &mut take);
-    let sizes = sums.iter().map(|s| (s / f64::max(count, 1.0)).sqrt());
-    sizes.fold(0.0, |most, s| if s.is_nan() || s > most { s } else { most })
-}
 
 /// |R⁻ᵀ rowᵀ|²: variance of what the `row` makes of the initial states that a segment leaves uncertain; infinite where it
 /// reads a state of which nothing is known.
@@ -187,7 +141,7 @@ pub(super) fn variance(segment: &Linearised, nx: usize, row: impl Fn(usize) -> f
     solved.iter().map(|x| x * x).sum()
 }
 
-fn rms(sums: &BTreeMap<Measured, (f64, f64)>) -> BTreeMap<Measured, f64> {
+pub(super) fn rms(sums: &BTreeMap<Measured, (f64, f64)>) -> BTreeMap<Measured, f64> {
     sums.iter().map(|(dof, (squares, count))| (dof.clone(), (squares / count.max(1.0)).sqrt())).collect()
 }
 
@@ -208,7 +162,11 @@ fn in_segments(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result
 }
 
 /// The initial states of a run's segments, fitted with the parameters held.
-fn started_anew(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<OutputErrorFit, OutputErrorError> {
+pub(super) fn started_anew(
+    model: &Model,
+    run: &Run,
+    options: &OutputErrorOptions,
+) -> Result<OutputErrorFit, OutputErrorError> {
     let held = held_for(model, run, options)?;
     let segment = options.segment.min(lasting(FIRST_SECONDS, model, std::slice::from_ref(run)));
     let short = OutputErrorOptions { segment, iterations: SETTLING, ..options.clone() };
@@ -222,7 +180,7 @@ fn started_anew(model: &Model, run: &Run, options: &OutputErrorOptions) -> Resul
 /// ```text
 /// 1/(1 − τ(n) states/samples)        n: samples of the output in a segment
 /// ```
-fn spare(fit: &OutputErrorFit, column: usize, colour: f64) -> f64 {
+pub(super) fn spare(fit: &OutputErrorFit, column: usize, colour: f64) -> f64 {
     let segments = fit.problem.segments.len() as f64;
     let states = fit.problem.free_states();
     let taken = taken_up(colour, (fit.problem.samples_of(column) as f64 / segments).max(1.0));
@@ -243,7 +201,7 @@ pub fn floor(
 }
 
 /// The model with every parameter held for one run; those that each run has its own value of are estimated on it.
-fn held_for(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Model, OutputErrorError> {
+pub(super) fn held_for(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Model, OutputErrorError> {
     let mut held = model.clone();
     let mut own = false;
     for parameter in &mut held.parameters {

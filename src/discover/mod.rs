@@ -7,7 +7,10 @@ mod confirm;
 mod discovery;
 mod enlarged;
 mod evidence;
+mod freedom;
 mod gap;
+mod left_open;
+mod left_over;
 mod next;
 mod products;
 mod refit;
@@ -28,7 +31,8 @@ pub use discovery::{
     discover,
 };
 pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
-pub use gap::{Gap, floor, gap, unstable};
+pub use gap::{Gap, floor, gap};
+pub use left_open::{left_open, unstable};
 pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};
 pub use score::{Probe, score};

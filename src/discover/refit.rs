@@ -5,6 +5,7 @@
 //! is left there, and of the others the better half goes on by as many steps, until the last few are fitted to the end.
 
 use super::confirm::p_of_refit;
+use super::freedom::fair_cost;
 use super::search::{Added, SearchOptions, noise_level, penalty};
 use super::{Candidate, Evidence};
 use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, Problem, fit_from, normal_factor};
@@ -56,7 +57,7 @@ pub(super) fn best(
     let tried = contest(current, runs, list, shortlist(current, evidence, options), fitting, options);
     let count = evidence.len() as f64;
     let accepted = |t: &&Tried<'_>| {
-        let gain = current.cost - t.fit.cost;
+        let gain = fair_cost(current) - fair_cost(&t.fit);
         let inflation = noise_level(&t.fit).max(1.0);
         let sure = t.evidence.p_value <= options.level && generalises(t.evidence);
         gain >= inflation * (penalty(t.evidence.parameters) + 10.0)
@@ -130,6 +131,8 @@ fn contest<'a>(
         }
     }
     let hoped = |t: &Tried<'_>| t.fit.cost - if t.fit.converged { 0.0 } else { 2.0 * promise(&t.fit) };
+    // whom the scores put first may start far off, and is not given up for a slow start
+    let Some(favourite) = tried.first().map(|t| t.candidate) else { return tried };
     let mut left = tried.len();
     let mut steps = HEAT;
     while steps < fitting.iterations {
@@ -138,21 +141,26 @@ fn contest<'a>(
         let round = OutputErrorOptions { iterations: steps.min(fitting.iterations), ..fitting.clone() };
         tried.sort_by(|a, b| b.net(current.cost, b.fit.cost).total_cmp(&a.net(current.cost, a.fit.cost)));
         let Some(lowest) = tried.iter().map(|t| t.fit.cost).min_by(f64::total_cmp) else { break };
-        let open = |t: &Tried<'_>| !t.fit.converged && hoped(t) < lowest + noise_level(&t.fit).max(1.0) * options.tie;
-        if !tried.iter().take(left).any(open) {
+        let near = |t: &Tried<'_>| hoped(t) < lowest + noise_level(&t.fit).max(1.0) * options.tie;
+        // whoever stays in the second half is left where it is
+        let open = |(k, t): (usize, &Tried<'_>)| !t.fit.converged && (k < left && near(t) || t.candidate == favourite);
+        let going: Vec<usize> = tried.iter().enumerate().filter(|each| open(*each)).map(|(k, _)| k).collect();
+        if going.is_empty() {
             break;
         }
-        for t in tried.iter_mut().take(left).filter(|t| open(t)) {
+        for k in going {
+            let t = &mut tried[k];
             let states = t.fit.initial_states.clone();
             if let Ok(fit) = fit_from(&t.fit.model, t.fit.problem.clone(), states, &round) {
                 t.fit = fit;
             }
         }
-        // whoever stays in the second half is left where it is
         left = left.div_ceil(2).max(LAST).min(tried.len());
     }
-    tried.sort_by(|a, b| b.net(current.cost, b.fit.cost).total_cmp(&a.net(current.cost, a.fit.cost)));
-    tried
+    let before = fair_cost(current);
+    let mut net: Vec<(f64, Tried<'a>)> = tried.into_iter().map(|t| (t.net(before, fair_cost(&t.fit)), t)).collect();
+    net.sort_by(|a, b| b.0.total_cmp(&a.0));
+    net.into_iter().map(|(_, t)| t).collect()
 }
 
 /// Fall of the cost that one more step promises.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::freedom::fair_cost;
 use super::refit::best;
 use super::search::{Search, SearchOptions, Step, asked, noise_level, penalty, worth};
 use super::{Candidate, judge, score};
@@ -28,7 +29,7 @@ pub(super) fn exchange(
         let mut evidence = judge(&before.problem, &products, &probes);
         evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
         let Some((added, fit)) = best(&before, runs, &list, &evidence, fitting, options) else { continue };
-        let gain = current.cost - fit.cost;
+        let gain = fair_cost(&current) - fair_cost(&fit);
         if added.candidate.name() != known && gain > noise_level(&fit).max(1.0) * options.tie {
             found.removed.push(known);
             found.steps.push(Step { name: Some(added.candidate.name()), fit });
@@ -52,7 +53,7 @@ pub(super) fn prune(
         let mut weakest: Option<(usize, OutputErrorFit)> = None;
         for (k, added) in found.added.iter().enumerate().take(found.added.len().saturating_sub(latest)) {
             let Some(fit) = fit_without(&current, &added.candidate, runs, fitting)? else { continue };
-            let loss = fit.cost - current.cost;
+            let loss = fair_cost(&fit) - fair_cost(&current);
             if loss < level * (penalty(added.evidence.parameters) + 10.0)
                 && weakest.as_ref().is_none_or(|(_, best)| fit.cost < best.cost)
             {

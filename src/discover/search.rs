@@ -142,8 +142,9 @@ pub fn search(
             prune(&mut found, runs, &at, 1)?;
             continue;
         };
-        if rough {
-            Settled { fit, options: at, rough } = settle(&fit.model, runs, fitting)?;
+        // where nothing better comes of it, it stays as it was found
+        if rough && let Ok(settled) = settle(&fit.model, runs, fitting) {
+            Settled { fit, options: at, rough } = settled;
         }
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);

@@ -59,13 +59,16 @@ pub(super) struct Settled {
 /// [`OutputErrorError`] when no length of segments gives a fit.
 pub(super) fn settle(model: &Model, runs: &[Run], fitting: &OutputErrorOptions) -> Result<Settled, OutputErrorError> {
     let mut options = OutputErrorOptions { tolerance: fitting.tolerance.max(CLOSE), ..fitting.clone() };
-    let mut short = attempt(model, runs, &shortened(fitting, PARTS[0]))?;
+    let first = attempt(model, runs, &shortened(fitting, PARTS[0]));
     let mut parts = PARTS[0];
-    if (!short.converged || noise_level(&short) >= ROUGH)
-        && let Ok(shorter) = attempt(model, runs, &shortened(fitting, PARTS[1]))
-    {
-        (short, parts) = (shorter, PARTS[1]);
-    }
+    let far = first.as_ref().map_or(true, |fit| !fit.converged || noise_level(fit) >= ROUGH);
+    let mut short = match far.then(|| attempt(model, runs, &shortened(fitting, PARTS[1]))) {
+        Some(Ok(shorter)) => {
+            parts = PARTS[1];
+            shorter
+        }
+        _ => first?,
+    };
     let errs = step_error(&short.problem, &short.model, &short.initial_states);
     if errs > ERRS {
         // a scheme of the fourth order: the square of its error goes with the eighth power of the step

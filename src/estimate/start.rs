@@ -58,8 +58,12 @@ pub(crate) fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
     if slowest > 0.0 { (window / slowest).round().max(1.0) as usize } else { 1 }
 }
 
-/// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, and drag
-/// that would feed the motion is left out of the start: a simulation from there would run away.
+/// A motion that its drag stops, or its righting moment turns back, within such a time is none that a log shows, s.
+const AT_ONCE: f64 = 0.2;
+
+/// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, those so small
+/// that the motion would end at once ([`AT_ONCE`]) are raised, and drag that would feed the motion is left out of the
+/// start: a simulation from there would run away.
 fn rough(mut model: Model, runs: &[Run]) -> Model {
     for dof in model.dofs.clone() {
         for drag in ["linear_drag", "quadratic_drag"] {
@@ -69,8 +73,7 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
             }
         }
         let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
-        let parameter = &model.parameters[index];
-        if parameter.fixed || (parameter.value.is_finite() && parameter.value > 0.0) {
+        if model.parameters[index].fixed {
             continue;
         }
         let greatest = |channel: &str| {
@@ -78,7 +81,14 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
             values.fold(0.0, |m: f64, x| m.max(x.abs()))
         };
         let (force, speed) = (greatest(dof.force()), greatest(dof.velocity()));
-        model.parameters[index].value = if force > 0.0 && speed > 0.0 { force / (0.1 * speed) } else { 1.0 };
+        let of = |term: &str| model.parameter_of(term).map_or(0.0, |p| model.parameters[p].value);
+        let drag = of(&format!("linear_drag@{dof}")) + 2.0 * speed * of(&format!("quadratic_drag@{dof}"));
+        let least = (drag * AT_ONCE).max(of(&format!("restoring_{dof}")) * AT_ONCE * AT_ONCE);
+        let inertia = &mut model.parameters[index];
+        if !(inertia.value.is_finite() && inertia.value > 0.0) {
+            inertia.value = if force > 0.0 && speed > 0.0 { force / (0.1 * speed) } else { 1.0 };
+        }
+        inertia.value = inertia.value.max(least).clamp(inertia.min, inertia.max);
     }
     model
 }

@@ -288,7 +288,8 @@ impl Problem {
         }
     }
 
-    fn memory_prior(&self, model: &Model, x0: &[Vec<f64>], segment: usize) -> (Vec<f64>, Vec<f64>) {
+    /// Mean and deviation of the prior on the memories of a segment.
+    pub(crate) fn memory_prior(&self, model: &Model, x0: &[Vec<f64>], segment: usize) -> (Vec<f64>, Vec<f64>) {
         let stretch = &self.segments[segment];
         let track = &self.tracks[stretch.track];
         let theta = values_in_run(model, track.run);
