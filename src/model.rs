@@ -222,7 +222,7 @@ impl Model {
     /// Adds a parameter that belongs to the term `name`; returns its index.
     pub(crate) fn push_parameter(&mut self, name: &str, effect: &str, place: Place, spec: ParameterSpec) -> usize {
         let (value, min, max) = match &spec.kind {
-            crate::effects::ParameterKind::Linear => (spec.neutral, f64::NEG_INFINITY, f64::INFINITY),
+            crate::effects::ParameterKind::Linear => (spec.neutral, spec.least, f64::INFINITY),
             crate::effects::ParameterKind::Shape { grid, min, max } => {
                 (grid.first().copied().unwrap_or(spec.neutral), *min, *max)
             }

@@ -43,6 +43,17 @@ fn blind_coloured_noise_is_no_effect() {
     }
 }
 
+/// Slow noise gives a memory something to follow at the beginning of every segment, and what it leaves open of an unstable
+/// run grows to three times the noise: neither is an effect.
+#[test]
+fn blind_coloured_noise_is_no_memory_and_no_gap() {
+    for seed in [9, 111] {
+        let small = BlindOptions { seed, colour: 0.8, craft: CraftKind::Small, ..BlindOptions::default() };
+        let (_, found) = answer(&small);
+        assert_eq!(found.verdict, Verdict::NothingMissing, "seed {seed}: {:?} {}", found.effects, gap(&found, 0));
+    }
+}
+
 /// The noise of the tank is 5 mm/s and 3 mrad/s. Two seconds hold one sample: a floor of nothing would be read from
 /// them. What the command does between samples comes on top of the noise.
 #[test]
@@ -139,6 +150,14 @@ fn blind_steps_that_were_dropped_say_so() {
 fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {
     let (_, found) = hiding("vortex_shedding", CraftKind::Large, 109);
     assert_ne!(found.verdict, Verdict::Explained, "{:?}", found.effects);
+}
+
+/// Sloshing water looks like memories and waves on other runs, and leaves a tenth more than the noise where it was fitted.
+#[test]
+fn blind_names_that_leave_more_than_the_noise_are_no_explanation() {
+    let (_, found) = hiding("sloshing", CraftKind::Large, 6);
+    assert!(found.warnings.iter().any(|w| w.code == "D105"), "{:?} {:?}", found.effects, found.warnings);
+    assert_eq!(found.verdict, Verdict::PartlyExplained, "{:?}", found.effects);
 }
 
 #[test]

@@ -259,18 +259,24 @@ pub fn discover(
     if let Some(reason) = &stands_in {
         warnings.push(Finding::new(&STANDS_IN, reason.clone()));
     }
-    let over = if effects.is_empty() || !open.is_empty() { Vec::new() } else { left_over(last, &train, fitting)? };
-    if !over.is_empty() {
-        let size =
-            |(measured, left): &(Measured, f64)| format!("{} {:.0} % more", measured.channel(), 100.0 * (left - 1.0));
-        let sizes = over.iter().map(size).collect::<Vec<_>>().join(", ");
-        warnings
-            .push(Finding::new(&LEFT_OVER, format!("{sizes} than the variance of the noise: {}", LEFT_OVER.meaning)));
-    }
+    let asked = !effects.is_empty() && open.is_empty();
+    let over = if asked { left_over(last, &train, fitting) } else { Ok(Vec::new()) };
+    let said = match &over {
+        Ok(over) if over.is_empty() => None,
+        Ok(over) => {
+            let size =
+                |(measured, left): &(Measured, f64)| format!("{} {:.0} %", measured.channel(), 100.0 * (left - 1.0));
+            let sizes = over.iter().map(size).collect::<Vec<_>>().join(", ");
+            Some(format!("{sizes} more than the variance of the noise: {}", LEFT_OVER.meaning))
+        }
+        Err(reason) => Some(format!("{reason}: {}", LEFT_OVER.meaning)),
+    };
+    let all_told = said.is_none();
+    warnings.extend(said.map(|message| Finding::new(&LEFT_OVER, message)));
     let verdict = match (effects.is_empty(), open.is_empty()) {
         (true, true) => Verdict::NothingMissing,
         (true, false) => Verdict::Unexplained,
-        (false, true) if stands_in.is_none() && over.is_empty() => Verdict::Explained,
+        (false, true) if stands_in.is_none() && all_told => Verdict::Explained,
         (false, _) => Verdict::PartlyExplained,
     };
     let residuals = residuals(&found.steps[0].fit, &train);

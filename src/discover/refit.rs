@@ -22,7 +22,7 @@ const LAST: usize = 3;
 const SHARE: f64 = 0.1;
 
 /// Noise level from which on candidates are refitted that the linearisation is not sure of.
-const MISFIT: f64 = 1.3;
+pub(super) const MISFIT: f64 = 1.3;
 
 /// Noise level below which a model leaves nothing to others.
 const AT_THE_NOISE: f64 = 1.05;

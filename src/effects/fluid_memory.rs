@@ -4,7 +4,7 @@
 //! wᵢ −= k z,      T ż = νᵢ − z
 //! ```
 //!
-//! k: kg/s (kg·m²/s); T: time constant, s; z: filtered velocity. The simplest state-space form of Cummins' convolution
+//! k: kg/s (kg·m²/s), at least 0: a wake feeds no motion; T: time constant, s; z: filtered velocity. The simplest state-space form of Cummins' convolution
 //! (Cummins 1962; Fossen 2021, ch. 5).
 
 use super::parameter::{force, velocity};
@@ -33,7 +33,7 @@ impl Effect for FluidMemory {
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let dof = place.here();
         vec![
-            ParameterSpec::linear(format!("k_mem{}", dof.velocity()), force(dof).over(velocity(dof))),
+            ParameterSpec::linear(format!("k_mem{}", dof.velocity()), force(dof).over(velocity(dof))).at_least(0.0),
             ParameterSpec::shape(format!("T_mem{}", dof.velocity()), Dimension::TIME, &[1.0, 3.0, 8.0], 0.1, 60.0),
         ]
     }

@@ -39,6 +39,8 @@ pub struct ParameterSpec {
     pub relative: bool,
     /// Whether each run has its own value (the phase of a wave).
     pub per_run: bool,
+    /// Smallest value that physics allows to a linear parameter.
+    pub least: f64,
 }
 
 impl ParameterSpec {
@@ -53,6 +55,7 @@ impl ParameterSpec {
             shared: None,
             relative: false,
             per_run: false,
+            least: f64::NEG_INFINITY,
         }
     }
 
@@ -85,6 +88,11 @@ impl ParameterSpec {
     /// With a value of its own in every run.
     pub fn per_run(self) -> ParameterSpec {
         ParameterSpec { per_run: true, ..self }
+    }
+
+    /// With a smallest value: less would feed energy to the motion.
+    pub fn at_least(self, least: f64) -> ParameterSpec {
+        ParameterSpec { least, ..self }
     }
 
     /// Whether least squares can find it.

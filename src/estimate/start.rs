@@ -92,3 +92,28 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
     }
     model
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+    use crate::run::Signal;
+
+    /// Roll of 0.5 rad/s against a drag of 2 + 2·0.5·4 N·m·s: 6·0.2 kg·m².
+    #[test]
+    fn an_inertia_at_which_motion_ends_at_once_is_raised() {
+        let mut model =
+            Model::with_effects(&[Dof::Roll], Coriolis::Tied, &["inertia", "linear_drag", "quadratic_drag"]).unwrap();
+        let mut run = Run::default();
+        run.signals.insert("p".into(), Signal::new(vec![0.0, 1.0].into(), vec![0.0, 0.5]));
+        for (name, value) in [("inertia@roll", 1e-3), ("linear_drag@roll", 2.0), ("quadratic_drag@roll", 4.0)] {
+            model.set(name, value);
+        }
+        let inertia = |model: &Model| model.parameters[model.parameter_of("inertia@roll").unwrap()].value;
+        let raised = rough(model.clone(), std::slice::from_ref(&run));
+        assert!((inertia(&raised) - 1.2).abs() < 1e-12, "{}", inertia(&raised));
+        model.set("inertia@roll", 5.0);
+        assert_eq!(inertia(&rough(model, &[run])), 5.0);
+    }
+}

@@ -14,6 +14,7 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::run::Run;
 use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run, widest};
+use crate::units::Dimension;
 
 /// Stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
@@ -332,8 +333,10 @@ fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeS
 
 /// The longest step, s: as asked, and short enough for the quickest memory of the model.
 pub(crate) fn longest_step(model: &Model, options: &OutputErrorOptions) -> f64 {
-    let quickest = model.terms.iter().filter(|t| t.effect.about().id == "thrust_lag").flat_map(|t| &t.parameters);
-    quickest.fold(options.longest_step, |step, p| step.min(model.parameters[*p].value.max(0.02)))
+    let remembers = |id: &str| matches!(id, "thrust_lag" | "fluid_memory");
+    let times = model.terms.iter().filter(|t| remembers(t.effect.about().id)).flat_map(|t| &t.parameters);
+    let quickest = times.map(|p| &model.parameters[*p]).filter(|p| p.spec.dimension == Dimension::TIME);
+    quickest.fold(options.longest_step, |step, p| step.min(p.value.max(0.02)))
 }
 
 /// Divides tracks into segments of about `length` seconds, none across a gap.
