@@ -42,7 +42,7 @@ struct Arguments {
 fn arguments() -> Result<Arguments, String> {
     let mut found = Arguments {
         seeds: 20,
-        first: 1001,
+        first: 3001,
         only: None,
         records: "target/blind.jsonl".into(),
         write: None,
