@@ -94,7 +94,7 @@ def of_class(thing: type) -> str:
         if isinstance(member, property):
             methods.append(f"- `.{key}`: {first(member)}")
         elif callable(bare := getattr(member, "__func__", member)) and inspect.getdoc(bare):
-            line = re.sub(r"\((cls|self)(, )?", "(", signature(bare, key).replace("\n", " "), count=1)
+            line = re.sub(r"\( *(cls|self)(, *)?", "(", signature(bare, key).replace("\n", " "), count=1)
             methods.append(f"- `{re.sub(' +', ' ', line).replace('( ', '(').replace(', )', ')')}`: {first(bare)}")
     return text.rstrip("\n") + "\n" + ("\n**Members**\n\n" + "\n".join(methods) + "\n" if methods else "")
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::arguments::Monitor;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{number, table};
+use super::table::{number, size, table};
 use super::verbs::reading;
 use crate::campaign::file::{CampaignFile, ReadOptions};
 use crate::campaign::{self, Error, ModelFile};
@@ -51,8 +51,7 @@ fn print(watch: &Watch, output: &Output) {
                 w.dof.to_string(),
                 format!("{:.1}", w.from),
                 format!("{:.1}", w.to),
-                number(w.rms),
-                number(w.noise),
+                size(w.rms),
                 format!("{:.1}", w.rms / w.noise),
                 format!("{:.1e}", w.p_value),
                 if w.off { "off".into() } else { String::new() },
@@ -60,7 +59,7 @@ fn print(watch: &Watch, output: &Output) {
         })
         .collect();
     if !rows.is_empty() {
-        output.print(&table(&["run", "dof", "from s", "to s", "rms", "noise", "ratio", "p", ""], &rows));
+        output.print(&table(&["run", "dof", "from s", "to s", "rms", "x noise", "p", ""], &rows));
     }
     if shown.len() > SHOWN {
         output.print(&format!("and {} more: --json has them all", shown.len() - SHOWN));
