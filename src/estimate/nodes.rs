@@ -139,15 +139,13 @@ pub(super) fn stretches(run: &Run, own: &Signal, readers: &[Reader], nodes: Node
         let covers = readers.iter().map(|r| r.cover(edge[0], edge[1]));
         let (from, to) = covers.fold((edge[0], edge[1]), |(a, b), (c, d)| (a.max(c), b.min(d)));
         let slack = SLACK * (1.0 + if from.is_finite() { from.abs() } else { 0.0 });
-        let stamps: Vec<f64> = own
-            .time()
-            .iter()
-            .copied()
-            .filter(|t| *t >= edge[0] && *t < edge[1] && *t >= from - slack && *t <= to + slack)
-            .collect();
-        if stamps.len() < 2 {
+        let time = own.time();
+        let first = time.partition_point(|t| *t < edge[0] || *t < from - slack);
+        let end = time.partition_point(|t| *t < edge[1] && *t <= to + slack);
+        if end < first + 2 {
             continue;
         }
+        let stamps = time[first..end].to_vec();
         let others: Vec<&Reader> = match nodes {
             Nodes::Own => Vec::new(),
             Nodes::Every => readers.iter().filter(|r| r.stamps() != own.time()).collect(),

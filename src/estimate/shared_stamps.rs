@@ -126,7 +126,11 @@ fn write_part(
                 row = row.map(|x| -x);
             }
             last[j] = [momentum[LANES - 1], force[LANES - 1]];
-            column[first.max(1) - 1..first + count - 1].copy_from_slice(&row[skip..count]);
+            // of known length but at both ends
+            match column[first.max(1) - 1..].first_chunk_mut() {
+                Some(to) if skip == 0 && count == LANES => *to = row,
+                _ => column[first.max(1) - 1..first + count - 1].copy_from_slice(&row[skip..count]),
+            }
         }
         last_time = t[LANES - 1];
     }

@@ -96,19 +96,24 @@ impl<'a, const L: usize> Machine<'a, L> {
             let from = &s[entry.column * width..(entry.column + 1) * width];
             let to = &mut out[entry.row * width..(entry.row + 1) * width];
             for (to, from) in to.iter_mut().zip(from) {
-                *to = std::array::from_fn(|i| to[i] + a[i] * from[i]);
+                for i in 0..L {
+                    to[i] += a[i] * from[i];
+                }
             }
         }
         for entry in &self.functions.by_parameter {
             let b = self.value(k);
             k += 1;
             let to = &mut out[entry.row * width + states + entry.column];
-            *to = std::array::from_fn(|i| to[i] + b[i]);
+            for i in 0..L {
+                to[i] += b[i];
+            }
         }
     }
 }
 
-/// sum += weight · rate and to = from + factor · rate, lane by lane.
+/// sum += weight · rate and to = from + factor · rate, lane by lane. Loops instead of closures: what is not inlined is not
+/// compiled for vectors.
 #[inline(always)]
 fn gather<const L: usize>(
     (sum, weight): (&mut [[f64; L]], [f64; L]),
@@ -117,8 +122,12 @@ fn gather<const L: usize>(
     rate: &[[f64; L]],
 ) {
     for (((sum, to), from), rate) in sum.iter_mut().zip(to).zip(from).zip(rate) {
-        *sum = std::array::from_fn(|i| sum[i] + weight[i] * rate[i]);
-        *to = std::array::from_fn(|i| from[i] + factor[i] * rate[i]);
+        for i in 0..L {
+            sum[i] += weight[i] * rate[i];
+        }
+        for i in 0..L {
+            to[i] = from[i] + factor[i] * rate[i];
+        }
     }
 }
 
@@ -126,7 +135,9 @@ fn gather<const L: usize>(
 #[inline(always)]
 fn close<const L: usize>(x: &mut [[f64; L]], sum: &[[f64; L]], weight: [f64; L], rate: &[[f64; L]]) {
     for ((x, sum), rate) in x.iter_mut().zip(sum).zip(rate) {
-        *x = std::array::from_fn(|i| x[i] + (sum[i] + weight[i] * rate[i]));
+        for i in 0..L {
+            x[i] += sum[i] + weight[i] * rate[i];
+        }
     }
 }
 
