@@ -46,7 +46,7 @@ def _value(hint: Any, data: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Plain data again: dictionaries, lists, numbers, texts. Optional keys that are `None` or empty are left out."""
+    """Plain data again: dictionaries, lists, numbers, texts. Optional keys that say nothing are left out."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = [f for f in dataclasses.fields(value) if not f.metadata.get("own", False)]
         shown = [(f, getattr(value, f.name)) for f in fields]
@@ -67,7 +67,7 @@ def _optional(field: dataclasses.Field[Any]) -> bool:
 
 
 def _absent(value: Any) -> bool:
-    return value is None or (isinstance(value, dict | tuple) and not value)
+    return value is None or value is False or (isinstance(value, dict | tuple) and not value)
 
 
 def toml_text(table: Mapping[str, Any]) -> str:
