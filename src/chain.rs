@@ -11,10 +11,11 @@
 //! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile what they need.
 
 mod attitude;
+mod sense;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::effects::{Instant, Logged, Six};
+use crate::effects::{Instant, Six};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::navigation::upright;
@@ -262,7 +263,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     }
     states.extend(memory);
 
-    let logged = sense(&at, model, &theta, &pose, quaternion.zip(measured));
+    let logged = sense::sense(&at, model, &theta, &pose, quaternion.zip(measured));
     Equations { states, logged, momentum, force, components, inputs: inputs.names }
 }
 
@@ -405,40 +406,6 @@ fn solve<'g>(
         f[i] = f[i] * (graph.constant(1.0) / m[i][i]);
     }
     f
-}
-
-/// What the sensors say: `quaternion` holds the attitude and the logged one where it is carried so.
-fn sense<'g>(
-    at: &Instant<'g>,
-    model: &Model,
-    theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
-    pose: &Six<'g>,
-    quaternion: Option<([Expr<'g>; 4], [Expr<'g>; 4])>,
-) -> Vec<(String, Expr<'g>)> {
-    let mut log = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
-    for (k, term) in model.terms.iter().enumerate() {
-        term.effect.sense(at, term.place, &theta(k), &mut log);
-    }
-    let velocities = model.dofs.iter().map(|dof| (dof.velocity().to_string(), log.nu[dof.index()]));
-    let carried = |dof: &Dof| {
-        let own = pose[dof.index()].leaves() == [Leaf::State(6 + dof.index() as u16)];
-        own || (dof.is_rotation() && at.turned.is_some())
-    };
-    let positions = Dof::ALL.into_iter().filter(carried);
-    let logged_pose = |dof: Dof| {
-        if dof.is_rotation() { log.attitude[dof.index() - 3] } else { log.position[dof.index()] }
-    };
-    let observed = model.observers.iter().map(|observer| (observer.channel().to_string(), observer.express(at)));
-    let turns = quaternion.map(|(own, logged)| {
-        let errs = (0..3).any(|k| !(log.attitude[k] - at.attitude[k]).is_zero());
-        attitude::turn(own, errs.then_some(log.attitude), logged)
-    });
-    let turns = turns.into_iter().flat_map(|turns| upright::TURNS.map(str::to_string).into_iter().zip(turns));
-    velocities
-        .chain(positions.map(|dof| (dof.position().to_string(), logged_pose(dof))))
-        .chain(turns)
-        .chain(observed)
-        .collect()
 }
 
 /// Number of states that an effect carries at a place of `model`.

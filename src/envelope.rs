@@ -42,7 +42,7 @@ const MARGIN: f64 = 0.1;
 
 /// Ratio by which a Keulegan-Carpenter number may lie outside before it is said. In the table 5 of Avila et al. (2013) C_m
 /// doubles over a ratio of some 5 in KC.
-const KC_RATIO: f64 = 2.0;
+pub const KC_RATIO: f64 = 2.0;
 
 /// Channels that an envelope holds, of the degrees of freedom `dofs`.
 fn channels() -> impl Iterator<Item = String> {

@@ -261,6 +261,21 @@ impl Model {
         }
     }
 
+    /// Makes the parameter `of` one with `to`: every term that reads it reads the other.
+    pub fn tie(&mut self, of: usize, to: usize) {
+        if of == to {
+            return;
+        }
+        self.parameters.remove(of);
+        let place = |p: usize| if p == of { to } else { p };
+        for term in &mut self.terms {
+            for p in term.parameters.iter_mut().chain(term.blend.as_mut()) {
+                *p = place(*p);
+                *p -= usize::from(*p > of);
+            }
+        }
+    }
+
     /// Index of the term with this name.
     pub fn term(&self, name: &str) -> Option<usize> {
         self.terms.iter().position(|t| t.name() == name)

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::error::Error;
-use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, Problem};
+use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, ParameterTable, Problem};
 use crate::effects::{Effect, FormulaEffect, Observer, Place};
 use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
-use crate::model::{Model, name_of};
+use crate::model::{Model, Term, name_of};
 
 /// An effect at a place, as the discovery tries it.
 pub type Own = (Arc<dyn Effect>, Place);
@@ -109,16 +109,13 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     for p in model.parameters.iter_mut().filter(|p| p.effect == "inertia").filter(translation) {
         p.value = file.vehicle.mass.unwrap_or(p.value);
     }
-    for (i, table) in file.parameters.iter().enumerate() {
+    for (i, table) in file.parameters.iter().enumerate().filter(|(_, table)| table.tie.is_none()) {
         let mut found = false;
         for k in 0..model.parameters.len() {
-            let meant = model.terms.iter().any(|term| {
-                let same = term.effect.about().id == table.effect.id;
-                let place = table.effect.dof.is_none() || table.effect.place() == term.place;
-                same && place && term.parameters.contains(&k)
-            });
+            let reads = |term: &Term| meant(table, term) && term.parameters.contains(&k);
+            let read = model.terms.iter().any(reads);
             let parameter = &mut model.parameters[k];
-            if !meant || table.name.as_ref().is_some_and(|name| *name != parameter.spec.name) {
+            if !read || table.name.as_ref().is_some_and(|name| *name != parameter.spec.name) {
                 continue;
             }
             found = true;
@@ -132,18 +129,71 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
             parameter.value = parameter.value.clamp(parameter.min, parameter.max);
         }
         if !found {
-            let text = format!(
-                "the model has no such parameter: {} is not among its effects{}",
-                table.effect,
-                match &table.name {
-                    Some(name) => format!(", or has no parameter `{name}`"),
-                    None => String::new(),
+            return Err(not_there(file, i));
+        }
+    }
+    ties(file, model)
+}
+
+/// Makes one of parameters that a `tie` says are one: of one effect each of its parameters with its like, of another the
+/// first.
+fn ties(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
+    for (i, table) in file.parameters.iter().enumerate() {
+        let Some(tie) = &table.tie else { continue };
+        let at = format!("parameter[{i}].tie");
+        let Some(to) = model.term(&tie.to_string()) else {
+            let text = format!("the model has no such parameter: {tie} is not one of its effects at one place");
+            return Err(wrong(file, &at, &text));
+        };
+        let mut found = false;
+        for term in (0..model.terms.len()).filter(|term| *term != to) {
+            if !meant(table, &model.terms[term]) {
+                continue;
+            }
+            for j in 0..model.terms[term].parameters.len() {
+                let k = model.terms[term].parameters[j];
+                if table.name.as_ref().is_some_and(|name| *name != model.parameters[k].spec.name) {
+                    continue;
                 }
-            );
-            return Err(wrong(file, &format!("parameter[{i}].effect"), &text));
+                let alike = model.terms[term].effect.about().id == model.terms[to].effect.about().id;
+                let Some(other) = model.terms[to].parameters.get(if alike { j } else { 0 }).copied() else { continue };
+                let (own, its) = (&model.parameters[k].spec, &model.parameters[other].spec);
+                if own.dimension != its.dimension || own.per_run != its.per_run {
+                    let text = format!(
+                        "{} of `{}` is in {}, {} of `{tie}` in {}: they cannot be one",
+                        own.name, model.parameters[k].term, own.dimension, its.name, its.dimension
+                    );
+                    return Err(wrong(file, &at, &text));
+                }
+                model.tie(k, other);
+                found = true;
+            }
+        }
+        if !found {
+            return Err(not_there(file, i));
         }
     }
     Ok(())
+}
+
+/// Whether a `[[parameter]]` table means this term.
+fn meant(table: &ParameterTable, term: &Term) -> bool {
+    let place = table.effect.dof.is_none() || table.effect.place() == term.place;
+    term.effect.about().id == table.effect.id && place
+}
+
+/// A table that means no parameter of the model.
+fn not_there(file: &CampaignFile, i: usize) -> Error {
+    let table = &file.parameters[i];
+    let text = format!(
+        "the model has no such parameter: {} is not among its effects{}",
+        table.effect,
+        match &table.name {
+            Some(name) => format!(", or has no parameter `{name}`"),
+            None => String::new(),
+        }
+    );
+    wrong(file, &format!("parameter[{i}].effect"), &text)
 }
 
 /// What is wrong with the value of a key, with its place in the file.
@@ -192,6 +242,32 @@ mod tests {
         assert_eq!((inertia.prior, inertia.min), (Some((20.0, 1.0)), 5.0));
         assert_eq!(model.value("restoring_surge"), Some(10.0));
         assert_eq!(model.weight, 100.0);
+    }
+
+    #[test]
+    fn tied_parameters_are_one() {
+        let model = "[model]\ndofs = ['surge', 'sway', 'heave', 'yaw']\neffects = ['inertia', 'linear_drag', 'quadratic_drag']\n";
+        let text = format!(
+            "{model}[[parameter]]\neffect = 'quadratic_drag@heave'\ntie = 'quadratic_drag@sway'\n[[parameter]]\neffect = \
+             'quadratic_drag@sway'\nvalue = 7.0\nmin = 0.0\n"
+        );
+        let (tied, _) = build(&read(&text)).unwrap();
+        assert_eq!(tied.parameters.len(), 11, "one of twelve less");
+        let of = |name: &str| tied.parameter_of(name).unwrap();
+        assert_eq!(of("quadratic_drag@heave"), of("quadratic_drag@sway"));
+        assert_eq!((tied.value("quadratic_drag@heave"), tied.value("linear_drag@heave")), (Some(7.0), Some(0.0)));
+        for (term, parameter) in
+            tied.terms.iter().filter(|t| t.name() != "quadratic_drag@heave").map(|t| (t, t.parameters[0]))
+        {
+            assert_eq!(tied.parameters[parameter].term, term.name(), "the others stay");
+        }
+        let refused = |lines: &str| {
+            let Err(error) = build(&read(&format!("{model}[[parameter]]\n{lines}\n"))) else { panic!("{lines}") };
+            error.to_string()
+        };
+        assert!(refused("effect = 'linear_drag@yaw'\ntie = 'linear_drag@sway'").contains("they cannot be one"));
+        assert!(refused("effect = 'linear_drag@sway'\ntie = 'cubic_drag@sway'").contains("not one of its effects"));
+        assert!(refused("effect = 'linear_drag@sway'\ntie = 'linear_drag'").contains("at one place"));
     }
 
     #[test]

@@ -250,6 +250,7 @@ mod tests {
             envelope: BTreeMap::new(),
             effects: Vec::new(),
             observed: Vec::new(),
+            tied: Vec::new(),
             sensors: BTreeMap::new(),
             parameters: values.iter().map(parameter).collect(),
             covariance: (0..n).map(|i| (0..n).map(|j| cell(i, j)).collect()).collect(),

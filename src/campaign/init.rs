@@ -103,6 +103,6 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
             text += &changed.to_string();
         }
     }
-    text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = \n";
+    text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
     Ok(text + &runs)
 }

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::baseline;
 use super::error::Error;
-use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable};
+use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable, ParameterTable};
 use super::fit::Fit;
 use super::load::Campaign;
 use crate::effects::EffectName;
@@ -60,6 +60,9 @@ pub struct ModelFile {
     /// The logged functions of the states that it predicts.
     #[serde(default, rename = "observe", skip_serializing_if = "Vec::is_empty")]
     pub observed: Vec<ObserveTable>,
+    /// Parameters that are one with another.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tied: Vec<ParameterTable>,
     /// The parameters.
     #[serde(rename = "parameter")]
     pub parameters: Vec<ModelParameter>,
@@ -176,6 +179,7 @@ impl ModelFile {
             sensors: fit.instruments.clone(),
             effects: own,
             observed: campaign.file.observed.clone(),
+            tied: campaign.file.parameters.iter().filter(|p| p.tie.is_some()).cloned().collect(),
             parameters: parameters.collect(),
             covariance: fit.covariance.clone(),
         }
@@ -224,6 +228,7 @@ impl ModelFile {
             model: self.model.clone(),
             effects: self.effects.clone(),
             observed: self.observed.clone(),
+            parameters: self.tied.clone(),
             ..CampaignFile::default()
         };
         let (mut model, _) = baseline::build(&campaign)

@@ -1,23 +1,21 @@
 //! The verb `fit` with `--bootstrap` or `--monte-carlo`: how far estimates scatter, shown rather than computed.
 //!
-//! The bootstrap draws stretches of the training runs with replacement; Monte Carlo fits data that the fitted model made.
-//! See [`OutputErrorFit`] for what each asks.
+//! The bootstrap draws stretches of the training runs with replacement, or whole runs kind by kind in the staged procedure;
+//! Monte Carlo fits data that the fitted model made. See [`OutputErrorFit`] for what each asks.
+
+mod made;
+mod rows;
 
 use serde::{Deserialize, Serialize};
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use rayon::prelude::*;
-
 use super::error::Error;
 use super::file::Estimator;
-use super::fit::again;
+use super::fit::thrust;
 use super::load::{Campaign, moves};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, output_error};
+use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
 use crate::estimate::{Draws, started};
-use crate::least_squares::REFITTING;
+use crate::model::Parameter;
 use crate::noise::Noise;
-use crate::progress::tell;
 use crate::run::{Role, Run};
 
 /// How refits get their data.
@@ -69,88 +67,43 @@ pub struct Scatter {
     pub unit: String,
 }
 
-/// Refits the campaign's model by the estimator of a fit, `draws` times, on all cores. Integral least squares is refitted
-/// on stretches alone; the staged procedure has too few rows a stage to draw from.
+impl Scatter {
+    /// The scatter of unknown `k` of the draws, a value of this parameter.
+    fn of(parameter: &Parameter, run: Option<String>, value: f64, k: usize, draws: &Draws) -> Scatter {
+        Scatter {
+            term: parameter.term.clone(),
+            name: parameter.spec.name.clone(),
+            run,
+            value,
+            mean: draws.mean(k),
+            std: draws.std(k),
+            interval: [0.025, 0.975].map(|level| draws.quantile(k, level)),
+            unit: parameter.spec.dimension.to_string(),
+        }
+    }
+}
+
+/// Refits the campaign's model by the estimator of a fit, `draws` times, on all cores. Curves of thrusters that come from
+/// bollard tables are drawn anew in each, from what the tables leave uncertain; so is a given η_inter with a deviation in
+/// the staged procedure.
 ///
 /// # Errors
 /// [`Error`] when there is no run of free motion to fit, the data does not determine the parameters, or a bootstrap has
-/// too few stretches to draw from; [`Error::Asked`] for what an estimator cannot be asked.
+/// too few stretches or runs of a kind to draw from; [`Error::Asked`] for what an estimator cannot be asked.
 pub fn resample(
     campaign: &Campaign,
     estimator: Estimator,
     method: Resampler,
     draws: usize,
 ) -> Result<Resampling, Error> {
-    match (estimator, method) {
-        (Estimator::OutputError, _) => by_output_error(campaign, method, draws),
-        (Estimator::Integral, Resampler::Bootstrap) => by_rows(campaign, draws),
-        (Estimator::Integral, Resampler::MonteCarlo) => Err(Error::Asked(
-            "--monte-carlo simulates the fitted model, which integral least squares does not: take --bootstrap, or \
-             --estimator output_error"
-                .into(),
-        )),
-        (Estimator::Staged, _) => Err(Error::Asked(
-            "the staged procedure has a handful of rows in some of its stages, too few to draw from: its deviations are \
-             those of the delta method; take --estimator integral or output_error for refits"
-                .into(),
-        )),
+    match estimator {
+        Estimator::OutputError => by_output_error(campaign, method, draws),
+        Estimator::Integral | Estimator::Staged => rows::by_rows(campaign, estimator, method, draws),
     }
 }
 
-/// Integral least squares on stretches of the runs drawn with replacement: as long as the clusters of output error, so
-/// that they are independent of each other, and as many as there are.
-fn by_rows(campaign: &Campaign, draws: usize) -> Result<Resampling, Error> {
-    let runs = campaign.motion(Some(Role::Train));
-    let (fitted, seed) = (again(campaign, Estimator::Integral, runs.clone(), 1)?, campaign.options.seed);
-    if let Some(p) = fitted.parameters.iter().find(|p| p.spec.per_run && !p.fixed) {
-        let text = format!("{} of `{}` has a value in each run, and a draw has no runs", p.spec.name, p.term);
-        return Err(Error::Asked(text));
-    }
-    let mut stretches: Vec<Run> = Vec::new();
-    for run in &runs {
-        let Some((from, to)) = run.span() else { continue };
-        let parts = ((to - from) / campaign.options.output_error.cluster).round().max(1.0);
-        let border = |k: f64| from + (to - from) * k / parts;
-        stretches.extend((0..parts as usize).map(|k| run.between(border(k as f64), border(k as f64 + 1.0))));
-    }
-    if stretches.len() < 2 {
-        return Err(OutputErrorError::TooFewClusters { clusters: stretches.len() }.into());
-    }
-    let found: Vec<usize> = (0..fitted.parameters.len())
-        .filter(|p| !fitted.parameters[*p].fixed && fitted.parameters[*p].std.is_some())
-        .collect();
-    let done = AtomicUsize::new(0);
-    let refit = |draw: u64| -> Option<Vec<f64>> {
-        let mut noise = Noise::new(seed, draw);
-        let drawn = (0..stretches.len()).map(|_| stretches[noise.below(stretches.len())].clone()).collect();
-        let model = again(campaign, Estimator::Integral, drawn, 1).ok();
-        tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
-        model.map(|model| found.iter().map(|p| model.parameters[*p].value).collect())
-    };
-    let values: Vec<Vec<f64>> = (0..draws as u64).into_par_iter().filter_map(refit).collect();
-    let all = Draws { failed: draws - values.len(), values };
-    let scatter = |(k, p): (usize, &usize)| {
-        let parameter = &fitted.parameters[*p];
-        Scatter {
-            term: parameter.term.clone(),
-            name: parameter.spec.name.clone(),
-            run: None,
-            value: parameter.value,
-            mean: all.mean(k),
-            std: all.std(k),
-            interval: [0.025, 0.975].map(|level| all.quantile(k, level)),
-            unit: parameter.spec.dimension.to_string(),
-        }
-    };
-    Ok(Resampling {
-        format: 1,
-        method: Resampler::Bootstrap,
-        draws: all.values.len(),
-        failed: all.failed,
-        seed,
-        parameters: found.iter().enumerate().map(scatter).collect(),
-    })
-}
+/// Streams of noise from here on draw curves.
+const CURVES: u64 = 1 << 32;
 
 fn by_output_error(campaign: &Campaign, method: Resampler, draws: usize) -> Result<Resampling, Error> {
     let used = |run: &&Run| run.role == Role::Train && moves(run.kind);
@@ -161,8 +114,21 @@ fn by_output_error(campaign: &Campaign, method: Resampler, draws: usize) -> Resu
     let fit = output_error(&started(&campaign.model, &runs), &runs, &options)?;
     let seed = campaign.options.seed;
     let found = match method {
-        Resampler::Bootstrap => fit.bootstrap(draws, seed, options.cluster)?,
-        Resampler::MonteCarlo => fit.monte_carlo(&options, draws, seed),
+        Resampler::Bootstrap => {
+            let mut found = fit.bootstrap(draws, seed, options.cluster)?;
+            let slopes = thrust::slopes(campaign, &runs, |runs| fit.response(runs, &options))?;
+            for (draw, values) in found.values.iter_mut().enumerate() {
+                let mut noise = Noise::new(seed, CURVES + draw as u64);
+                for slopes in &slopes {
+                    values.iter_mut().zip(slopes.drawn(&mut noise)).for_each(|(value, by)| *value += by);
+                }
+            }
+            found
+        }
+        Resampler::MonteCarlo => fit.monte_carlo_under(&options, draws, seed, |draw| {
+            let curves = thrust::drawn(campaign, &mut Noise::new(seed, CURVES + draw));
+            (!curves.is_empty()).then(|| runs.iter().map(|run| thrust::under(campaign, run, &curves)).collect())
+        }),
     };
     Ok(described(&fit, &found, method, seed, &runs))
 }
@@ -171,16 +137,8 @@ fn described(fit: &OutputErrorFit, found: &Draws, method: Resampler, seed: u64, 
     let scatter = |(k, unknown): (usize, &crate::estimate::output_error::Unknown)| {
         let parameter = &fit.model.parameters[unknown.parameter];
         let own = unknown.run.and_then(|run| parameter.per_run.get(run));
-        Scatter {
-            term: parameter.term.clone(),
-            name: parameter.spec.name.clone(),
-            run: unknown.run.map(|run| runs[run].name.clone()),
-            value: own.copied().unwrap_or(parameter.value),
-            mean: found.mean(k),
-            std: found.std(k),
-            interval: [0.025, 0.975].map(|level| found.quantile(k, level)),
-            unit: parameter.spec.dimension.to_string(),
-        }
+        let name = unknown.run.map(|run| runs[run].name.clone());
+        Scatter::of(parameter, name, own.copied().unwrap_or(parameter.value), k, found)
     };
     Resampling {
         format: 1,

@@ -100,7 +100,8 @@ pub fn simulate(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Resu
     Ok(Simulation { format: 1, runs: simulated?, warnings })
 }
 
-fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Simulated, Error> {
+/// One run simulated from a state estimated on its first seconds.
+pub(super) fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Simulated, Error> {
     let mut held = model.clone();
     for (p, value) in held.parameters.iter_mut().zip(values_in_run(model, index)) {
         p.value = value;

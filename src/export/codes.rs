@@ -12,12 +12,15 @@ codes! {
     NEGATIVE = "X007" "negative-added-mass" Warning "The virtual inertia is below the dry one. Thrust, mass or their units are wrong somewhere, or the data do not determine it; simulators may refuse it.";
     UNSTABLE = "X008" "explicit-added-mass" Warning "The target applies added mass as a force from the acceleration of the step before; with so much of it the simulation blows up, however short the step. Use a target in which it is part of the inertia.";
     EQUILIBRIUM = "X009" "not-in-equilibrium" Warning "The operating point of the linear model is no equilibrium: the linear model holds for a moment only.";
-    OUT_OF_ENVELOPE = "X010" "out-of-envelope" Warning "The operating point lies beyond the speeds of the fit: the model extrapolates there.";
+    OUT_OF_ENVELOPE = "X010" "out-of-envelope" Warning "The operating point lies beyond the speeds, angles or forces of the fit: the model extrapolates there.";
     CURVE_LOST = "X011" "thrust-curve-lost" Warning "The target takes thrust as a straight line of the command: between rest and full command the true thrust differs by what is told.";
     RESTORING = "X012" "restoring-elsewhere" Note "Weight and buoyancy are not in this file: the target takes them from gravity and a buoyancy system, which must be set to what is told.";
     TRIANGLE = "X013" "impossible-inertia" Warning "No body has these three moments of inertia: each is at most the sum of the other two. Simulators refuse it.";
     CANCELLED = "X014" "coriolis-cancelled" Note "The model has other Coriolis terms than its inertia implies; the file makes up for the difference, so that the simulator moves as the model does.";
     DELAY = "X015" "delay-left-out" Warning "A delay has no linear model of finite order: it is left out; put it, or a Pade approximation, before the inputs.";
+    NO_LIMITS = "X017" "no-limits" Note "The target moves at any speed and attitude, and does not know between which the model was fitted: beyond them it extrapolates and nothing there says so.";
+    ONE_AMPLITUDE = "X018" "one-amplitude" Warning "The runs of the fit oscillate at one Keulegan-Carpenter number, and the target takes their added mass and drag at any amplitude. Those of bluff bodies change several-fold with it: fit runs of other amplitudes too, or simulate at this one.";
+    NO_ENVELOPE = "X019" "no-envelope" Note "The model file holds no envelope, so that nobody can say where the target extrapolates. Fit the model anew.";
     PULSE = "X016" "pulse-unknown" Warning "A thruster has no `neutral` and `span`, or no `max`: its pulse widths are not known and are left out.";
 }
 

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Every file says in a comment what wrote it, for which version of the target, with which signs and in which axes, and
-//! what of the model is not in it. What a target cannot express is never dropped in silence: it is a finding.
+//! what of the model is not in it, and between which speeds and amplitudes it was fitted. What a target cannot express is
+//! never dropped in silence: it is a finding.
 
 pub mod body;
 mod buoyancy;
@@ -17,6 +18,7 @@ mod header;
 mod linear;
 mod mat;
 mod number;
+mod range;
 mod tables;
 mod target;
 mod thrusters;
@@ -174,7 +176,7 @@ pub fn export_model(
         return Err(ExportError::Value { name, value: p.value, positive: false });
     }
     let source = Source { path, file, model: &model };
-    match target {
+    let mut made = match target {
         Target::Gazebo | Target::GazeboAddedMass => gazebo::export(&source, target, options),
         Target::Uuv => uuv::export(&source, options),
         Target::Urdf => urdf::export(&source, options),
@@ -184,7 +186,9 @@ pub fn export_model(
         Target::GazeboThrusters | Target::Ardusub => {
             Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"))
         }
-    }
+    }?;
+    made.warnings.extend(range::findings(file, &model, target, options));
+    Ok(made)
 }
 
 fn check(options: &ExportOptions) -> Result<(), ExportError> {

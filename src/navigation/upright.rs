@@ -122,7 +122,7 @@ mod tests {
             .step_by(5)
             .map(|degrees| {
                 let theta = f64::from(degrees).to_radians();
-                let over = std::f64::consts::PI;
+                let over = PI;
                 if degrees <= 90 { [0.0, theta, 0.3] } else { [over, over - theta, 0.3 - over] }
             })
             .collect();

@@ -4,8 +4,14 @@
 //! load = D(U) − η_inter η_adv(U) τ_nom        D: drag towed without thrust;    η_adv = slope U + intercept     (17)
 //! ```
 //!
-//! One row a powered run, means over it. The line is valid between the least and the greatest speed of the rows; how
-//! well it is known is carried on. Avila et al. (2013), eq. 16 and 17.
+//! One row a powered run, means over it. The line is valid between the least and the greatest speed of the rows. What the
+//! towed drag D leaves uncertain goes through the line, and how well it is known is carried on:
+//!
+//! ```text
+//! cov(slope, intercept) = own + J cov(D) Jᵀ        J = ∂(slope, intercept)/∂(k_Q, k_L, b)
+//! ```
+//!
+//! Avila et al. (2013), eq. 16 and 17.
 
 use super::result::{Estimate, Stage};
 use crate::estimate::{SteadyWindow, mean_of};
@@ -22,6 +28,12 @@ pub fn is_powered(run: &Run, dof: Dof) -> bool {
     run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|f| f.abs() > 0.0))
 }
 
+/// Drag of `model` in `dof` at a speed, N or N·m: what a carriage pulls.
+pub fn towed_drag(model: &Model, dof: Dof, speed: f64) -> f64 {
+    let value = |effect: &str| model.value(&format!("{effect}@{dof}")).unwrap_or(0.0);
+    value("quadratic_drag") * speed * speed.abs() + value("linear_drag") * speed + value("bias")
+}
+
 /// A line, its stage, and the covariance of slope and intercept.
 pub(super) struct Line {
     pub fit: AdvanceFit,
@@ -31,12 +43,11 @@ pub(super) struct Line {
 
 /// Speed and η_adv of each powered towing run of `dof`; `model` has the drag that was found without thrust.
 fn rows(dof: Dof, runs: &[&Run], model: &Model, losses: &Efficiency, thrusters: &[Thruster]) -> (Vec<f64>, Vec<f64>) {
-    let value = |effect: &str| model.value(&format!("{effect}@{dof}")).unwrap_or(0.0);
     let of = |run: &&Run| {
         let (from, to) = run.span()?;
         let mean = |name: &str| mean_of(run, name, SteadyWindow { from, to }).map(|m| m.value);
         let (speed, load, force) = (mean(dof.velocity())?, mean(dof.load())?, mean(dof.force())?);
-        let drag = value("quadratic_drag") * speed * speed.abs() + value("linear_drag") * speed + value("bias");
+        let drag = towed_drag(model, dof, speed);
         let group = super::acting::group(run, dof, thrusters);
         let names: Vec<&str> = group.iter().map(String::as_str).collect();
         Some((speed.abs(), (drag - load) / (losses.eta_inter.value(dof, &names) * force)))
@@ -55,6 +66,28 @@ pub(super) fn values(
     let (speed, eta) = rows(dof, runs, model, losses, thrusters);
     let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
     Ok(vec![fit.slope.value, fit.intercept.value])
+}
+
+/// J, a row a quantity of the line, a column a parameter of `drag` (index and deviation); by central differences.
+pub(super) fn by_drag(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    (losses, thrusters): (&Efficiency, &[Thruster]),
+    drag: &[(usize, f64)],
+) -> Result<Vec<Vec<f64>>, String> {
+    let mut jacobian = vec![vec![0.0; drag.len()]; 2];
+    for (column, (parameter, std)) in drag.iter().enumerate().filter(|(_, (_, std))| *std > 0.0) {
+        let at = |by: f64| {
+            let mut model = model.clone();
+            model.parameters[*parameter].value += by;
+            values(dof, runs, &model, losses, thrusters)
+        };
+        for (row, (up, down)) in jacobian.iter_mut().zip(at(*std)?.into_iter().zip(at(-std)?)) {
+            row[column] = (up - down) / (2.0 * std);
+        }
+    }
+    Ok(jacobian)
 }
 
 /// η_adv from powered towing runs of `dof`; `model` has the drag that was found without thrust. The error says what

@@ -3,18 +3,12 @@
 use super::acting::{acting_forces, thruster_force};
 use crate::run::{Run, Signal};
 use crate::thrust::efficiency::Efficiency;
-use crate::thrust::measured::{MeasuredCurve, reshaped};
+use crate::thrust::measured::{MeasuredCurve, Moves, reshaped};
 use crate::thrust::thruster::Thruster;
 
-/// The run with the nominal forces that its commands would have given were one coefficient of `measured` greater by
-/// `by`. A run that logs no commands has its forces from elsewhere, and stays as it is.
-pub fn with_curve_moved(
-    run: &Run,
-    thrusters: &[Thruster],
-    measured: &MeasuredCurve,
-    coefficient: usize,
-    by: f64,
-) -> Run {
+/// The run with the nominal forces that its commands would have given were the coefficients of `measured` greater
+/// by `by`. A run that logs no commands has its forces from elsewhere, and stays as it is.
+pub fn with_curve_moved(run: &Run, thrusters: &[Thruster], measured: &MeasuredCurve, by: &Moves) -> Run {
     let mut other = run.clone();
     let volts = run.supply_voltage();
     for k in &measured.thrusters {
@@ -22,8 +16,7 @@ pub fn with_curve_moved(
         let (Some(force), true) = (run.signal(&name), run.signal(&format!("V{}", k + 1)).is_some()) else { continue };
         let curve = thrusters[*k].curve();
         let moved = force.time().iter().zip(force.values());
-        let moved =
-            moved.map(|(t, f)| reshaped(&curve, coefficient, by, *f, volts.map(|v| v.at(*t)))).collect::<Vec<_>>();
+        let moved = moved.map(|(t, f)| reshaped(&curve, by, *f, volts.map(|v| v.at(*t)))).collect::<Vec<_>>();
         other.signals.insert(name, Signal::new(force.shared_time().clone(), moved));
     }
     acting_forces(&other, &Efficiency::default(), thrusters).0

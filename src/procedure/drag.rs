@@ -34,6 +34,24 @@ pub(super) struct Drag {
 }
 
 impl Drag {
+    /// Parameters that were found, with their deviations.
+    pub fn deviations(&self) -> Vec<(usize, f64)> {
+        self.found.fit.parameters.iter().enumerate().map(|(k, c)| (c.parameter, self.found.fit.std(k))).collect()
+    }
+
+    /// Adds J cov(D) Jᵀ to a covariance of what rests on this drag by `jacobian`.
+    pub fn carry(&self, jacobian: &[Vec<f64>], covariance: &mut [Vec<f64>]) {
+        let own = &self.found.fit.covariance;
+        for (i, row) in covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let through = |(k, a): (usize, &f64)| -> f64 {
+                    jacobian[j].iter().enumerate().map(|(l, b)| a * own[k][l] * b).sum()
+                };
+                *entry += jacobian[i].iter().enumerate().map(through).sum::<f64>();
+            }
+        }
+    }
+
     /// Hands over to later stages: drag by direction where it was found so.
     pub fn hold(&self, held: &mut Held, model: &Model, dof: Dof) {
         let every: Vec<usize> = self.found.fit.parameters.iter().map(|c| c.parameter).collect();

@@ -214,6 +214,11 @@ impl Held {
         Ok(jacobian)
     }
 
+    /// The entry of a parameter of both directions, as it was found last.
+    pub fn entry_of(&self, parameter: usize) -> Option<usize> {
+        self.entries.iter().rposition(|e| e.known == Known::Parameter(parameter, None))
+    }
+
     /// Whether this parameter has been found.
     pub fn has(&self, parameter: usize) -> bool {
         self.entries.iter().any(|e| matches!(e.known, Known::Parameter(p, _) if p == parameter))
@@ -226,8 +231,7 @@ impl Held {
 
     /// Covariance of the first `count` parameters of the model: of each, what was found last for both directions.
     pub fn covariance_of(&self, count: usize) -> Vec<Vec<f64>> {
-        let last = |p: usize| self.entries.iter().rposition(|e| e.known == Known::Parameter(p, None));
-        let places: Vec<Option<usize>> = (0..count).map(last).collect();
+        let places: Vec<Option<usize>> = (0..count).map(|p| self.entry_of(p)).collect();
         let entry = |a: &Option<usize>, b: &Option<usize>| match (a, b) {
             (Some(a), Some(b)) => self.covariance[*a][*b],
             _ => 0.0,
@@ -256,7 +260,9 @@ impl Held {
             _ => None,
         });
         let of = |run: &&'a Run| match curve {
-            Some((curve, k, by)) => Cow::Owned(with_curve_moved(run, &self.thrusters, curve, k, by)),
+            Some((curve, k, by)) => {
+                Cow::Owned(with_curve_moved(run, &self.thrusters, curve, &MeasuredCurve::one(k, by)))
+            }
             None => Cow::Borrowed(*run),
         };
         runs.iter().map(of).collect()

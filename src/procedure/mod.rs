@@ -33,7 +33,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 pub use self::acting::{acting_forces, thruster_force};
-pub use self::advance::is_powered;
+pub use self::advance::{is_powered, towed_drag};
 pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;
 pub use self::drag::{steady_means, towed};
@@ -45,6 +45,7 @@ pub use self::options::{
     Align, BollardStage, DirectStage, GivenWindow, OscillatoryStage, PitchSource, StagedOptions, SteadyStage,
     ZigzagStage,
 };
+pub use self::prepare::shown;
 pub use self::result::{Estimate, Stage, StagedResult};
 use self::stages::Stages;
 use crate::estimate::{IntegralError, LeastSquaresError, RegressorError};
@@ -147,7 +148,7 @@ pub fn staged(
     let mut stages = Stages { runs: &runs, bench, options, held: &mut held, result: &mut result };
     stages.interaction()?;
     let towed = stages.towed()?;
-    stages.advance();
+    let towed = stages.advance(towed);
     stages.coverage();
     for (dof, towed) in model.dofs.iter().zip(towed) {
         stages.drag(*dof, towed)?;
@@ -276,7 +277,7 @@ fn judge(model: &Model, held: &Held, vehicle: &Vehicle, runs: &[Run], result: &m
 
 /// Runs of a kind that show `dof`: all zig-zags do, any other run shows one of `dofs`.
 fn of_kind<'a>(runs: &'a [Run], kind: RunKind, dof: Dof, dofs: &[Dof]) -> Vec<&'a Run> {
-    let shows = |run: &&Run| kind == RunKind::Zigzag || prepare::shown(run, dofs) == Some(dof);
+    let shows = |run: &&Run| kind == RunKind::Zigzag || shown(run, dofs) == Some(dof);
     runs.iter().filter(|run| run.kind == kind).filter(shows).collect()
 }
 

@@ -83,7 +83,7 @@ pub(super) fn make_rates(
 
 /// The degree of freedom that a run shows: the one into which the command puts most power, |τ ν| in W, of means at
 /// constant velocity, else of deviations from them. Power compares translations with rotations without any scale.
-pub(super) fn shown(run: &Run, dofs: &[Dof]) -> Option<Dof> {
+pub fn shown(run: &Run, dofs: &[Dof]) -> Option<Dof> {
     let size = |name: &str| {
         let x = run.signal(name).map_or(&[][..], Signal::values);
         let n = x.len().max(1) as f64;

@@ -106,40 +106,62 @@ impl<'a> Stages<'a> {
         }
     }
 
-    /// η_adv from powered towing, where it is not known.
-    pub fn advance(&mut self) {
+    /// η_adv from powered towing, where it is not known. A towed drag that no propelled one will replace is held from here
+    /// on, so that what rests on both is correlated as it should be; what is left of `towed` is returned.
+    pub fn advance(&mut self, mut towed: Vec<Option<Drag>>) -> Vec<Option<Drag>> {
         if self.held.efficiency.eta_adv.is_some() || self.options.bollard.skip {
-            return;
+            return towed;
         }
-        for dof in self.result.model.dofs.clone() {
+        for (k, dof) in self.result.model.dofs.clone().into_iter().enumerate() {
             let runs: Vec<&Run> =
                 self.of_kind(RunKind::Towing, dof).into_iter().filter(|run| advance::is_powered(run, dof)).collect();
             if runs.is_empty() || self.held.efficiency.eta_adv.is_some() {
                 continue;
             }
-            match advance::stage(dof, &runs, &self.result.model, &self.held.efficiency, self.bench.thrusters) {
-                Ok(line) => {
-                    let model = &self.result.model;
-                    let of = |runs: &[&Run], losses: &Efficiency| {
-                        advance::values(dof, runs, model, losses, self.bench.thrusters)
-                    };
-                    let Ok(moved) = self.held.moved_by_thrust(&runs, of) else { continue };
-                    let own: Vec<Vec<f64>> = line.covariance.iter().map(|row| row.to_vec()).collect();
-                    self.result.stages.push(line.stage);
-                    self.held.efficiency.eta_adv = Some(line.fit.loss);
-                    let line = [(Known::Slope, line.fit.slope.value), (Known::Intercept, line.fit.intercept.value)];
-                    let covariance = self.held.derive(&line, &moved, &own);
-                    let stage = self.result.stages.len() - 1;
-                    for (k, e) in self.result.stages[stage].estimates.iter_mut().enumerate() {
-                        e.std = covariance[k][k].max(0.0).sqrt();
+            let drag = towed[k].take();
+            let alone = self.of_kind(RunKind::ConstantVelocity, dof).is_empty();
+            if let Some(drag) = drag.as_ref().filter(|_| alone) {
+                drag.hold(self.held, &self.result.model, dof);
+            }
+            if let Err(lack) = self.advance_line(dof, &runs, drag.as_ref(), alone) {
+                let text = format!("advance, {dof}: {lack}");
+                self.result.warnings.push(Finding::new(&codes::TOO_LITTLE, text));
+            }
+            towed[k] = drag.filter(|_| !alone);
+        }
+        towed
+    }
+
+    /// η_adv from the powered towing runs of one degree of freedom, with what the towed drag leaves uncertain: through its
+    /// entries where it is held, else as the line's own. The error says what the data lacks.
+    fn advance_line(&mut self, dof: Dof, runs: &[&Run], drag: Option<&Drag>, held: bool) -> Result<(), String> {
+        let (model, thrusters) = (&self.result.model, self.bench.thrusters);
+        let mut line = advance::stage(dof, runs, model, &self.held.efficiency, thrusters)?;
+        let of = |runs: &[&Run], losses: &Efficiency| advance::values(dof, runs, model, losses, thrusters);
+        let mut jacobian = self.held.moved_by_thrust(runs, of)?;
+        let mut own: Vec<Vec<f64>> = line.covariance.iter().map(|row| row.to_vec()).collect();
+        if let Some(drag) = drag {
+            let known = drag.deviations();
+            let by_drag = advance::by_drag(dof, runs, model, (&self.held.efficiency, thrusters), &known)?;
+            if held {
+                for (column, (parameter, _)) in known.iter().enumerate() {
+                    if let Some(entry) = self.held.entry_of(*parameter) {
+                        jacobian.iter_mut().zip(&by_drag).for_each(|(row, by)| row[entry] = by[column]);
                     }
                 }
-                Err(lack) => {
-                    let text = format!("advance, {dof}: {lack}");
-                    self.result.warnings.push(Finding::new(&codes::TOO_LITTLE, text));
-                }
+            } else {
+                drag.carry(&by_drag, &mut own);
             }
         }
+        let found = [(Known::Slope, line.fit.slope.value), (Known::Intercept, line.fit.intercept.value)];
+        let covariance = self.held.derive(&found, &jacobian, &own);
+        for (k, estimate) in line.stage.estimates.iter_mut().enumerate() {
+            estimate.std = covariance[k][k].max(0.0).sqrt();
+        }
+        line.stage.covariance = covariance;
+        self.held.efficiency.eta_adv = Some(line.fit.loss);
+        self.result.stages.push(line.stage);
+        Ok(())
     }
 
     /// Says where the losses of thrust are not known.
@@ -176,7 +198,9 @@ impl<'a> Stages<'a> {
         let propelled = self.drag_stage("steady", dof, &runs, &own)?;
         match propelled.or(towed) {
             Some(drag) => drag.hold(self.held, &self.result.model, dof),
-            None if !parameters_at(&self.result.model, dof, &DRAG).is_empty() && !self.options.steady.skip => {
+            None if parameters_at(&self.result.model, dof, &DRAG).iter().any(|p| !self.held.has(*p))
+                && !self.options.steady.skip =>
+            {
                 let text = format!("no run shows the drag in {dof}: constant_velocity or towing runs would");
                 self.result.warnings.push(Finding::new(&codes::NO_RUN, text));
             }

@@ -9,6 +9,10 @@
 
 use super::curve::{Supply, ThrustCurve};
 use super::fit::CurveFit;
+use crate::noise::Noise;
+
+/// By how much each coefficient of a curve is greater, in the order of [`CurveFit::covariance`].
+pub type Moves = [f64; MeasuredCurve::COEFFICIENTS];
 
 /// A curve that was found from a table, and the thrusters that have it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,27 +36,50 @@ impl MeasuredCurve {
         [forward.a.value, forward.b.value, reverse.a.value, reverse.b.value, self.fit.deadband.value, exponent]
             [coefficient]
     }
+
+    /// One coefficient greater by `by`.
+    pub fn one(coefficient: usize, by: f64) -> Moves {
+        std::array::from_fn(|k| if k == coefficient { by } else { 0.0 })
+    }
+
+    /// What the table leaves uncertain, drawn: L n with L Lᵀ = Σ and n standard normal.
+    pub fn drawn(&self, noise: &mut Noise) -> Moves {
+        let covariance = &self.fit.covariance;
+        let mut factor = [[0.0; Self::COEFFICIENTS]; Self::COEFFICIENTS];
+        for i in 0..Self::COEFFICIENTS {
+            for j in 0..=i {
+                let sum: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+                let left = covariance[i][j] - sum;
+                // a coefficient that is known for certain, or follows from others, has no share of its own
+                factor[i][j] = match i == j {
+                    true => left.max(0.0).sqrt(),
+                    false if factor[j][j] > 0.0 => left / factor[j][j],
+                    false => 0.0,
+                };
+            }
+        }
+        let normal: Moves = std::array::from_fn(|_| noise.normal());
+        std::array::from_fn(|i| (0..=i).map(|k| factor[i][k] * normal[k]).sum())
+    }
 }
 
-/// `curve` with one coefficient greater by `by`.
-fn moved(mut curve: ThrustCurve, coefficient: usize, by: f64) -> ThrustCurve {
-    match coefficient {
-        0 => curve.forward.a += by,
-        1 => curve.forward.b += by,
-        2 => curve.reverse.a += by,
-        3 => curve.reverse.b += by,
-        4 => curve.deadband += by,
-        _ => curve.supply = curve.supply.map(|s| Supply { exponent: s.exponent + by, ..s }),
-    }
+/// `curve` with each coefficient greater by its entry of `by`.
+fn moved(mut curve: ThrustCurve, by: &Moves) -> ThrustCurve {
+    curve.forward.a += by[0];
+    curve.forward.b += by[1];
+    curve.reverse.a += by[2];
+    curve.reverse.b += by[3];
+    curve.deadband += by[4];
+    curve.supply = curve.supply.map(|s| Supply { exponent: s.exponent + by[5], ..s });
     curve
 }
 
-/// The force (N) that the command of a nominal `force` would give were one coefficient of `curve` greater by `by`;
+/// The force (N) that the command of a nominal `force` would give were the coefficients of `curve` greater by `by`;
 /// `supply` the voltage at that instant where it is logged.
-pub fn reshaped(curve: &ThrustCurve, coefficient: usize, by: f64, force: f64, supply: Option<f64>) -> f64 {
+pub fn reshaped(curve: &ThrustCurve, by: &Moves, force: f64, supply: Option<f64>) -> f64 {
     let factor = |curve: &ThrustCurve| supply.zip(curve.supply).map_or(1.0, |(volts, s)| s.factor(volts));
     let command = curve.inverse(force / factor(curve)).voltage;
-    let other = moved(*curve, coefficient, by);
+    let other = moved(*curve, by);
     other.force(command) * factor(&other)
 }
 
@@ -72,8 +99,9 @@ mod tests {
         for (command, volts) in [(0.7, Some(14.0)), (-0.6, Some(18.0)), (0.4, None), (0.05, None)] {
             let told = |curve: &ThrustCurve| volts.map_or(curve.force(command), |v| curve.force_at(command, v));
             for coefficient in 0..MeasuredCurve::COEFFICIENTS {
-                let expected = told(&moved(curve, coefficient, 0.03));
-                let found = reshaped(&curve, coefficient, 0.03, told(&curve), volts);
+                let by = MeasuredCurve::one(coefficient, 0.03);
+                let expected = told(&moved(curve, &by));
+                let found = reshaped(&curve, &by, told(&curve), volts);
                 // in the dead band there is no force to take a command from
                 assert!((found - expected).abs() < 1e-12 * 30.0, "{command} {coefficient}: {found} {expected}");
             }

@@ -57,6 +57,7 @@ pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFil
         envelope: BTreeMap::from([("u".to_string(), [-0.5, 1.0])]),
         effects: Vec::new(),
         observed: Vec::new(),
+        tied: Vec::new(),
         sensors: BTreeMap::new(),
         covariance: vec![vec![0.0; model.parameters.len()]; model.parameters.len()],
         parameters: parameters.collect(),

@@ -225,6 +225,20 @@ impl Check<'_> {
                 let what = format!("the parameter of `{}`", p.effect);
                 self.twice(&path("effect"), &format!("parameter[{first}].effect"), what);
             }
+            if let Some(tie) = &p.tie {
+                self.name(&path("tie"), tie);
+                let own = [
+                    ("value", p.value.is_some()),
+                    ("fixed", p.fixed),
+                    ("std", p.std.is_some()),
+                    ("min", p.min.is_some()),
+                    ("max", p.max.is_some()),
+                ];
+                for (key, _) in own.into_iter().filter(|(_, given)| *given) {
+                    self.report.at(&path(key), Problem::TiedWithOwn { key });
+                }
+                continue;
+            }
             match (p.value, p.fixed, p.std) {
                 (None, true, _) => {
                     self.report.at(&path("fixed"), Problem::FixedWithoutValue { effect: p.effect.to_string() });

@@ -220,6 +220,12 @@ pub enum Problem {
     /// Held and uncertain at once.
     #[error("`fixed` holds the value, `std` lets it move: keep one")]
     FixedWithPrior,
+    /// A tied parameter with something of its own.
+    #[error("`tie` makes it another parameter, which has value, bounds and prior: leave `{key}` out here")]
+    TiedWithOwn {
+        /// The key.
+        key: &'static str,
+    },
     /// Bounds the wrong way round.
     #[error("min = {min} lies above max = {max}")]
     MinAboveMax {

@@ -50,6 +50,10 @@ pub struct ParameterTable {
     /// Greatest admissible value; SI.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
+    /// Another effect of the model whose parameter this one is: one unknown for both. That of the same symbol, else its
+    /// first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tie: Option<EffectName>,
 }
 
 /// An `[[effect]]` table: a user's own effect, a force of `formula` times its one parameter.

@@ -257,6 +257,12 @@ fn contradictions_are_refused() {
     parameter("min = 2\nmax = 1", &["10:7: parameter[0].min: min = 2 lies above max = 1"]);
     parameter("value = 3\nmax = 2.5", &["10:9: parameter[0].value: value = 3 lies outside min = -inf, max = 2.5"]);
     parameter(
+        "tie = 'inertia@surge'\nvalue = 3",
+        &[
+            "11:9: parameter[0].value: `tie` makes it another parameter, which has value, bounds and prior: leave `value` out here",
+        ],
+    );
+    parameter(
         "[[parameter]]\neffect = 'inertia'",
         &["11:10: parameter[1].effect: the parameter of `inertia` is given twice, first in line 9: keep one"],
     );

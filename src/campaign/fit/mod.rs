@@ -4,11 +4,11 @@ mod judge;
 mod output_error;
 mod result;
 mod rows;
-mod thrust;
+pub(super) mod thrust;
 
 pub(super) use self::result::row_of;
 pub use self::result::{Fit, FitParameter, FitStage, described};
-pub(super) use self::rows::{again, of_rows};
+pub(super) use self::rows::{again, integral_again, of_rows};
 
 use super::codes;
 use super::error::Error;

@@ -54,6 +54,15 @@ pub(in crate::campaign) fn again(
     Ok(integral_least_squares(&all, &campaign.model, integral_options(campaign, times))?.0)
 }
 
+/// The campaign's model by integral least squares on other runs.
+///
+/// # Errors
+/// As [`super::fit()`].
+pub(in crate::campaign) fn integral_again(campaign: &Campaign, runs: &[Run]) -> Result<Model, Error> {
+    let all: Vec<&Run> = runs.iter().collect();
+    Ok(integral_least_squares(&all, &campaign.model, integral_options(campaign, 1))?.0)
+}
+
 pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let all: Vec<&Run> = runs.iter().collect();
     let options = integral_options(campaign, 1);

@@ -5,32 +5,64 @@
 //! ```
 
 use super::super::load::{Campaign, moves};
+use crate::noise::Noise;
 use crate::procedure::{acting_forces, with_curve_moved};
 use crate::run::Run;
-use crate::thrust::measured::MeasuredCurve;
+use crate::thrust::measured::{MeasuredCurve, Moves};
 
-/// J Σ Jᵀ, row-major by the values that `moved` gives of runs with a curve moved: how far each estimate is from where it
-/// was. `None` where no curve was measured.
+/// How estimates move with the coefficients of one curve: number of the coefficient, and ∂θ̂/∂c.
+pub(in crate::campaign) struct Slopes<'a> {
+    curve: &'a MeasuredCurve,
+    columns: Vec<(usize, Vec<f64>)>,
+}
+
+impl Slopes<'_> {
+    /// How far the estimates move where the curve is another by what its table leaves uncertain.
+    pub fn drawn(&self, noise: &mut Noise) -> Vec<f64> {
+        let by = self.curve.drawn(noise);
+        let count = self.columns.first().map_or(0, |(_, column)| column.len());
+        (0..count).map(|i| self.columns.iter().map(|(k, column)| by[*k] * column[i]).sum()).collect()
+    }
+}
+
+/// ∂θ̂/∂c of every measured curve that a run is commanded through; `moved` gives of runs with a curve moved how far each
+/// estimate is from where it was.
+pub(in crate::campaign) fn slopes<'a, E>(
+    campaign: &'a Campaign,
+    runs: &[Run],
+    moved: impl Fn(&[Run]) -> Result<Vec<f64>, E>,
+) -> Result<Vec<Slopes<'a>>, E> {
+    let commanded = |curve: &&MeasuredCurve| {
+        runs.iter().any(|run| curve.thrusters.iter().any(|k| run.signal(&format!("V{}", k + 1)).is_some()))
+    };
+    let mut all = Vec::new();
+    for curve in campaign.curves.iter().filter(commanded) {
+        let mut columns: Vec<(usize, Vec<f64>)> = Vec::new();
+        for k in 0..MeasuredCurve::COEFFICIENTS {
+            let std = curve.fit.covariance[k][k].max(0.0).sqrt();
+            if std > 0.0 {
+                let by = [(curve, MeasuredCurve::one(k, std))];
+                let runs: Vec<Run> = runs.iter().map(|run| under(campaign, run, &by)).collect();
+                columns.push((k, moved(&runs)?.iter().map(|d| d / std).collect()));
+            }
+        }
+        if !columns.is_empty() {
+            all.push(Slopes { curve, columns });
+        }
+    }
+    Ok(all)
+}
+
+/// J Σ Jᵀ, row-major by the values that `moved` gives; `None` where no curve was measured.
 pub(super) fn carried<E>(
     campaign: &Campaign,
     runs: &[Run],
     moved: impl Fn(&[Run]) -> Result<Vec<f64>, E>,
 ) -> Result<Option<Vec<Vec<f64>>>, E> {
     let mut sum: Option<Vec<Vec<f64>>> = None;
-    let commanded = |curve: &MeasuredCurve| {
-        runs.iter().any(|run| curve.thrusters.iter().any(|k| run.signal(&format!("V{}", k + 1)).is_some()))
-    };
-    for curve in campaign.curves.iter().filter(|c| commanded(c)) {
+    for Slopes { curve, columns } in slopes(campaign, runs, moved)? {
         let covariance = &curve.fit.covariance;
-        let mut columns: Vec<(usize, Vec<f64>)> = Vec::new();
-        for k in 0..MeasuredCurve::COEFFICIENTS {
-            let std = covariance[k][k].max(0.0).sqrt();
-            if std > 0.0 {
-                let runs: Vec<Run> = runs.iter().map(|run| with(campaign, run, curve, k, std)).collect();
-                columns.push((k, moved(&runs)?.iter().map(|d| d / std).collect()));
-            }
-        }
-        let Some(size) = columns.first().map(|(_, column)| column.len()) else { continue };
+        let size = columns[0].1.len();
         let sum = sum.get_or_insert_with(|| vec![vec![0.0; size]; size]);
         for (k, left) in &columns {
             for (l, right) in &columns {
@@ -45,11 +77,26 @@ pub(super) fn carried<E>(
     Ok(sum)
 }
 
-/// The run with the forces that act, one coefficient of a curve moved.
-fn with(campaign: &Campaign, run: &Run, curve: &MeasuredCurve, coefficient: usize, by: f64) -> Run {
-    let thrusters = &campaign.file.thrusters;
-    let nominal = with_curve_moved(run, thrusters, curve, coefficient, by);
-    if moves(run.kind) { acting_forces(&nominal, &campaign.file.efficiency, thrusters).0 } else { nominal }
+/// Every measured curve with coefficients drawn from what its table leaves uncertain.
+pub(in crate::campaign) fn drawn<'a>(campaign: &'a Campaign, noise: &mut Noise) -> Vec<(&'a MeasuredCurve, Moves)> {
+    campaign.curves.iter().map(|curve| (curve, curve.drawn(noise))).collect()
+}
+
+/// The run with the nominal forces of other curves.
+pub(in crate::campaign) fn nominal_under(campaign: &Campaign, run: &Run, curves: &[(&MeasuredCurve, Moves)]) -> Run {
+    let other =
+        |run: Run, (curve, by): &(&MeasuredCurve, Moves)| with_curve_moved(&run, &campaign.file.thrusters, curve, by);
+    curves.iter().fold(run.clone(), other)
+}
+
+/// The run with the forces that act, of other curves.
+pub(in crate::campaign) fn under(campaign: &Campaign, run: &Run, curves: &[(&MeasuredCurve, Moves)]) -> Run {
+    if curves.is_empty() {
+        return run.clone();
+    }
+    let nominal = nominal_under(campaign, run, curves);
+    let (thrusters, efficiency) = (&campaign.file.thrusters, &campaign.file.efficiency);
+    if moves(run.kind) { acting_forces(&nominal, efficiency, thrusters).0 } else { nominal }
 }
 
 /// How the standard deviations came about, with the curves' part in it.

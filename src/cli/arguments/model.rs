@@ -50,10 +50,11 @@ pub(in crate::cli) struct Fit {
     /// Fit by integral least squares without keeping the logs, as `--estimator integral` does of itself beyond 64 MiB.
     #[arg(long, conflicts_with_all = ["bootstrap", "monte_carlo", "estimator", "thorough", "filters", "plot"])]
     pub stream: bool,
-    /// Refit by output error on N resamplings of stretches of the training runs, and show the scatter.
+    /// Refit on N resamplings of stretches of the training runs (of whole runs, kind by kind, where the estimator is
+    /// staged), and show the scatter.
     #[arg(long, value_name = "N", value_parser = refits, conflicts_with = "monte_carlo")]
     pub bootstrap: Option<usize>,
-    /// Refit by output error on N data sets that the fitted model makes, and show the scatter.
+    /// Refit on N data sets that the fitted model makes, and show the scatter.
     #[arg(long, value_name = "N", value_parser = refits)]
     pub monte_carlo: Option<usize>,
     /// Look closer at what the data can tell: profile likelihoods of doubtful parameters, segments of other lengths, the

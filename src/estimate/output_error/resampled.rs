@@ -20,6 +20,7 @@ use crate::least_squares::{Draws, REFITTING, Triangle, resample};
 use crate::model::Model;
 use crate::noise::Noise;
 use crate::progress::tell;
+use crate::run::Run;
 use crate::simulate::{Emission, integrate_fast};
 
 impl OutputErrorFit {
@@ -77,10 +78,29 @@ impl OutputErrorFit {
     /// Estimates of the unknowns from `draws` sets of data that the fitted model made, with white noise of the size of
     /// the residuals.
     pub fn monte_carlo(&self, options: &OutputErrorOptions, draws: usize, seed: u64) -> Draws {
+        self.monte_carlo_under(options, draws, seed, |_| None)
+    }
+
+    /// [`OutputErrorFit::monte_carlo`] in which the refit of a draw reads its inputs from the runs that `inputs` gives for
+    /// it, as when the thrust is not known for certain; from those of the fit where it gives none.
+    pub fn monte_carlo_under(
+        &self,
+        options: &OutputErrorOptions,
+        draws: usize,
+        seed: u64,
+        inputs: impl Fn(u64) -> Option<Vec<Run>> + Sync,
+    ) -> Draws {
         let clean = self.problem.predicted(&self.model, &self.initial_states);
         let done = AtomicUsize::new(0);
         let refit = |draw: u64| {
-            let problem = self.with_noise(&clean, &mut Noise::new(seed, draw));
+            let problem = match inputs(draw) {
+                None => self.problem.clone(),
+                Some(runs) => {
+                    let tracks = Problem::new(&self.model, &runs, options).ok()?.tracks;
+                    Problem { tracks, ..self.problem.clone() }
+                }
+            };
+            let problem = self.with_noise(problem, &clean, &mut Noise::new(seed, draw));
             let fit = fit_from(&self.model, problem, self.initial_states.clone(), options);
             tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
             let fit = fit.ok().filter(|fit| fit.converged)?;
@@ -91,9 +111,8 @@ impl OutputErrorFit {
         Draws { failed: draws - values.len(), values }
     }
 
-    /// The problem with `clean` and fresh noise in the place of what was measured.
-    fn with_noise(&self, clean: &[Vec<f64>], noise: &mut Noise) -> Problem {
-        let mut problem = self.problem.clone();
+    /// A problem with `clean` and fresh noise in the place of what was measured.
+    fn with_noise(&self, mut problem: Problem, clean: &[Vec<f64>], noise: &mut Noise) -> Problem {
         let width = problem.dynamics.outputs.len();
         for (track, clean) in problem.tracks.iter_mut().zip(clean) {
             for (k, (y, clean)) in track.observed.iter_mut().zip(clean).enumerate() {

@@ -1,0 +1,178 @@
+//! Refits by rows: integral least squares and the staged procedure, on blocks of the runs or on runs made anew.
+//!
+//! Blocks are whole runs of one kind that show one degree of freedom, drawn with replacement among themselves, so that no
+//! stage loses its data; where there are fewer than three of them, stretches of the length of a cluster. A steady or towed
+//! run is one row, which cannot be cut. Integral least squares has no kinds: it always draws stretches.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::super::error::Error;
+use super::super::file::Estimator;
+use super::super::fit::{Fit, FitOptions, fit, integral_again, thrust};
+use super::super::load::{Campaign, with_nominal_forces};
+use super::made::Made;
+use super::{Resampler, Resampling, Scatter};
+use crate::estimate::Draws;
+use crate::estimate::output_error::OutputErrorError;
+use crate::frame::Dof;
+use crate::least_squares::REFITTING;
+use crate::model::Model;
+use crate::noise::Noise;
+use crate::procedure::{is_powered, shown, staged};
+use crate::progress::tell;
+use crate::run::{Role, Run, RunKind};
+
+/// Runs of which a bootstrap draws whole ones; fewer are cut, or refused.
+const FEWEST: usize = 3;
+
+/// What runs of one group have in common: their kind, the degree of freedom that they show, and thrust under tow.
+type Key = (RunKind, Option<Dof>, bool);
+
+/// Where the data of a refit comes from.
+enum Source {
+    /// Blocks of each kind, drawn among themselves.
+    Blocks(Vec<Vec<Run>>),
+    /// Logs as the fitted model would have written them.
+    Made(Made),
+}
+
+impl Source {
+    fn draw(&self, noise: &mut Noise) -> Vec<Run> {
+        match self {
+            Source::Made(made) => made.logged(noise),
+            Source::Blocks(groups) => groups
+                .iter()
+                .flat_map(|blocks| {
+                    (0..blocks.len()).map(|_| noise.below(blocks.len())).map(|k| blocks[k].clone()).collect::<Vec<_>>()
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Scatter of the estimates of a fit by rows over `draws` refits.
+pub(super) fn by_rows(
+    campaign: &Campaign,
+    estimator: Estimator,
+    method: Resampler,
+    draws: usize,
+) -> Result<Resampling, Error> {
+    let fitted = fit(campaign, FitOptions { estimator: Some(estimator) })?;
+    let model = &fitted.model;
+    if let Some(p) = model.parameters.iter().find(|p| p.spec.per_run && !p.fixed) {
+        let text = format!("{} of `{}` has a value in each run, and a draw has no runs", p.spec.name, p.term);
+        return Err(Error::Asked(text));
+    }
+    let seed = campaign.options.seed;
+    let source = source(campaign, estimator, method, &fitted)?;
+    let found: Vec<usize> = (0..model.parameters.len())
+        .filter(|p| !model.parameters[*p].fixed && model.parameters[*p].std.is_some())
+        .collect();
+    let done = AtomicUsize::new(0);
+    let refit = |draw: u64| -> Option<Vec<f64>> {
+        let mut noise = Noise::new(seed, draw);
+        let runs = source.draw(&mut noise);
+        let model = again(campaign, estimator, &runs, &mut noise);
+        tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
+        let value = |p: &usize| {
+            model.as_ref().ok()?.parameters[*p].std.map(|_| model.as_ref().ok().map(|m| m.parameters[*p].value))?
+        };
+        found.iter().map(value).collect()
+    };
+    let values: Vec<Vec<f64>> = (0..draws as u64).into_par_iter().filter_map(refit).collect();
+    let all = Draws { failed: draws - values.len(), values };
+    let scatter =
+        |(k, p): (usize, &usize)| Scatter::of(&model.parameters[*p], None, model.parameters[*p].value, k, &all);
+    Ok(Resampling {
+        format: 1,
+        method,
+        draws: all.values.len(),
+        failed: all.failed,
+        seed,
+        parameters: found.iter().enumerate().map(scatter).collect(),
+    })
+}
+
+/// The model from drawn runs, whose thrusters have curves drawn from what their tables leave uncertain.
+fn again(campaign: &Campaign, estimator: Estimator, runs: &[Run], noise: &mut Noise) -> Result<Model, Error> {
+    let curves = thrust::drawn(campaign, noise);
+    match estimator {
+        Estimator::Staged => {
+            let mut stage = campaign.file.stage.clone();
+            stage.direct.skip = true;
+            let mut efficiency = campaign.file.efficiency.clone();
+            for entry in &mut efficiency.eta_inter.0 {
+                entry.value += entry.std.unwrap_or(0.0) * noise.normal();
+            }
+            let runs: Vec<Run> = runs.iter().map(|run| thrust::nominal_under(campaign, run, &curves)).collect();
+            let bench = crate::procedure::Bench { efficiency: &efficiency, ..campaign.bench() };
+            Ok(staged(&runs, &campaign.model, bench, &stage)?.model)
+        }
+        _ => {
+            let runs: Vec<Run> = runs.iter().map(|run| thrust::under(campaign, run, &curves)).collect();
+            integral_again(campaign, &runs)
+        }
+    }
+}
+
+fn source(campaign: &Campaign, estimator: Estimator, method: Resampler, fitted: &Fit) -> Result<Source, Error> {
+    let runs: Vec<(usize, Run)> = match estimator {
+        Estimator::Staged => with_nominal_forces(campaign.runs.clone())
+            .into_iter()
+            .enumerate()
+            .filter(|(_, run)| run.role == Role::Train)
+            .collect(),
+        _ => {
+            let used = |(_, run): &(usize, &Run)| run.role == Role::Train && super::moves(run.kind);
+            campaign.runs.iter().enumerate().filter(used).map(|(k, run)| (k, run.clone())).collect()
+        }
+    };
+    if method == Resampler::MonteCarlo {
+        return Ok(Source::Made(Made::of(campaign, fitted, runs)?));
+    }
+    let length = campaign.options.output_error.cluster;
+    let runs: Vec<Run> = runs.into_iter().map(|(_, run)| run).collect();
+    if estimator == Estimator::Integral {
+        let stretches: Vec<Run> = runs.iter().flat_map(|run| cut(run, length)).collect();
+        return match stretches.len() {
+            0 | 1 => Err(OutputErrorError::TooFewClusters { clusters: stretches.len() }.into()),
+            _ => Ok(Source::Blocks(vec![stretches])),
+        };
+    }
+    let mut groups: Vec<(Key, Vec<Run>)> = Vec::new();
+    for run in runs {
+        let dof = shown(&run, &campaign.model.dofs);
+        let key = (run.kind, dof, run.kind == RunKind::Towing && dof.is_some_and(|dof| is_powered(&run, dof)));
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, group)) => group.push(run),
+            None => groups.push((key, vec![run])),
+        }
+    }
+    let blocks = |((kind, dof, _), group): (Key, Vec<Run>)| {
+        let whole = group.len() >= FEWEST || matches!(kind, RunKind::ConstantVelocity | RunKind::Towing);
+        let blocks: Vec<Run> =
+            if whole { group.clone() } else { group.iter().flat_map(|run| cut(run, length)).collect() };
+        if blocks.len() >= FEWEST {
+            return Ok(blocks);
+        }
+        let names: Vec<&str> = group.iter().map(|run| run.name.as_str()).collect();
+        Err(Error::Asked(format!(
+            "a bootstrap draws runs of each kind among themselves, and of {} there {}: {} blocks say nothing of their \
+             spread; take --monte-carlo",
+            dof.map_or_else(|| "these".to_string(), |dof| format!("those that show {dof} as these do")),
+            if names.len() == 1 { format!("is `{}` alone", names[0]) } else { format!("are {}", names.join(", ")) },
+            blocks.len()
+        )))
+    };
+    Ok(Source::Blocks(groups.into_iter().map(blocks).collect::<Result<_, _>>()?))
+}
+
+/// A run in stretches of about `length` seconds, so long that they are independent of each other.
+fn cut(run: &Run, length: f64) -> Vec<Run> {
+    let Some((from, to)) = run.span() else { return Vec::new() };
+    let parts = ((to - from) / length).round().max(1.0);
+    let border = |k: f64| from + (to - from) * k / parts;
+    (0..parts as usize).map(|k| run.between(border(k as f64), border(k as f64 + 1.0))).collect()
+}
