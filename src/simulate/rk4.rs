@@ -96,48 +96,31 @@ impl<'a, const L: usize> Machine<'a, L> {
             let from = &s[entry.column * width..(entry.column + 1) * width];
             let to = &mut out[entry.row * width..(entry.row + 1) * width];
             for (to, from) in to.iter_mut().zip(from) {
-                for i in 0..L {
-                    to[i] += a[i] * from[i];
-                }
+                *to = std::array::from_fn(|i| to[i] + a[i] * from[i]);
             }
         }
         for entry in &self.functions.by_parameter {
             let b = self.value(k);
             k += 1;
             let to = &mut out[entry.row * width + states + entry.column];
-            for i in 0..L {
-                to[i] += b[i];
-            }
+            *to = std::array::from_fn(|i| to[i] + b[i]);
         }
     }
 }
 
-/// sum += weight · rate and to = from + factor · rate, lane by lane. Loops instead of closures: what is not inlined is not
-/// compiled for vectors.
+/// to = from + factor · rate, lane by lane.
 #[inline(always)]
-fn gather<const L: usize>(
-    (sum, weight): (&mut [[f64; L]], [f64; L]),
-    (to, factor): (&mut [[f64; L]], [f64; L]),
-    from: &[[f64; L]],
-    rate: &[[f64; L]],
-) {
-    for (((sum, to), from), rate) in sum.iter_mut().zip(to).zip(from).zip(rate) {
-        for i in 0..L {
-            sum[i] += weight[i] * rate[i];
-        }
-        for i in 0..L {
-            to[i] = from[i] + factor[i] * rate[i];
-        }
+fn ahead<const L: usize>(to: &mut [[f64; L]], from: &[[f64; L]], factor: [f64; L], rate: &[[f64; L]]) {
+    for ((to, from), rate) in to.iter_mut().zip(from).zip(rate) {
+        *to = std::array::from_fn(|i| from[i] + factor[i] * rate[i]);
     }
 }
 
-/// x += sum + weight · rate, lane by lane.
+/// sum += weight · rate, lane by lane.
 #[inline(always)]
-fn close<const L: usize>(x: &mut [[f64; L]], sum: &[[f64; L]], weight: [f64; L], rate: &[[f64; L]]) {
-    for ((x, sum), rate) in x.iter_mut().zip(sum).zip(rate) {
-        for i in 0..L {
-            x[i] += sum[i] + weight[i] * rate[i];
-        }
+fn gather<const L: usize>(sum: &mut [[f64; L]], weight: [f64; L], rate: &[[f64; L]]) {
+    for (sum, rate) in sum.iter_mut().zip(rate) {
+        *sum = std::array::from_fn(|i| sum[i] + weight[i] * rate[i]);
     }
 }
 
@@ -263,18 +246,20 @@ pub fn integrate<const L: usize>(
             rates.evaluate();
             let (share, reach) = (h.map(|h| h * weight / 6.0), h.map(|h| h * next));
             let (states, rate) = rates.ends(nx);
+            gather(&mut sum_x, share, rate);
             if stage < 3 {
-                gather((&mut sum_x, share), (states, reach), &x, rate);
+                ahead(states, &x, reach, rate);
             } else {
-                close(&mut x, &sum_x, share, rate);
+                gather(&mut x, [1.0; L], &sum_x);
                 states.iter_mut().zip(x.iter()).for_each(|(to, from)| *to = *from);
             }
             if width > 0 {
                 rates.chain(&ss, nx, width, &mut ks);
+                gather(&mut sum_s, share, &ks);
                 if stage < 3 {
-                    gather((&mut sum_s, share), (&mut ss, reach), &s, &ks);
+                    ahead(&mut ss, &s, reach, &ks);
                 } else {
-                    close(&mut s, &sum_s, share, &ks);
+                    gather(&mut s, [1.0; L], &sum_s);
                 }
             }
         }
