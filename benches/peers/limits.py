@@ -65,8 +65,8 @@ def parts(growth: str) -> tuple[list[Part], float, float]:
     # 128 MiB on either side: more than any cache
     numbers = 1 << 24
     bandwidth = 16 * numbers / seconds("copy", numbers)
-    rounds = 1 << 20
-    arithmetic = 2 * 8 * LANES * rounds / seconds("arithmetic", rounds)
+    rounds = 1 << 22
+    arithmetic = 2 * 64 * rounds / seconds("arithmetic", rounds)
     by_memory, by_arithmetic = BYTES_A_ROW / bandwidth, FLOPS_A_ROW / arithmetic
     bound = "memory" if by_memory > by_arithmetic else "arithmetic"
     # few rows are counted: a count does not depend on the noise of the machine
