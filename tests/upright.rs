@@ -387,9 +387,9 @@ fn law_sensitivities_of_the_quaternion_agree_with_differences() {
         let at = |sign: f64| {
             let (mut theta, mut x0) = (theta.clone(), x0.clone());
             if column < nx {
-                x0[column] += sign * h
+                x0[column] += sign * h;
             } else {
-                theta[dynamics.directions[column - nx]] += sign * h
+                theta[dynamics.directions[column - nx]] += sign * h;
             }
             end(&theta, &x0)
         };
