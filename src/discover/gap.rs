@@ -77,6 +77,22 @@ pub fn gap(model: &Model, runs: &[Run], options: &OutputErrorOptions, cut: &[boo
     Ok(result)
 }
 
+/// The gap of a model that cannot be simulated on `runs`, because it runs away from every start: it predicts nothing, and
+/// the motion itself is the gap.
+pub(super) fn motion(model: &Model, runs: &[Run]) -> Gap {
+    let squares = |run: &Run, measured: &Measured| {
+        let values = run.signal(measured.channel()).map_or(&[][..], |signal| signal.values());
+        let known = values.iter().filter(|x| !x.is_nan());
+        known.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0))
+    };
+    let of = |runs: &[Run]| -> Sums {
+        let all = |m: &Measured| runs.iter().map(|run| squares(run, m)).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        model.measured().into_iter().map(|m| (m.clone(), all(&m))).collect()
+    };
+    let each = |run: &Run| (run.name.clone(), rms(&of(std::slice::from_ref(run))));
+    Gap { rms: rms(&of(runs)), runs: runs.iter().map(each).collect() }
+}
+
 /// The initial state of each stretch of a run, fitted on its first segment with the parameters held.
 pub(super) fn beginning(
     model: &Model,

@@ -9,6 +9,7 @@ mod enlarged;
 mod evidence;
 mod freedom;
 mod gap;
+mod held_out;
 mod left_open;
 mod left_over;
 mod next;
