@@ -36,7 +36,7 @@ pub struct EachRun {
     pub models: Vec<OwnModel>,
     /// Each model on each run, by degree of freedom; none for a pair that cannot be simulated.
     pub crossed: Vec<Crossed>,
-    /// Runs that were left out, because there are more than [`MOST`] longer ones.
+    /// Runs that were left out, because there are twenty longer ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }
