@@ -134,7 +134,8 @@ fn main() -> Result<(), String> {
     let records = read(&asked.records);
     let mut text = format!(
         "# Discovery on campaigns in which effects are hidden\n\nMade by `make blind` from {} campaigns, seeds from {} on, \
-         two vehicles (190 kg, 11.5 kg). How a row is judged: the heading of `examples/blind/main.rs`.\n",
+         two vehicles (190 kg, 11.5 kg). How a row is judged: the heading of `examples/blind/main.rs`; what pysindy is given \
+         (the true values of the nominal model among it): that of `benches/peers/pysindy_blind.py`.\n",
         records.len(),
         asked.first
     );
