@@ -14,7 +14,7 @@ use crate::navigation::upright;
 use crate::run::Run;
 
 /// |θ| from which on angles alone are poor, and from which on they are none, rad.
-const STEEP: [f64; 2] = [1.3, 1.5];
+const NEAR_POLE: [f64; 2] = [1.3, 1.5];
 
 /// Whether the model pitches and turns about no other axis.
 fn pitches_alone(model: &Model) -> bool {
@@ -53,12 +53,12 @@ fn judged(run: &Run, alone: bool, upright: bool, lacking: Option<&Run>) -> Optio
         );
         return upright::is_steep(run).then(|| Finding::new(&codes::BY_QUATERNION, text).of_run(&run.name));
     }
-    let code = if most > STEEP[1] { &codes::VERTICAL } else { &codes::NEAR_VERTICAL };
+    let code = if most > NEAR_POLE[1] { &codes::VERTICAL } else { &codes::NEAR_VERTICAL };
     let needed = match lacking {
         _ if alone => "log phi, which says on which side of the vertical the vehicle is".to_string(),
         Some(other) => format!("log phi, theta and psi at the same instants, which run `{}` does not", other.name),
         None => "simulate roll or yaw as well".to_string(),
     };
     let text = format!("run `{}` pitches by {degrees:.0}°, and Euler angles are singular at 90°: {needed}", run.name);
-    (most > STEEP[0]).then(|| Finding::new(code, text).of_run(&run.name))
+    (most > NEAR_POLE[0]).then(|| Finding::new(code, text).of_run(&run.name))
 }

@@ -229,7 +229,11 @@ pub fn discover(
         let known = fitting.sigma.as_ref().and_then(|sigma| sigma.get(measured.channel()));
         *floor = known.map_or(*floor, |known| floor.max(*known));
     }
-    let left_open = left_open(last, &judges, fitting).unwrap_or_else(|_| vec![BTreeMap::new(); judges.len()]);
+    let left_open = match left_open(last, &judges, fitting) {
+        // what runs away is open everywhere: nothing is allowed for
+        Err(OutputErrorError::Diverges { .. }) => vec![BTreeMap::new(); judges.len()],
+        left_open => left_open?,
+    };
     let cut = unstable(&left_open);
     let mut steps = Vec::new();
     for (k, step) in found.steps.iter().enumerate() {
@@ -304,7 +308,8 @@ pub fn discover(
 fn closed(dof: &Measured, left_open: &[BTreeMap<Measured, f64>], cut: &[bool]) -> f64 {
     let of_run = |(open, cut): (&BTreeMap<Measured, f64>, &bool)| match cut {
         true => 0.0,
-        false => open.get(dof).map_or(0.0, |size| size * size),
+        // of what is open without bound nothing is allowed for
+        false => open.get(dof).filter(|size| size.is_finite()).map_or(0.0, |size| size * size),
     };
     let mean = left_open.iter().zip(cut).map(of_run).sum::<f64>() / left_open.len().max(1) as f64;
     (CLOSED * CLOSED + mean).sqrt()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -46,14 +47,14 @@ class Export(Result):
         return [{"target": self.target, "lost": name} for name in self.lost]
 
 
-class _Apart(Result):
+class _Apart(Result, ABC):
     """Parameters beside others of the same name, and how far they are apart."""
 
     parameters: tuple[ParameterDifference, ...] | tuple[PublishedParameter, ...]
 
+    @abstractmethod
     def _difference(self) -> str:
         """What of what, in words."""
-        raise NotImplementedError
 
     def rows(self) -> Rows:
         """One row a parameter."""

@@ -76,10 +76,8 @@ pub(super) fn by_rows(
         let runs = source.draw(&mut noise);
         let model = again(campaign, estimator, &runs, &mut noise);
         tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
-        let value = |p: &usize| {
-            model.as_ref().ok()?.parameters[*p].std.map(|_| model.as_ref().ok().map(|m| m.parameters[*p].value))?
-        };
-        found.iter().map(value).collect()
+        let refitted = model.ok()?.parameters;
+        found.iter().map(|p| refitted[*p].std.map(|_| refitted[*p].value)).collect()
     };
     let values: Vec<Vec<f64>> = (0..draws as u64).into_par_iter().filter_map(refit).collect();
     let all = Draws { failed: draws - values.len(), values };

@@ -8,12 +8,13 @@ use super::fold::Fold;
 use super::loss::{Loss, Tempered};
 use super::noise;
 use super::{OutputErrorError, OutputErrorOptions};
-use crate::chain::{Attitude, Available, StateId};
+use crate::chain::{Attitude, Available, StateId, memory_count};
 use crate::dynamics::Dynamics;
-use crate::model::Model;
+use crate::model::{Model, Term};
 use crate::navigation::upright;
 use crate::run::Run;
 use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run, widest};
+use crate::symbolic::Graph;
 use crate::units::Dimension;
 
 /// Stretches that are integrated side by side.
@@ -333,8 +334,9 @@ fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeS
 
 /// The longest step, s: as asked, and short enough for the quickest memory of the model.
 pub(crate) fn longest_step(model: &Model, options: &OutputErrorOptions) -> f64 {
-    let remembers = |id: &str| matches!(id, "thrust_lag" | "fluid_memory");
-    let times = model.terms.iter().filter(|t| remembers(t.effect.about().id)).flat_map(|t| &t.parameters);
+    let graph = Graph::new();
+    let remembers = |t: &&Term| memory_count(&graph, model, t.effect.as_ref(), t.place) > 0;
+    let times = model.terms.iter().filter(remembers).flat_map(|t| &t.parameters);
     let quickest = times.map(|p| &model.parameters[*p]).filter(|p| p.spec.dimension == Dimension::TIME);
     quickest.fold(options.longest_step, |step, p| step.min(p.value.max(0.02)))
 }
