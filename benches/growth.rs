@@ -24,8 +24,9 @@ use hydrosysid::formula::Formula;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
-use hydrosysid::simulate::{Stretch, Track, free_run, integrate_fast, widest};
+use hydrosysid::simulate::{Stretch, Track, free_run, integrate_fast};
 use hydrosysid::units::Dimension;
+use hydrosysid::wide::widest;
 
 /// Rows that are generated and folded at once.
 const BLOCK: usize = 1 << 20;

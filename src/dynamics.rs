@@ -206,7 +206,7 @@ impl<'g> Formulas<'g> {
 
     /// `leading`: the states, then the inputs.
     fn compile(self, leading: &[Leaf], states: usize) -> Functions {
-        let plan = Plan::compile_after(&self.all, leading);
+        let plan = Plan::compile_after(&self.all, leading, states);
         let place = |leaf: Leaf| leading.iter().position(|known| *known == leaf);
         let source = |leaf: &Leaf| match (*leaf, place(*leaf)) {
             (Leaf::Parameter(p), _) => Source::Parameter(usize::from(p)),

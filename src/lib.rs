@@ -50,4 +50,4 @@ pub mod thrust;
 pub mod units;
 pub mod vehicle;
 mod whole;
-pub mod widest;
+pub mod wide;

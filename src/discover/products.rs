@@ -6,9 +6,10 @@
 //! ```
 
 use super::thin::Thin;
-use crate::estimate::output_error::Problem;
+use crate::estimate::output_error::{LANES, Problem};
 use crate::model::Model;
 use crate::simulate::{Emission, integrate};
+use crate::wide::{Lanes, Wide, Work};
 
 /// Products of the `k` columns z of one probe in one segment, initial states projected out.
 #[derive(Debug, Clone, Default)]
@@ -66,27 +67,41 @@ impl Own {
 }
 
 /// Products of one batch of segments: for each segment the model's own and those of each group of columns.
+pub(super) struct Summing<'a> {
+    pub problem: &'a Problem,
+    pub thin: &'a Thin,
+    pub model: &'a Model,
+    /// Initial state of each segment.
+    pub x0: &'a [Vec<f64>],
+    pub batch: &'a [usize],
+    /// Number of the model's own directions.
+    pub own: usize,
+    /// Columns of each group.
+    pub groups: &'a [usize],
+}
+
+impl Work<LANES> for Summing<'_> {
+    type Output = Vec<(Own, Vec<Products>)>;
+    #[inline(always)]
+    fn with<W: Wide<LANES>>(self, wide: W) -> Self::Output {
+        batch_products(wide, &self)
+    }
+}
+
 #[inline(always)]
-pub(super) fn batch_products<const L: usize>(
-    problem: &Problem,
-    thin: &Thin,
-    model: &Model,
-    x0: &[Vec<f64>],
-    batch: &[usize],
-    own: usize,
-    groups: &[usize],
-) -> Vec<(Own, Vec<Products>)> {
+fn batch_products<const L: usize, W: Wide<L>>(wide: W, what: &Summing<'_>) -> Vec<(Own, Vec<Products>)> {
+    let Summing { problem, thin, model, x0, batch, own, groups } = *what;
     let (nx, outputs) = (problem.dynamics.states.len(), problem.dynamics.outputs.len());
     let candidates: usize = groups.iter().sum();
     let width = nx + own + candidates;
     // left: initial states, own directions, residual; right: candidates
     let left = nx + own + 1;
-    let mut ll = vec![[0.0; L]; left * left];
-    let mut lr = vec![[0.0; L]; left * candidates];
+    let mut ll = Lanes::zeros(left * left);
+    let mut lr = Lanes::zeros(left * candidates);
     let inner: usize = groups.iter().map(|k| k * k).sum();
-    let mut rr = vec![[0.0; L]; inner];
+    let mut rr = Lanes::zeros(inner);
     let (stretches, theta, start) = problem.lanes::<L>(model, x0, batch);
-    let mut row = vec![[0.0; L]; left];
+    let mut row = Lanes::zeros(left);
     let mut take = std::convert::identity(
         #[inline(always)]
         |at: &Emission<'_, L>| {
@@ -99,34 +114,30 @@ pub(super) fn batch_products<const L: usize>(
                 }
                 let jacobian = &at.jacobian[output * width..(output + 1) * width];
                 // rows are scaled once: w² z = w (w z)
+                let weight = wide.load(&weight);
                 for (to, from) in row.iter_mut().zip(&jacobian[..nx + own]) {
-                    for lane in 0..L {
-                        to[lane] = from[lane] * weight[lane];
-                    }
+                    *to = wide.store(wide.mul(wide.load(from), weight));
                 }
                 row[left - 1] = residual;
                 for i in 0..left {
-                    for j in i..left {
-                        for lane in 0..L {
-                            ll[i * left + j][lane] += row[i][lane] * row[j][lane];
-                        }
+                    let x = wide.load(&row[i]);
+                    for (to, y) in ll[i * left + i..(i + 1) * left].iter_mut().zip(&row[i..]) {
+                        *to = wide.store(wide.plus(wide.load(to), x, wide.load(y)));
                     }
-                    let scaled: [f64; L] = std::array::from_fn(|lane| row[i][lane] * weight[lane]);
+                    let scaled = wide.mul(x, weight);
                     let right = &mut lr[i * candidates..(i + 1) * candidates];
                     for (to, z) in right.iter_mut().zip(&jacobian[nx + own..]) {
-                        for lane in 0..L {
-                            to[lane] += scaled[lane] * z[lane];
-                        }
+                        *to = wide.store(wide.plus(wide.load(to), scaled, wide.load(z)));
                     }
                 }
+                let square = wide.mul(weight, weight);
                 let (mut first, mut at_group) = (nx + own, 0);
                 for k in groups {
                     for a in 0..*k {
                         for b in 0..*k {
-                            let (za, zb) = (jacobian[first + a], jacobian[first + b]);
-                            for lane in 0..L {
-                                rr[at_group + a * k + b][lane] += za[lane] * zb[lane] * weight[lane] * weight[lane];
-                            }
+                            let (za, zb) = (wide.load(&jacobian[first + a]), wide.load(&jacobian[first + b]));
+                            let to = &mut rr[at_group + a * k + b];
+                            *to = wide.store(wide.plus(wide.load(to), wide.mul(za, zb), square));
                         }
                     }
                     first += k;
@@ -135,7 +146,7 @@ pub(super) fn batch_products<const L: usize>(
             }
         },
     );
-    integrate(&problem.dynamics, &problem.tracks, &stretches, &theta, &start, true, &mut take);
+    integrate(wide, &problem.dynamics, &problem.tracks, &stretches, &theta, &start, true, &mut take);
     (0..batch.len())
         .map(|lane| {
             let pick = |table: &[[f64; L]]| table.iter().map(|x| x[lane]).collect::<Vec<f64>>();

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::carried::{available_of, carried};
 use super::enlarged::{Planned, enlarge, remembered};
-use super::products::{Own, Products, batch_products};
+use super::products::{Own, Products, Summing};
 use super::thin::{STEP, Thin};
 use crate::chain::Available;
 use crate::dynamics::Dynamics;
@@ -25,7 +25,8 @@ use crate::model::Model;
 use crate::navigation::upright::with_quaternion;
 use crate::progress;
 use crate::run::Run;
-use crate::simulate::{Track, TrackError, values_in_run, widest};
+use crate::simulate::{Track, TrackError, values_in_run};
+use crate::wide::{Machine, Widths as _};
 
 /// Columns that are integrated together: as many as keep the sensitivities in the second-level cache.
 const CHUNK: usize = 96;
@@ -136,10 +137,8 @@ fn score_chunk(
     let parts: Vec<Vec<(Own, Vec<Products>)>> = batches
         .into_par_iter()
         .map(|batch| {
-            widest(
-                #[inline(always)]
-                || batch_products::<LANES>(&problem, thin, &model, &fit.initial_states, batch, own.len(), &groups),
-            )
+            let (problem, model, x0, groups) = (&problem, &model, &fit.initial_states[..], &groups[..]);
+            Machine::widest(Summing { problem, thin, model, x0, batch, own: own.len(), groups })
         })
         .collect();
     let mut probes: Vec<Probe> = chunk

@@ -13,6 +13,7 @@ use crate::model::Model;
 use crate::run::Run;
 use crate::simulate::values_in_run;
 use crate::symbolic::{Plan, Registers};
+use crate::wide::Plain;
 
 /// The parts of the force in one degree of freedom over time.
 #[derive(Debug, Clone)]
@@ -147,7 +148,7 @@ fn evaluate(
                 let at = |k: usize| times[k.min(times.len() - 1)];
                 plan.set(&mut registers, *slot, std::array::from_fn(|k| reader.read(at(k), false)));
             }
-            plan.evaluate(&mut registers);
+            plan.evaluate(Plain, &mut registers);
             for (k, row) in rows.iter_mut().enumerate() {
                 row.extend_from_slice(&plan.output(&registers, k)[..times.len()]);
             }

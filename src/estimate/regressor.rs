@@ -19,6 +19,7 @@ use crate::model::Model;
 use crate::run::{Run, Signal};
 use crate::simulate::values_in_run;
 use crate::symbolic::Registers;
+use crate::wide::Plain;
 
 /// Instants evaluated side by side.
 pub(super) const LANES: usize = 8;
@@ -261,7 +262,7 @@ impl<'a> Reading<'a> {
                     let at = |k: usize| times[k.min(times.len() - 1)];
                     balance.plan.set(registers, *slot, std::array::from_fn(|k| reader.read(at(k), before)));
                 }
-                balance.plan.evaluate(registers);
+                balance.plan.evaluate(Plain, registers);
             };
             evaluate(registers, true);
             if *jumps {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::regressor::LANES;
 use crate::symbolic::{Plan, Registers};
-use crate::widest::widest;
+use crate::wide::{Plain, widest};
 
 /// Rows of a part, written by one thread.
 const PART: usize = 1 << 14;
@@ -107,7 +107,7 @@ fn write_part(
         for (slot, x) in inputs {
             plan.set(registers, *slot, lanes(&x[first..first + count]));
         }
-        plan.evaluate(registers);
+        plan.evaluate(Plain, registers);
         let t = lanes(&time[first..first + count]);
         let mut dt = [0.0; LANES];
         for lane in 0..LANES {

@@ -20,6 +20,7 @@ use crate::nearest::nearest;
 use crate::run::{Run, Signal};
 use crate::symbolic::{Expr, Graph, Leaf, Plan};
 use crate::units::Dimension;
+use crate::wide::Plain;
 
 /// Functions that a formula may call.
 pub const FUNCTIONS: [&str; 13] =
@@ -137,7 +138,7 @@ impl Formula {
             for (slot, column) in &columns {
                 plan.set(&mut registers, *slot, std::array::from_fn(|lane| column[row(lane)]));
             }
-            plan.evaluate(&mut registers);
+            plan.evaluate(Plain, &mut registers);
             values.extend_from_slice(&plan.output(&registers, 0)[..LANES.min(time.len() - first)]);
         }
         Ok(values)

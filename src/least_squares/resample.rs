@@ -20,7 +20,7 @@ use super::triangle::Triangle;
 use super::whitened::Whitened;
 use crate::noise::Noise;
 use crate::progress::tell;
-use crate::widest::widest;
+use crate::wide::widest;
 
 /// What progress calls it.
 pub(crate) const REFITTING: &str = "refitting";

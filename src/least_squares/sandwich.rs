@@ -4,16 +4,25 @@
 //! HAC:  cov = (HᵀH)⁻¹ [Γ₀ + Σₗ (1 − l/(L + 1)) (Γₗ + Γₗᵀ)] (HᵀH)⁻¹ n/(n − p),   Γₗ = Σₖ hₖ eₖ eₖ₋ₗ hₖ₋ₗᵀ
 //! ```
 //!
-//! Newey and West, *Econometrica* 55 (1987) 703; no product of residuals reaches from one run into another.
+//! Newey and West, *Econometrica* 55 (1987) 703; no product of residuals reaches from one run into another. The weights
+//! are how often a window of L + 1 rows holds both of two rows, so that the bracket is a sum of squares however many lags:
+//!
+//! ```text
+//! Γ₀ + Σₗ (1 − l/(L + 1)) (Γₗ + Γₗᵀ) = 1/(L + 1) Σₜ sₜ sₜᵀ        sₜ = Σ hₖ eₖ over t − L … t, rows there are
+//! ```
 
 use std::ops::Range;
 
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::scale::times_power_of_two;
 use super::solve::Fit;
 use super::system::LeastSquaresError;
 use super::tall::Tall;
+
+/// Rows that are multiplied while they are near.
+const NEAR: usize = 256;
 
 /// How standard deviations are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -45,17 +54,7 @@ impl Fit {
         }
         let (n, p) = (y.len(), h.len());
         let (w, exponents) = (&self.frame.w, &self.frame.exponents);
-        // scores in coordinates in which H has orthonormal columns: Σⱼ hⱼ wⱼₖ e
-        let scores: Vec<Vec<f64>> = (0..p)
-            .map(|k| {
-                let entry = |row: usize| -> f64 {
-                    (0..p).map(|j| times_power_of_two(h[j][row], -exponents[j]) * w[j][k]).sum()
-                };
-                let scaled = |row: usize| times_power_of_two(residuals[row], -self.frame.y_exponent);
-                (0..n).map(|row| entry(row) * scaled(row)).collect()
-            })
-            .collect();
-        let meat = long_run(&scores, blocks, n as f64 / (n - p) as f64);
+        let meat = long_run(&self.scores(h, &residuals), blocks, n as f64 / (n - p) as f64);
         let half: Vec<Vec<f64>> =
             w.iter().map(|w| (0..p).map(|k| (0..p).map(|l| w[l] * meat[l][k]).sum()).collect()).collect();
         let unit = |j: usize, x: f64| times_power_of_two(x, self.frame.y_exponent - exponents[j]);
@@ -64,6 +63,25 @@ impl Fit {
 }
 
 impl Fit {
+    /// Scores in coordinates in which H has orthonormal columns: Σⱼ hⱼ wⱼₖ e, column by column.
+    fn scores(&self, h: &[&[f64]], residuals: &[f64]) -> Vec<Vec<f64>> {
+        let mut scores = vec![vec![0.0; residuals.len()]; h.len()];
+        let mut column = [0.0; NEAR];
+        for begin in (0..residuals.len()).step_by(NEAR) {
+            let rows = begin..(begin + NEAR).min(residuals.len());
+            for (j, h) in h.iter().enumerate() {
+                for ((x, h), e) in column.iter_mut().zip(&h[rows.clone()]).zip(&residuals[rows.clone()]) {
+                    let e = times_power_of_two(*e, -self.frame.y_exponent);
+                    *x = times_power_of_two(*h, -self.frame.exponents[j]) * e;
+                }
+                for (score, w) in scores.iter_mut().zip(&self.frame.w[j]) {
+                    score[rows.clone()].iter_mut().zip(&column).for_each(|(score, x)| *score += x * w);
+                }
+            }
+        }
+        scores
+    }
+
     /// Covariance of the estimates, (p, p), by clusters: stretches of rows whose factors are `blocks` and whose residuals
     /// are independent of each other's. By (14) where there are fewer than twice as many clusters as unknowns.
     pub fn covariance_of_blocks(&self, blocks: &[Tall]) -> Vec<Vec<f64>> {
@@ -97,24 +115,28 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 fn long_run(scores: &[Vec<f64>], blocks: &[Range<usize>], factor: f64) -> Vec<Vec<f64>> {
     let p = scores.len();
     let longest = blocks.iter().map(Range::len).max().unwrap_or(0);
-    let lags = (1.5 * (longest as f64).cbrt()).ceil() as usize;
+    let width = 1 + (1.5 * (longest as f64).cbrt()).ceil() as usize;
     let mut sum = vec![vec![0.0; p]; p];
     for block in blocks {
-        for lag in 0..=lags.min(block.len().saturating_sub(1)) {
-            let weight = 1.0 - lag as f64 / (lags + 1) as f64;
-            for i in 0..p {
-                for j in 0..p {
-                    let (late, early) = (&scores[i][block.start + lag..block.end], &scores[j][block.clone()]);
-                    let gamma = weight * factor * dot(late, early);
-                    sum[i][j] += gamma;
-                    if lag > 0 {
-                        sum[j][i] += gamma;
-                    }
-                }
+        let windows: Vec<DVector<f64>> = scores.iter().map(|s| window_sums(&s[block.clone()], width)).collect();
+        for i in 0..p {
+            for j in i..p {
+                sum[i][j] += factor / width as f64 * windows[i].dot(&windows[j]);
+                sum[j][i] = sum[i][j];
             }
         }
     }
     sum
+}
+
+/// Sums of `width` neighbours, those at the ends that reach beyond it included.
+fn window_sums(x: &[f64], width: usize) -> DVector<f64> {
+    let mut sum = 0.0;
+    let next = |t: usize, _| {
+        sum += x.get(t).copied().unwrap_or(0.0) - t.checked_sub(width).map_or(0.0, |gone| x[gone]);
+        sum
+    };
+    DVector::from_fn(x.len() + width - 1, next)
 }
 
 #[cfg(test)]
@@ -133,6 +155,28 @@ mod tests {
         let std = |method| fit.covariance_by(method, &h, &y, std::slice::from_ref(&all)).unwrap()[0][0].sqrt();
         assert!(std(StdMethod::Hac) < 0.4 * std(StdMethod::Paper));
         assert_eq!(std(StdMethod::Paper), fit.covariance[0][0].sqrt());
+    }
+
+    /// Windows against the lags themselves: sums in another order.
+    #[test]
+    fn law_windows_are_the_weighted_lags() {
+        let scores: Vec<Vec<f64>> =
+            (0..2).map(|i| (0..57).map(|k| f64::from((k * (5 + i) + 3 * i) % 11) - 4.0).collect()).collect();
+        let blocks = [0..40, 40..43, 43..57];
+        let found = long_run(&scores, &blocks, 1.5);
+        let width = 1 + (1.5 * 40.0_f64.cbrt()).ceil() as usize;
+        for i in 0..2 {
+            for j in 0..2 {
+                let mut exact = 0.0;
+                for block in &blocks {
+                    for (a, b) in block.clone().flat_map(|a| block.clone().map(move |b| (a, b))) {
+                        let weight = 1.0 - a.abs_diff(b) as f64 / width as f64;
+                        exact += 1.5 * weight.max(0.0) * scores[i][a] * scores[j][b];
+                    }
+                }
+                assert!((found[i][j] - exact).abs() < 1e-10, "{i} {j}: {} and {exact}", found[i][j]);
+            }
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ use super::solve::Fit;
 use super::system::{LeastSquaresError, Names, check_finite};
 use super::triangle::{LANES, Triangle};
 use super::watch::Watch;
-use crate::widest::widest;
+use crate::wide::widest;
 
 /// Rows of a part, folded by one thread.
 const PART: usize = 1 << 15;

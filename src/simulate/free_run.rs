@@ -3,6 +3,7 @@
 use crate::dynamics::{Dynamics, Source};
 use crate::model::Model;
 use crate::symbolic::Registers;
+use crate::wide::Plain;
 
 use super::single::sail_single;
 use super::{Stretch, Track, integrate_fast};
@@ -46,7 +47,7 @@ pub fn memory_start(dynamics: &Dynamics, track: &Track, theta: &[f64], k: usize,
         functions.plan.set(&mut registers, slot, [value]);
     }
     functions.plan.prepare(&mut registers);
-    functions.plan.evaluate(&mut registers);
+    functions.plan.evaluate(Plain, &mut registers);
     (0..functions.count).map(|k| functions.plan.output(&registers, k)[0]).collect()
 }
 
@@ -77,7 +78,7 @@ pub fn free_run(
     let start: Vec<[f64; 1]> = x.iter().map(|v| [*v]).collect();
     let stretch = [Some(Stretch { track: 0, first, last })];
     integrate_fast(dynamics, std::slice::from_ref(track), &stretch, &theta, &start, false, &mut |at| {
-        if let [Some(k)] = at.grid {
+        if let [Some(k)] = *at.grid {
             result.time.push(track.time[k]);
             result.outputs.extend(at.outputs.iter().map(|y| y[0]));
             result.states.extend(at.states.iter().map(|x| x[0]));

@@ -7,13 +7,13 @@
 //! A [`Track`] is a run made ready: its inputs at every stage of every step, its observations at every sample.
 //! [`integrate`] carries `L` stretches of tracks side by side. [`rk4()`] is the plain scheme for any function.
 
+mod feed;
 mod free_run;
 mod ode;
 mod rk4;
 mod single;
 mod track;
 
-pub use crate::widest::widest;
 pub use free_run::{Trajectory, free_run, in_reach, memory_start, values_in_run};
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, Stretch, integrate, integrate_fast};

@@ -13,9 +13,11 @@
 //! stages: Ṡ = A S + B is the derivative of the scheme itself, so that they are exact for the discrete solution.
 
 use super::Track;
+use super::feed::Feed;
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::progress;
-use crate::symbolic::{Lanes, Registers};
+use crate::symbolic::{Bound, Ends, Plan, Registers};
+use crate::wide::{Lanes, Machine, Wide, Widths, Work};
 
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
 const STEPS_A_LOOK: usize = 64;
@@ -35,7 +37,7 @@ pub struct Stretch {
 #[derive(Debug)]
 pub struct Emission<'a, const L: usize> {
     /// Grid point each lane stands at; `None` for a lane that stands at none or is done.
-    pub grid: [Option<usize>; L],
+    pub grid: &'a [Option<usize>; L],
     /// States.
     pub states: &'a [[f64; L]],
     /// Outputs.
@@ -44,87 +46,150 @@ pub struct Emission<'a, const L: usize> {
     pub jacobian: &'a [[f64; L]],
 }
 
+/// A Jacobian's entries in one row: which value of the plan, in which column.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    /// ∂f/∂x
+    by_state: Vec<(usize, usize)>,
+    /// ∂f/∂θ, columns of S
+    direct: Vec<(usize, usize)>,
+}
+
 /// Registers of one set of functions: first the states, then the inputs.
-struct Machine<'a, const L: usize> {
-    functions: &'a Functions,
-    registers: Registers<L>,
+struct Functioning<'a, const L: usize> {
+    plan: &'a Plan,
+    registers: Bound<'a, L>,
+    rows: Vec<Row>,
+    /// Columns of S.
+    width: usize,
 }
 
-impl<'a, const L: usize> Machine<'a, L> {
-    fn new(functions: &'a Functions, theta: &[[f64; L]]) -> Machine<'a, L> {
-        let mut registers = functions.plan.registers::<L>();
-        for (slot, source) in functions.sources.iter().enumerate() {
-            if let Source::Parameter(p) = *source {
-                functions.plan.set(&mut registers, slot, theta[p]);
+impl<'a, const L: usize> Functioning<'a, L> {
+    fn new(
+        functions: &'a Functions,
+        registers: &'a mut Registers<L>,
+        states: usize,
+        width: usize,
+    ) -> Functioning<'a, L> {
+        let mut rows = vec![Row::default(); if width > 0 { functions.count } else { 0 }];
+        if width > 0 {
+            let by_state = functions.by_state.len();
+            for (k, entry) in functions.by_state.iter().enumerate() {
+                rows[entry.row].by_state.push((functions.count + k, entry.column));
+            }
+            for (k, entry) in functions.by_parameter.iter().enumerate() {
+                rows[entry.row].direct.push((functions.count + by_state + k, states + entry.column));
             }
         }
-        functions.plan.prepare(&mut registers);
-        Machine { functions, registers }
+        Functioning { plan: &functions.plan, registers: registers.bind(), rows, width }
     }
 
-    /// The states that the next evaluation reads, and the values of the last one.
+    /// What goes into an evaluation and what comes out: states and their sizes, inputs and parameters, values.
     #[inline(always)]
-    fn ends(&mut self, states: usize) -> (&mut [[f64; L]], &[[f64; L]]) {
-        let (leaves, values) = self.functions.plan.ends(&mut self.registers);
-        (&mut leaves[..states], &values[..self.functions.count])
-    }
-
-    #[inline(always)]
-    fn put_inputs(&mut self, states: usize, input: &[[f64; L]]) {
-        let (leaves, _) = self.functions.plan.ends(&mut self.registers);
-        leaves[states..].iter_mut().zip(input).for_each(|(to, from)| *to = *from);
+    fn ends(&mut self) -> Ends<'_, L> {
+        self.plan.ends(&mut self.registers)
     }
 
     #[inline(always)]
-    fn evaluate(&mut self) {
-        self.functions.plan.evaluate(&mut self.registers);
+    fn evaluate<W: Wide<L>>(&mut self, wide: W) {
+        self.plan.evaluate_sized(wide, &mut self.registers);
     }
 
+    /// Row by row J S + the direct part for J = [∂f/∂x | ∂f/∂θ]; `take` gets the place in the table and the number.
     #[inline(always)]
-    fn value(&self, k: usize) -> [f64; L] {
-        self.functions.plan.output(&self.registers, k)
-    }
-
-    /// out = J S (+ the direct part), for a Jacobian J = [by_state | by_parameter] and S with `width` columns.
-    #[inline(always)]
-    fn chain(&self, s: &[[f64; L]], states: usize, width: usize, out: &mut [[f64; L]]) {
-        out.fill([0.0; L]);
-        let mut k = self.functions.count;
-        for entry in &self.functions.by_state {
-            let a = self.value(k);
-            k += 1;
-            let from = &s[entry.column * width..(entry.column + 1) * width];
-            let to = &mut out[entry.row * width..(entry.row + 1) * width];
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = std::array::from_fn(|i| to[i] + a[i] * from[i]);
+    fn chain<W: Wide<L>>(
+        &mut self,
+        wide: W,
+        s: &[[f64; L]],
+        direct: &mut [[f64; L]],
+        mut take: impl FnMut(usize, W::Value),
+    ) {
+        let values = self.plan.ends(&mut self.registers).values;
+        for (row, to) in self.rows.iter().zip(direct.chunks_exact_mut(self.width.max(1))) {
+            row.direct.iter().for_each(|(value, column)| to[*column] = values[*value]);
+        }
+        for (k, (row, direct)) in self.rows.iter().zip(direct.chunks_exact(self.width.max(1))).enumerate() {
+            let mut column = 0;
+            while column + TOGETHER <= self.width {
+                let sums = columns::<TOGETHER, L, W>(wide, row, values, s, self.width, direct, column);
+                for (i, sum) in sums.into_iter().enumerate() {
+                    take(k * self.width + column + i, sum);
+                }
+                column += TOGETHER;
+            }
+            for column in column..self.width {
+                let [sum] = columns::<1, L, W>(wide, row, values, s, self.width, direct, column);
+                take(k * self.width + column, sum);
             }
         }
-        for entry in &self.functions.by_parameter {
-            let b = self.value(k);
-            k += 1;
-            let to = &mut out[entry.row * width + states + entry.column];
-            *to = std::array::from_fn(|i| to[i] + b[i]);
+    }
+}
+
+/// Registers with the parameters in place.
+fn prepared<const L: usize>(functions: &Functions, theta: &[[f64; L]]) -> Registers<L> {
+    let mut registers = functions.plan.registers::<L>();
+    for (slot, source) in functions.sources.iter().enumerate() {
+        if let Source::Parameter(p) = *source {
+            functions.plan.set(&mut registers, slot, theta[p]);
         }
     }
+    functions.plan.prepare(&mut registers);
+    registers
 }
 
-/// to = from + factor · rate, lane by lane.
+/// Columns of S that are summed at a time, so that sums do not wait for each other and an entry of J is read once for all.
+const TOGETHER: usize = 4;
+
+/// Σ a S + direct in `K` columns from `first` on.
 #[inline(always)]
-fn ahead<const L: usize>(to: &mut [[f64; L]], from: &[[f64; L]], factor: [f64; L], rate: &[[f64; L]]) {
-    for ((to, from), rate) in to.iter_mut().zip(from).zip(rate) {
-        *to = std::array::from_fn(|i| from[i] + factor[i] * rate[i]);
+fn columns<const K: usize, const L: usize, W: Wide<L>>(
+    wide: W,
+    row: &Row,
+    values: &[[f64; L]],
+    s: &[[f64; L]],
+    width: usize,
+    direct: &[[f64; L]],
+    first: usize,
+) -> [W::Value; K] {
+    let mut sums = [wide.splat(0.0); K];
+    for k in 0..K {
+        sums[k] = wide.load(&direct[first + k]);
+    }
+    for (value, column) in &row.by_state {
+        let a = wide.load(&values[*value]);
+        let from = &s[column * width + first..][..K];
+        for k in 0..K {
+            sums[k] = wide.plus(sums[k], a, wide.load(&from[k]));
+        }
+    }
+    sums
+}
+
+/// The four stages: weight, how far the next one stands from the begin, and the instant of its inputs if they are others.
+const STAGES: [(f64, f64, Option<usize>); 4] =
+    [(1.0, 0.5, Some(1)), (2.0, 0.5, None), (2.0, 1.0, Some(2)), (1.0, 0.0, None)];
+
+/// What is integrated: `L` stretches side by side.
+struct Integration<'a, 'e, const L: usize, E: FnMut(&Emission<'_, L>) + ?Sized> {
+    dynamics: &'a Dynamics,
+    tracks: &'a [Track],
+    stretches: &'a [Option<Stretch>; L],
+    theta: &'a [[f64; L]],
+    x0: &'a [[f64; L]],
+    sensitivities: bool,
+    emit: &'e mut E,
+}
+
+impl<const L: usize, E: FnMut(&Emission<'_, L>) + ?Sized> Work<L> for Integration<'_, '_, L, E> {
+    type Output = ();
+    #[inline(always)]
+    fn with<W: Wide<L>>(self, wide: W) {
+        let Integration { dynamics, tracks, stretches, theta, x0, sensitivities, emit } = self;
+        integrate(wide, dynamics, tracks, stretches, theta, x0, sensitivities, emit);
     }
 }
 
-/// sum += weight · rate, lane by lane.
-#[inline(always)]
-fn gather<const L: usize>(sum: &mut [[f64; L]], weight: [f64; L], rate: &[[f64; L]]) {
-    for (sum, rate) in sum.iter_mut().zip(rate) {
-        *sum = std::array::from_fn(|i| sum[i] + weight[i] * rate[i]);
-    }
-}
-
-/// [`integrate`] with the widest vector units that the machine has.
+/// [`integrate`] with the widest registers that the machine has.
 pub fn integrate_fast<const L: usize>(
     dynamics: &Dynamics,
     tracks: &[Track],
@@ -133,18 +198,19 @@ pub fn integrate_fast<const L: usize>(
     x0: &[[f64; L]],
     sensitivities: bool,
     emit: &mut (impl FnMut(&Emission<'_, L>) + ?Sized),
-) {
-    super::widest(
-        #[inline(always)]
-        || integrate(dynamics, tracks, stretches, theta, x0, sensitivities, emit),
-    );
+) where
+    Machine: Widths<L>,
+{
+    Machine::widest(Integration { dynamics, tracks, stretches, theta, x0, sensitivities, emit });
 }
 
 /// Integrates `L` stretches side by side from the states `x0` with the parameters `theta` (each a value a lane) and
 /// hands over every grid point of each, the first included. With `sensitivities` also the Jacobian of the outputs by
 /// initial states and directions.
 #[inline(always)]
-pub fn integrate<const L: usize>(
+#[allow(clippy::too_many_arguments)] // what is integrated, with which registers
+pub fn integrate<const L: usize, W: Wide<L>>(
+    wide: W,
     dynamics: &Dynamics,
     tracks: &[Track],
     stretches: &[Option<Stretch>; L],
@@ -155,174 +221,95 @@ pub fn integrate<const L: usize>(
 ) {
     let (nx, ny) = (dynamics.states.len(), dynamics.outputs.len());
     let width = if sensitivities { nx + dynamics.directions.len() } else { 0 };
-    let slots = dynamics.inputs.len();
-    let mut rates = Machine::<L>::new(&dynamics.rates, theta);
-    let mut observe = Machine::<L>::new(&dynamics.observation, theta);
+    let (mut rates, mut observe) = (prepared(&dynamics.rates, theta), prepared(&dynamics.observation, theta));
+    let mut rates = Functioning::new(&dynamics.rates, &mut rates, nx, width);
+    let mut observe = Functioning::new(&dynamics.observation, &mut observe, nx, width);
 
-    let mut x = Lanes::of(x0);
-    let mut s = Lanes::zeros(nx * width);
+    // bound once: what lies in memory does not move from here on
+    let (mut x, mut s, mut sum_x) = (Lanes::of(x0), Lanes::<L>::zeros(nx * width), Lanes::<L>::zeros(nx));
+    let (x, s, sum_x) = (&mut x[..nx], &mut s[..], &mut sum_x[..nx]);
     for k in 0..nx.min(width) {
         s[k * width + k] = [1.0; L];
     }
-    let mut sum_x = Lanes::zeros(nx);
     // the first stage reads the state itself
-    rates.ends(nx).0.copy_from_slice(&x);
-    let (mut ss, mut ks, mut sum_s) = (s.clone(), s.clone(), s.clone());
-    let mut jacobian = Lanes::zeros(ny * width);
-
-    let range = |lane: usize| {
-        stretches[lane]
-            .map_or((0, 0), |s| (tracks[s.track].steps_to[s.first + 1], tracks[s.track].steps_to[s.last + 1]))
-    };
-    let ranges: [(usize, usize); L] = std::array::from_fn(range);
-    let longest = ranges.iter().map(|(a, b)| b - a).max().unwrap_or(0);
-
-    // inputs at the beginning, in the middle and at the end of a step; those of the next are read one step ahead
-    let mut inputs = Lanes::zeros(3 * slots);
-    let mut next = inputs.clone();
-    let first: [Option<usize>; L] = std::array::from_fn(|lane| stretches[lane].map(|s| s.first));
-    for (lane, stretch) in stretches.iter().enumerate() {
-        if let Some(stretch) = stretch {
-            let at = &tracks[stretch.track].inputs_at[stretch.first * slots..(stretch.first + 1) * slots];
-            for (slot, value) in inputs.iter_mut().zip(at) {
-                slot[lane] = *value;
-            }
-        }
+    let Ends { states, sizes, .. } = rates.ends();
+    for ((state, size), x) in states.iter_mut().zip(sizes).zip(x.iter()) {
+        (*state, *size) = (*x, x.map(f64::abs));
     }
-    let alike = stretches.iter().all(|s| *s == stretches[0]);
-    let read = |step: usize, inputs: &mut [[f64; L]]| {
-        if alike {
-            read_shared(tracks, stretches[0], ranges[0], step, slots, inputs);
-        } else {
-            read_inputs(tracks, stretches, &ranges, step, slots, inputs);
-        }
-    };
-    read(0, &mut next);
-    let mut grid = first;
+    // S where a stage stands, where the next one does, and Σ b k
+    let (mut here, mut there, mut sum_s) = (Lanes::of(s), Lanes::of(s), Lanes::<L>::zeros(nx * width));
+    let (mut here, mut there, sum_s) = (&mut here[..], &mut there[..], &mut sum_s[..]);
+    let (mut direct, mut seen) = (Lanes::<L>::zeros(nx * width), Lanes::<L>::zeros(ny * width));
+    let mut jacobian = Lanes::<L>::zeros(ny * width);
+    let (direct, seen, jacobian) = (&mut direct[..], &mut seen[..], &mut jacobian[..]);
+
+    let mut feed = Feed::new(tracks, stretches, dynamics.inputs.len());
     let mut at_hand = 0;
-    for step in 0..=longest {
-        if grid.iter().any(Option::is_some) {
-            observe.put_inputs(nx, &inputs[at_hand..at_hand + slots]);
-            hand_over(&mut observe, grid, &x, &s, (nx, width), &mut jacobian, emit);
+    for step in 0..=feed.steps() {
+        if feed.grid.iter().any(Option::is_some) {
+            let Ends { states, sizes, others, .. } = observe.ends();
+            feed.put(wide, at_hand, others);
+            for ((state, size), x) in states.iter_mut().zip(sizes).zip(x.iter()) {
+                (*state, *size) = (*x, wide.store(wide.abs(wide.load(x))));
+            }
+            observe.evaluate(wide);
+            if width > 0 {
+                observe.chain(wide, here, seen, |k, g| jacobian[k] = wide.store(g));
+            }
+            emit(&Emission { grid: &feed.grid, states: x, outputs: &observe.ends().values[..ny], jacobian });
         }
-        if step == longest {
+        if step == feed.steps() {
             break;
         }
         if step % STEPS_A_LOOK == 0 {
             progress::look();
         }
-        at_hand = 2 * slots;
-        std::mem::swap(&mut inputs, &mut next);
-        read(step + 1, &mut next);
-        let substep = |lane: usize| {
-            let (begin, end) = ranges[lane];
-            let stretch = stretches[lane].filter(|_| begin + step < end);
-            stretch.map_or((0.0, None), |s| {
-                let substep = &tracks[s.track].substeps[begin + step];
-                (substep.step, substep.ends_at)
-            })
-        };
-        let mut h = [0.0; L];
-        if alike {
-            let (step, ends_at) = substep(0);
-            (h, grid) = ([step; L], [ends_at; L]);
-        } else {
-            for lane in 0..L {
-                (h[lane], grid[lane]) = substep(lane);
+        feed.go_on(step);
+        let h = wide.load(&feed.h);
+        at_hand = 2;
+        feed.put(wide, 0, rates.ends().others);
+        for (stage, (weight, next, instant)) in STAGES.into_iter().enumerate() {
+            rates.evaluate(wide);
+            let (share, reach) = (wide.mul(h, wide.splat(weight / 6.0)), wide.mul(h, wide.splat(next)));
+            let Ends { states, sizes, others, values } = rates.ends();
+            let (states, sizes, values) = (&mut states[..nx], &mut sizes[..nx], &values[..nx]);
+            for k in 0..nx {
+                let rate = wide.load(&values[k]);
+                let before = if stage == 0 { wide.splat(0.0) } else { wide.load(&sum_x[k]) };
+                let after = wide.plus(before, share, rate);
+                let next = if stage < 3 {
+                    sum_x[k] = wide.store(after);
+                    wide.plus(wide.load(&x[k]), reach, rate)
+                } else {
+                    let next = wide.add(wide.load(&x[k]), after);
+                    x[k] = wide.store(next);
+                    next
+                };
+                (states[k], sizes[k]) = (wide.store(next), wide.store(wide.abs(next)));
             }
-        }
-        sum_x.iter_mut().for_each(|sum| *sum = [0.0; L]);
-        if width > 0 {
-            ss.copy_from_slice(&s);
-            sum_s.fill([0.0; L]);
-        }
-        // third of the step, weight of the stage, how far the next one stands from the begin
-        for (stage, (third, weight, next)) in
-            [(0usize, 1.0, 0.5), (1, 2.0, 0.5), (1, 2.0, 1.0), (2, 1.0, 0.0)].into_iter().enumerate()
-        {
-            if stage != 2 {
-                rates.put_inputs(nx, &inputs[third * slots..(third + 1) * slots]);
-            }
-            rates.evaluate();
-            let (share, reach) = (h.map(|h| h * weight / 6.0), h.map(|h| h * next));
-            let (states, rate) = rates.ends(nx);
-            gather(&mut sum_x, share, rate);
-            if stage < 3 {
-                ahead(states, &x, reach, rate);
-            } else {
-                gather(&mut x, [1.0; L], &sum_x);
-                states.iter_mut().zip(x.iter()).for_each(|(to, from)| *to = *from);
+            if let Some(instant) = instant {
+                feed.put(wide, instant, others);
             }
             if width > 0 {
-                rates.chain(&ss, nx, width, &mut ks);
-                gather(&mut sum_s, share, &ks);
-                if stage < 3 {
-                    ahead(&mut ss, &s, reach, &ks);
-                } else {
-                    gather(&mut s, [1.0; L], &sum_s);
-                }
+                let take = std::convert::identity(
+                    #[inline(always)]
+                    |k: usize, rate: W::Value| {
+                        let before = if stage == 0 { wide.splat(0.0) } else { wide.load(&sum_s[k]) };
+                        let after = wide.plus(before, share, rate);
+                        if stage < 3 {
+                            sum_s[k] = wide.store(after);
+                            there[k] = wide.store(wide.plus(wide.load(&s[k]), reach, rate));
+                        } else {
+                            s[k] = wide.store(wide.add(wide.load(&s[k]), after));
+                            there[k] = s[k];
+                        }
+                    },
+                );
+                rates.chain(wide, here, direct, take);
+                std::mem::swap(&mut here, &mut there);
             }
         }
     }
-}
-
-/// Inputs of the step `step` where all lanes sail the same stretch.
-#[inline(always)]
-fn read_shared<const L: usize>(
-    tracks: &[Track],
-    stretch: Option<Stretch>,
-    (begin, end): (usize, usize),
-    step: usize,
-    slots: usize,
-    inputs: &mut [[f64; L]],
-) {
-    if let (Some(stretch), true) = (stretch, begin + step < end) {
-        let row = (begin + step) * 3 * slots;
-        let table = &tracks[stretch.track].inputs[row..row + 3 * slots];
-        for (slot, value) in inputs.iter_mut().zip(table) {
-            *slot = [*value; L];
-        }
-    }
-}
-
-/// Inputs of the step `step` of every lane; those of lanes that are done stay.
-#[inline(always)]
-fn read_inputs<const L: usize>(
-    tracks: &[Track],
-    stretches: &[Option<Stretch>; L],
-    ranges: &[(usize, usize); L],
-    step: usize,
-    slots: usize,
-    inputs: &mut [[f64; L]],
-) {
-    for lane in 0..L {
-        let (begin, end) = ranges[lane];
-        if let (Some(stretch), true) = (stretches[lane], begin + step < end) {
-            let row = (begin + step) * 3 * slots;
-            let table = &tracks[stretch.track].inputs[row..row + 3 * slots];
-            for (slot, value) in inputs.iter_mut().zip(table) {
-                slot[lane] = *value;
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn hand_over<const L: usize>(
-    observe: &mut Machine<'_, L>,
-    grid: [Option<usize>; L],
-    x: &[[f64; L]],
-    s: &[[f64; L]],
-    (nx, width): (usize, usize),
-    jacobian: &mut [[f64; L]],
-    emit: &mut (impl FnMut(&Emission<'_, L>) + ?Sized),
-) {
-    observe.ends(nx).0.iter_mut().zip(x).for_each(|(to, from)| *to = *from);
-    observe.evaluate();
-    if width > 0 {
-        observe.chain(s, nx, width, jacobian);
-    }
-    emit(&Emission { grid, states: x, outputs: observe.ends(nx).1, jacobian });
 }
 
 #[cfg(test)]

@@ -6,7 +6,8 @@
 use super::{Track, Trajectory};
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::progress;
-use crate::symbolic::{Dense, Four, Plain, Registers};
+use crate::symbolic::{Dense, Registers};
+use crate::wide::{Four, Plain};
 
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
 const STEPS_A_LOOK: usize = 4096;
@@ -51,7 +52,7 @@ impl Table {
     }
 }
 
-fn dense<const Q: usize>(functions: &Functions, theta: &[f64], states: usize) -> Option<Dense<Q>> {
+fn dense<const Q: usize>(functions: &Functions, theta: &[f64]) -> Option<Dense<Q>> {
     let mut registers: Registers<1> = functions.plan.registers();
     for (slot, source) in functions.sources.iter().enumerate() {
         if let Source::Parameter(p) = *source {
@@ -59,7 +60,7 @@ fn dense<const Q: usize>(functions: &Functions, theta: &[f64], states: usize) ->
         }
     }
     functions.plan.prepare(&mut registers);
-    Dense::of(&functions.plan, &registers, states)
+    Dense::of(&functions.plan, &registers)
 }
 
 fn sail<const Q: usize>(
@@ -70,8 +71,8 @@ fn sail<const Q: usize>(
     range: (usize, usize),
 ) -> Option<Trajectory> {
     let (nx, points) = (dynamics.states.len(), range.1 + 1 - range.0);
-    let mut rates = dense::<Q>(&dynamics.rates, theta, nx)?;
-    let mut observe = dense::<Q>(&dynamics.observation, theta, nx)?;
+    let mut rates = dense::<Q>(&dynamics.rates, theta)?;
+    let mut observe = dense::<Q>(&dynamics.observation, theta)?;
     let mut tables = [Table::new(points, nx, Q), Table::new(points, dynamics.outputs.len(), Q)];
     let done = |tables: [Table; 2]| {
         let [states, outputs] = tables.map(|table| table.values);
@@ -80,7 +81,7 @@ fn sail<const Q: usize>(
     // builds with debug assertions compile the plain version alone, which builds faster
     #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
     if let Some(four) = pulp::x86::V3::try_new() {
-        super::widest(
+        crate::wide::widest(
             #[inline(always)]
             || steps(four, dynamics, track, &mut rates, &mut observe, x0, range, &mut tables),
         );

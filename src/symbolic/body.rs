@@ -1,14 +1,16 @@
 //! What a [`Plan`](super::Plan) does at every instant: batches of one operation each, and rows that are summed in one go.
 //!
 //! ```text
-//! row = c₀ + Σ cₖ aₖ + Σ cₖ aₖ bₖ
+//! row = c₀ + Σ cₖ aₖ bₖ        b may be the register that holds 1
 //! ```
 //!
+//! Terms of one factor and of two go through the same loop: what a loop of its own costs to enter is more than a product.
 //! Coefficients change with the parameters alone: they are gathered once, in the order in which they are used.
 
 use std::ops::{Index, IndexMut};
 
 use super::graph::{Binary, Unary};
+use crate::wide::Wide;
 
 /// Where a register is.
 pub(super) trait Place: Copy {
@@ -53,29 +55,28 @@ pub(super) struct Operation<P> {
     pub out: P,
 }
 
-/// A sum of the next so many terms of each kind, added to the register `start`.
+/// A sum of terms, added to the register `start`; how many says the batch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row<P> {
     pub out: P,
     pub start: P,
-    pub linear: u32,
-    pub bilinear: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Each(Code),
-    Rows,
+    /// Rows of so many terms.
+    Rows(usize),
 }
 
 impl Kind {
     /// Where it stands among others of its level.
     pub fn order(self) -> usize {
         match self {
-            Kind::Rows => 0,
-            Kind::Each(Code::Copy) => 1,
-            Kind::Each(Code::Unary(op)) => 2 + op as usize,
+            Kind::Each(Code::Copy) => 0,
+            Kind::Each(Code::Unary(op)) => 1 + op as usize,
             Kind::Each(Code::Binary(op)) => 32 + op as usize,
+            Kind::Rows(terms) => 64 + terms,
         }
     }
 }
@@ -93,11 +94,11 @@ pub(super) struct Body<P> {
     pub batches: Vec<Batch>,
     pub operations: Vec<Operation<P>>,
     pub rows: Vec<Row<P>>,
-    /// a of each c·a
-    pub linear: Vec<P>,
-    /// a and b of each c·a·b
-    pub bilinear: Vec<[P; 2]>,
-    /// c of each term, row by row, the linear ones first.
+    /// The register that holds 1.
+    pub one: P,
+    /// a and b of each c·a·b, row by row
+    pub factors: Vec<[P; 2]>,
+    /// c of each term
     pub coefficients: Vec<u32>,
 }
 
@@ -106,14 +107,13 @@ impl Body<u32> {
     pub fn with_places<P: Place>(&self) -> Body<P> {
         let operation =
             |o: &Operation<u32>| Operation { code: o.code, a: P::of(o.a), b: P::of(o.b), out: P::of(o.out) };
-        let row =
-            |r: &Row<u32>| Row { out: P::of(r.out), start: P::of(r.start), linear: r.linear, bilinear: r.bilinear };
+        let row = |r: &Row<u32>| Row { out: P::of(r.out), start: P::of(r.start) };
         Body {
             batches: self.batches.clone(),
             operations: self.operations.iter().map(operation).collect(),
             rows: self.rows.iter().map(row).collect(),
-            linear: self.linear.iter().map(|a| P::of(*a)).collect(),
-            bilinear: self.bilinear.iter().map(|[a, b]| [P::of(*a), P::of(*b)]).collect(),
+            one: P::of(self.one),
+            factors: self.factors.iter().map(|[a, b]| [P::of(*a), P::of(*b)]).collect(),
             coefficients: self.coefficients.clone(),
         }
     }
@@ -132,37 +132,33 @@ impl<P: Place> Body<P> {
 
     /// Does everything once.
     #[inline(always)]
-    pub fn run<const L: usize, R>(&self, registers: &mut R, mut coefficients: &[[f64; L]])
+    pub fn run<const L: usize, W: Wide<L>, R>(&self, wide: W, registers: &mut R, mut coefficients: &[[f64; L]])
     where
         R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
     {
         let (mut operations, mut rows) = (&self.operations[..], &self.rows[..]);
-        let (mut linear, mut bilinear) = (&self.linear[..], &self.bilinear[..]);
+        let mut factors = &self.factors[..];
         for batch in &self.batches {
             match batch.kind {
                 Kind::Each(code) => {
                     let (now, rest) = operations.split_at(batch.count);
-                    each(code, now, registers);
+                    each(wide, code, now, registers);
                     operations = rest;
                 }
-                Kind::Rows => {
+                Kind::Rows(terms) => {
                     let (now, rest) = rows.split_at(batch.count);
-                    for row in now {
-                        let mut sum = registers[row.start.index()];
-                        let (ones, twos) = (row.linear as usize, row.bilinear as usize);
-                        for (a, c) in linear[..ones].iter().zip(coefficients) {
-                            let a = &registers[a.index()];
-                            sum = std::array::from_fn(|i| sum[i] + c[i] * a[i]);
-                        }
-                        coefficients = &coefficients[ones..];
-                        for ([a, b], c) in bilinear[..twos].iter().zip(coefficients) {
-                            let (a, b) = (&registers[a.index()], &registers[b.index()]);
-                            sum = std::array::from_fn(|i| sum[i] + c[i] * (a[i] * b[i]));
-                        }
-                        coefficients = &coefficients[twos..];
-                        (linear, bilinear) = (&linear[ones..], &bilinear[twos..]);
-                        registers[row.out.index()] = sum;
+                    let (these, others) = factors.split_at(terms * batch.count);
+                    let (by, left) = coefficients.split_at(terms * batch.count);
+                    match terms {
+                        1 => sums::<1, L, W, P, R>(wide, now, these, by, registers),
+                        2 => sums::<2, L, W, P, R>(wide, now, these, by, registers),
+                        3 => sums::<3, L, W, P, R>(wide, now, these, by, registers),
+                        4 => sums::<4, L, W, P, R>(wide, now, these, by, registers),
+                        5 => sums::<5, L, W, P, R>(wide, now, these, by, registers),
+                        6 => sums::<6, L, W, P, R>(wide, now, these, by, registers),
+                        _ => long_sums(wide, terms, now, these, by, registers),
                     }
+                    (factors, coefficients) = (others, left);
                     rows = rest;
                 }
             }
@@ -170,43 +166,157 @@ impl<P: Place> Body<P> {
     }
 }
 
+/// Rows of `N` terms, each in one go.
 #[inline(always)]
-fn lanes<const L: usize, P: Place, R>(operations: &[Operation<P>], registers: &mut R, f: impl Fn(f64) -> f64)
-where
+fn sums<const N: usize, const L: usize, W: Wide<L>, P: Place, R>(
+    wide: W,
+    rows: &[Row<P>],
+    factors: &[[P; 2]],
+    coefficients: &[[f64; L]],
+    registers: &mut R,
+) where
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
-    for op in operations {
-        let a = registers[op.a.index()];
-        registers[op.out.index()] = std::array::from_fn(|i| f(a[i]));
+    for ((row, factors), by) in rows.iter().zip(factors.as_chunks::<N>().0).zip(coefficients.as_chunks::<N>().0) {
+        // two sums that do not wait for each other
+        let mut sums = [wide.load(&registers[row.start.index()]), wide.splat(0.0)];
+        for k in 0..N {
+            let [a, b] = factors[k].map(|place| wide.load(&registers[place.index()]));
+            sums[k % 2] = wide.plus(sums[k % 2], wide.load(&by[k]), wide.mul(a, b));
+        }
+        registers[row.out.index()] = wide.store(wide.add(sums[0], sums[1]));
     }
 }
 
+/// Rows of any number of terms.
 #[inline(always)]
-fn pairs<const L: usize, P: Place, R>(operations: &[Operation<P>], registers: &mut R, f: impl Fn(f64, f64) -> f64)
-where
+fn long_sums<const L: usize, W: Wide<L>, P: Place, R>(
+    wide: W,
+    terms: usize,
+    rows: &[Row<P>],
+    factors: &[[P; 2]],
+    coefficients: &[[f64; L]],
+    registers: &mut R,
+) where
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
-    for op in operations {
-        let (a, b) = (registers[op.a.index()], registers[op.b.index()]);
-        registers[op.out.index()] = std::array::from_fn(|i| f(a[i], b[i]));
+    for (k, row) in rows.iter().enumerate() {
+        let these = k * terms..(k + 1) * terms;
+        let mut sum = wide.load(&registers[row.start.index()]);
+        for ([a, b], by) in factors[these.clone()].iter().zip(&coefficients[these]) {
+            let ab = wide.mul(wide.load(&registers[a.index()]), wide.load(&registers[b.index()]));
+            sum = wide.plus(sum, wide.load(by), ab);
+        }
+        registers[row.out.index()] = wide.store(sum);
     }
 }
 
-/// One operation on many registers.
+/// out = f(a), operation by operation.
 #[inline(always)]
-pub(super) fn each<const L: usize, P: Place, R>(code: Code, operations: &[Operation<P>], registers: &mut R)
-where
+fn ones<const L: usize, W: Wide<L>, P: Place, R>(
+    wide: W,
+    operations: &[Operation<P>],
+    registers: &mut R,
+    f: impl Fn(W::Value) -> W::Value,
+) where
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
+    for op in operations {
+        let a = wide.load(&registers[op.a.index()]);
+        registers[op.out.index()] = wide.store(f(a));
+    }
+}
+
+/// out = f(a, b), operation by operation.
+#[inline(always)]
+fn pairs<const L: usize, W: Wide<L>, P: Place, R>(
+    wide: W,
+    operations: &[Operation<P>],
+    registers: &mut R,
+    f: impl Fn(W::Value, W::Value) -> W::Value,
+) where
+    R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
+{
+    for op in operations {
+        let (a, b) = (wide.load(&registers[op.a.index()]), wide.load(&registers[op.b.index()]));
+        registers[op.out.index()] = wide.store(f(a, b));
+    }
+}
+
+/// One operation on many registers. Functions that no machine has as an instruction go lane by lane.
+#[inline(always)]
+pub(super) fn each<const L: usize, W: Wide<L>, P: Place, R>(
+    wide: W,
+    code: Code,
+    operations: &[Operation<P>],
+    registers: &mut R,
+) where
+    R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
+{
+    // closures that are not inlined would keep the plain instructions
     match code {
-        Code::Copy => lanes(operations, registers, |a| a),
-        Code::Unary(Unary::Neg) => lanes(operations, registers, |a| -a),
-        Code::Unary(Unary::Abs) => lanes(operations, registers, f64::abs),
-        Code::Unary(op) => lanes(operations, registers, |a| op.apply(a)),
-        Code::Binary(Binary::Add) => pairs(operations, registers, |a, b| a + b),
-        Code::Binary(Binary::Sub) => pairs(operations, registers, |a, b| a - b),
-        Code::Binary(Binary::Mul) => pairs(operations, registers, |a, b| a * b),
-        Code::Binary(Binary::Div) => pairs(operations, registers, |a, b| a / b),
-        Code::Binary(op) => pairs(operations, registers, |a, b| op.apply(a, b)),
+        Code::Copy => ones(
+            wide,
+            operations,
+            registers,
+            #[inline(always)]
+            |a| a,
+        ),
+        Code::Unary(Unary::Abs) => ones(
+            wide,
+            operations,
+            registers,
+            #[inline(always)]
+            |a| wide.abs(a),
+        ),
+        Code::Unary(Unary::Neg) => {
+            let minus = wide.splat(-1.0);
+            ones(
+                wide,
+                operations,
+                registers,
+                #[inline(always)]
+                |a| wide.mul(a, minus),
+            );
+        }
+        Code::Unary(op) => {
+            for o in operations {
+                registers[o.out.index()] = registers[o.a.index()].map(|a| op.apply(a));
+            }
+        }
+        Code::Binary(Binary::Add) => pairs(
+            wide,
+            operations,
+            registers,
+            #[inline(always)]
+            |a, b| wide.add(a, b),
+        ),
+        Code::Binary(Binary::Sub) => pairs(
+            wide,
+            operations,
+            registers,
+            #[inline(always)]
+            |a, b| wide.sub(a, b),
+        ),
+        Code::Binary(Binary::Mul) => pairs(
+            wide,
+            operations,
+            registers,
+            #[inline(always)]
+            |a, b| wide.mul(a, b),
+        ),
+        Code::Binary(Binary::Div) => pairs(
+            wide,
+            operations,
+            registers,
+            #[inline(always)]
+            |a, b| wide.div(a, b),
+        ),
+        Code::Binary(op) => {
+            for o in operations {
+                let (a, b) = (registers[o.a.index()], registers[o.b.index()]);
+                registers[o.out.index()] = std::array::from_fn(|i| op.apply(a[i], b[i]));
+            }
+        }
     }
 }

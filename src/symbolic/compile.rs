@@ -7,18 +7,19 @@ use std::collections::HashMap;
 
 use super::body::{Batch, Body, Code, Kind, Operation, Row};
 use super::expr::Expr;
-use super::graph::{Binary, Leaf, Node};
+use super::graph::{Binary, Leaf, Node, Unary};
 use super::plan::{FEW, Plan, Size};
 use super::products::{NONE, Products, Term};
 
 impl Plan {
     /// Compiles `outputs`, which belong to one graph; shared parts are computed once.
     pub fn compile(outputs: &[Expr<'_>]) -> Plan {
-        Plan::compile_after(outputs, &[])
+        Plan::compile_after(outputs, &[], 0)
     }
 
-    /// [`Plan::compile`] with the slots `0..leading.len()` for these leaves, whether the formulas read them or not.
-    pub fn compile_after(outputs: &[Expr<'_>], leading: &[Leaf]) -> Plan {
+    /// [`Plan::compile`] with the slots `0..leading.len()` for these leaves, whether the formulas read them or not. The
+    /// first `states` of them have registers for their sizes too: drag reads those at every instant.
+    pub fn compile_after(outputs: &[Expr<'_>], leading: &[Leaf], states: usize) -> Plan {
         let mut leaves = leading.to_vec();
         let mut others: Vec<Leaf> = outputs.iter().flat_map(|e| e.leaves()).filter(|l| !leading.contains(l)).collect();
         others.sort_unstable();
@@ -27,7 +28,8 @@ impl Plan {
         let mut builder = Builder {
             slots: leaves.iter().enumerate().map(|(slot, leaf)| (*leaf, slot as u32)).collect(),
             products: Products::new(outputs),
-            next: leaves.len() as u32,
+            sizes: (0..states as u32).map(|k| (k, leaves.len() as u32 + k)).collect(),
+            next: (leaves.len() + states) as u32,
             ..Builder::default()
         };
         let rows: Vec<_> = outputs.iter().map(|e| builder.output(*e)).collect();
@@ -35,7 +37,7 @@ impl Plan {
         for (k, (result, level)) in rows.into_iter().enumerate() {
             builder.place(result, level, first_output + k as u32);
         }
-        builder.finish(leaves, first_output as usize, outputs.len())
+        builder.finish(leaves, states, first_output as usize, outputs.len())
     }
 }
 
@@ -43,8 +45,8 @@ impl Plan {
 enum Result {
     /// By an operation on registers.
     Operation(Code, u32, u32),
-    /// As a sum: the register it begins with, coefficient and factor of its terms, coefficient and both factors.
-    Sum(Option<u32>, Vec<(u32, u32)>, Vec<(u32, [u32; 2])>),
+    /// As a sum: the register it begins with, coefficient and factors of its terms ([`NONE`] for a second that is not).
+    Sum(Option<u32>, Vec<(u32, [u32; 2])>),
     /// Once a parameter vector, a copy of this register.
     Early(u32),
 }
@@ -52,6 +54,8 @@ enum Result {
 #[derive(Default)]
 struct Builder<'g> {
     slots: HashMap<Leaf, u32>,
+    /// Register of the size of what is in a slot.
+    sizes: HashMap<u32, u32>,
     products: Products<'g>,
     constants: Vec<(u32, f64)>,
     register: HashMap<u32, u32>,
@@ -80,6 +84,7 @@ impl<'g> Builder<'g> {
                 register
             }
             Node::Leaf(leaf) => self.slots[&leaf],
+            Node::Unary(Unary::Abs, a) if let Some(size) = self.size(of.at(a)) => size,
             node if self.products.is_early(of) => {
                 let (code, a, b) = self.operands(of, node);
                 let out = self.fresh();
@@ -95,6 +100,12 @@ impl<'g> Builder<'g> {
         };
         self.register.insert(of.id, register);
         register
+    }
+
+    /// The register of the size of a formula that is a state.
+    fn size(&self, of: Expr<'g>) -> Option<u32> {
+        let Node::Leaf(leaf) = of.graph.node_of(of.id) else { return None };
+        self.sizes.get(self.slots.get(&leaf)?).copied()
     }
 
     fn operands(&mut self, of: Expr<'g>, node: Node) -> (Code, u32, u32) {
@@ -135,18 +146,17 @@ impl<'g> Builder<'g> {
     }
 
     fn row(&mut self, of: Expr<'g>, terms: &[Term<'g>]) -> (Result, u32) {
-        let (mut start, mut linear, mut bilinear, mut level) = (None, Vec::new(), Vec::new(), 0);
+        let (mut start, mut all, mut level) = (None, Vec::new(), 0);
         for term in terms.iter().filter(|t| !t.coefficient.is_zero()) {
             let c = self.register(term.coefficient);
             let [a, b] = term.factors.map(|f| if f == NONE { NONE } else { self.register(of.at(f)) });
             level = level.max(self.level(a)).max(self.level(b));
-            match (a, b) {
-                (NONE, _) => start = Some(c),
-                (a, NONE) => linear.push((c, a)),
-                (a, b) => bilinear.push((c, [a, b])),
+            match a {
+                NONE => start = Some(c),
+                a => all.push((c, [a, b])),
             }
         }
-        (Result::Sum(start, linear, bilinear), 1 + level)
+        (Result::Sum(start, all), 1 + level)
     }
 
     /// An output, without its register.
@@ -171,16 +181,18 @@ impl<'g> Builder<'g> {
         }
     }
 
-    fn finish(mut self, leaves: Vec<Leaf>, first_output: usize, outputs: usize) -> Plan {
+    fn finish(mut self, leaves: Vec<Leaf>, states: usize, first_output: usize, outputs: usize) -> Plan {
         let kind = |result: &Result| match result {
             Result::Operation(code, ..) => Kind::Each(*code),
-            Result::Sum(..) | Result::Early(_) => Kind::Rows,
+            Result::Sum(_, terms) => Kind::Rows(terms.len()),
+            Result::Early(_) => Kind::Rows(0),
         };
         // stable: within a batch as they were found
         self.results.sort_by_key(|(level, result, _)| (*level, kind(result).order()));
-        // a sum without a constant begins with a register that stays 0
-        let zero = self.fresh();
-        let mut body = Body::default();
+        // a sum without a constant begins with a register that stays 0, a term of one factor reads one that stays 1
+        let (zero, one) = (self.fresh(), self.fresh());
+        self.constants.push((one, 1.0));
+        let mut body = Body { one, ..Body::default() };
         let mut before = 0;
         for (level, result, out) in self.results {
             let kind = kind(&result);
@@ -191,17 +203,10 @@ impl<'g> Builder<'g> {
             before = level;
             match result {
                 Result::Operation(code, a, b) => body.operations.push(Operation { code, a, b, out }),
-                Result::Sum(start, linear, bilinear) => {
-                    body.rows.push(Row {
-                        out,
-                        start: start.unwrap_or(zero),
-                        linear: linear.len() as u32,
-                        bilinear: bilinear.len() as u32,
-                    });
-                    let coefficients = linear.iter().map(|(c, _)| *c).chain(bilinear.iter().map(|(c, _)| *c));
-                    body.coefficients.extend(coefficients);
-                    body.linear.extend(linear.iter().map(|(_, a)| *a));
-                    body.bilinear.extend(bilinear.iter().map(|(_, both)| *both));
+                Result::Sum(start, all) => {
+                    body.rows.push(Row { out, start: start.unwrap_or(zero) });
+                    body.coefficients.extend(all.iter().map(|(c, _)| *c));
+                    body.factors.extend(all.iter().map(|(_, [a, b])| [*a, if *b == NONE { one } else { *b }]));
                 }
                 Result::Early(_) => {}
             }
@@ -209,6 +214,7 @@ impl<'g> Builder<'g> {
         let registers = self.next as usize;
         Plan {
             leaves,
+            states,
             constants: self.constants,
             prologue: self.prologue,
             body: if registers <= FEW { Size::Small(body.with_places()) } else { Size::Large(body) },

@@ -10,9 +10,9 @@
 //! its terms are added last (…).
 
 use super::body::Place;
-use super::four::{Four, Turn};
 use super::plan::{FEW, Plan, Registers};
 use super::sorted::{Entry, Factor, Part, Sorted};
+use crate::wide::{Four, Plain, Turn};
 
 /// On a line of the cache, so that no vector straddles two.
 #[derive(Debug, Clone)]
@@ -118,10 +118,9 @@ fn turn<const K: usize>(all: &mut Vec<Turned<K>>, lane: usize, states: [usize; K
 impl<const Q: usize> Dense<Q> {
     const N: usize = 4 * Q;
 
-    /// The plan with the parameters in `registers`, which were prepared; its first `states` leaves are the states.
-    /// `None` where there are more than N states or formulas, or more registers than a byte can name.
-    pub fn of(plan: &Plan, registers: &Registers<1>, states: usize) -> Option<Dense<Q>> {
-        let sorted = Sorted::of(plan, registers, states, Self::N)?;
+    /// The plan with the parameters in `registers`, which were prepared. `None` where there are more than N states or formulas, or more registers than a byte can name.
+    pub fn of(plan: &Plan, registers: &Registers<1>) -> Option<Dense<Q>> {
+        let sorted = Sorted::of(plan, registers, Self::N)?;
         let zero = Column([[0.0; 4]; Q]);
         let mut dense = Dense {
             registers: Box::new(Lines([[0.0]; FEW])),
@@ -212,7 +211,7 @@ impl<const Q: usize> Dense<Q> {
         let all = &mut self.registers.0;
         all[2 * Self::N..].iter_mut().zip(inputs).for_each(|(to, x)| *to = [*x]);
         if !self.early.is_empty() {
-            self.early.body.run(all, &self.early.coefficients);
+            self.early.body.run(Plain, all, &self.early.coefficients);
         }
         let mut driven =
             Driven { start: loaded(four, &self.start), own: loaded(four, &self.own), size: [four.splat(0.0); Q] };
@@ -260,7 +259,7 @@ impl<const Q: usize> Dense<Q> {
                 places[q] = four.store(x[q]);
                 places[Q + q] = four.store(size[q]);
             }
-            self.late.body.run(all, &self.late.coefficients);
+            self.late.body.run(Plain, all, &self.late.coefficients);
             near = summed(four, near, &self.rest, |a| all[a.index()][0]);
             far = summed(four, far, &self.rest_products, |[a, b]| all[a.index()][0] * all[b.index()][0]);
         }
@@ -331,7 +330,7 @@ fn summed<T: Copy, F: Four, const Q: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Expr, Graph, Leaf, Plain};
+    use super::super::{Expr, Graph, Leaf};
     use super::*;
     use crate::units::Dimension;
 
@@ -353,7 +352,7 @@ mod tests {
             slip,
         ];
         let leading: Vec<Leaf> = (0..3).map(Leaf::State).chain((0..2).map(Leaf::Input)).collect();
-        let plan = Plan::compile_after(&formulas, &leading);
+        let plan = Plan::compile_after(&formulas, &leading, 3);
         let value = |leaf: Leaf| match leaf {
             Leaf::State(k) => [0.7, -0.4, 1.3][usize::from(k)],
             Leaf::Input(k) => [-2.5, 0.3][usize::from(k)],
@@ -364,7 +363,7 @@ mod tests {
             plan.set(&mut registers, slot, [value(*leaf)]);
         }
         plan.prepare(&mut registers);
-        let mut dense = Dense::<2>::of(&plan, &registers, 3).expect("small enough");
+        let mut dense = Dense::<2>::of(&plan, &registers).expect("small enough");
         let inputs: Vec<f64> = leading[3..].iter().map(|leaf| value(*leaf)).collect();
         let x = [[0.7, -0.4, 1.3, 0.0], [0.0; 4]];
         let driven = dense.drive(Plain, &inputs);
@@ -374,6 +373,6 @@ mod tests {
             assert!((found - exact).abs() <= 4e-15 * exact.abs().max(1.0), "{f:?}: {found} and {exact}");
         };
         all.as_flattened().iter().zip(formulas).for_each(|(found, f)| check(*found, f));
-        assert!(Dense::<1>::of(&plan, &registers, 3).is_none(), "seven formulas in four lanes");
+        assert!(Dense::<1>::of(&plan, &registers).is_none(), "seven formulas in four lanes");
     }
 }

@@ -7,7 +7,7 @@
 
 use super::body::{Body, Operation, each};
 use super::graph::Leaf;
-use super::lanes::Lanes;
+use crate::wide::{Lanes, Plain, Wide};
 
 /// Registers that a place of one byte can name.
 pub(super) const FEW: usize = 256;
@@ -16,6 +16,8 @@ pub(super) const FEW: usize = 256;
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub(super) leaves: Vec<Leaf>,
+    /// The first so many leaves are states; the registers of their sizes follow the leaves.
+    pub(super) states: usize,
     pub(super) constants: Vec<(u32, f64)>,
     pub(super) prologue: Vec<Operation<u32>>,
     pub(super) body: Size,
@@ -37,6 +39,33 @@ pub struct Registers<const L: usize> {
     pub(super) all: Lanes<L>,
     /// Coefficients of the body's terms, as they follow each other.
     coefficients: Lanes<L>,
+}
+
+/// Registers whose place in memory is known: many evaluations ask for it once.
+#[derive(Debug)]
+pub struct Bound<'a, const L: usize> {
+    all: &'a mut [[f64; L]],
+    coefficients: &'a [[f64; L]],
+}
+
+impl<const L: usize> Registers<L> {
+    /// For as long as they are evaluated.
+    pub fn bind(&mut self) -> Bound<'_, L> {
+        Bound { all: &mut self.all, coefficients: &self.coefficients }
+    }
+}
+
+/// The registers that an evaluation begins and ends with.
+#[derive(Debug)]
+pub struct Ends<'a, const L: usize> {
+    /// The leaves that are states, slot by slot, to be written.
+    pub states: &'a mut [[f64; L]],
+    /// Their absolute values: [`Plan::evaluate`] writes them itself.
+    pub sizes: &'a mut [[f64; L]],
+    /// The other leaves, to be written.
+    pub others: &'a mut [[f64; L]],
+    /// The formulas' values after [`Plan::evaluate`].
+    pub values: &'a [[f64; L]],
 }
 
 impl Plan {
@@ -68,7 +97,7 @@ impl Plan {
     #[inline(always)]
     pub fn prepare<const L: usize>(&self, registers: &mut Registers<L>) {
         for operation in &self.prologue {
-            each(operation.code, std::slice::from_ref(operation), &mut *registers.all);
+            each(Plain, operation.code, std::slice::from_ref(operation), &mut *registers.all);
         }
         let coefficients = match &self.body {
             Size::Small(body) => body.gather(&registers.all),
@@ -79,15 +108,25 @@ impl Plan {
 
     /// Computes everything else; call it at every instant.
     #[inline(always)]
-    pub fn evaluate<const L: usize>(&self, registers: &mut Registers<L>) {
-        let all = &mut *registers.all;
+    pub fn evaluate<W: Wide<L>, const L: usize>(&self, wide: W, registers: &mut Registers<L>) {
+        let mut bound = registers.bind();
+        let Ends { states, sizes, .. } = self.ends(&mut bound);
+        for (size, x) in sizes.iter_mut().zip(states) {
+            *size = wide.store(wide.abs(wide.load(x)));
+        }
+        self.evaluate_sized(wide, &mut bound);
+    }
+
+    /// [`Plan::evaluate`] where the sizes of the states are in their places already: see [`Ends::sizes`].
+    #[inline(always)]
+    pub fn evaluate_sized<W: Wide<L>, const L: usize>(&self, wide: W, bound: &mut Bound<'_, L>) {
         match &self.body {
             Size::Small(body) => {
-                if let Some(all) = all.first_chunk_mut::<FEW>() {
-                    body.run(all, &registers.coefficients);
+                if let Some(all) = bound.all.first_chunk_mut::<FEW>() {
+                    body.run(wide, all, bound.coefficients);
                 }
             }
-            Size::Large(body) => body.run(all, &registers.coefficients),
+            Size::Large(body) => body.run(wide, &mut *bound.all, bound.coefficients),
         }
     }
 
@@ -103,11 +142,13 @@ impl Plan {
         registers.all[self.first_output + k]
     }
 
-    /// The leaves, slot by slot, to be written, and the formulas' values after [`Plan::evaluate`].
+    /// What goes into an evaluation and what comes out of it.
     #[inline(always)]
-    pub fn ends<'a, const L: usize>(&self, registers: &'a mut Registers<L>) -> (&'a mut [[f64; L]], &'a [[f64; L]]) {
-        let (before, outputs) = registers.all.split_at_mut(self.first_output);
-        (&mut before[..self.leaves.len()], &outputs[..self.outputs])
+    pub fn ends<'a, const L: usize>(&self, bound: &'a mut Bound<'_, L>) -> Ends<'a, L> {
+        let (before, values) = bound.all.split_at_mut(self.first_output);
+        let (leaves, after) = before.split_at_mut(self.leaves.len());
+        let (states, others) = leaves.split_at_mut(self.states);
+        Ends { states, others, sizes: &mut after[..self.states], values: &values[..self.outputs] }
     }
 }
 
@@ -141,21 +182,21 @@ mod tests {
             let exact = f.evaluate(&|leaf| value(leaf, lane));
             assert!((x - exact).abs() <= 4e-15 * exact.abs().max(1.0), "{f:?} lane {lane}: {x} and {exact}");
         };
-        for leading in [&[][..], &[Leaf::Input(3), Leaf::State(1)]] {
-            let plan = Plan::compile_after(&formulas, leading);
+        for (leading, states) in [(&[][..], 0), (&[Leaf::Input(3), Leaf::State(1)], 0), (&[Leaf::State(0)], 1)] {
+            let plan = Plan::compile_after(&formulas, leading, states);
             let mut registers = plan.registers::<4>();
             for (slot, leaf) in plan.leaves().iter().enumerate() {
                 assert_eq!(plan.slot(*leaf), Some(slot));
                 plan.set(&mut registers, slot, std::array::from_fn(|lane| value(*leaf, lane)));
             }
             plan.prepare(&mut registers);
-            plan.evaluate(&mut registers);
+            plan.evaluate(Plain, &mut registers);
             for (k, f) in formulas.iter().enumerate() {
                 for (lane, x) in plan.output(&registers, k).into_iter().enumerate() {
                     close(x, *f, lane);
                 }
                 let last = plan.output(&registers, k);
-                assert_eq!(plan.ends(&mut registers).1[k], last);
+                assert_eq!(plan.ends(&mut registers.bind()).values[k], last);
             }
         }
     }

@@ -5,7 +5,7 @@
 //! ```
 
 use super::body::{Batch, Body, Code, Kind, Operation, Place, Row};
-use super::graph::{Binary, Unary};
+use super::graph::Binary;
 use super::plan::{FEW, Plan, Registers, Size};
 
 /// Operations with their coefficients.
@@ -95,14 +95,19 @@ impl Walk {
 }
 
 impl Sorted {
-    /// Takes the plan apart, its parameters being in `registers`, which were prepared; its first `states` leaves are the
-    /// states. `None` where there are more than `width` states or formulas, or more registers than a byte can name.
-    pub fn of(plan: &Plan, registers: &Registers<1>, states: usize, width: usize) -> Option<Sorted> {
+    /// Takes the plan apart, its parameters being in `registers`, which were prepared. `None` where there are more than `width` states or formulas, or more registers than a byte can name.
+    pub fn of(plan: &Plan, registers: &Registers<1>, width: usize) -> Option<Sorted> {
         let Size::Small(body) = &plan.body else { return None };
+        let (states, sizes) = (plan.states, plan.leaves.len()..plan.leaves.len() + plan.states);
         if states > width || plan.outputs > width || plan.registers + 2 * width > FEW {
             return None;
         }
-        let place = (0..plan.registers).map(|r| if r < states { r } else { r + 2 * width - states } as u8).collect();
+        let place = |r: usize| match r {
+            state if state < states => state,
+            size if sizes.contains(&size) => width + size - sizes.start,
+            other => other + 2 * width - states,
+        };
+        let place = (0..plan.registers).map(|r| place(r) as u8).collect();
         let mut walk = Walk { place, late: std::array::from_fn(|k| k < 2 * width), width };
         let values = |register: u8| registers.all[register.index()][0];
         let first_output = plan.first_output;
@@ -114,40 +119,34 @@ impl Sorted {
             registers: Vec::new(),
         };
         let (mut operations, mut rows) = (body.operations.iter(), body.rows.iter());
-        let (mut linear, mut bilinear, mut coefficients) =
-            (&body.linear[..], &body.bilinear[..], &body.coefficients[..]);
+        let (mut factors, mut coefficients) = (&body.factors[..], &body.coefficients[..]);
         for batch in &body.batches {
             let before = [sorted.early.body.count(), sorted.late.body.count()];
             match batch.kind {
                 Kind::Each(code) => {
                     operations.by_ref().take(batch.count).for_each(|op| {
                         let lane = op.out.index().checked_sub(first_output);
-                        sorted.operation(code, op, lane, states, &mut walk);
+                        sorted.operation(code, op, lane, &mut walk);
                     });
                 }
-                Kind::Rows => {
+                Kind::Rows(terms) => {
                     for row in rows.by_ref().take(batch.count) {
-                        let (one, two) = (row.linear as usize, row.bilinear as usize);
-                        let c: Vec<f64> =
-                            coefficients[..one + two].iter().map(|c| registers.all[*c as usize][0]).collect();
-                        let (a, ab) = (&linear[..one], &bilinear[..two]);
-                        (linear, bilinear, coefficients) =
-                            (&linear[one..], &bilinear[two..], &coefficients[one + two..]);
+                        let c: Vec<f64> = coefficients[..terms].iter().map(|c| registers.all[*c as usize][0]).collect();
+                        let ab = &factors[..terms];
+                        (factors, coefficients) = (&factors[terms..], &coefficients[terms..]);
                         match row.out.index().checked_sub(first_output) {
                             Some(lane) => {
                                 sorted.start[lane] = values(row.start);
-                                let ones = a.iter().map(|a| (walk.factor(*a), None));
-                                let twos = ab.iter().map(|[a, b]| (walk.factor(*a), Some(walk.factor(*b))));
-                                sorted.entries.extend(
-                                    ones.chain(twos).zip(c).map(|((first, second), coefficient)| Entry {
-                                        lane,
-                                        coefficient,
-                                        first,
-                                        second,
-                                    }),
-                                );
+                                let factor = |b: u8| (b != body.one).then(|| walk.factor(b));
+                                let both = ab.iter().map(|[a, b]| (walk.factor(*a), factor(*b)));
+                                sorted.entries.extend(both.zip(c).map(|((first, second), coefficient)| Entry {
+                                    lane,
+                                    coefficient,
+                                    first,
+                                    second,
+                                }));
                             }
-                            None => sorted.row(row, a, ab, &c, &mut walk),
+                            None => sorted.row(row, ab, &c, &mut walk),
                         }
                     }
                 }
@@ -161,15 +160,12 @@ impl Sorted {
         Some(sorted)
     }
 
-    fn operation(&mut self, code: Code, op: &Operation<u8>, lane: Option<usize>, states: usize, walk: &mut Walk) {
+    fn operation(&mut self, code: Code, op: &Operation<u8>, lane: Option<usize>, walk: &mut Walk) {
         let mut entry = |lane: usize, first: Factor, second: Option<Factor>| {
             self.start[lane] = 0.0;
             self.entries.push(Entry { lane, coefficient: 1.0, first, second });
         };
         match (code, lane) {
-            (Code::Unary(Unary::Abs), None) if op.a.index() < states => {
-                walk.place[op.out.index()] = op.a + walk.width as u8;
-            }
             (Code::Copy, Some(lane)) => entry(lane, walk.factor(op.a), None),
             (Code::Binary(Binary::Mul), Some(lane)) => entry(lane, walk.factor(op.a), Some(walk.factor(op.b))),
             _ => {
@@ -207,16 +203,14 @@ impl Sorted {
         Some(())
     }
 
-    fn row(&mut self, row: &Row<u8>, a: &[u8], ab: &[[u8; 2]], c: &[f64], walk: &mut Walk) {
-        let a: Vec<u8> = a.iter().map(|r| walk.at(*r)).collect();
+    fn row(&mut self, row: &Row<u8>, ab: &[[u8; 2]], c: &[f64], walk: &mut Walk) {
         let ab: Vec<[u8; 2]> = ab.iter().map(|ab| ab.map(|r| walk.at(r))).collect();
         let (start, out) = (walk.at(row.start), walk.at(row.out));
-        let late = a.iter().chain(ab.as_flattened()).chain([&start]).any(|place| walk.reads_states(*place));
+        let late = ab.as_flattened().iter().chain([&start]).any(|place| walk.reads_states(*place));
         walk.late[out.index()] = late;
         let part = if late { &mut self.late } else { &mut self.early };
         part.body.rows.push(Row { out, start, ..*row });
-        part.body.linear.extend(a);
-        part.body.bilinear.extend(ab);
+        part.body.factors.extend(ab);
         part.coefficients.extend(c.iter().map(|c| [*c]));
     }
 }

@@ -18,6 +18,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, RunKind, Signal};
 use crate::symbolic::{Graph, Leaf, Plan, Registers};
+use crate::wide::Plain;
 
 /// Performs a captive test: `trial.channels` hold the velocities, where they are not 0, and what else the model
 /// reads; the pilot gives the commands, as time alone tells; the sensors read load cells (`load_u`, …) and channels.
@@ -95,7 +96,7 @@ impl Rig {
                 self.plan.set(&mut self.registers, slot, [signal.map_or(t, |signal| line(signal, t, t).0)]);
             }
         }
-        self.plan.evaluate(&mut self.registers);
+        self.plan.evaluate(Plain, &mut self.registers);
         std::array::from_fn(|i| self.plan.output(&self.registers, i)[0])
     }
 }

@@ -7,6 +7,7 @@ use crate::dynamics::{Dynamics, Functions, Source};
 use crate::model::Interpolation;
 use crate::run::Signal;
 use crate::symbolic::{Leaf, Registers};
+use crate::wide::Plain;
 
 /// Commands so far, one row a tick of the control.
 #[derive(Debug, Clone)]
@@ -67,7 +68,7 @@ impl<'a> Machine<'a> {
                 Source::Parameter(_) => {}
             }
         }
-        plan.evaluate(&mut self.registers);
+        plan.evaluate(Plain, &mut self.registers);
         (0..self.functions.count).map(|k| plan.output(&self.registers, k)[0]).collect()
     }
 }

@@ -6,33 +6,48 @@
 //!
 //! Golub and Van Loan, *Matrix Computations*, 4th ed., 5.1 and 6.5. Memory is O(n²) however many rows come.
 
+use crate::wide::{Lanes, Plain, Wide};
+
 /// `L` triangular factors of `n` columns that rows are folded into.
 #[derive(Debug, Clone)]
-pub struct Fold<const L: usize> {
+pub struct Fold<const L: usize, W = Plain> {
+    wide: W,
     n: usize,
-    /// Row-major, upper triangle.
-    r: Vec<[f64; L]>,
-    /// Rows that wait to be folded, row-major.
-    block: Vec<[f64; L]>,
-    /// Folded columns: elimination stops after this many, what is left of the rows is summed up as products.
-    limit: usize,
+    /// Row-major, upper triangle; what stands on its diagonal is not negative.
+    r: Lanes<L>,
+    /// Rows that wait to be folded, column by column, each with room for a block.
+    block: Lanes<L>,
+    /// How many wait.
+    rows: usize,
 }
 
-/// Rows that are folded at once: enough to pay for a reflection, few enough for the nearest cache.
-const BLOCK: usize = 96;
+/// Rows that are folded at once: enough to pay for a reflection, few enough for five columns in the nearest cache.
+const BLOCK: usize = 64;
 
 impl<const L: usize> Fold<L> {
     /// An empty factor of `n` columns.
     pub fn new(n: usize) -> Fold<L> {
-        Fold { n, r: vec![[0.0; L]; n * n], block: Vec::with_capacity((BLOCK + 1) * n), limit: n }
+        Fold::with(Plain, n)
+    }
+}
+
+impl<const L: usize, W: Wide<L>> Fold<L, W> {
+    /// An empty factor of `n` columns that is worked on in these registers.
+    pub fn with(wide: W, n: usize) -> Fold<L, W> {
+        Fold { wide, n, r: Lanes::zeros(n * n), block: Lanes::zeros(BLOCK * n), rows: 0 }
     }
 
     /// Adds a row of `n` values; the block is folded when it is full.
     #[inline(always)]
     pub fn push(&mut self, row: impl Iterator<Item = [f64; L]>) {
-        self.block.extend(row);
-        debug_assert_eq!(self.block.len() % self.n, 0, "a row has n values");
-        if self.block.len() >= BLOCK * self.n {
+        let mut count = 0;
+        for (column, value) in self.block.chunks_exact_mut(BLOCK).zip(row) {
+            column[self.rows] = value;
+            count += 1;
+        }
+        debug_assert_eq!(count, self.n, "a row has n values");
+        self.rows += 1;
+        if self.rows == BLOCK {
             self.fold();
         }
     }
@@ -46,59 +61,83 @@ impl<const L: usize> Fold<L> {
     /// Folds the rows that wait.
     #[inline(always)]
     pub fn fold(&mut self) {
-        let n = self.n;
-        let rows = self.block.len() / n;
-        let mut dots = vec![[0.0; L]; n];
-        for j in 0..self.limit {
-            let mut s = [0.0; L];
-            for i in 0..rows {
-                let x = self.block[i * n + j];
-                for lane in 0..L {
-                    s[lane] += x[lane] * x[lane];
-                }
+        let (n, wide) = (self.n, self.wide);
+        for j in 0..n {
+            let (until, after) = self.block.split_at_mut((j + 1) * BLOCK);
+            let v = &mut until[j * BLOCK..][..self.rows];
+            let s = square(wide, v);
+            // the reflection that maps (r_jj, x) to (μ, 0): v₀ without cancellation, β = 2 v₀²/(s + v₀²); none where
+            // there is nothing to map
+            let (alpha, two) = (wide.load(&self.r[j * n + j]), wide.splat(2.0));
+            let mu = wide.sqrt(wide.plus(s, alpha, alpha));
+            let v0 = wide.div(s, wide.sub(wide.splat(0.0), wide.add(alpha, mu)));
+            let square = wide.mul(v0, v0);
+            let beta = wide.only_where(wide.div(wide.mul(two, square), wide.add(s, square)), s);
+            let inverse = wide.only_where(wide.div(wide.splat(1.0), v0), s);
+            self.r[j * n + j] = wide.store(mu);
+            v.iter_mut().for_each(|x| *x = wide.store(wide.mul(wide.load(x), inverse)));
+            let mut heads = &mut self.r[j * n + j + 1..(j + 1) * n];
+            let mut columns = after;
+            while heads.len() >= 4 {
+                let (now, rest) = columns.split_at_mut(4 * BLOCK);
+                let (head, others) = heads.split_at_mut(4);
+                reflect::<4, L, W>(wide, v, beta, head, now);
+                (columns, heads) = (rest, others);
             }
-            // the reflection that maps (r_jj, x) to (μ, 0): v₀ without cancellation, β = 2 v₀²/(s + v₀²)
-            let diagonal = self.r[j * n + j];
-            let (mut inverse, mut beta, mut mu) = ([0.0; L], [0.0; L], diagonal);
-            for lane in 0..L {
-                if s[lane] > 0.0 {
-                    let alpha = diagonal[lane];
-                    mu[lane] = (alpha * alpha + s[lane]).sqrt();
-                    let v0 = if alpha <= 0.0 { alpha - mu[lane] } else { -s[lane] / (alpha + mu[lane]) };
-                    beta[lane] = 2.0 * v0 * v0 / (s[lane] + v0 * v0);
-                    inverse[lane] = 1.0 / v0;
-                }
-            }
-            self.r[j * n + j] = mu;
-            let (head, dots) = (&mut self.r[j * n + j + 1..(j + 1) * n], &mut dots[j + 1..]);
-            dots.copy_from_slice(head);
-            for row in self.block.chunks_exact_mut(n) {
-                for lane in 0..L {
-                    row[j][lane] *= inverse[lane];
-                }
-                let (v, rest) = (row[j], &row[j + 1..]);
-                for (dot, x) in dots.iter_mut().zip(rest) {
-                    for lane in 0..L {
-                        dot[lane] += v[lane] * x[lane];
-                    }
-                }
-            }
-            for (head, dot) in head.iter_mut().zip(dots.iter_mut()) {
-                for lane in 0..L {
-                    dot[lane] *= beta[lane];
-                    head[lane] -= dot[lane];
-                }
-            }
-            for row in self.block.chunks_exact_mut(n) {
-                let v = row[j];
-                for (x, dot) in row[j + 1..].iter_mut().zip(dots.iter()) {
-                    for lane in 0..L {
-                        x[lane] -= v[lane] * dot[lane];
-                    }
-                }
+            for (head, column) in heads.as_chunks_mut::<1>().0.iter_mut().zip(columns.chunks_exact_mut(BLOCK)) {
+                reflect::<1, L, W>(wide, v, beta, head, column);
             }
         }
-        self.block.clear();
+        self.rows = 0;
+    }
+}
+
+/// Σ x²
+#[inline(always)]
+fn square<const L: usize, W: Wide<L>>(wide: W, x: &[[f64; L]]) -> W::Value {
+    // sums that do not wait for each other
+    let (four, rest) = x.as_chunks::<4>();
+    let mut sums = [wide.splat(0.0); 4];
+    for x in four {
+        for k in 0..4 {
+            let x = wide.load(&x[k]);
+            sums[k] = wide.plus(sums[k], x, x);
+        }
+    }
+    let mut sum = wide.add(wide.add(sums[0], sums[1]), wide.add(sums[2], sums[3]));
+    for x in rest {
+        let x = wide.load(x);
+        sum = wide.plus(sum, x, x);
+    }
+    sum
+}
+
+/// Reflects `K` columns, each with its element of the factor, at (1, v).
+#[inline(always)]
+fn reflect<const K: usize, const L: usize, W: Wide<L>>(
+    wide: W,
+    v: &[[f64; L]],
+    beta: W::Value,
+    head: &mut [[f64; L]],
+    columns: &mut [[f64; L]],
+) {
+    let mut dots = [wide.splat(0.0); K];
+    for k in 0..K {
+        dots[k] = wide.load(&head[k]);
+    }
+    let rows = v.len();
+    for (row, v) in v.iter().enumerate() {
+        let v = wide.load(v);
+        for k in 0..K {
+            dots[k] = wide.plus(dots[k], v, wide.load(&columns[k * BLOCK..][..rows][row]));
+        }
+    }
+    for k in 0..K {
+        dots[k] = wide.mul(dots[k], beta);
+        head[k] = wide.store(wide.sub(wide.load(&head[k]), dots[k]));
+        for (x, v) in columns[k * BLOCK..][..rows].iter_mut().zip(v) {
+            *x = wide.store(wide.sub(wide.load(x), wide.mul(wide.load(v), dots[k])));
+        }
     }
 }
 

@@ -13,9 +13,10 @@ use crate::dynamics::Dynamics;
 use crate::model::{Model, Term};
 use crate::navigation::upright;
 use crate::run::Run;
-use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run, widest};
+use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run};
 use crate::symbolic::Graph;
 use crate::units::Dimension;
+use crate::wide::{Machine, Wide, Widths as _, Work};
 
 /// Stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
@@ -144,18 +145,21 @@ impl Problem {
     }
 
     fn linearise_batch(&self, model: &Model, x0: &[Vec<f64>], batch: &[usize]) -> Vec<Linearised> {
-        widest(
-            #[inline(always)]
-            || self.linearise_lanes::<LANES>(model, x0, batch),
-        )
+        Machine::widest(Linearisation { problem: self, model, x0, batch })
     }
 
     #[inline(always)]
-    fn linearise_lanes<const L: usize>(&self, model: &Model, x0: &[Vec<f64>], batch: &[usize]) -> Vec<Linearised> {
+    fn linearise_lanes<const L: usize, W: Wide<L>>(
+        &self,
+        wide: W,
+        model: &Model,
+        x0: &[Vec<f64>],
+        batch: &[usize],
+    ) -> Vec<Linearised> {
         let (nx, ny) = (self.dynamics.states.len(), self.dynamics.outputs.len());
         let n = nx + self.dynamics.directions.len() + 1;
         let (stretches, theta, start) = self.lanes::<L>(model, x0, batch);
-        let mut fold = Fold::<L>::new(n);
+        let mut fold = Fold::with(wide, n);
         self.keep_norm(&mut fold, x0, batch);
         self.remember(&mut fold, model, x0, batch);
         let mut squares = vec![[0.0; L]; ny];
@@ -189,19 +193,16 @@ impl Problem {
                         }
                     }
                     let row = &at.jacobian[output * (n - 1)..(output + 1) * (n - 1)];
-                    fold.push(
-                        row.iter()
-                            .map(|g| {
-                                std::array::from_fn(
-                                    |lane| if weight[lane] == 0.0 { 0.0 } else { g[lane] * weight[lane] },
-                                )
-                            })
-                            .chain(std::iter::once(residual)),
+                    let weight = wide.load(&weight);
+                    let weighted = row.iter().map(
+                        #[inline(always)]
+                        |g| wide.store(wide.mul(wide.only_where(wide.load(g), weight), weight)),
                     );
+                    fold.push(weighted.chain(std::iter::once(residual)));
                 }
             },
         );
-        integrate(&self.dynamics, &self.tracks, &stretches, &theta, &start, true, &mut take);
+        integrate(wide, &self.dynamics, &self.tracks, &stretches, &theta, &start, true, &mut take);
         fold.fold();
         (0..batch.len())
             .map(|lane| Linearised {
@@ -241,7 +242,7 @@ impl Problem {
     pub(crate) fn measured<const L: usize>(
         &self,
         stretches: &[Option<Stretch>; L],
-        grid: [Option<usize>; L],
+        grid: &[Option<usize>; L],
         lane: usize,
         output: usize,
     ) -> f64 {
@@ -252,7 +253,7 @@ impl Problem {
     }
 
     /// The norm of the attitude quaternion, which nothing else determines, is 1: (|q|² − 1)/2 = 0.
-    fn keep_norm<const L: usize>(&self, fold: &mut Fold<L>, x0: &[Vec<f64>], batch: &[usize]) {
+    fn keep_norm<const L: usize, W: Wide<L>>(&self, fold: &mut Fold<L, W>, x0: &[Vec<f64>], batch: &[usize]) {
         let Some(first) = self.dynamics.quaternion() else { return };
         let n = self.dynamics.states.len() + self.dynamics.directions.len() + 1;
         let at = |lane: usize, k: usize| batch.get(lane).map_or(0.0, |s| x0[*s][k]);
@@ -267,7 +268,13 @@ impl Problem {
     }
 
     /// A weak prior on the initial values of memory: near their quasi-steady values, within half their size.
-    fn remember<const L: usize>(&self, fold: &mut Fold<L>, model: &Model, x0: &[Vec<f64>], batch: &[usize]) {
+    fn remember<const L: usize, W: Wide<L>>(
+        &self,
+        fold: &mut Fold<L, W>,
+        model: &Model,
+        x0: &[Vec<f64>],
+        batch: &[usize],
+    ) {
         let (nx, memories) = (self.dynamics.states.len(), self.dynamics.memories());
         let n = nx + self.dynamics.directions.len() + 1;
         if memories == 0 {
@@ -301,6 +308,22 @@ impl Problem {
         let end = at(stretch.last);
         let std = (0..mean.len()).map(|m| 0.5 * (mean[m].abs() + middle[m].abs() + end[m].abs()).max(1e-6)).collect();
         (mean, std)
+    }
+}
+
+/// One batch of segments, linearised.
+struct Linearisation<'a> {
+    problem: &'a Problem,
+    model: &'a Model,
+    x0: &'a [Vec<f64>],
+    batch: &'a [usize],
+}
+
+impl Work<LANES> for Linearisation<'_> {
+    type Output = Vec<Linearised>;
+    #[inline(always)]
+    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Linearised> {
+        self.problem.linearise_lanes(wide, self.model, self.x0, self.batch)
     }
 }
 

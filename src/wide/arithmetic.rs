@@ -1,0 +1,276 @@
+//! `L` numbers side by side, by name: where the compiler would have to find them, it shuffles.
+//!
+//! The same operations in the same order on every machine, so that results do not depend on it.
+
+/// How `L` numbers are kept and calculated with.
+pub trait Wide<const L: usize>: Copy {
+    /// `L` numbers.
+    type Value: Copy;
+    /// `L` times the same.
+    fn splat(self, x: f64) -> Self::Value;
+    /// From an array.
+    fn load(self, x: &[f64; L]) -> Self::Value;
+    /// To an array.
+    fn store(self, x: Self::Value) -> [f64; L];
+    /// a + b
+    fn add(self, a: Self::Value, b: Self::Value) -> Self::Value;
+    /// a − b
+    fn sub(self, a: Self::Value, b: Self::Value) -> Self::Value;
+    /// a·b
+    fn mul(self, a: Self::Value, b: Self::Value) -> Self::Value;
+    /// a/b
+    fn div(self, a: Self::Value, b: Self::Value) -> Self::Value;
+    /// |a|
+    fn abs(self, a: Self::Value) -> Self::Value;
+    /// √a
+    fn sqrt(self, a: Self::Value) -> Self::Value;
+    /// a where b is not 0, else 0, whatever a is.
+    fn only_where(self, a: Self::Value, b: Self::Value) -> Self::Value;
+    /// a·b + c, rounded once, on machines without such an instruction too.
+    fn fused(self, a: Self::Value, b: Self::Value, c: Self::Value) -> Self::Value;
+
+    /// sum + a·b, rounded twice: the same number on every machine without a call.
+    #[inline(always)]
+    fn plus(self, sum: Self::Value, a: Self::Value, b: Self::Value) -> Self::Value {
+        self.add(sum, self.mul(a, b))
+    }
+}
+
+/// Numbers side by side on any machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Plain;
+
+impl<const L: usize> Wide<L> for Plain {
+    type Value = [f64; L];
+    #[inline(always)]
+    fn splat(self, x: f64) -> [f64; L] {
+        [x; L]
+    }
+    #[inline(always)]
+    fn load(self, x: &[f64; L]) -> [f64; L] {
+        *x
+    }
+    #[inline(always)]
+    fn store(self, x: [f64; L]) -> [f64; L] {
+        x
+    }
+    #[inline(always)]
+    fn add(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
+        std::array::from_fn(|i| a[i] + b[i])
+    }
+    #[inline(always)]
+    fn sub(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
+        std::array::from_fn(|i| a[i] - b[i])
+    }
+    #[inline(always)]
+    fn mul(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
+        std::array::from_fn(|i| a[i] * b[i])
+    }
+    #[inline(always)]
+    fn div(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
+        std::array::from_fn(|i| a[i] / b[i])
+    }
+    #[inline(always)]
+    fn abs(self, a: [f64; L]) -> [f64; L] {
+        a.map(f64::abs)
+    }
+    #[inline(always)]
+    fn sqrt(self, a: [f64; L]) -> [f64; L] {
+        a.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn only_where(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
+        std::array::from_fn(|i| if b[i] == 0.0 { 0.0 } else { a[i] })
+    }
+    #[inline(always)]
+    fn fused(self, a: [f64; L], b: [f64; L], c: [f64; L]) -> [f64; L] {
+        std::array::from_fn(|i| a[i].mul_add(b[i], c[i]))
+    }
+}
+
+/// A machine whose registers hold `$lanes / $count` numbers.
+#[cfg(target_arch = "x86_64")]
+macro_rules! in_registers {
+    ($machine:ty, $lanes:literal, $count:literal) => {
+        impl Wide<$lanes> for $machine {
+            type Value = [<$machine as pulp::Simd>::f64s; $count];
+            #[inline(always)]
+            fn splat(self, x: f64) -> Self::Value {
+                [pulp::Simd::splat_f64s(self, x); $count]
+            }
+            #[inline(always)]
+            fn load(self, x: &[f64; $lanes]) -> Self::Value {
+                pulp::cast(*x)
+            }
+            #[inline(always)]
+            fn store(self, x: Self::Value) -> [f64; $lanes] {
+                pulp::cast(x)
+            }
+            #[inline(always)]
+            fn add(self, mut a: Self::Value, b: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::add_f64s(self, a[k], b[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn sub(self, mut a: Self::Value, b: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::sub_f64s(self, a[k], b[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn mul(self, mut a: Self::Value, b: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::mul_f64s(self, a[k], b[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn div(self, mut a: Self::Value, b: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::div_f64s(self, a[k], b[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn abs(self, mut a: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::abs_f64s(self, a[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn sqrt(self, mut a: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::sqrt_f64s(self, a[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn only_where(self, mut a: Self::Value, b: Self::Value) -> Self::Value {
+                let zero = pulp::Simd::splat_f64s(self, 0.0);
+                for k in 0..$count {
+                    let none = pulp::Simd::equal_f64s(self, b[k], zero);
+                    a[k] = pulp::Simd::select_f64s(self, none, zero, a[k]);
+                }
+                a
+            }
+            #[inline(always)]
+            fn fused(self, mut a: Self::Value, b: Self::Value, c: Self::Value) -> Self::Value {
+                for k in 0..$count {
+                    a[k] = pulp::Simd::mul_add_f64s(self, a[k], b[k], c[k]);
+                }
+                a
+            }
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+in_registers!(pulp::x86::V3, 4, 1);
+#[cfg(target_arch = "x86_64")]
+in_registers!(pulp::x86::V3, 8, 2);
+#[cfg(target_arch = "x86_64")]
+in_registers!(pulp::x86::V3, 16, 4);
+#[cfg(target_arch = "x86_64")]
+in_registers!(pulp::x86::V4, 8, 1);
+#[cfg(target_arch = "x86_64")]
+in_registers!(pulp::x86::V4, 16, 2);
+
+/// Work on `L` lanes; what it calls has to be `#[inline(always)]`, what is not keeps the plain instructions.
+pub trait Work<const L: usize> {
+    /// What comes out.
+    type Output;
+    /// Does it with these registers.
+    fn with<W: Wide<L>>(self, wide: W) -> Self::Output;
+}
+
+/// Numbers of lanes for which a machine has registers.
+pub trait Widths<const L: usize> {
+    /// Does `work` with the widest registers that this machine turns out to have.
+    fn widest<T: Work<L>>(work: T) -> T::Output;
+}
+
+/// The machine that this runs on.
+#[derive(Debug, Clone, Copy)]
+pub struct Machine;
+
+macro_rules! widths {
+    (plain $($lanes:literal)*) => {$(
+        impl Widths<$lanes> for Machine {
+            #[inline(always)]
+            fn widest<T: Work<$lanes>>(work: T) -> T::Output {
+                work.with(Plain)
+            }
+        }
+    )*};
+    (wide $($lanes:literal)*) => {$(
+        impl Widths<$lanes> for Machine {
+            // builds with debug assertions compile the plain version alone, which builds three times as fast
+            fn widest<T: Work<$lanes>>(work: T) -> T::Output {
+                #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
+                {
+                    if let Some(machine) = pulp::x86::V4::try_new() {
+                        return machine.vectorize(#[inline(always)] || work.with(machine));
+                    }
+                    if let Some(machine) = pulp::x86::V3::try_new() {
+                        return machine.vectorize(#[inline(always)] || work.with(machine));
+                    }
+                }
+                work.with(Plain)
+            }
+        }
+    )*};
+}
+widths!(plain 1 2 4);
+widths!(wide 8 16);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Everything a machine does with eight numbers.
+    struct All([f64; 8], [f64; 8], [f64; 8]);
+
+    impl Work<8> for All {
+        type Output = Vec<u64>;
+        fn with<W: Wide<8>>(self, wide: W) -> Vec<u64> {
+            let [a, b, c] = [&self.0, &self.1, &self.2].map(|x| wide.load(x));
+            let all = [
+                wide.add(a, b),
+                wide.sub(a, b),
+                wide.mul(a, b),
+                wide.div(a, b),
+                wide.abs(a),
+                wide.sqrt(wide.abs(b)),
+                wide.only_where(c, b),
+                wide.fused(a, b, b),
+                wide.plus(a, b, b),
+                wide.splat(0.1),
+            ];
+            all.iter().flat_map(|x| wide.store(*x)).map(f64::to_bits).collect()
+        }
+    }
+
+    /// Bit by bit, on whatever machine this runs.
+    #[test]
+    fn law_registers_do_as_plain_arithmetic_does() {
+        let a = [1.0, -0.1, 3.3, 1e200, -7.7, 0.3, -0.0, 5e-324];
+        let b = [0.3, 0.0, -2.2, 1e-200, 7.7, 1.0 / 3.0, 4.0, 9.0];
+        let c = [f64::INFINITY, f64::NAN, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let plain = All(a, b, c).with(Plain);
+        assert_eq!(plain[6 * 8 + 1], 0, "0 where the weight is 0, whatever the value");
+        assert_eq!(<Machine as Widths<8>>::widest(All(a, b, c)), plain);
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some(machine) = pulp::x86::V3::try_new() {
+                assert_eq!(All(a, b, c).with(machine), plain);
+            }
+            if let Some(machine) = pulp::x86::V4::try_new() {
+                assert_eq!(All(a, b, c).with(machine), plain);
+            }
+        }
+    }
+}
