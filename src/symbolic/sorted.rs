@@ -209,7 +209,7 @@ impl Sorted {
         let late = ab.as_flattened().iter().chain([&start]).any(|place| walk.reads_states(*place));
         walk.late[out.index()] = late;
         let part = if late { &mut self.late } else { &mut self.early };
-        part.body.rows.push(Row { out, start, ..*row });
+        part.body.rows.push(Row { out, start });
         part.body.factors.extend(ab);
         part.coefficients.extend(c.iter().map(|c| [*c]));
     }
