@@ -91,6 +91,19 @@ pub struct Driven<V, const Q: usize> {
     size: [V; Q],
 }
 
+impl<V: Copy, const Q: usize> Driven<V, Q> {
+    /// Adds what a register that inputs decide makes of the coefficients.
+    #[inline(always)]
+    fn add<F: Four<Value = V>>(&mut self, four: F, drive: &Drive<Q>, value: f64) {
+        let value = four.splat(value);
+        for q in 0..Q {
+            self.start[q] = four.fused(four.load(&drive.start.0[q]), value, self.start[q]);
+            self.own[q] = four.fused(four.load(&drive.own.0[q]), value, self.own[q]);
+            self.size[q] = four.fused(four.load(&drive.size.0[q]), value, self.size[q]);
+        }
+    }
+}
+
 /// Adds `c` to the lane `lane` of the term with these factors.
 fn add<T: PartialEq, const Q: usize>(terms: &mut Terms<T, Q>, factors: T, lane: usize, c: f64) {
     if let Some((_, known)) = terms.iter_mut().find(|(known, _)| *known == factors) {
@@ -208,20 +221,20 @@ impl<const Q: usize> Dense<Q> {
     /// What the inputs, the leaves after the states in their order, make of the formulas, for the evaluations to come.
     #[inline(always)]
     pub fn drive<F: Four>(&mut self, four: F, inputs: &[f64]) -> Driven<F::Value, Q> {
-        let all = &mut self.registers.0;
-        all[2 * Self::N..].iter_mut().zip(inputs).for_each(|(to, x)| *to = [*x]);
-        if !self.early.is_empty() {
-            self.early.body.run(Plain, all, &self.early.coefficients);
-        }
         let mut driven =
             Driven { start: loaded(four, &self.start), own: loaded(four, &self.own), size: [four.splat(0.0); Q] };
-        for drive in &self.drives {
-            let i = four.splat(all[drive.from.index()][0]);
-            for q in 0..Q {
-                driven.start[q] = four.fused(four.load(&drive.start.0[q]), i, driven.start[q]);
-                driven.own[q] = four.fused(four.load(&drive.own.0[q]), i, driven.own[q]);
-                driven.size[q] = four.fused(four.load(&drive.size.0[q]), i, driven.size[q]);
+        if self.only_first && self.early.is_empty() {
+            // nothing else reads the registers
+            for drive in &self.drives {
+                driven.add(four, drive, inputs[drive.from.index() - 2 * Self::N]);
             }
+            return driven;
+        }
+        let all = &mut self.registers.0;
+        all[2 * Self::N..].iter_mut().zip(inputs).for_each(|(to, x)| *to = [*x]);
+        self.early.body.run(Plain, all, &self.early.coefficients);
+        for drive in &self.drives {
+            driven.add(four, drive, all[drive.from.index()][0]);
         }
         driven
     }
