@@ -13,10 +13,11 @@
 //! stages: Ṡ = A S + B is the derivative of the scheme itself, so that they are exact for the discrete solution.
 
 use super::Track;
+use super::evaluator::{Evaluator, prepared};
 use super::feed::Feed;
-use crate::dynamics::{Dynamics, Functions, Source};
+use crate::dynamics::Dynamics;
 use crate::progress;
-use crate::symbolic::{Bound, Ends, Plan, Registers};
+use crate::symbolic::Ends;
 use crate::wide::{Lanes, Machine, Wide, Widths, Work};
 
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
@@ -44,125 +45,6 @@ pub struct Emission<'a, const L: usize> {
     pub outputs: &'a [[f64; L]],
     /// ∂output/∂(x₀, θ), row by row: `outputs × (states + directions)`; empty without sensitivities.
     pub jacobian: &'a [[f64; L]],
-}
-
-/// A Jacobian's entries in one row: which value of the plan, in which column.
-#[derive(Debug, Clone, Default)]
-struct Row {
-    /// ∂f/∂x
-    by_state: Vec<(usize, usize)>,
-    /// ∂f/∂θ, columns of S
-    direct: Vec<(usize, usize)>,
-}
-
-/// Registers of one set of functions: first the states, then the inputs.
-struct Functioning<'a, const L: usize> {
-    plan: &'a Plan,
-    registers: Bound<'a, L>,
-    rows: Vec<Row>,
-    /// Columns of S.
-    width: usize,
-}
-
-impl<'a, const L: usize> Functioning<'a, L> {
-    fn new(
-        functions: &'a Functions,
-        registers: &'a mut Registers<L>,
-        states: usize,
-        width: usize,
-    ) -> Functioning<'a, L> {
-        let mut rows = vec![Row::default(); if width > 0 { functions.count } else { 0 }];
-        if width > 0 {
-            let by_state = functions.by_state.len();
-            for (k, entry) in functions.by_state.iter().enumerate() {
-                rows[entry.row].by_state.push((functions.count + k, entry.column));
-            }
-            for (k, entry) in functions.by_parameter.iter().enumerate() {
-                rows[entry.row].direct.push((functions.count + by_state + k, states + entry.column));
-            }
-        }
-        Functioning { plan: &functions.plan, registers: registers.bind(), rows, width }
-    }
-
-    /// What goes into an evaluation and what comes out: states and their sizes, inputs and parameters, values.
-    #[inline(always)]
-    fn ends(&mut self) -> Ends<'_, L> {
-        self.plan.ends(&mut self.registers)
-    }
-
-    #[inline(always)]
-    fn evaluate<W: Wide<L>>(&mut self, wide: W) {
-        self.plan.evaluate_sized(wide, &mut self.registers);
-    }
-
-    /// Row by row J S + the direct part for J = [∂f/∂x | ∂f/∂θ]; `take` gets the place in the table and the number.
-    #[inline(always)]
-    fn chain<W: Wide<L>>(
-        &mut self,
-        wide: W,
-        s: &[[f64; L]],
-        direct: &mut [[f64; L]],
-        mut take: impl FnMut(usize, W::Value),
-    ) {
-        let values = self.plan.ends(&mut self.registers).values;
-        for (row, to) in self.rows.iter().zip(direct.chunks_exact_mut(self.width.max(1))) {
-            row.direct.iter().for_each(|(value, column)| to[*column] = values[*value]);
-        }
-        for (k, (row, direct)) in self.rows.iter().zip(direct.chunks_exact(self.width.max(1))).enumerate() {
-            let mut column = 0;
-            while column + TOGETHER <= self.width {
-                let sums = columns::<TOGETHER, L, W>(wide, row, values, s, self.width, direct, column);
-                for (i, sum) in sums.into_iter().enumerate() {
-                    take(k * self.width + column + i, sum);
-                }
-                column += TOGETHER;
-            }
-            for column in column..self.width {
-                let [sum] = columns::<1, L, W>(wide, row, values, s, self.width, direct, column);
-                take(k * self.width + column, sum);
-            }
-        }
-    }
-}
-
-/// Registers with the parameters in place.
-fn prepared<const L: usize>(functions: &Functions, theta: &[[f64; L]]) -> Registers<L> {
-    let mut registers = functions.plan.registers::<L>();
-    for (slot, source) in functions.sources.iter().enumerate() {
-        if let Source::Parameter(p) = *source {
-            functions.plan.set(&mut registers, slot, theta[p]);
-        }
-    }
-    functions.plan.prepare(&mut registers);
-    registers
-}
-
-/// Columns of S that are summed at a time, so that sums do not wait for each other and an entry of J is read once for all.
-const TOGETHER: usize = 4;
-
-/// Σ a S + direct in `K` columns from `first` on.
-#[inline(always)]
-fn columns<const K: usize, const L: usize, W: Wide<L>>(
-    wide: W,
-    row: &Row,
-    values: &[[f64; L]],
-    s: &[[f64; L]],
-    width: usize,
-    direct: &[[f64; L]],
-    first: usize,
-) -> [W::Value; K] {
-    let mut sums = [wide.splat(0.0); K];
-    for k in 0..K {
-        sums[k] = wide.load(&direct[first + k]);
-    }
-    for (value, column) in &row.by_state {
-        let a = wide.load(&values[*value]);
-        let from = &s[column * width + first..][..K];
-        for k in 0..K {
-            sums[k] = wide.plus(sums[k], a, wide.load(&from[k]));
-        }
-    }
-    sums
 }
 
 /// The four stages: weight, how far the next one stands from the begin, and the instant of its inputs if they are others.
@@ -221,9 +103,9 @@ pub fn integrate<const L: usize, W: Wide<L>>(
 ) {
     let (nx, ny) = (dynamics.states.len(), dynamics.outputs.len());
     let width = if sensitivities { nx + dynamics.directions.len() } else { 0 };
-    let (mut rates, mut observe) = (prepared(&dynamics.rates, theta), prepared(&dynamics.observation, theta));
-    let mut rates = Functioning::new(&dynamics.rates, &mut rates, nx, width);
-    let mut observe = Functioning::new(&dynamics.observation, &mut observe, nx, width);
+    let [mut rates, mut observe] = [&dynamics.rates, &dynamics.observation].map(|f| prepared(f, theta));
+    let mut rates = Evaluator::new(&dynamics.rates, &mut rates, nx, width);
+    let mut observe = Evaluator::new(&dynamics.observation, &mut observe, nx, width);
 
     // bound once: what lies in memory does not move from here on
     let (mut x, mut s, mut sum_x) = (Lanes::of(x0), Lanes::<L>::zeros(nx * width), Lanes::<L>::zeros(nx));
@@ -244,8 +126,8 @@ pub fn integrate<const L: usize, W: Wide<L>>(
     let (direct, seen, jacobian) = (&mut direct[..], &mut seen[..], &mut jacobian[..]);
 
     let mut feed = Feed::new(tracks, stretches, dynamics.inputs.len());
-    let mut at_hand = 0;
-    for step in 0..=feed.steps() {
+    let (mut at_hand, longest) = (0, feed.steps());
+    for step in 0..=longest {
         if feed.grid.iter().any(Option::is_some) {
             let Ends { states, sizes, others, .. } = observe.ends();
             feed.put(wide, at_hand, others);
@@ -254,11 +136,17 @@ pub fn integrate<const L: usize, W: Wide<L>>(
             }
             observe.evaluate(wide);
             if width > 0 {
-                observe.chain(wide, here, seen, |k, g| jacobian[k] = wide.store(g));
+                observe.chain(
+                    wide,
+                    here,
+                    seen,
+                    #[inline(always)]
+                    |k, g| jacobian[k] = wide.store(g),
+                );
             }
             emit(&Emission { grid: &feed.grid, states: x, outputs: &observe.ends().values[..ny], jacobian });
         }
-        if step == feed.steps() {
+        if step == longest {
             break;
         }
         if step % STEPS_A_LOOK == 0 {
@@ -291,9 +179,12 @@ pub fn integrate<const L: usize, W: Wide<L>>(
                 feed.put(wide, instant, others);
             }
             if width > 0 {
-                let take = std::convert::identity(
+                rates.chain(
+                    wide,
+                    here,
+                    direct,
                     #[inline(always)]
-                    |k: usize, rate: W::Value| {
+                    |k, rate| {
                         let before = if stage == 0 { wide.splat(0.0) } else { wide.load(&sum_s[k]) };
                         let after = wide.plus(before, share, rate);
                         if stage < 3 {
@@ -305,7 +196,6 @@ pub fn integrate<const L: usize, W: Wide<L>>(
                         }
                     },
                 );
-                rates.chain(wide, here, direct, take);
                 std::mem::swap(&mut here, &mut there);
             }
         }
