@@ -74,8 +74,8 @@ impl<'g> Builder<'g> {
 
     /// The register that holds a formula.
     fn register(&mut self, of: Expr<'g>) -> u32 {
-        if let Some(known) = self.register.get(&of.id) {
-            return *known;
+        if let Some(known) = self.register.get(&of.id).copied().or_else(|| self.size(of)) {
+            return known;
         }
         let register = match of.graph.node_of(of.id) {
             Node::Constant(bits) | Node::Quantity(bits, _) => {
@@ -84,7 +84,6 @@ impl<'g> Builder<'g> {
                 register
             }
             Node::Leaf(leaf) => self.slots[&leaf],
-            Node::Unary(Unary::Abs, a) if let Some(size) = self.size(of.at(a)) => size,
             node if self.products.is_early(of) => {
                 let (code, a, b) = self.operands(of, node);
                 let out = self.fresh();
@@ -102,9 +101,10 @@ impl<'g> Builder<'g> {
         register
     }
 
-    /// The register of the size of a formula that is a state.
+    /// The register of a formula that is the size of a state.
     fn size(&self, of: Expr<'g>) -> Option<u32> {
-        let Node::Leaf(leaf) = of.graph.node_of(of.id) else { return None };
+        let Node::Unary(Unary::Abs, a) = of.graph.node_of(of.id) else { return None };
+        let Node::Leaf(leaf) = of.graph.node_of(a) else { return None };
         self.sizes.get(self.slots.get(&leaf)?).copied()
     }
 
