@@ -125,10 +125,15 @@ pub fn integrate<const L: usize, W: Wide<L>>(
     let mut jacobian = Lanes::<L>::zeros(ny * width);
     let (direct, seen, jacobian) = (&mut direct[..], &mut seen[..], &mut jacobian[..]);
 
+    // sensors that tell the states themselves have nothing to be computed
+    let sees_states = dynamics.observation.plan.is_states(ny);
     let mut feed = Feed::new(tracks, stretches, dynamics.inputs.len());
     let (mut at_hand, longest) = (0, feed.steps());
     for step in 0..=longest {
-        if feed.grid.iter().any(Option::is_some) {
+        if feed.grid.iter().any(Option::is_some) && sees_states {
+            let jacobian = &here[..ny * width];
+            emit(&Emission { grid: &feed.grid, states: x, outputs: &x[..ny], jacobian });
+        } else if feed.grid.iter().any(Option::is_some) {
             let Ends { states, sizes, others, .. } = observe.ends();
             feed.put(wide, at_hand, others);
             for ((state, size), x) in states.iter_mut().zip(sizes).zip(x.iter()) {

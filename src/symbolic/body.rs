@@ -125,6 +125,13 @@ impl<P: Place> Body<P> {
         self.operations.len() + self.rows.len()
     }
 
+    /// Whether it copies the registers `0..count`, states, to those from `first` on and does nothing else.
+    pub fn copies_to(&self, first: usize, count: usize, states: usize) -> bool {
+        let copy =
+            |o: &Operation<P>| o.code == Code::Copy && o.a.index() < count && o.out.index() == first + o.a.index();
+        count <= states && self.rows.is_empty() && self.operations.len() == count && self.operations.iter().all(copy)
+    }
+
     /// The coefficients in the order of their use.
     pub fn gather<const L: usize>(&self, registers: &[[f64; L]]) -> Vec<[f64; L]> {
         self.coefficients.iter().map(|c| registers[*c as usize]).collect()

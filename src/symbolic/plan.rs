@@ -1,9 +1,8 @@
 //! Formulas compiled into a flat list of operations that works on several instants side by side.
 //!
 //! A [`Plan`] splits its operations in two: the *prologue* reads only parameters and runs once a parameter vector,
-//! the *body* runs at every instant. Most of a body is rows c₀ + Σ c·a + Σ c·a·b, summed in one go; the rest are batches
-//! of one operation each. A register holds `L` lanes, one a trajectory or an instant, so that the cost of interpreting
-//! is shared and the compiler can use the vector units.
+//! the *body* runs at every instant. Most of a body is rows c₀ + Σ c·a·b, summed in one go; the rest are batches of one
+//! operation each. A register holds `L` lanes, one a trajectory or an instant: the cost of interpreting is shared.
 
 use super::body::{Body, Operation, each};
 use super::graph::Leaf;
@@ -82,6 +81,14 @@ impl Plan {
     /// Number of formulas.
     pub fn outputs(&self) -> usize {
         self.outputs
+    }
+
+    /// Whether the first `count` formulas are the first states, each in its place, and all others hold for good.
+    pub fn is_states(&self, count: usize) -> bool {
+        match &self.body {
+            Size::Small(body) => body.copies_to(self.first_output, count, self.states),
+            Size::Large(body) => body.copies_to(self.first_output, count, self.states),
+        }
     }
 
     /// Fresh registers with the constants in place.
@@ -199,6 +206,18 @@ mod tests {
                 assert_eq!(plan.ends(&mut registers.bind()).values[k], last);
             }
         }
+    }
+
+    #[test]
+    fn states_in_their_places_are_told_from_all_else() {
+        let g = Graph::new();
+        let states = [Leaf::State(0), Leaf::State(1)];
+        let [u, r] = states.map(|leaf| g.leaf(leaf, Dimension::ONE));
+        let m = g.leaf(Leaf::Parameter(0), Dimension::ONE);
+        let is = |formulas: &[Expr<'_>], count| Plan::compile_after(formulas, &states, 2).is_states(count);
+        assert!(is(&[u, r], 2) && is(&[u], 1) && is(&[u, r, g.constant(1.0), m * m], 2));
+        assert!(!is(&[r, u], 2) && !is(&[u + m, r], 2) && !is(&[u, r, u * r], 2) && !is(&[u, u], 2));
+        assert!(!is(&[u, m], 2) && !is(&[r], 1) && !is(&[u, r.abs()], 2));
     }
 
     fn value(leaf: Leaf, lane: usize) -> f64 {
