@@ -95,7 +95,14 @@ def page(
             "```text",
         ]
         lines += [line for line in parts.splitlines() if line.strip()]
-        lines += ["```"]
+        lines += [
+            "```",
+            "",
+            "Where the column bends: few rows pay for what does not depend on them, systems of up to 4,096 entries are",
+            "refined and those of up to 32,768 solved whole. From 1e5 steps on a trajectory goes to pages that are new to",
+            "the process at every call, a page fault every 90 steps; fits by integrals keep their columns, which leave the",
+            "caches there.",
+        ]
     return "\n".join(lines) + "\n"
 
 
