@@ -130,10 +130,11 @@ pub fn integrate<const L: usize, W: Wide<L>>(
     let mut feed = Feed::new(tracks, stretches, dynamics.inputs.len());
     let (mut at_hand, longest) = (0, feed.steps());
     for step in 0..=longest {
-        if feed.grid.iter().any(Option::is_some) && sees_states {
+        let on_grid = feed.grid.iter().any(Option::is_some);
+        if on_grid && sees_states {
             let jacobian = &here[..ny * width];
             emit(&Emission { grid: &feed.grid, states: x, outputs: &x[..ny], jacobian });
-        } else if feed.grid.iter().any(Option::is_some) {
+        } else if on_grid {
             let Ends { states, sizes, others, .. } = observe.ends();
             feed.put(wide, at_hand, others);
             for ((state, size), x) in states.iter_mut().zip(sizes).zip(x.iter()) {

@@ -224,13 +224,13 @@ fn ones<const L: usize, W: Wide<L>, P: Place, R>(
     wide: W,
     operations: &[Operation<P>],
     registers: &mut R,
-    f: impl Fn(W::Value) -> W::Value,
+    f: impl Fn(W, W::Value) -> W::Value,
 ) where
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
     for op in operations {
         let a = wide.load(&registers[op.a.index()]);
-        registers[op.out.index()] = wide.store(f(a));
+        registers[op.out.index()] = wide.store(f(wide, a));
     }
 }
 
@@ -240,13 +240,13 @@ fn pairs<const L: usize, W: Wide<L>, P: Place, R>(
     wide: W,
     operations: &[Operation<P>],
     registers: &mut R,
-    f: impl Fn(W::Value, W::Value) -> W::Value,
+    f: impl Fn(W, W::Value, W::Value) -> W::Value,
 ) where
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
     for op in operations {
         let (a, b) = (wide.load(&registers[op.a.index()]), wide.load(&registers[op.b.index()]));
-        registers[op.out.index()] = wide.store(f(a, b));
+        registers[op.out.index()] = wide.store(f(wide, a, b));
     }
 }
 
@@ -260,65 +260,19 @@ pub(super) fn each<const L: usize, W: Wide<L>, P: Place, R>(
 ) where
     R: Index<usize, Output = [f64; L]> + IndexMut<usize> + ?Sized,
 {
-    // closures that are not inlined would keep the plain instructions
     match code {
-        Code::Copy => ones(
-            wide,
-            operations,
-            registers,
-            #[inline(always)]
-            |a| a,
-        ),
-        Code::Unary(Unary::Abs) => ones(
-            wide,
-            operations,
-            registers,
-            #[inline(always)]
-            |a| wide.abs(a),
-        ),
-        Code::Unary(Unary::Neg) => {
-            let minus = wide.splat(-1.0);
-            ones(
-                wide,
-                operations,
-                registers,
-                #[inline(always)]
-                |a| wide.mul(a, minus),
-            );
-        }
+        Code::Copy => ones(wide, operations, registers, W::same),
+        Code::Unary(Unary::Abs) => ones(wide, operations, registers, W::abs),
+        Code::Unary(Unary::Neg) => ones(wide, operations, registers, W::neg),
         Code::Unary(op) => {
             for o in operations {
                 registers[o.out.index()] = registers[o.a.index()].map(|a| op.apply(a));
             }
         }
-        Code::Binary(Binary::Add) => pairs(
-            wide,
-            operations,
-            registers,
-            #[inline(always)]
-            |a, b| wide.add(a, b),
-        ),
-        Code::Binary(Binary::Sub) => pairs(
-            wide,
-            operations,
-            registers,
-            #[inline(always)]
-            |a, b| wide.sub(a, b),
-        ),
-        Code::Binary(Binary::Mul) => pairs(
-            wide,
-            operations,
-            registers,
-            #[inline(always)]
-            |a, b| wide.mul(a, b),
-        ),
-        Code::Binary(Binary::Div) => pairs(
-            wide,
-            operations,
-            registers,
-            #[inline(always)]
-            |a, b| wide.div(a, b),
-        ),
+        Code::Binary(Binary::Add) => pairs(wide, operations, registers, W::add),
+        Code::Binary(Binary::Sub) => pairs(wide, operations, registers, W::sub),
+        Code::Binary(Binary::Mul) => pairs(wide, operations, registers, W::mul),
+        Code::Binary(Binary::Div) => pairs(wide, operations, registers, W::div),
         Code::Binary(op) => {
             for o in operations {
                 let (a, b) = (registers[o.a.index()], registers[o.b.index()]);

@@ -29,6 +29,18 @@ pub trait Wide<const L: usize>: Copy {
     /// a·b + c, rounded once, on machines without such an instruction too.
     fn fused(self, a: Self::Value, b: Self::Value, c: Self::Value) -> Self::Value;
 
+    /// a
+    #[inline(always)]
+    fn same(self, a: Self::Value) -> Self::Value {
+        a
+    }
+
+    /// −a
+    #[inline(always)]
+    fn neg(self, a: Self::Value) -> Self::Value {
+        self.mul(a, self.splat(-1.0))
+    }
+
     /// sum + a·b, rounded twice: the same number on every machine without a call.
     #[inline(always)]
     fn plus(self, sum: Self::Value, a: Self::Value, b: Self::Value) -> Self::Value {
