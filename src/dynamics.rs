@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 
 use crate::chain::{Available, StateId, assemble};
+use crate::frame::Dof;
 use crate::model::Model;
 use crate::symbolic::{Expr, Graph, Leaf, Plan, derivatives};
 
@@ -63,6 +64,8 @@ pub struct Dynamics {
     pub observation: Functions,
     /// Quasi-steady values of the memory states, which come last in `states`.
     pub start: Functions,
+    /// M = ∂π/∂ν of the simulated velocities, row by row.
+    pub inertia: Functions,
     /// Leaves that are read from the run, each with the name of its channel.
     pub inputs: Vec<(Leaf, String)>,
 }
@@ -121,8 +124,12 @@ impl Dynamics {
         let observation: Vec<_> = logged.iter().map(|(_, e)| *e).collect();
         let observation = Formulas::of(&observation, with.then_some((&leaves, &by)));
         let start = Formulas::of(&states.iter().filter_map(|s| s.start).collect::<Vec<_>>(), None);
+        let velocities: Vec<usize> = states.iter().filter_map(|s| velocity(s.id)).map(Dof::index).collect();
+        let element = |i: usize, j: usize| equations.momentum[i].derivative(Leaf::State(j as u16));
+        let inertia: Vec<_> = velocities.iter().flat_map(|i| velocities.iter().map(|j| element(*i, *j))).collect();
+        let inertia = Formulas::of(&inertia, None);
         let mut inputs: Vec<(Leaf, String)> = Vec::new();
-        for leaf in [&rates, &observation, &start].iter().flat_map(|f| f.leaves()) {
+        for leaf in [&rates, &observation, &start, &inertia].iter().flat_map(|f| f.leaves()) {
             let (Leaf::Input(channel)
             | Leaf::Rate(channel)
             | Leaf::Delayed { input: channel, .. }
@@ -135,7 +142,8 @@ impl Dynamics {
             }
         }
         let leading: Vec<Leaf> = leaves.iter().copied().chain(inputs.iter().map(|(leaf, _)| *leaf)).collect();
-        let [rates, observation, start] = [rates, observation, start].map(|f| f.compile(&leading, leaves.len()));
+        let [rates, observation, start, inertia] =
+            [rates, observation, start, inertia].map(|f| f.compile(&leading, leaves.len()));
         Dynamics {
             states: states.iter().map(|s| s.id).collect(),
             outputs: logged.iter().map(|(name, _)| name.clone()).collect(),
@@ -144,8 +152,14 @@ impl Dynamics {
             rates,
             observation,
             start,
+            inertia,
             inputs,
         }
+    }
+
+    /// Degrees of freedom whose velocities are states; they are the first ones.
+    pub fn velocities(&self) -> Vec<Dof> {
+        self.states.iter().filter_map(|id| velocity(*id)).collect()
     }
 
     /// Model parameters that are delays of inputs: when they change, the inputs have to be read anew.
@@ -165,6 +179,14 @@ impl Dynamics {
     /// Number of memory states; they are the last ones.
     pub fn memories(&self) -> usize {
         self.start.count
+    }
+}
+
+/// The degree of freedom of a state that is a velocity.
+fn velocity(id: StateId) -> Option<Dof> {
+    match id {
+        StateId::Velocity(dof) => Some(dof),
+        _ => None,
     }
 }
 
@@ -222,7 +244,6 @@ impl<'g> Formulas<'g> {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
-    use crate::frame::Dof;
 
     fn compile(effects: &[&str], observed: &[&str], channels: &[&str]) -> Dynamics {
         let model = Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, effects).unwrap();

@@ -27,7 +27,7 @@ pub(super) fn options(campaign: &Campaign) -> CompareOptions {
     CompareOptions {
         longest_step: fitting.longest_step,
         position: fitting.position,
-        noise: campaign.file.noise.clone(),
+        noise: campaign.file.noise.sensors.clone(),
         ..CompareOptions::default()
     }
 }

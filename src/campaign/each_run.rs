@@ -87,7 +87,7 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     let mut left_out = Vec::new();
     let alone = match fit.estimator {
         Estimator::Staged => of_stages(&campaign, fit, &mut left_out),
-        Estimator::OutputError | Estimator::Integral => of_fits(&campaign, fit, &mut left_out),
+        Estimator::FilterError | Estimator::OutputError | Estimator::Integral => of_fits(&campaign, fit, &mut left_out),
     };
     if alone.len() < 2 {
         return EachRun { format: 1, models: Vec::new(), crossed: Vec::new(), left_out: Vec::new() };

@@ -27,7 +27,7 @@ const MOST_PROFILES: usize = 8;
 /// # Errors
 /// [`Error`] when the campaign cannot be fitted again.
 pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
-    if fit.estimator != Estimator::OutputError {
+    if !matches!(fit.estimator, Estimator::FilterError | Estimator::OutputError) {
         return examine_rows::examine(campaign, fit);
     }
     let train = |run: &&Run| run.role == Role::Train && moves(run.kind);

@@ -280,7 +280,7 @@ pub(super) fn assemble(
         longest_step: file.fit.longest_step,
         loss: file.fit.loss,
         position: position && runs.iter().any(|run| moves(run.kind)),
-        sigma: (!file.noise.is_empty()).then(|| file.noise.clone()),
+        sigma: (!file.noise.sensors.is_empty()).then(|| file.noise.sensors.clone()),
         ..OutputErrorOptions::default()
     };
     let options = Options { estimator: file.fit.estimator, output_error, seed: file.seed };

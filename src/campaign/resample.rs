@@ -97,7 +97,7 @@ pub fn resample(
     draws: usize,
 ) -> Result<Resampling, Error> {
     match estimator {
-        Estimator::OutputError => by_output_error(campaign, method, draws),
+        Estimator::FilterError | Estimator::OutputError => by_output_error(campaign, method, draws),
         Estimator::Integral | Estimator::Staged => rows::by_rows(campaign, estimator, method, draws),
     }
 }

@@ -23,7 +23,7 @@ struct Row {
 }
 
 /// Registers with the parameters in place.
-pub(super) fn prepared<const L: usize>(functions: &Functions, theta: &[[f64; L]]) -> Registers<L> {
+pub(crate) fn prepared<const L: usize>(functions: &Functions, theta: &[[f64; L]]) -> Registers<L> {
     let mut registers = functions.plan.registers::<L>();
     for (slot, source) in functions.sources.iter().enumerate() {
         if let Source::Parameter(p) = *source {
@@ -35,7 +35,7 @@ pub(super) fn prepared<const L: usize>(functions: &Functions, theta: &[[f64; L]]
 }
 
 /// One set of functions with the registers that it works on.
-pub(super) struct Evaluator<'a, const L: usize> {
+pub(crate) struct Evaluator<'a, const L: usize> {
     plan: &'a Plan,
     registers: Bound<'a, L>,
     rows: Vec<Row>,

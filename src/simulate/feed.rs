@@ -14,7 +14,7 @@ use crate::wide::{Lanes, Wide};
 const INSTANTS: usize = 3;
 
 /// The lanes' inputs, step by step.
-pub(super) struct Feed<'a, const L: usize> {
+pub(crate) struct Feed<'a, const L: usize> {
     /// Length of this step, s.
     pub h: [f64; L],
     /// Grid point each lane stands at; `None` for a lane that stands at none or is done.

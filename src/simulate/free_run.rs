@@ -1,6 +1,6 @@
 //! A whole run simulated from one initial state.
 
-use crate::dynamics::{Dynamics, Source};
+use crate::dynamics::{Dynamics, Functions, Source};
 use crate::model::Model;
 use crate::symbolic::Registers;
 use crate::wide::Plain;
@@ -35,7 +35,18 @@ pub fn values_in_run(model: &Model, run: usize) -> Vec<f64> {
 
 /// Quasi-steady values of the memory states at grid point `k`, when the other states are `x`.
 pub fn memory_start(dynamics: &Dynamics, track: &Track, theta: &[f64], k: usize, x: &[f64]) -> Vec<f64> {
-    let functions = &dynamics.start;
+    values_at(&dynamics.start, dynamics, track, theta, k, x)
+}
+
+/// Values of `functions` of a compiled model at grid point `k` in the state `x`; states that `x` does not have are 0.
+pub fn values_at(
+    functions: &Functions,
+    dynamics: &Dynamics,
+    track: &Track,
+    theta: &[f64],
+    k: usize,
+    x: &[f64],
+) -> Vec<f64> {
     let slots = dynamics.inputs.len();
     let mut registers: Registers<1> = functions.plan.registers();
     for (slot, source) in functions.sources.iter().enumerate() {

@@ -15,7 +15,9 @@ mod rk4;
 mod single;
 mod track;
 
-pub use free_run::{Trajectory, free_run, in_reach, memory_start, values_in_run};
+pub(crate) use evaluator::{Evaluator, prepared};
+pub(crate) use feed::Feed;
+pub use free_run::{Trajectory, free_run, in_reach, memory_start, values_at, values_in_run};
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, Stretch, integrate, integrate_fast};
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};

@@ -4,7 +4,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::Problem;
 use super::report::Report;
-use super::{CampaignFile, ReadOptions, folder_of, paths};
+use super::{CampaignFile, ForceNoise, ReadOptions, folder_of, paths};
 use crate::effects::EffectName;
 use crate::filter::{PolynomialFilter, Window};
 use crate::log::{LogOptions, OptionsError};
@@ -111,8 +111,18 @@ impl Check<'_> {
                 self.report.at(&path, Problem::Vehicle(error));
             }
         }
-        for (channel, std) in &campaign.noise {
+        for (channel, std) in &campaign.noise.sensors {
             self.range(&format!("noise.{channel}"), *std, *std > 0.0, "a standard deviation is above 0");
+        }
+        for (dof, most) in &campaign.noise.force_max {
+            self.range(&format!("noise.force_max.{dof}"), *most, *most > 0.0, "an rms is above 0");
+        }
+        if let Err((key, right)) = campaign.noise.forces() {
+            let value = match &campaign.noise.force {
+                Some(ForceNoise::Held(table)) => table.get(&key).copied().unwrap_or(f64::NAN),
+                _ => f64::NAN,
+            };
+            self.range(&format!("noise.force.{key}"), value, false, right);
         }
     }
 

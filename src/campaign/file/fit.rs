@@ -8,6 +8,8 @@ use crate::estimate::output_error::{Loss, OutputErrorOptions};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
+    /// Maximum likelihood of a model that is pushed by a random force.
+    FilterError,
     /// Output error on segments: simulation against measurement.
     OutputError,
     /// The paper's procedure, stage by stage.
@@ -19,7 +21,7 @@ pub enum Estimator {
 impl Estimator {
     /// Name as in a campaign and in results.
     pub const fn name(self) -> &'static str {
-        ["output_error", "staged", "integral"][self as usize]
+        ["filter_error", "output_error", "staged", "integral"][self as usize]
     }
 }
 
@@ -28,7 +30,7 @@ impl Estimator {
 #[serde(default, deny_unknown_fields)]
 pub struct FitTable {
     /// The estimator. When absent: `staged` where bollard or towing runs take part, for it alone reads load cells;
-    /// `output_error` otherwise, for its intervals hold.
+    /// `filter_error` otherwise, for its intervals hold where a vehicle is pushed, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<Estimator>,
     /// Length of the segments of output error, s.

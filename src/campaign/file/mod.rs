@@ -9,12 +9,12 @@ mod discover;
 mod error;
 mod fit;
 mod model;
+mod noise;
 mod paths;
 mod report;
 mod runs;
 mod tree;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,7 @@ pub(super) use error::io_text;
 pub use error::{CampaignError, CampaignErrors, Location, Problem};
 pub use fit::{Estimator, FitTable};
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
+pub use noise::{ForceNoise, ForceWord, NoiseTable};
 pub use report::Source;
 pub use runs::{RunFile, RunTable};
 
@@ -52,9 +53,9 @@ pub struct CampaignFile {
     /// The water.
     #[serde(skip_serializing_if = "is_default")]
     pub water: Water,
-    /// Standard deviation of the noise of a channel, in its SI unit; estimated from the data where absent.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub noise: BTreeMap<String, f64>,
+    /// What is known of the noise of the sensors and of the random force.
+    #[serde(skip_serializing_if = "NoiseTable::is_empty")]
+    pub noise: NoiseTable,
     /// The baseline.
     pub model: ModelTable,
     /// What is known of parameters beforehand.
@@ -99,7 +100,7 @@ impl Default for CampaignFile {
             seed: 1,
             vehicle: Vehicle::default(),
             water: Water::default(),
-            noise: BTreeMap::new(),
+            noise: NoiseTable::default(),
             model: ModelTable::default(),
             parameters: Vec::new(),
             effects: Vec::new(),

@@ -112,7 +112,7 @@ fn every_table_is_read() {
     assert_eq!((c.format, c.seed, c.discover.seed), (1, 7, Some(11)));
     assert_eq!(c.vehicle.mass, Some(189.0));
     assert_eq!((c.water.density, c.water.kinematic_viscosity), (1025.0, Water::default().kinematic_viscosity));
-    assert_eq!(c.noise["r"], 0.003);
+    assert_eq!(c.noise.sensors["r"], 0.003);
     assert_eq!(c.model.dofs, [Dof::Surge, Dof::Sway, Dof::Yaw]);
     assert_eq!((c.model.effects.len(), c.model.coriolis), (5, Coriolis::Free));
     assert_eq!(c.model.effects[3].other, Some(Dof::Pitch));

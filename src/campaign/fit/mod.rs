@@ -1,5 +1,6 @@
 //! The verb `fit`: parameters from the training runs, with what is needed to believe them or not.
 
+pub(in crate::campaign) mod filter_error;
 mod judge;
 mod output_error;
 mod result;
@@ -15,6 +16,7 @@ use super::error::Error;
 use super::file::Estimator;
 use super::identifiability::Identifiability;
 use super::load::{Campaign, moves};
+use super::noise::Noise;
 use super::thrusters::FittedCurve;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
@@ -43,6 +45,9 @@ pub(super) struct Raw {
     pub stages: Vec<FitStage>,
     pub efficiency: Efficiency,
     pub identifiability: Option<Identifiability>,
+    pub noise: Option<Noise>,
+    pub converged: bool,
+    pub sentence: Option<String>,
     pub warnings: Vec<Finding>,
 }
 
@@ -65,6 +70,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     }
     tell(format!("fitting by {}", estimator.name().replace('_', " ")), 0, 0);
     let mut raw = match estimator {
+        Estimator::FilterError => filter_error::by_filter_error(campaign, &runs)?,
         Estimator::OutputError => output_error::by_output_error(campaign, &runs)?,
         Estimator::Staged => rows::by_stages(campaign)?,
         Estimator::Integral => rows::by_integral(campaign, &runs)?,
@@ -112,12 +118,24 @@ pub(super) fn assembled(
         stages: raw.stages,
         thrusters: campaign.curves.iter().map(|c| FittedCurve::of(c, &campaign.file.thrusters)).collect(),
         identifiability: raw.identifiability,
+        sentence: raw.sentence.unwrap_or_else(|| told(estimator, raw.converged)),
+        converged: raw.converged,
+        noise: raw.noise,
         filters: Vec::new(),
         warnings,
         model: raw.model,
         efficiency: raw.efficiency,
         envelope,
         instruments,
+    }
+}
+
+/// What there is to say of a fit whose estimator says nothing of its noise.
+fn told(estimator: Estimator, converged: bool) -> String {
+    let name = estimator.name().replace('_', " ");
+    match converged {
+        true => format!("The fit by {name} is done; it takes no random force into account."),
+        false => format!("Do not use these numbers: the fit by {name} did not converge."),
     }
 }
 
@@ -150,11 +168,11 @@ pub fn filters(campaign: &Campaign) -> Result<Vec<Setting>, Error> {
     Ok(filter_table(&nominal, &campaign.model, campaign.bench(), &campaign.file.stage, &usual_filters())?)
 }
 
-/// Load cells can be read by the staged procedure alone; everything else is best fitted by output error.
+/// Load cells can be read by the staged procedure alone; everything else is best fitted by filter error.
 fn suitable(campaign: &Campaign) -> Estimator {
     let training = || campaign.runs.iter().filter(|run| run.role == Role::Train);
     let cells = training().any(|run| matches!(run.kind, RunKind::Bollard | RunKind::Towing));
-    if cells { Estimator::Staged } else { Estimator::OutputError }
+    if cells { Estimator::Staged } else { Estimator::FilterError }
 }
 
 /// Values per run by the index of the run in the campaign: a run that took no part has the mean of those that did.

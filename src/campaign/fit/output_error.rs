@@ -61,6 +61,9 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         stages,
         efficiency: campaign.file.efficiency.clone(),
         identifiability,
+        noise: None,
+        converged: fitted.converged,
+        sentence: None,
         warnings,
     })
 }

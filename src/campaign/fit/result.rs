@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::campaign::file::Estimator;
 use crate::campaign::identifiability::Identifiability;
+use crate::campaign::noise::Noise;
 use crate::campaign::thrusters::FittedCurve;
 use crate::effects::Place;
 use crate::envelope::Envelope;
@@ -24,6 +25,10 @@ use crate::vehicle::Vehicle;
 pub struct Fit {
     /// Format of the result: 1.
     pub format: u32,
+    /// The verdict in words.
+    pub sentence: String,
+    /// Whether the estimator reached its maximum.
+    pub converged: bool,
     /// Parameters, in the order of the model.
     pub parameters: Vec<FitParameter>,
     /// What estimated them.
@@ -37,6 +42,9 @@ pub struct Fit {
     /// Curves of thrusters that were found from bollard tables.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<FittedCurve>,
+    /// Random force, noise of the sensors, and how predictions err; of filter error alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
     /// What the data can tell and what it cannot; not of a streamed fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,

@@ -116,7 +116,20 @@ pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String
     let efficiency = campaign.file.efficiency.clone();
     let std_method = "hac".into();
     let (identifiability, warnings) = (None, Vec::new());
-    Raw { model, std_method, covariance, std_paper, stages, efficiency, identifiability, warnings }
+    let (noise, converged, sentence) = (None, true, None);
+    Raw {
+        model,
+        std_method,
+        covariance,
+        std_paper,
+        stages,
+        efficiency,
+        identifiability,
+        noise,
+        converged,
+        sentence,
+        warnings,
+    }
 }
 
 pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
@@ -148,6 +161,9 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
         stages,
         efficiency: result.efficiency,
         identifiability,
+        noise: None,
+        converged: true,
+        sentence: None,
         warnings,
     })
 }

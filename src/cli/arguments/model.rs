@@ -18,6 +18,8 @@ fn refits(text: &str) -> Result<usize, String> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub(in crate::cli) enum EstimatorName {
+    /// Maximum likelihood of a model that is pushed by a random force.
+    FilterError,
     /// Simulation against measurement on segments.
     OutputError,
     /// The paper's procedure, stage by stage.
@@ -29,6 +31,7 @@ pub(in crate::cli) enum EstimatorName {
 impl From<EstimatorName> for Estimator {
     fn from(name: EstimatorName) -> Estimator {
         match name {
+            EstimatorName::FilterError => Estimator::FilterError,
             EstimatorName::OutputError => Estimator::OutputError,
             EstimatorName::Staged => Estimator::Staged,
             EstimatorName::Integral => Estimator::Integral,

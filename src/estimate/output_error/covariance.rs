@@ -68,7 +68,7 @@ pub(super) fn of(
 ///
 /// # Errors
 /// [`OutputErrorError::NotIdentified`] with the unknowns of which the factor says nothing.
-pub(super) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Result<Vec<f64>, OutputErrorError> {
+pub(crate) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Result<Vec<f64>, OutputErrorError> {
     let p = problem.unknowns.len();
     let weak: Vec<String> = (0..p)
         .filter(|k| {

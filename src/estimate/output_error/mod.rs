@@ -11,7 +11,7 @@
 //! Identification* (2015), ch. 4.
 
 mod bound;
-mod covariance;
+pub(crate) mod covariance;
 mod fold;
 mod join;
 mod loss;
@@ -292,7 +292,7 @@ pub(crate) fn total(segments: &[Linearised]) -> f64 {
     segments.iter().map(Linearised::cost).sum()
 }
 
-fn prior_cost(model: &Model, unknowns: &[Unknown]) -> f64 {
+pub(crate) fn prior_cost(model: &Model, unknowns: &[Unknown]) -> f64 {
     let term =
         |u: &Unknown| model.parameters[u.parameter].prior.map_or(0.0, |(m, s)| ((value(model, *u) - m) / s).powi(2));
     unknowns.iter().map(term).sum()
@@ -305,7 +305,7 @@ pub(crate) fn value(model: &Model, unknown: Unknown) -> f64 {
 }
 
 /// Moves an unknown, within its bounds.
-fn move_by(model: &mut Model, unknown: Unknown, delta: f64) {
+pub(crate) fn move_by(model: &mut Model, unknown: Unknown, delta: f64) {
     let moved = value(model, unknown) + delta;
     let parameter = &mut model.parameters[unknown.parameter];
     let moved = moved.clamp(parameter.min, parameter.max);
@@ -320,7 +320,7 @@ fn move_by(model: &mut Model, unknown: Unknown, delta: f64) {
     }
 }
 
-fn read_inputs(problem: &mut Problem, model: &Model) {
+pub(crate) fn read_inputs(problem: &mut Problem, model: &Model) {
     for track in &mut problem.tracks {
         let theta = crate::simulate::values_in_run(model, track.run);
         track.read_inputs(&problem.dynamics, &theta);
@@ -356,7 +356,14 @@ pub(crate) fn normal_factor_where(
             global.push(row.into_iter());
         }
     }
-    for (k, unknown) in problem.unknowns.iter().enumerate() {
+    fold_priors(&mut global, model, &problem.unknowns);
+    global
+}
+
+/// Adds the rows of the priors, and folds all that wait.
+pub(crate) fn fold_priors(global: &mut Fold<1>, model: &Model, unknowns: &[Unknown]) {
+    let p = unknowns.len();
+    for (k, unknown) in unknowns.iter().enumerate() {
         if let Some((mean, std)) = model.parameters[unknown.parameter].prior {
             let mut row = vec![[0.0]; p + 1];
             row[k] = [1.0 / std];
@@ -365,12 +372,11 @@ pub(crate) fn normal_factor_where(
         }
     }
     global.fold();
-    global
 }
 
 /// The step of the unknowns with Marquardt's damping, and by how much the linearised cost falls. An unknown that
 /// would leave its bounds goes to the bound and stays there, and the others are found with it there.
-fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f64) -> (Vec<f64>, f64) {
+pub(crate) fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f64) -> (Vec<f64>, f64) {
     let p = unknowns.len();
     let mut bound: Vec<Option<f64>> = vec![None; p];
     loop {

@@ -1,0 +1,171 @@
+//! The fit by filter error, in the form of all fits.
+
+use std::collections::BTreeMap;
+
+use super::super::codes;
+use super::super::error::Error;
+use super::super::file::Estimator;
+use super::super::identifiability::of_covariance;
+use super::super::load::{Campaign, moves};
+use super::super::noise;
+use super::result::FitStage;
+use super::rows::paper;
+use super::{Raw, thrust};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, Filtered, filter_error};
+use crate::estimate::{output_error::OutputErrorOptions, started};
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::progress::tell;
+use crate::run::{Role, Run};
+
+/// How the campaign asks for it.
+pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {
+    FilterErrorOptions {
+        base: campaign.options.output_error.clone(),
+        forces: campaign.file.noise.forces().unwrap_or_default(),
+        ..FilterErrorOptions::default()
+    }
+}
+
+pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
+    let options = FilterErrorOptions { told: true, ..options(campaign) };
+    let fitted = filter_error(&started(&campaign.model, runs), runs, &options)?;
+    tell("what the model predicts", 0, 0);
+    let mut warnings = Vec::new();
+    if !fitted.converged {
+        let text = format!("filter error stopped after {} passes without having converged", fitted.iterations);
+        warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
+    }
+    let (filtered, model) = held_out(campaign, &fitted, &options.base)?;
+    let forecasts = filtered.forecast(&model, &fitted.noise, fitted.limit);
+    let found = noise::of_fit(&fitted, runs, &campaign.file.noise.sensors, (&filtered, &forecasts));
+    let erring: Vec<String> = noise::by_dof(&filtered, &forecasts, Some(8.0))
+        .into_iter()
+        .filter(|(_, p)| p.errs())
+        .map(|(dof, p)| format!("{dof} by {:.1}", p.ratio()))
+        .collect();
+    let sentence = sentence(&fitted, &found, &erring);
+    if !erring.is_empty() {
+        let text = format!(
+            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model lacks something, and its parameters make up for it; `hydrosysid discover` looks for what",
+            erring.join(", ")
+        );
+        warnings.push(Finding::new(&codes::MORE_MISSING, text));
+    }
+    let mut covariance = in_model_order(&fitted);
+    let mut fitted = fitted;
+    let carried = thrust::carried(campaign, runs, |runs| {
+        let moved = filter_error(&fitted.model, runs, &FilterErrorOptions { told: false, ..options.clone() })?;
+        Ok::<_, Error>(
+            fitted.model.parameters.iter().zip(&moved.model.parameters).map(|(a, b)| b.value - a.value).collect(),
+        )
+    })?;
+    for (i, row) in carried.iter().flatten().enumerate() {
+        for (j, more) in row.iter().enumerate() {
+            covariance[i][j] += more;
+        }
+        let parameter = &mut fitted.model.parameters[i];
+        parameter.std = parameter.std.map(|_| covariance[i][i].max(0.0).sqrt());
+    }
+    let std_paper = paper(&campaign.model, runs);
+    if std_paper.iter().all(Option::is_none) {
+        warnings.push(Finding::new(&codes::NOT_AT_START, codes::NOT_AT_START.meaning));
+    }
+    let identifiability = of_covariance(&fitted.model, &covariance, runs, &mut warnings);
+    Ok(Raw {
+        stages: stages(&fitted, &forecasts_of_training(&fitted), runs, &identifiability),
+        model: fitted.model,
+        std_method: thrust::told("information", carried.is_some()),
+        covariance,
+        std_paper,
+        efficiency: campaign.file.efficiency.clone(),
+        identifiability,
+        noise: Some(found),
+        converged: fitted.converged,
+        sentence: Some(sentence),
+        warnings,
+    })
+}
+
+/// The runs that took no part, made ready with all parameters held; the training runs where there are none.
+pub(in crate::campaign) fn held_out(
+    campaign: &Campaign,
+    fitted: &FilterErrorFit,
+    base: &OutputErrorOptions,
+) -> Result<(Filtered, crate::model::Model), Error> {
+    let others: Vec<Run> =
+        campaign.runs.iter().filter(|run| run.role == Role::Validate && moves(run.kind)).cloned().collect();
+    let mut model = noise::held(&fitted.model);
+    if others.is_empty() {
+        return Ok((fitted.filtered.clone(), fitted.model.clone()));
+    }
+    model.parameters.iter_mut().for_each(|p| p.per_run.clear());
+    Ok((Filtered::new(&model, &others, base)?, model))
+}
+
+fn forecasts_of_training(fitted: &FilterErrorFit) -> Vec<crate::estimate::filter_error::Forecast> {
+    fitted.filtered.forecast(&fitted.model, &fitted.noise, fitted.limit)
+}
+
+/// Covariance in the order of the model's parameters.
+fn in_model_order(fitted: &FilterErrorFit) -> Vec<Vec<f64>> {
+    let unknowns = &fitted.filtered.problem.unknowns;
+    let (count, p) = (fitted.model.parameters.len(), unknowns.len());
+    let mut covariance = vec![vec![0.0; count]; count];
+    for (i, a) in unknowns.iter().enumerate() {
+        for (j, b) in unknowns.iter().enumerate().filter(|(_, b)| a.run.is_none() && b.run.is_none()) {
+            covariance[a.parameter][b.parameter] = fitted.covariance[i * p + j];
+        }
+        if a.run.is_some() {
+            let own = &mut covariance[a.parameter][a.parameter];
+            *own = own.max(fitted.covariance[i * p + i]);
+        }
+    }
+    covariance
+}
+
+/// One entry a degree of freedom, with the root mean square of its innovations.
+fn stages(
+    fitted: &FilterErrorFit,
+    forecasts: &[crate::estimate::filter_error::Forecast],
+    runs: &[Run],
+    identifiability: &Option<super::Identifiability>,
+) -> Vec<FitStage> {
+    let scaled = identifiability.as_ref().map_or(1.0, |i| i.condition_number_scaled);
+    let condition_number = fitted.condition_number();
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    let dofs: BTreeMap<Dof, _> = noise::by_dof(&fitted.filtered, forecasts, Some(0.0)).into_iter().collect();
+    dofs.into_iter()
+        .map(|(dof, innovations)| FitStage {
+            name: Estimator::FilterError.name().into(),
+            dof,
+            runs: names.clone(),
+            rows: innovations.count,
+            residual_std: innovations.rms(),
+            condition_number,
+            condition_number_scaled: scaled,
+            estimates: Vec::new(),
+            covariance: Vec::new(),
+            numbers: None,
+        })
+        .collect()
+}
+
+/// The verdict in words.
+fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) -> String {
+    if !fitted.converged {
+        return "Do not use these numbers: the fit did not converge.".into();
+    }
+    let pushed = match &found.force[..] {
+        [] => "No random force is found: what the model leaves is the noise of the sensors.".to_string(),
+        forces => format!("The vehicle is pushed by a random force of {}.", noise::in_words(forces)),
+    };
+    if !erring.is_empty() {
+        return format!(
+            "The fit converged, but the model lacks something: 8 s ahead it errs more than expected, in {} times. {pushed}",
+            erring.join(", in ")
+        );
+    }
+    let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
+    format!("The fit converged, and the model predicts 8 s ahead as well as it says. {pushed}{white}")
+}

@@ -1,0 +1,272 @@
+//! Noise and random force as a verb tells of them: the key `noise` of its JSON.
+
+use serde::Serialize;
+
+use crate::estimate::filter_error::{Coordinate, FilterErrorFit, Filtered, Forecast, NoiseModel, Prediction};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::navigation::upright;
+use crate::run::Run;
+
+/// What is random in the runs of a fit, and whether the fit knows it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Noise {
+    /// The random force in each degree of freedom in which there is one.
+    pub force: Vec<ForceFound>,
+    /// The noise of each channel that the model predicts.
+    pub sensors: Vec<SensorFound>,
+    /// Whether no channel's innovations are correlated beyond chance.
+    pub innovations_white: bool,
+    /// How predictions err, and how they should.
+    pub prediction: Vec<Predicted>,
+}
+
+/// A random force.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ForceFound {
+    /// Degree of freedom in which it acts.
+    pub dof: Dof,
+    /// Standard deviation of the force, in `unit`.
+    pub rms: f64,
+    /// Standard deviation of `rms`; 0 for a force that was held.
+    pub std: f64,
+    /// `N` or `N*m`.
+    pub unit: &'static str,
+    /// Correlation time, s.
+    pub correlation_time: f64,
+    /// Standard deviation of it, s; 0 for a force that was held.
+    pub correlation_time_std: f64,
+    /// Rms over the rms of the thrust in its degree of freedom; `null` without thrust there.
+    pub share_of_thrust: Option<f64>,
+    /// Whether the correlation time is so near the sample time that only rms² times it is known.
+    pub only_intensity: bool,
+}
+
+/// The noise of a channel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SensorFound {
+    /// The channel.
+    pub channel: String,
+    /// Standard deviation of the white part, in its unit.
+    pub std: f64,
+    /// As the campaign states it.
+    pub stated: Option<f64>,
+    /// What such a sensor usually has, from and to.
+    pub typical: Option<[f64; 2]>,
+    /// Correlation time of the coloured part, s; `null` for white noise.
+    pub correlation_time: Option<f64>,
+    /// Standard deviation of the coloured part.
+    pub coloured_std: Option<f64>,
+}
+
+/// How predictions of one channel of a run err.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Predicted {
+    /// Name of the run.
+    pub run: String,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Seconds ahead: 0 for one sample, `null` for a free run.
+    pub ahead: Option<f64>,
+    /// Root-mean-square error, in the unit of the channel.
+    pub rms: f64,
+    /// The error that the filter expects, sensor and random force included.
+    pub expected: f64,
+}
+
+/// Deviation that sensors of a channel usually have, from and to: Doppler logs, gyros of small vehicles, tilt and compass,
+/// pressure, acoustic positions. Kinsey, Eustice and Whitcomb, *A survey of underwater vehicle navigation* (2006).
+fn typical(channel: &str) -> Option<[f64; 2]> {
+    let degree = f64::to_radians(1.0);
+    match channel {
+        "u" | "v" | "w" => Some([0.001, 0.02]),
+        "p" | "q" | "r" => Some([0.0005, 0.01]),
+        "phi" | "theta" => Some([0.05 * degree, degree]),
+        "psi" => Some([0.1 * degree, 3.0 * degree]),
+        "z" => Some([0.002, 0.1]),
+        "x" | "y" => Some([0.01, 2.0]),
+        _ => None,
+    }
+}
+
+/// Degree of freedom of a channel: of a velocity, or of a position or angle where no velocity is predicted.
+fn dof_of(outputs: &[String], output: usize) -> Option<Dof> {
+    let name = &outputs[output];
+    let position = |dof: &Dof| dof.position() == name && !outputs.iter().any(|o| o == dof.velocity());
+    Dof::ALL.into_iter().find(|dof| dof.velocity() == name || position(dof))
+}
+
+/// Rms of the thrust in a degree of freedom, N or N·m.
+pub(super) fn thrust_rms(runs: &[Run], dof: Dof) -> Option<f64> {
+    let samples = || runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
+    let count = samples().count().max(1) as f64;
+    let rms = (samples().map(|x| x * x).sum::<f64>() / count).sqrt();
+    (rms > 0.0).then_some(rms)
+}
+
+/// The random forces of a fit to `runs`.
+pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
+    let (coordinates, covariance) = &fit.noise_covariance;
+    let std = |of: Coordinate| {
+        let k = coordinates.iter().position(|c| *c == of)?;
+        Some(covariance[(k, k)].max(0.0).sqrt())
+    };
+    let sample_time = fit.filtered.sample_time();
+    let found = |(k, force): (usize, &crate::estimate::filter_error::RandomForce)| ForceFound {
+        dof: force.dof,
+        rms: force.rms,
+        std: force.rms * std(Coordinate::ForceRms(k)).unwrap_or(0.0),
+        unit: if force.dof.is_rotation() { "N*m" } else { "N" },
+        correlation_time: force.time,
+        correlation_time_std: force.time * std(Coordinate::ForceTime(k)).unwrap_or(0.0),
+        share_of_thrust: thrust_rms(runs, force.dof).map(|thrust| force.rms / thrust),
+        only_intensity: force.time < sample_time,
+    };
+    fit.noise.forces.iter().enumerate().map(found).collect()
+}
+
+/// The noise of the sensors.
+pub(super) fn sensors(
+    filtered: &Filtered,
+    noise: &NoiseModel,
+    stated: &std::collections::BTreeMap<String, f64>,
+) -> Vec<SensorFound> {
+    let outputs = filtered.problem.dynamics.outputs.iter().zip(&noise.sensors);
+    outputs
+        .map(|(output, sensor)| {
+            let channel = upright::instrument_of(output).unwrap_or(output);
+            SensorFound {
+                channel: channel.to_string(),
+                std: sensor.std,
+                stated: stated.get(channel).copied(),
+                typical: typical(channel),
+                correlation_time: sensor.coloured.map(|c| c.time),
+                coloured_std: sensor.coloured.map(|c| c.rms),
+            }
+        })
+        .collect()
+}
+
+/// How each run was predicted in each degree of freedom, stretches of a run together.
+pub(super) fn predicted(filtered: &Filtered, forecasts: &[Forecast]) -> Vec<Predicted> {
+    let outputs = &filtered.problem.dynamics.outputs;
+    let mut all: Vec<(String, Dof, Prediction)> = Vec::new();
+    for forecast in forecasts {
+        for channel in &forecast.channels {
+            let Some(dof) = dof_of(outputs, channel.output) else { continue };
+            for prediction in channel.predictions.iter().filter(|p| p.count > 0) {
+                let known = |(run, d, p): &&mut (String, Dof, Prediction)| {
+                    *run == forecast.run && *d == dof && p.ahead == prediction.ahead
+                };
+                match all.iter_mut().find(known) {
+                    Some((_, _, sum)) => *sum = sum.with(prediction),
+                    None => all.push((forecast.run.clone(), dof, *prediction)),
+                }
+            }
+        }
+    }
+    let told = |(run, dof, p): (String, Dof, Prediction)| Predicted {
+        run,
+        dof,
+        ahead: p.ahead,
+        rms: p.rms(),
+        expected: p.expected_rms(),
+    };
+    all.into_iter().map(told).collect()
+}
+
+/// Predictions `ahead` of all stretches together, by degree of freedom.
+pub(super) fn by_dof(filtered: &Filtered, forecasts: &[Forecast], ahead: Option<f64>) -> Vec<(Dof, Prediction)> {
+    let outputs = &filtered.problem.dynamics.outputs;
+    let mut all: Vec<(Dof, Prediction)> = Vec::new();
+    for channel in forecasts.iter().flat_map(|f| &f.channels) {
+        let of = channel.predictions.iter().find(|p| p.ahead == ahead);
+        let (Some(dof), Some(prediction)) = (dof_of(outputs, channel.output), of) else { continue };
+        match all.iter_mut().find(|(d, _)| *d == dof) {
+            Some((_, sum)) => *sum = sum.with(prediction),
+            None => all.push((dof, *prediction)),
+        }
+    }
+    all
+}
+
+/// Whether no channel's innovations are correlated beyond one chance in a hundred, all channels together.
+pub(super) fn white(forecasts: &[Forecast]) -> bool {
+    let Some(first) = forecasts.first() else { return true };
+    let level = 0.01 / first.channels.len().max(1) as f64;
+    (0..first.channels.len()).all(|c| {
+        let all = forecasts.iter().map(|f| f.channels[c].whiteness.clone());
+        all.reduce(|a, b| a.with(&b)).is_none_or(|w| w.p_value() >= level)
+    })
+}
+
+/// A fit's noise, with how it predicts `runs`.
+pub(super) fn of_fit(
+    fit: &FilterErrorFit,
+    training: &[Run],
+    stated: &std::collections::BTreeMap<String, f64>,
+    (filtered, forecasts): (&Filtered, &[Forecast]),
+) -> Noise {
+    Noise {
+        force: forces(fit, training),
+        sensors: sensors(&fit.filtered, &fit.noise, stated),
+        innovations_white: white(forecasts),
+        prediction: predicted(filtered, forecasts),
+    }
+}
+
+/// The random force in words: `1.2 N in surge (correlation 0.8 s, 3 % of its thrust)`.
+pub(super) fn in_words(forces: &[ForceFound]) -> String {
+    let one = |f: &ForceFound| {
+        let unit = f.unit.replace('*', " ");
+        let share = f.share_of_thrust.map_or(String::new(), |s| format!(", {} % of its thrust", digits(100.0 * s)));
+        format!("{} {unit} in {} (correlation {} s{share})", digits(f.rms), f.dof, digits(f.correlation_time))
+    };
+    let all: Vec<String> = forces.iter().map(one).collect();
+    match all.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => all.concat(),
+    }
+}
+
+/// Two digits for people.
+fn digits(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let places = (1 - x.abs().log10().floor() as i32).max(0) as usize;
+    format!("{x:.places$}")
+}
+
+/// The model with every parameter held, for runs that take part in no fit.
+pub(super) fn held(model: &Model) -> Model {
+    let mut held = model.clone();
+    held.parameters.iter_mut().for_each(|p| p.fixed = true);
+    held
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_is_told_with_two_digits() {
+        let force = |dof, rms, unit| ForceFound {
+            dof,
+            rms,
+            std: 0.1,
+            unit,
+            correlation_time: 0.82,
+            correlation_time_std: 0.2,
+            share_of_thrust: Some(0.031),
+            only_intensity: false,
+        };
+        let forces = [force(Dof::Surge, 1.234, "N"), force(Dof::Yaw, 0.0512, "N*m")];
+        assert_eq!(
+            in_words(&forces),
+            "1.2 N in surge (correlation 0.82 s, 3.1 % of its thrust) and 0.051 N m in yaw (correlation 0.82 s, 3.1 % of its thrust)"
+        );
+        assert_eq!(in_words(&[]), "");
+        assert_eq!([0.0, 12.34, 123.4].map(digits), ["0", "12", "123"]);
+    }
+}

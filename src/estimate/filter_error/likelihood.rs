@@ -1,0 +1,311 @@
+//! The likelihood of the innovations, and its derivatives by the parameters and by the noise.
+//!
+//! ```text
+//! −2 ln L(θ, η) = Σ (ρ(z) + c ln s)          z = e/√s;  ρ = z², c = 1;  beyond k deviations ρ = 2k|z| − k², c = erf(k/√2)
+//! θ: rows (∂e/∂θ)/√s of a triangular factor, gain and s held          (Gauss-Newton)
+//! η: gᵢ = Σ ½ (c − ψ z) ∂ᵢs/s + ψ ∂ᵢe/√s,   Iᵢⱼ = Σ ½ ∂ᵢs ∂ⱼs/s² + ∂ᵢe ∂ⱼe/s          (Fisher scoring)
+//! ```
+//!
+//! The noise is differentiated by filters that run side by side with a little more of each, one a lane: exact to the
+//! step of 1e-4, and no second set of equations. c keeps the deviations right where the noise is Gaussian. Åström,
+//! *Automatica* 16 (1980) 551-574; Huber, *Robust Statistics* (1981), ch. 7.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use statrs::function::erf::erf;
+
+use super::noise::{Coordinate, NoiseModel};
+use super::pass::filter;
+use super::problem::{Batch, Filtered};
+use super::sensor::Innovation;
+use crate::estimate::output_error::{Fold, LANES, fold_priors};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::wide::{Machine, Wide, Widths as _, Work};
+
+/// Step by which a logarithm of the noise is moved: its square does not show, and roundings do not either.
+const STEP: f64 = 1e-4;
+
+/// Filters side by side when the noise is differentiated: one as it is, the others moved.
+const TOGETHER: usize = 16;
+
+/// A stretch linearised at the current values.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// Triangular factor of [∂e/∂θ | e] / √s, row-major, `n × n`.
+    r: Vec<f64>,
+    n: usize,
+    /// −2 ln L.
+    pub cost: f64,
+    /// Number of samples.
+    pub samples: usize,
+    /// Number of innovations beyond five deviations.
+    pub outliers: usize,
+    /// Σ ψ², Σ ψ' and Σ (dρ½/dz)²: what innovations that are held back leave of the information.
+    pub held_back: [f64; 3],
+}
+
+/// Deviations beyond which no Gaussian innovation is found in any log.
+pub(super) const OUTLIER: f64 = 5.0;
+
+/// c of a limit.
+fn share(limit: f64) -> f64 {
+    if limit.is_finite() { erf(limit / std::f64::consts::SQRT_2) } else { 1.0 }
+}
+
+/// √ρ with the sign of z, and its slope.
+#[inline(always)]
+fn temper(z: f64, limit: f64) -> (f64, f64) {
+    if z.abs() <= limit {
+        return (z, 1.0);
+    }
+    let size = (2.0 * limit * z.abs() - limit * limit).sqrt();
+    (size.copysign(z), limit / size)
+}
+
+impl Filtered {
+    /// Stretches in batches, those of like length together.
+    fn batches(&self) -> Vec<Vec<usize>> {
+        let steps = |k: &usize| {
+            let s = self.problem.segments[*k];
+            let steps_to = &self.problem.tracks[s.track].steps_to;
+            steps_to[s.last + 1] - steps_to[s.first + 1]
+        };
+        let mut order: Vec<usize> = (0..self.problem.segments.len()).collect();
+        order.sort_by_key(|k| std::cmp::Reverse(steps(k)));
+        order.chunks(LANES).map(<[usize]>::to_vec).collect()
+    }
+
+    /// Every stretch linearised at the values of `model` under `noise`; `mobilities` as by [`Filtered::mobilities`].
+    pub(super) fn linearise(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+        sensitive: bool,
+    ) -> Vec<Linear> {
+        let of = |members: &Vec<usize>| {
+            let noise = std::array::from_fn(|_| noise.clone());
+            let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
+            Machine::widest(Linearisation { batch, sensitive })
+        };
+        let batches = self.batches();
+        let parts: Vec<Vec<Linear>> = batches.par_iter().map(of).collect();
+        let mut all: Vec<(usize, Linear)> =
+            batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
+        all.sort_by_key(|(member, _)| *member);
+        all.into_iter().map(|(_, linear)| linear).collect()
+    }
+
+    /// Factor of all stretches' information on the unknowns, priors included; its last column holds the innovations.
+    pub(super) fn factor(&self, model: &Model, stretches: &[Linear]) -> Fold<1> {
+        let p = self.problem.unknowns.len();
+        let mut global = Fold::<1>::new(p + 1);
+        for (linear, stretch) in stretches.iter().zip(&self.problem.segments) {
+            let columns = self.problem.columns_of(stretch.track);
+            for i in 0..linear.n {
+                let mut row = vec![[0.0]; p + 1];
+                for (direction, column) in columns.iter().enumerate() {
+                    row[*column] = [linear.r[i * linear.n + direction]];
+                }
+                row[p] = [linear.r[i * linear.n + linear.n - 1]];
+                global.push(row.into_iter());
+            }
+        }
+        fold_priors(&mut global, model, &self.problem.unknowns);
+        global
+    }
+
+    /// Gradient and information of −ln L by the logarithms `coordinates` of the noise.
+    pub(super) fn score(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        coordinates: &[Coordinate],
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Score {
+        let moved = |coordinate: Option<&Coordinate>| {
+            let mut other = noise.clone();
+            if let Some(c) = coordinate {
+                other.set(*c, noise.at(*c) + STEP);
+            }
+            other
+        };
+        let count = coordinates.len();
+        // coordinates of different groups hardly share information: it is left out, the gradient is exact
+        let order: Vec<usize> = self.by_dof(coordinates, noise);
+        let groups: Vec<&[usize]> = order.chunks(count.div_ceil(count.div_ceil(TOGETHER - 1)).max(1)).collect();
+        let stretches = 0..self.problem.segments.len();
+        let jobs: Vec<(usize, &[usize])> = stretches.flat_map(|k| groups.iter().map(move |g| (k, *g))).collect();
+        let parts: Vec<Score> = jobs
+            .par_iter()
+            .map(|(stretch, group)| {
+                let models = std::array::from_fn(|lane| {
+                    moved(lane.checked_sub(1).and_then(|i| group.get(i)).map(|c| &coordinates[*c]))
+                });
+                let batch = self.batch::<TOGETHER>(model, &[*stretch; TOGETHER], models, mobilities, limit);
+                Machine::widest(Scoring { batch, count: group.len() })
+            })
+            .collect();
+        let mut total = Score { gradient: vec![0.0; count], information: DMatrix::zeros(count, count) };
+        for ((_, group), part) in jobs.iter().zip(&parts) {
+            for (a, i) in group.iter().enumerate() {
+                total.gradient[*i] += part.gradient[a];
+                for (b, j) in group.iter().enumerate() {
+                    total.information[(*i, *j)] += part.information[(a, b)];
+                }
+            }
+        }
+        total
+    }
+
+    /// Numbers of the coordinates, those of one degree of freedom side by side.
+    fn by_dof(&self, coordinates: &[Coordinate], noise: &NoiseModel) -> Vec<usize> {
+        let of_output = |c: usize| {
+            let name = &self.problem.dynamics.outputs[c];
+            let own = |dof: &Dof| dof.velocity() == name || dof.position() == name;
+            Dof::ALL.iter().position(own).unwrap_or(Dof::ALL.len())
+        };
+        let place = |c: &Coordinate| match *c {
+            Coordinate::ForceRms(i) | Coordinate::ForceTime(i) => noise.forces[i].dof.index(),
+            Coordinate::Sensor(c) | Coordinate::ColouredRms(c) | Coordinate::ColouredTime(c) => of_output(c),
+        };
+        let mut order: Vec<usize> = (0..coordinates.len()).collect();
+        order.sort_by_key(|k| place(&coordinates[*k]));
+        order
+    }
+}
+
+/// Gradient and information of −ln L.
+#[derive(Debug, Clone)]
+pub(super) struct Score {
+    pub gradient: Vec<f64>,
+    pub information: DMatrix<f64>,
+}
+
+struct Linearisation<'a> {
+    batch: Batch<'a, LANES>,
+    sensitive: bool,
+}
+
+impl Work<LANES> for Linearisation<'_> {
+    type Output = Vec<Linear>;
+    #[inline(always)]
+    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Linear> {
+        let Linearisation { batch, sensitive } = self;
+        let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
+        let n = if sensitive { batch.problem.dynamics.directions.len() + 1 } else { 1 };
+        let c = share(limit);
+        let mut fold = Fold::with(wide, n);
+        let (mut cost, mut samples, mut outliers) = ([0.0; LANES], [0; LANES], [0; LANES]);
+        let mut held_back = [[0.0; 3]; LANES];
+        let mut take = std::convert::identity(
+            #[inline(always)]
+            |at: &Innovation<'_, LANES>| {
+                let (mut weight, mut value) = ([0.0; LANES], [0.0; LANES]);
+                for lane in 0..LANES {
+                    if at.present[lane] == 0.0 {
+                        continue;
+                    }
+                    let root = at.s[lane].sqrt();
+                    let z = at.e[lane] / root;
+                    let (tempered, slope) = temper(z, limit);
+                    (value[lane], weight[lane]) = (tempered, slope / root);
+                    cost[lane] += tempered * tempered + c * at.s[lane].ln();
+                    samples[lane] += 1;
+                    outliers[lane] += usize::from(z.abs() > OUTLIER);
+                    let within = f64::from(u8::from(z.abs() <= limit));
+                    let sums = [(tempered * slope).powi(2), within, slope * slope];
+                    held_back[lane].iter_mut().zip(sums).for_each(|(sum, x)| *sum += x);
+                }
+                if n == 1 {
+                    return;
+                }
+                let weight = wide.load(&weight);
+                let row = at.gradient.iter().map(
+                    #[inline(always)]
+                    |g| wide.store(wide.mul(wide.only_where(wide.load(g), weight), weight)),
+                );
+                fold.push(row.chain(std::iter::once(value)));
+            },
+        );
+        filter(wide, batch, sensitive, &mut take);
+        fold.fold();
+        (0..members)
+            .map(|lane| Linear {
+                r: (0..n * n).map(|k| if n == 1 { 0.0 } else { fold.at(k / n, k % n)[lane] }).collect(),
+                n,
+                cost: cost[lane],
+                samples: samples[lane],
+                outliers: outliers[lane],
+                held_back: held_back[lane],
+            })
+            .collect()
+    }
+}
+
+struct Scoring<'a> {
+    batch: Batch<'a, TOGETHER>,
+    count: usize,
+}
+
+impl Work<TOGETHER> for Scoring<'_> {
+    type Output = Score;
+    #[inline(always)]
+    fn with<W: Wide<TOGETHER>>(self, wide: W) -> Score {
+        let Scoring { batch, count } = self;
+        let limit = batch.limit;
+        let c = share(limit);
+        let mut gradient = [0.0; TOGETHER];
+        let mut information = [[0.0; TOGETHER]; TOGETHER];
+        let mut take = std::convert::identity(
+            #[inline(always)]
+            |at: &Innovation<'_, TOGETHER>| {
+                if at.present[0] == 0.0 {
+                    return;
+                }
+                let (e, s) = (at.e[0], at.s[0]);
+                let root = s.sqrt();
+                let z = e / root;
+                let psi = z.clamp(-limit, limit);
+                let (mut ds, mut de) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+                for k in 0..count {
+                    ds[k] = (at.s[k + 1] - s) / (STEP * s);
+                    de[k] = (at.e[k + 1] - e) / (STEP * root);
+                    gradient[k] += 0.5 * (c - psi * z) * ds[k] + psi * de[k];
+                }
+                for i in 0..count {
+                    for j in 0..=i {
+                        information[i][j] += 0.5 * ds[i] * ds[j] + de[i] * de[j];
+                    }
+                }
+            },
+        );
+        filter(wide, batch, false, &mut take);
+        Score {
+            gradient: gradient[..count].to_vec(),
+            information: DMatrix::from_fn(count, count, |i, j| information[i.max(j)][i.min(j)]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// c is E[ψ(z) z] of a standard normal z: by a sum over z, good to its step squared.
+    #[test]
+    fn exact_share_of_a_limit() {
+        for limit in [1.0, 2.0, 3.0] {
+            let h = 1e-3;
+            let mean: f64 = (-8000..8000)
+                .map(|k| (f64::from(k) + 0.5) * h)
+                .map(|z| z.clamp(-limit, limit) * z * (-0.5 * z * z).exp() * h / std::f64::consts::TAU.sqrt())
+                .sum();
+            assert!((share(limit) - mean).abs() < 1e-6, "{limit}");
+        }
+        assert_eq!(share(f64::INFINITY), 1.0);
+    }
+}

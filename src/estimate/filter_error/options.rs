@@ -1,0 +1,60 @@
+//! Options of the filter-error fit, and what can go wrong.
+
+use std::collections::BTreeMap;
+
+use crate::estimate::output_error::OutputErrorOptions;
+use crate::frame::Dof;
+
+/// What is known of the random forces beforehand.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Forces {
+    /// Estimated, in every degree of freedom.
+    Estimate {
+        /// Greatest rms by degree of freedom, N or N·m; no bound in those that are not listed.
+        most: BTreeMap<Dof, f64>,
+    },
+    /// There are none.
+    None,
+    /// Held: rms by degree of freedom, N or N·m, and their correlation time, s.
+    Held {
+        /// Rms by degree of freedom; none in those that are not listed.
+        rms: BTreeMap<Dof, f64>,
+        /// Correlation time, s.
+        time: f64,
+    },
+}
+
+impl Default for Forces {
+    fn default() -> Forces {
+        Forces::Estimate { most: BTreeMap::new() }
+    }
+}
+
+impl Forces {
+    /// Whether they are estimated.
+    pub fn is_estimated(&self) -> bool {
+        matches!(self, Forces::Estimate { .. })
+    }
+}
+
+/// How the fit is done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilterErrorOptions {
+    /// How runs are made ready: longest step, position, stated noise of the sensors.
+    pub base: OutputErrorOptions,
+    /// The random forces.
+    pub forces: Forces,
+    /// Greatest number of passes that linearise.
+    pub iterations: usize,
+    /// Converged when a step would lower −2 ln L by less than this.
+    pub tolerance: f64,
+    /// Whether each step is told to who watches.
+    pub told: bool,
+}
+
+impl Default for FilterErrorOptions {
+    fn default() -> FilterErrorOptions {
+        let base = OutputErrorOptions::default();
+        FilterErrorOptions { base, forces: Forces::default(), iterations: 60, tolerance: 1e-2, told: false }
+    }
+}

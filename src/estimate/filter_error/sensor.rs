@@ -1,0 +1,229 @@
+//! One sample of one sensor taken into account.
+//!
+//! ```text
+//! e = y − h(x) − b,    s = c P cᵀ + R,    K = P cᵀ/s,    x ← x + K e,    ∂x/∂θ ← ∂x/∂θ + K ∂e/∂θ,    ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ)
+//! ```
+//!
+//! Scalar by scalar, so that rates, gaps and drop-outs need no grid. An innovation beyond `limit` deviations moves the
+//! state as one at the limit does: Masreliez, *IEEE Transactions on Automatic Control* 20 (1975) 107-110.
+
+use super::transition::{Belief, Sensitivities};
+use crate::dynamics::Dynamics;
+use crate::simulate::{Evaluator, Feed};
+use crate::symbolic::Ends;
+use crate::wide::{Lanes, Wide};
+
+/// An innovation of each lane.
+#[derive(Debug)]
+pub(super) struct Innovation<'a, const L: usize> {
+    /// 1 in lanes that have a sample, else 0.
+    pub present: [f64; L],
+    /// e, 0 without a sample.
+    pub e: [f64; L],
+    /// s, 1 without a sample.
+    pub s: [f64; L],
+    /// ∂e/∂θ; empty without sensitivities.
+    pub gradient: &'a [[f64; L]],
+}
+
+/// Where an output's Jacobian has entries.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    /// ∂h/∂x: value of the plan, `None` for 1, and the state.
+    by_state: Vec<(Option<usize>, usize)>,
+    /// ∂h/∂θ: value of the plan and the column.
+    direct: Vec<(usize, usize)>,
+    /// State of the coloured noise.
+    coloured: Option<usize>,
+    /// Whether it is an angle, known but for whole turns.
+    turns: bool,
+}
+
+/// The sensors of `L` lanes.
+pub(super) struct Sensors<'a, const L: usize> {
+    observe: Evaluator<'a, L>,
+    rows: Vec<Row>,
+    /// Variance of the white noise by output.
+    variance: Vec<[f64; L]>,
+    /// Whether the outputs are the first states.
+    sees_states: bool,
+    states: usize,
+    /// State and outputs at which the outputs were evaluated.
+    at: Lanes<L>,
+    predicted: Lanes<L>,
+    c: Lanes<L>,
+    gain: Lanes<L>,
+    gradient: Lanes<L>,
+    /// Innovations beyond so many deviations are held back.
+    limit: f64,
+}
+
+impl<'a, const L: usize> Sensors<'a, L> {
+    /// Of a compiled model; `coloured` gives the outputs whose noise has states, from `states` + `forces` on.
+    pub fn new(
+        dynamics: &Dynamics,
+        observe: Evaluator<'a, L>,
+        variance: Vec<[f64; L]>,
+        (forces, coloured): (usize, &[usize]),
+        columns: usize,
+        limit: f64,
+    ) -> Sensors<'a, L> {
+        let (nx, ny) = (dynamics.states.len(), dynamics.outputs.len());
+        let functions = &dynamics.observation;
+        let sees_states = functions.plan.is_states(ny);
+        let mut rows = vec![Row::default(); ny];
+        if sees_states {
+            rows.iter_mut().enumerate().for_each(|(k, row)| row.by_state.push((None, k)));
+        } else {
+            for (k, entry) in functions.by_state.iter().enumerate() {
+                rows[entry.row].by_state.push((Some(ny + k), entry.column));
+            }
+            for (k, entry) in functions.by_parameter.iter().enumerate() {
+                rows[entry.row].direct.push((ny + functions.by_state.len() + k, entry.column));
+            }
+        }
+        for (k, output) in coloured.iter().enumerate() {
+            rows[*output].coloured = Some(nx + forces + k);
+        }
+        for (row, name) in rows.iter_mut().zip(&dynamics.outputs) {
+            row.turns = matches!(name.as_str(), "phi" | "psi");
+        }
+        let n = nx + forces + coloured.len();
+        Sensors {
+            observe,
+            rows,
+            variance,
+            sees_states,
+            states: nx,
+            at: Lanes::zeros(nx),
+            predicted: Lanes::zeros(ny),
+            c: Lanes::zeros(n),
+            gain: Lanes::zeros(n),
+            gradient: Lanes::zeros(columns),
+            limit,
+        }
+    }
+
+    /// Evaluates the outputs at the predicted state; `instant` is that of the inputs at hand.
+    #[inline(always)]
+    pub fn look<W: Wide<L>>(&mut self, wide: W, feed: &Feed<'_, L>, instant: usize, x: &[[f64; L]]) {
+        let (nx, ny) = (self.states, self.rows.len());
+        self.at.copy_from_slice(&x[..nx]);
+        if self.sees_states {
+            self.predicted.copy_from_slice(&x[..ny]);
+            return;
+        }
+        let Ends { states, sizes, others, .. } = self.observe.ends();
+        feed.put(wide, instant, others);
+        for k in 0..nx {
+            (states[k], sizes[k]) = (x[k], wide.store(wide.abs(wide.load(&x[k]))));
+        }
+        self.observe.evaluate(wide);
+        self.predicted.copy_from_slice(&self.observe.ends().values[..ny]);
+    }
+
+    /// c of an output, 0 in lanes without a sample, and the output as predicted now.
+    #[inline(always)]
+    fn row<W: Wide<L>>(&mut self, wide: W, output: usize, present: &[f64; L], x: &[[f64; L]]) -> W::Value {
+        let row = &self.rows[output];
+        let present = wide.load(present);
+        self.c.fill([0.0; L]);
+        let mut y = wide.load(&self.predicted[output]);
+        for (value, state) in &row.by_state {
+            let c = match value {
+                None => wide.splat(1.0),
+                Some(value) => wide.load(&self.observe.ends().values[*value]),
+            };
+            y = wide.plus(y, c, wide.sub(wide.load(&x[*state]), wide.load(&self.at[*state])));
+            self.c[*state] = wide.store(wide.only_where(c, present));
+        }
+        if let Some(state) = row.coloured {
+            y = wide.add(y, wide.load(&x[state]));
+            self.c[state] = wide.store(present);
+        }
+        y
+    }
+
+    /// Takes the samples `measured` of an output into account, NaN where a lane has none.
+    #[inline(always)]
+    pub fn update<W: Wide<L>>(
+        &mut self,
+        wide: W,
+        output: usize,
+        measured: &[f64; L],
+        belief: &mut Belief<L>,
+        sensitivities: &mut Option<Sensitivities<L>>,
+        take: &mut impl FnMut(&Innovation<'_, L>),
+    ) {
+        let present = measured.map(|y| if y.is_nan() { 0.0 } else { 1.0 });
+        let predicted = wide.store(self.row(wide, output, &present, &belief.x));
+        let turns = self.rows[output].turns;
+        let e: [f64; L] = std::array::from_fn(|lane| match present[lane] > 0.0 {
+            false => 0.0,
+            true if turns => shortest(measured[lane] - predicted[lane]),
+            true => measured[lane] - predicted[lane],
+        });
+        let variance = std::array::from_fn(|lane| if present[lane] > 0.0 { self.variance[output][lane] } else { 1.0 });
+        let s = wide.store(belief.p.update(wide, &self.c, wide.load(&variance), &mut self.gain));
+        if let Some(sensitivities) = sensitivities {
+            self.gradient(wide, output, &present, sensitivities);
+        }
+        let gradient = if sensitivities.is_some() { &self.gradient[..] } else { &[] };
+        take(&Innovation { present, e, s, gradient });
+        let moved = if self.limit.is_finite() {
+            std::array::from_fn(|lane| e[lane].clamp(-self.limit * s[lane].sqrt(), self.limit * s[lane].sqrt()))
+        } else {
+            e
+        };
+        let moved = wide.load(&moved);
+        for (x, gain) in belief.x.iter_mut().zip(self.gain.iter()) {
+            *x = wide.store(wide.plus(wide.load(x), wide.load(gain), moved));
+        }
+        if let Some(Sensitivities { s, columns, .. }) = sensitivities {
+            for (row, gain) in s.chunks_exact_mut(*columns).zip(self.gain.iter()) {
+                let gain = wide.load(gain);
+                for (x, g) in row.iter_mut().zip(self.gradient.iter()) {
+                    *x = wide.store(wide.plus(wide.load(x), gain, wide.load(g)));
+                }
+            }
+        }
+    }
+
+    /// ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ).
+    #[inline(always)]
+    fn gradient<W: Wide<L>>(&mut self, wide: W, output: usize, present: &[f64; L], sensitivities: &Sensitivities<L>) {
+        let columns = sensitivities.columns;
+        let row = &self.rows[output];
+        self.gradient.fill([0.0; L]);
+        for state in row.by_state.iter().map(|(_, state)| *state).chain(row.coloured) {
+            let c = wide.load(&self.c[state]);
+            for (to, s) in self.gradient.iter_mut().zip(&sensitivities.s[state * columns..(state + 1) * columns]) {
+                *to = wide.store(wide.sub(wide.load(to), wide.mul(c, wide.load(s))));
+            }
+        }
+        let present = wide.load(present);
+        for (value, column) in &row.direct {
+            let direct = wide.only_where(wide.load(&self.observe.ends().values[*value]), present);
+            let to = &mut self.gradient[*column];
+            *to = wide.store(wide.sub(wide.load(to), direct));
+        }
+    }
+
+    /// Whether an output is an angle, known but for whole turns.
+    pub fn is_turn(&self, output: usize) -> bool {
+        self.rows[output].turns
+    }
+
+    /// An output as predicted, and the variance with which its sample is expected.
+    #[inline(always)]
+    pub fn expect<W: Wide<L>>(&mut self, wide: W, output: usize, belief: &Belief<L>) -> ([f64; L], [f64; L]) {
+        let y = wide.store(self.row(wide, output, &[1.0; L], &belief.x));
+        let variance = wide.add(belief.p.variance(wide, &self.c), wide.load(&self.variance[output]));
+        (y, wide.store(variance))
+    }
+}
+
+/// The difference of two angles, in (−π, π].
+pub(super) fn shortest(difference: f64) -> f64 {
+    difference - std::f64::consts::TAU * (difference / std::f64::consts::TAU).round()
+}

@@ -1,0 +1,132 @@
+//! Where the search for the noise starts, and what it knows beforehand.
+//!
+//! ```text
+//! σ₀: a tenth of the thrust's rms      T₀: 1 s      R₀: differences of the samples, or as stated
+//! prior: ln T ~ N(ln 1 s, 1.5²),   ln R ~ N(ln stated, 1²) where stated
+//! ```
+
+use super::noise::{Coordinate, NoiseModel, RandomForce, SensorNoise};
+use super::options::Forces;
+use super::problem::Filtered;
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::Run;
+
+/// Share of the thrust with which a random force starts: too much is taken back within a few steps, too little makes a
+/// filter that trusts a wrong model.
+const SHARE: f64 = 0.1;
+
+/// Correlation time at which the search starts and about which its prior stands, s: turbulence at a vehicle's scale.
+pub(super) const TIME: f64 = 1.0;
+
+/// Deviation of ln T in its prior: from a fifth of a second to five.
+const TIME_SPREAD: f64 = 1.5;
+
+/// Deviation of ln R about a stated deviation: a statement may be wrong by several times.
+const STATED_SPREAD: f64 = 1.0;
+
+/// Noise from which the search starts.
+pub(super) fn noise(filtered: &Filtered, model: &Model, runs: &[Run], forces: &Forces) -> NoiseModel {
+    let dofs = filtered.problem.dynamics.velocities();
+    let forces = match forces {
+        Forces::None => Vec::new(),
+        Forces::Held { rms, time } => {
+            let held = |dof: &Dof| Some(RandomForce { dof: *dof, rms: *rms.get(dof)?, time: *time });
+            dofs.iter().filter_map(held).filter(|f| f.rms > 0.0).collect()
+        }
+        Forces::Estimate { most } => {
+            let start =
+                |dof: &Dof| (SHARE * strength(model, runs, *dof)).min(most.get(dof).copied().unwrap_or(f64::INFINITY));
+            dofs.iter().map(|dof| RandomForce { dof: *dof, rms: start(dof), time: TIME }).collect()
+        }
+    };
+    let sigma = filtered.problem.sigma.iter().zip(floors(filtered));
+    let sensors = sigma.map(|(std, floor)| SensorNoise { std: std.max(10.0 * floor), coloured: None }).collect();
+    NoiseModel { forces, sensors }
+}
+
+/// Least deviation of each output's noise: what its resolution makes, and a hundred-thousandth of its range, below which
+/// numbers and not instruments decide.
+pub(super) fn floors(filtered: &Filtered) -> Vec<f64> {
+    let problem = &filtered.problem;
+    let ny = problem.dynamics.outputs.len();
+    let floor = |output: usize| {
+        let samples = problem
+            .tracks
+            .iter()
+            .map(|t| t.observed.iter().skip(output).step_by(ny).copied().filter(|y| !y.is_nan()).collect::<Vec<f64>>());
+        let (mut range, mut resolution) = (0.0_f64, None::<f64>);
+        for y in samples {
+            let (low, high) = y.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
+            range = range.max(high - low);
+            resolution = match (resolution, resolution_of(&y)) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            };
+        }
+        (resolution.unwrap_or(0.0) / 12f64.sqrt()).max(1e-5 * range).max(1e-12)
+    };
+    (0..ny).map(floor).collect()
+}
+
+/// Step of which all differences of the samples are multiples; `None` where there is none.
+fn resolution_of(y: &[f64]) -> Option<f64> {
+    let differences: Vec<f64> = y.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
+    let least = differences.iter().copied().fold(f64::INFINITY, f64::min);
+    // a difference of two decimal numbers is off by roundings
+    let multiple = |d: &f64| (d / least - (d / least).round()).abs() < 1e-3 * (d / least).max(1.0);
+    let fits = differences.iter().filter(|d| multiple(d)).count();
+    (differences.len() > 8 && fits == differences.len()).then_some(least)
+}
+
+/// Rms of the thrust in a degree of freedom, N or N·m; of what accelerates it where no thrust is commanded there.
+pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
+    let rms = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = values.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
+        f64::sqrt(sum / f64::max(count, 1.0))
+    };
+    let thrust = rms(&mut runs.iter().filter_map(|r| r.signal(dof.force())).flat_map(|s| s.values().iter().copied()));
+    if thrust > 0.0 {
+        return thrust;
+    }
+    let inertia = model.value(&format!("inertia@{dof}")).unwrap_or(1.0).abs();
+    // over a second, beside which the noise of a sensor does not count
+    let changes = runs.iter().filter_map(|r| r.signal(dof.velocity())).flat_map(|s| {
+        let (t, x) = (s.time(), s.values());
+        let mut until = 0;
+        (0..t.len())
+            .filter_map(|k| {
+                while until + 1 < t.len() && t[until] < t[k] + 1.0 {
+                    until += 1;
+                }
+                (t[until] > t[k]).then(|| (x[until] - x[k]) / (t[until] - t[k]))
+            })
+            .collect::<Vec<f64>>()
+    });
+    let strength = inertia * rms(&mut changes.into_iter());
+    if strength > 0.0 { strength } else { inertia }
+}
+
+/// What is known of the noise before the data: −2 ln of the prior, its slope and its curvature by each logarithm.
+pub(super) struct Prior {
+    /// Mean and deviation by coordinate, where there is a prior.
+    pub of: Vec<Option<(f64, f64)>>,
+}
+
+impl Prior {
+    /// For these coordinates; `stated` holds the deviation of each output where it is stated.
+    pub fn new(coordinates: &[Coordinate], stated: &[Option<f64>]) -> Prior {
+        let of = coordinates.iter().map(|c| match *c {
+            Coordinate::ForceTime(_) | Coordinate::ColouredTime(_) => Some((TIME.ln(), TIME_SPREAD)),
+            Coordinate::Sensor(output) => stated[output].map(|std| (std.ln(), STATED_SPREAD)),
+            Coordinate::ForceRms(_) | Coordinate::ColouredRms(_) => None,
+        });
+        Prior { of: of.collect() }
+    }
+
+    /// −2 ln of the prior.
+    pub fn cost(&self, noise: &NoiseModel, coordinates: &[Coordinate]) -> f64 {
+        let terms = coordinates.iter().zip(&self.of);
+        terms.filter_map(|(c, of)| of.map(|(mean, std)| ((noise.at(*c) - mean) / std).powi(2))).sum()
+    }
+}

@@ -1,0 +1,399 @@
+//! The maximum of the likelihood: steps of the parameters and steps of the noise in turns.
+//!
+//! ```text
+//! θ:  min |r + J δ|² + λ|D δ|²        J = (∂e/∂θ)/√s                    until −2 ln L would fall by less than a hundredth
+//! η:  (I + λ diag I) δ = −g           I, g: information and gradient of −ln L
+//! ```
+//!
+//! A random force that the likelihood does not ask for is taken out: its σ has run to nothing, or without it −2 ln L is
+//! no more than [`CHANCE`] higher. Innovations beyond five deviations, which no Gaussian noise makes, are outliers: from
+//! then on all innovations are held back at two.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::likelihood::Linear;
+use super::noise::{Coordinate, NoiseModel};
+use super::options::{FilterErrorOptions, Forces};
+use super::start::{self, Prior};
+use super::{FilterErrorFit, Filtered};
+use crate::estimate::output_error::{
+    OutputErrorError, covariance, damped_step, move_by, prior_cost, read_inputs, value,
+};
+use crate::model::Model;
+use crate::progress;
+
+/// Rise of −2 ln L without a force of two unknowns that chance makes once in a hundred: the 99 % quantile of χ²(2).
+const CHANCE: f64 = 9.21;
+
+/// Deviations at which innovations are held back once there are outliers: 99 % as good as none where there are none.
+const HELD_BACK: f64 = 2.0;
+
+/// Share of a force's start below which it is nothing.
+const NOTHING: f64 = 1e-3;
+
+/// Longest step of a logarithm.
+const FARTHEST: f64 = 2.0;
+
+/// Where the search stands.
+struct Search<'a> {
+    options: &'a FilterErrorOptions,
+    filtered: Filtered,
+    model: Model,
+    noise: NoiseModel,
+    /// M⁻¹ of each stretch, of the parameters at the last step of the noise.
+    mobilities: Vec<DMatrix<f64>>,
+    limit: f64,
+    /// Stretches linearised here.
+    current: Vec<Linear>,
+    /// −2 ln L here, priors included.
+    cost: f64,
+    /// Least deviation of each output's noise, and stated ones.
+    floors: Vec<f64>,
+    stated: Vec<Option<f64>>,
+    /// Strength of a force with which the search began, by degree of freedom; below [`NOTHING`] of it there is none.
+    strengths: Vec<(crate::frame::Dof, f64)>,
+    /// Shortest and longest correlation time, s.
+    times: (f64, f64),
+    damping: f64,
+    passes: usize,
+}
+
+/// The fit of a prepared problem from starting values of parameters and noise.
+pub(super) fn maximised(
+    model: &Model,
+    filtered: Filtered,
+    noise: NoiseModel,
+    options: &FilterErrorOptions,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    let mut search = Search::new(model, filtered, noise, options)?;
+    let mut converged = search.climb();
+    if search.current.iter().any(|s| s.outliers > 0) {
+        search.limit = HELD_BACK;
+        search.renew();
+        converged = search.climb();
+    }
+    converged &= search.drop_forces();
+    search.finish(converged)
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        model: &Model,
+        filtered: Filtered,
+        noise: NoiseModel,
+        options: &'a FilterErrorOptions,
+    ) -> Result<Search<'a>, OutputErrorError> {
+        let diverges = || {
+            let name = |p: &crate::model::Parameter| format!("{} {} = {}", p.term, p.spec.name, p.value);
+            let values = model.parameters.iter().map(name).collect::<Vec<_>>().join(", ");
+            OutputErrorError::Diverges { values }
+        };
+        let mobilities = filtered.mobilities(model).ok_or_else(diverges)?;
+        let floors = start::floors(&filtered);
+        let outputs = &filtered.problem.dynamics.outputs;
+        let stated = outputs.iter().map(|o| options.base.sigma.as_ref().and_then(|s| s.get(o).copied())).collect();
+        let mut search = Search {
+            options,
+            model: model.clone(),
+            strengths: noise.forces.iter().map(|f| (f.dof, f.rms)).collect(),
+            times: times(&filtered),
+            noise,
+            mobilities,
+            limit: f64::INFINITY,
+            current: Vec::new(),
+            cost: f64::INFINITY,
+            floors,
+            stated,
+            damping: 1e-6,
+            passes: 0,
+            filtered,
+        };
+        search.renew();
+        if !search.cost.is_finite() {
+            return Err(diverges());
+        }
+        let samples: usize = search.current.iter().map(|s| s.samples).sum();
+        let unknowns = search.filtered.problem.unknowns.len();
+        if samples <= unknowns {
+            return Err(OutputErrorError::TooFewSamples { samples, unknowns });
+        }
+        Ok(search)
+    }
+
+    /// Unknowns of the noise: those of forces that are estimated, of sensors, of coloured parts.
+    fn coordinates(&self) -> Vec<Coordinate> {
+        let free = |c: &Coordinate| match c {
+            Coordinate::ForceRms(_) | Coordinate::ForceTime(_) => self.options.forces.is_estimated(),
+            _ => true,
+        };
+        self.noise.coordinates().into_iter().filter(free).collect()
+    }
+
+    fn linearised(&self, model: &Model, noise: &NoiseModel) -> (Vec<Linear>, f64) {
+        let stretches = self.filtered.linearise(model, noise, &self.mobilities, self.limit, true);
+        let coordinates = noise.coordinates();
+        let prior = Prior::new(&coordinates, &self.stated).cost(noise, &coordinates);
+        let own: f64 = stretches.iter().map(|s| s.cost).sum();
+        (stretches, own + prior + prior_cost(model, &self.filtered.problem.unknowns))
+    }
+
+    /// Linearises here.
+    fn renew(&mut self) {
+        if let Some(mobilities) = self.filtered.mobilities(&self.model) {
+            self.mobilities = mobilities;
+        }
+        let delays = self.filtered.problem.dynamics.delays();
+        if !delays.is_empty() {
+            read_inputs(&mut self.filtered.problem, &self.model);
+        }
+        (self.current, self.cost) = self.linearised(&self.model, &self.noise);
+        self.passes += 1;
+    }
+
+    /// Steps in turns until neither promises anything; whether that was reached.
+    fn climb(&mut self) -> bool {
+        let tolerance = self.options.tolerance;
+        let until = self.passes + self.options.iterations;
+        // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
+        for _ in 0..4 {
+            if self.step_parameters() < 1.0 {
+                break;
+            }
+        }
+        let (mut noise_moves, mut parameters_move) = (f64::INFINITY, f64::INFINITY);
+        while self.passes < until {
+            if noise_moves >= tolerance || parameters_move >= 1.0 {
+                noise_moves = self.step_noise();
+            }
+            parameters_move = self.step_parameters();
+            if self.options.told {
+                progress::tell("fitting by filter error", self.passes, 0);
+            }
+            if noise_moves < tolerance && parameters_move < tolerance {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// One step of the parameters, as far as the likelihood rises; returns by how much −2 ln L was to fall.
+    fn step_parameters(&mut self) -> f64 {
+        let unknowns = self.filtered.problem.unknowns.clone();
+        if unknowns.is_empty() {
+            return 0.0;
+        }
+        let delays = self.filtered.problem.dynamics.delays();
+        let factor = self.filtered.factor(&self.model, &self.current);
+        loop {
+            let (step, predicted) = damped_step(&factor, &self.model, &unknowns, self.damping);
+            if predicted < 0.1 * self.options.tolerance {
+                return predicted;
+            }
+            let mut trial = self.model.clone();
+            for (unknown, delta) in unknowns.iter().zip(&step) {
+                move_by(&mut trial, *unknown, *delta);
+            }
+            let late = |u: &crate::estimate::output_error::Unknown| {
+                delays.contains(&u.parameter) && value(&trial, *u).to_bits() != value(&self.model, *u).to_bits()
+            };
+            let late = unknowns.iter().any(late);
+            if late {
+                read_inputs(&mut self.filtered.problem, &trial);
+            }
+            let (next, cost) = self.linearised(&trial, &self.noise);
+            self.passes += 1;
+            if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
+                (self.model, self.current, self.cost) = (trial, next, cost);
+                self.damping = (self.damping * 0.1).max(1e-12);
+                return predicted;
+            }
+            if late {
+                read_inputs(&mut self.filtered.problem, &self.model);
+            }
+            self.damping = (self.damping * 10.0).max(1e-4);
+            // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact
+            if self.damping > 1e4 {
+                self.damping = 1e-2;
+                return 0.0;
+            }
+        }
+    }
+
+    /// One step of the noise; returns by how much −2 ln L was to fall.
+    fn step_noise(&mut self) -> f64 {
+        self.drop_nothings();
+        let coordinates = self.coordinates();
+        if coordinates.is_empty() {
+            return 0.0;
+        }
+        let before = self.cost;
+        self.renew();
+        let (gradient, information) = self.scored(&coordinates);
+        let mut damping = 0.0;
+        loop {
+            let mut damped = information.clone();
+            for k in 0..coordinates.len() {
+                damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + 1e-9;
+            }
+            let Some(factor) = damped.clone().cholesky() else { return 0.0 };
+            let mut step = factor.solve(&-&gradient);
+            let mut trial = self.noise.clone();
+            for (k, c) in coordinates.iter().enumerate() {
+                let now = trial.at(*c);
+                let next = self.bounded(*c, now + step[k].clamp(-FARTHEST, FARTHEST));
+                trial.set(*c, next);
+                step[k] = next - now;
+            }
+            // twice the fall of −ln L that the quadratic promises
+            let predicted = -2.0 * gradient.dot(&step) - (&information * &step).dot(&step);
+            if predicted < 0.1 * self.options.tolerance {
+                return (before - self.cost).abs().max(predicted.max(0.0));
+            }
+            let (next, cost) = self.linearised(&self.model, &trial);
+            self.passes += 1;
+            if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
+                (self.noise, self.current, self.cost) = (trial, next, cost);
+                return predicted;
+            }
+            damping = f64::max(damping * 10.0, 0.1);
+            if damping > 1e6 {
+                return 0.0;
+            }
+        }
+    }
+
+    /// Gradient and information of −ln L by the noise, priors included.
+    fn scored(&self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
+        let score = self.filtered.score(&self.model, &self.noise, coordinates, &self.mobilities, self.limit);
+        let (mut gradient, mut information) = (DVector::from_vec(score.gradient), score.information);
+        let prior = Prior::new(coordinates, &self.stated);
+        for (k, (c, of)) in coordinates.iter().zip(&prior.of).enumerate() {
+            if let Some((mean, std)) = of {
+                gradient[k] += (self.noise.at(*c) - mean) / (std * std);
+                information[(k, k)] += 1.0 / (std * std);
+            }
+        }
+        (gradient, information)
+    }
+
+    /// A logarithm within what has a meaning.
+    fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
+        match coordinate {
+            Coordinate::Sensor(output) => log.max(self.floors[output].ln()),
+            Coordinate::ForceTime(_) | Coordinate::ColouredTime(_) => log.clamp(self.times.0.ln(), self.times.1.ln()),
+            Coordinate::ForceRms(i) => {
+                let most = match &self.options.forces {
+                    Forces::Estimate { most } => most.get(&self.noise.forces[i].dof).copied(),
+                    _ => None,
+                };
+                log.max((0.5 * NOTHING * self.strength(i)).ln()).min(most.unwrap_or(f64::INFINITY).ln())
+            }
+            Coordinate::ColouredRms(output) => log.max((1e-2 * self.floors[output]).ln()),
+        }
+    }
+
+    fn strength(&self, force: usize) -> f64 {
+        let dof = self.noise.forces[force].dof;
+        self.strengths.iter().find(|(known, _)| *known == dof).map_or(0.0, |(_, strength)| *strength)
+    }
+
+    /// Takes out forces that have run to nothing.
+    fn drop_nothings(&mut self) {
+        if !self.options.forces.is_estimated() {
+            return;
+        }
+        let keep: Vec<bool> =
+            (0..self.noise.forces.len()).map(|i| self.noise.forces[i].rms > NOTHING * self.strength(i)).collect();
+        let mut keep = keep.into_iter();
+        self.noise.forces.retain(|_| keep.next().unwrap_or(true));
+    }
+
+    /// Takes out the forces that the likelihood does not ask for, the weakest first; whether the search has converged.
+    fn drop_forces(&mut self) -> bool {
+        let mut converged = true;
+        let mut kept: Vec<crate::frame::Dof> = Vec::new();
+        while self.options.forces.is_estimated() {
+            // what −2 ln L rises by at once is the most that it may rise by
+            let rise = |i: usize| {
+                let mut without = self.noise.clone();
+                without.forces.remove(i);
+                let stretches = self.filtered.linearise(&self.model, &without, &self.mobilities, self.limit, false);
+                let here: f64 = self.current.iter().map(|s| s.cost).sum();
+                stretches.iter().map(|s| s.cost).sum::<f64>() - here
+            };
+            let candidates = (0..self.noise.forces.len()).filter(|i| !kept.contains(&self.noise.forces[*i].dof));
+            let rises: Vec<(usize, f64)> = candidates.map(|i| (i, rise(i))).collect();
+            let Some((weakest, rise)) = rises.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+            // sensors take up what a force leaves: three times chance may come to chance
+            if rise > 5.0 * CHANCE {
+                break;
+            }
+            let before =
+                (self.model.clone(), self.noise.clone(), self.mobilities.clone(), self.current.clone(), self.cost);
+            let dof = self.noise.forces[weakest].dof;
+            self.noise.forces.remove(weakest);
+            self.renew();
+            let settled = self.climb();
+            if self.cost - before.4 <= CHANCE {
+                converged = settled;
+            } else {
+                (self.model, self.noise, self.mobilities, self.current, self.cost) = before;
+                read_inputs(&mut self.filtered.problem, &self.model);
+                kept.push(dof);
+            }
+        }
+        converged
+    }
+
+    fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
+        let factor = self.filtered.factor(&self.model, &self.current);
+        let p = self.filtered.problem.unknowns.len();
+        let mut covariance =
+            if p == 0 { Vec::new() } else { covariance::bread(&self.filtered.problem, &self.model, &factor)? };
+        let sum = |k: usize| self.current.iter().map(|s| s.held_back[k]).sum::<f64>();
+        let samples: usize = self.current.iter().map(|s| s.samples).sum();
+        if self.limit.is_finite() {
+            let n = samples as f64;
+            let scale = sum(0) / n / (sum(1) / n).powi(2) * (sum(2) / n);
+            covariance.iter_mut().for_each(|c| *c *= scale);
+        }
+        let unknowns = self.filtered.problem.unknowns.clone();
+        for (k, unknown) in unknowns.iter().enumerate() {
+            let std = covariance[k * p + k].sqrt();
+            let parameter = &mut self.model.parameters[unknown.parameter];
+            // of a parameter per run the largest is shown
+            let other = if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0) } else { 0.0 };
+            parameter.std = Some(std.max(other));
+        }
+        let coordinates = self.coordinates();
+        let (_, information) = self.scored(&coordinates);
+        let count = coordinates.len();
+        let noise_covariance = information.cholesky().map_or_else(|| DMatrix::zeros(count, count), |f| f.inverse());
+        Ok(FilterErrorFit {
+            model: self.model,
+            noise: self.noise,
+            filtered: self.filtered,
+            covariance,
+            noise_covariance: (coordinates, noise_covariance),
+            cost: self.cost,
+            samples,
+            limit: self.limit,
+            iterations: self.passes,
+            converged,
+        })
+    }
+}
+
+/// Shortest and longest correlation time that the runs could show, s: half of the shortest interval of the samples, and
+/// half of the longest stretch.
+fn times(filtered: &Filtered) -> (f64, f64) {
+    let problem = &filtered.problem;
+    let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
+    for s in &problem.segments {
+        let time = &problem.tracks[s.track].time[s.first..=s.last];
+        let span = time[time.len() - 1] - time[0];
+        longest = longest.max(span);
+        shortest = shortest.min(span / (time.len() - 1) as f64);
+    }
+    (0.5 * shortest, (0.5 * longest).max(shortest))
+}

@@ -1,0 +1,339 @@
+//! One step of the filter: the state by Runge-Kutta, its Jacobian by the same four stages, and what noise adds.
+//!
+//! ```text
+//! x₊ = x + h/6 (k₁ + 2k₂ + 2k₃ + k₄)          B₄ = h/6,  B₃ = h/3 + B₄ hJ₄,  B₂ = h/3 + B₃ hJ₃/2,  B₁ = h/6 + B₂ hJ₂/2
+//! Φ = 1 + Σ B_g J_g        ∂x₊/∂θ = Φ ∂x/∂θ + Σ B_g (∂f/∂θ)_g        ∂x₊/∂d = Σ B_g M⁻¹ κ
+//! ```
+//!
+//! J_g is ∂f/∂x at stage g. The B_g serve all columns, so that a parameter costs a few dozen products. The random force d
+//! is constant over a step at its mean κ d; M⁻¹ is that of the last fit, which leaves the noise free of θ.
+
+use super::gauss_markov::{self, Step};
+use super::noise::NoiseModel;
+use super::ud::{Covariance, Work};
+use crate::dynamics::{Dynamics, Entry};
+use crate::simulate::{Evaluator, Feed};
+use crate::symbolic::Ends;
+use crate::wide::{Lanes, Wide};
+
+/// How far the next stage stands from the beginning of the step, and the instant of its inputs if they are others.
+const STAGES: [(f64, Option<usize>); 4] = [(0.5, Some(1)), (0.5, None), (1.0, Some(2)), (0.0, None)];
+
+/// What is believed of the state: the model's states, then the Gauss-Markov processes.
+#[derive(Debug, Clone)]
+pub(super) struct Belief<const L: usize> {
+    /// Mean.
+    pub x: Lanes<L>,
+    /// Covariance.
+    pub p: Covariance<L>,
+}
+
+/// ∂x/∂θ of the filtered state, row by row.
+#[derive(Debug)]
+pub(super) struct Sensitivities<const L: usize> {
+    /// `states × columns`.
+    pub s: Lanes<L>,
+    /// Number of parameters.
+    pub columns: usize,
+    next: Lanes<L>,
+}
+
+impl<const L: usize> Sensitivities<L> {
+    /// Of a state that does not depend on the parameters.
+    pub fn none(states: usize, columns: usize) -> Sensitivities<L> {
+        Sensitivities { s: Lanes::zeros(states * columns), next: Lanes::zeros(states * columns), columns }
+    }
+}
+
+/// The processes of each lane over a step, kept as long as the step does not change.
+#[derive(Debug)]
+struct Processes<const L: usize> {
+    models: [NoiseModel; L],
+    h: [f64; L],
+    steps: Vec<[Step; L]>,
+}
+
+impl<const L: usize> Processes<L> {
+    fn new(models: [NoiseModel; L]) -> Processes<L> {
+        let still = gauss_markov::step(0.0, 1.0, 0.0);
+        let count = models[0].processes();
+        Processes { models, h: [0.0; L], steps: vec![[still; L]; count] }
+    }
+
+    fn over(&mut self, h: [f64; L]) {
+        for lane in 0..L {
+            // a step that is the same but for rounding has the same processes
+            if (h[lane] - self.h[lane]).abs() <= 1e-9 * h[lane] {
+                continue;
+            }
+            self.h[lane] = h[lane];
+            let model = &self.models[lane];
+            let forces = model.forces.iter().map(|f| (f.rms, f.time));
+            let coloured = model.coloured().map(|(_, c)| (c.rms, c.time));
+            for (k, (rms, time)) in forces.chain(coloured).enumerate() {
+                self.steps[k][lane] = gauss_markov::step(rms, time, h[lane]);
+            }
+        }
+    }
+
+    fn get(&self, k: usize, part: impl Fn(&Step) -> f64) -> [f64; L] {
+        std::array::from_fn(|lane| part(&self.steps[k][lane]))
+    }
+}
+
+/// A step of `L` lanes.
+pub(super) struct Transition<'a, const L: usize> {
+    dynamics: &'a Dynamics,
+    rates: Evaluator<'a, L>,
+    processes: Processes<L>,
+    /// M⁻¹, `velocities × forces`.
+    mobility: Vec<[f64; L]>,
+    velocities: usize,
+    forces: usize,
+    /// Transition of all states.
+    phi: Lanes<L>,
+    /// Noise by unit sources.
+    w: Lanes<L>,
+    b: [Lanes<L>; 4],
+    jacobian: [Lanes<L>; 4],
+    direct: [Lanes<L>; 4],
+    sum: Lanes<L>,
+    acceleration: Lanes<L>,
+    work: Work<L>,
+}
+
+impl<'a, const L: usize> Transition<'a, L> {
+    /// Of a compiled model whose parameters are in the registers of `rates`.
+    pub fn new(
+        dynamics: &'a Dynamics,
+        rates: Evaluator<'a, L>,
+        noise: [NoiseModel; L],
+        mobility: Vec<[f64; L]>,
+    ) -> Transition<'a, L> {
+        let (nx, forces, all) = (dynamics.states.len(), noise[0].forces.len(), noise[0].processes());
+        let n = nx + all;
+        let sources = 3 * forces + (all - forces);
+        let (by_state, by_parameter) = (dynamics.rates.by_state.len(), dynamics.rates.by_parameter.len());
+        Transition {
+            dynamics,
+            rates,
+            processes: Processes::new(noise),
+            mobility,
+            velocities: dynamics.velocities().len(),
+            forces,
+            phi: Lanes::zeros(n * n),
+            w: Lanes::zeros(n * sources),
+            b: std::array::from_fn(|_| Lanes::zeros(nx * nx)),
+            jacobian: std::array::from_fn(|_| Lanes::zeros(by_state)),
+            direct: std::array::from_fn(|_| Lanes::zeros(by_parameter)),
+            sum: Lanes::zeros(nx.max(nx * nx)),
+            acceleration: Lanes::zeros(dynamics.velocities().len()),
+            work: Work::new(n, sources),
+        }
+    }
+
+    /// Carries the belief over the step at which `feed` stands. The Jacobians stay for [`Transition::carry`].
+    #[inline(always)]
+    pub fn predict<W: Wide<L>>(&mut self, wide: W, feed: &Feed<'_, L>, belief: &mut Belief<L>) {
+        self.processes.over(feed.h);
+        let nx = self.dynamics.states.len();
+        self.random_acceleration(wide, &belief.x[nx..]);
+        self.integrate(wide, feed, &mut belief.x);
+        self.products(wide, &feed.h);
+        self.spread(wide, &feed.h);
+        for k in 0..self.processes.steps.len() {
+            let decay = wide.load(&self.processes.get(k, |s| s.decay));
+            belief.x[nx + k] = wide.store(wide.mul(decay, wide.load(&belief.x[nx + k])));
+        }
+        belief.p.predict(wide, &self.phi, &self.w, &mut self.work);
+    }
+
+    /// M⁻¹ κ d
+    #[inline(always)]
+    fn random_acceleration<W: Wide<L>>(&mut self, wide: W, d: &[[f64; L]]) {
+        for row in 0..self.velocities {
+            let mut sum = wide.splat(0.0);
+            for k in 0..self.forces {
+                let mean = wide.mul(wide.load(&self.processes.get(k, |s| s.mean)), wide.load(&d[k]));
+                sum = wide.plus(sum, wide.load(&self.mobility[row * self.forces + k]), mean);
+            }
+            self.acceleration[row] = wide.store(sum);
+        }
+    }
+
+    /// The state over the step, the Jacobians of each stage kept.
+    #[inline(always)]
+    fn integrate<W: Wide<L>>(&mut self, wide: W, feed: &Feed<'_, L>, x: &mut [[f64; L]]) {
+        let nx = self.dynamics.states.len();
+        let (by_state, by_parameter) = (self.jacobian[0].len(), self.direct[0].len());
+        let h = wide.load(&feed.h);
+        feed.put(wide, 0, self.rates.ends().others);
+        let Ends { states, sizes, .. } = self.rates.ends();
+        for k in 0..nx {
+            (states[k], sizes[k]) = (x[k], wide.store(wide.abs(wide.load(&x[k]))));
+        }
+        for (stage, (next, instant)) in STAGES.into_iter().enumerate() {
+            self.rates.evaluate(wide);
+            let weight = [1.0, 2.0, 2.0, 1.0][stage] / 6.0;
+            let (share, reach) = (wide.mul(h, wide.splat(weight)), wide.mul(h, wide.splat(next)));
+            let Ends { states, sizes, others, values } = self.rates.ends();
+            for k in 0..nx {
+                let mut rate = wide.load(&values[k]);
+                if k < self.velocities {
+                    rate = wide.add(rate, wide.load(&self.acceleration[k]));
+                }
+                let before = if stage == 0 { wide.load(&x[k]) } else { wide.load(&self.sum[k]) };
+                self.sum[k] = wide.store(wide.plus(before, share, rate));
+                let there = wide.plus(wide.load(&x[k]), reach, rate);
+                (states[k], sizes[k]) = (wide.store(there), wide.store(wide.abs(there)));
+            }
+            self.jacobian[stage].copy_from_slice(&values[nx..nx + by_state]);
+            self.direct[stage].copy_from_slice(&values[nx + by_state..nx + by_state + by_parameter]);
+            if let Some(instant) = instant {
+                feed.put(wide, instant, others);
+            }
+        }
+        x[..nx].copy_from_slice(&self.sum[..nx]);
+    }
+
+    /// The B_g, and Φ with its columns by the random forces.
+    #[inline(always)]
+    fn products<W: Wide<L>>(&mut self, wide: W, h: &[f64; L]) {
+        let nx = self.dynamics.states.len();
+        let n = nx + self.processes.steps.len();
+        let entries = &self.dynamics.rates.by_state;
+        let h = wide.load(h);
+        let (sixth, third) = (wide.mul(h, wide.splat(1.0 / 6.0)), wide.mul(h, wide.splat(1.0 / 3.0)));
+        identity(wide, &mut self.b[3], nx, sixth);
+        for (stage, own, reach) in [(2, third, 1.0), (1, third, 0.5), (0, sixth, 0.5)] {
+            let (before, after) = self.b.split_at_mut(stage + 1);
+            identity(wide, &mut before[stage], nx, own);
+            let reach = wide.mul(h, wide.splat(reach));
+            times(wide, &mut before[stage], nx, &after[0], nx, entries, &self.jacobian[stage + 1], reach);
+        }
+        self.phi.fill([0.0; L]);
+        for k in 0..nx {
+            self.phi[k * n + k] = [1.0; L];
+        }
+        for stage in 0..4 {
+            times(wide, &mut self.phi, n, &self.b[stage], nx, entries, &self.jacobian[stage], wide.splat(1.0));
+        }
+        for i in 0..nx {
+            for row in 0..self.velocities {
+                let mut sum = wide.load(&self.b[0][i * nx + row]);
+                for stage in 1..4 {
+                    sum = wide.add(sum, wide.load(&self.b[stage][i * nx + row]));
+                }
+                self.sum[row] = wide.store(sum);
+            }
+            for k in 0..self.forces {
+                let mut sum = wide.splat(0.0);
+                for row in 0..self.velocities {
+                    sum = wide.plus(sum, wide.load(&self.sum[row]), wide.load(&self.mobility[row * self.forces + k]));
+                }
+                let mean = wide.load(&self.processes.get(k, |s| s.mean));
+                self.phi[i * n + nx + k] = wide.store(wide.mul(sum, mean));
+            }
+        }
+        for k in 0..self.processes.steps.len() {
+            self.phi[(nx + k) * n + nx + k] = self.processes.get(k, |s| s.decay);
+        }
+    }
+
+    /// What the noise of the step adds: a random force to the velocities and, through them, to what they drive.
+    #[inline(always)]
+    fn spread<W: Wide<L>>(&mut self, wide: W, h: &[f64; L]) {
+        let nx = self.dynamics.states.len();
+        let all = self.processes.steps.len();
+        let sources = 3 * self.forces + (all - self.forces);
+        let h = wide.load(h);
+        // a velocity that drifts by e moves what it drives by h/2 e, and by h/√12 of its own
+        let (half, own) = (wide.mul(h, wide.splat(0.5)), wide.mul(h, wide.splat(1.0 / 12f64.sqrt())));
+        self.w.fill([0.0; L]);
+        for k in 0..self.forces {
+            let drift = wide.load(&self.processes.get(k, |s| s.drift));
+            for row in 0..self.velocities {
+                let drift = wide.mul(wide.load(&self.mobility[row * self.forces + k]), drift);
+                self.w[row * sources + 3 * k] = wide.store(drift);
+            }
+            for (entry, j) in self.dynamics.rates.by_state.iter().zip(self.jacobian[3].iter()) {
+                if entry.row < self.velocities || entry.column >= self.velocities {
+                    continue;
+                }
+                let by = wide.mul(wide.load(j), wide.load(&self.w[entry.column * sources + 3 * k]));
+                for (column, share) in [(3 * k, half), (3 * k + 2, own)] {
+                    let at = &mut self.w[entry.row * sources + column];
+                    *at = wide.store(wide.plus(wide.load(at), share, by));
+                }
+            }
+            let state = (nx + k) * sources + 3 * k;
+            self.w[state] = self.processes.get(k, |s| s.shared);
+            self.w[state + 1] = self.processes.get(k, |s| s.own);
+        }
+        for k in self.forces..all {
+            self.w[(nx + k) * sources + 2 * self.forces + k] = self.processes.get(k, |s| s.shared.hypot(s.own));
+        }
+    }
+
+    /// ∂x/∂θ over the step that was predicted last.
+    #[inline(always)]
+    pub fn carry<W: Wide<L>>(&self, wide: W, sensitivities: &mut Sensitivities<L>) {
+        let nx = self.dynamics.states.len();
+        let n = nx + self.processes.steps.len();
+        let p = sensitivities.columns;
+        let Sensitivities { s, next, .. } = sensitivities;
+        for i in 0..n {
+            let row = &mut next[i * p..(i + 1) * p];
+            row.fill([0.0; L]);
+            // a process depends on itself alone
+            let from = if i < nx { 0..n } else { i..i + 1 };
+            for k in from {
+                let phi = wide.load(&self.phi[i * n + k]);
+                for (to, from) in row.iter_mut().zip(&s[k * p..(k + 1) * p]) {
+                    *to = wide.store(wide.plus(wide.load(to), phi, wide.load(from)));
+                }
+            }
+        }
+        for stage in 0..4 {
+            for (entry, value) in self.dynamics.rates.by_parameter.iter().zip(self.direct[stage].iter()) {
+                let value = wide.load(value);
+                for i in 0..nx {
+                    let to = &mut next[i * p + entry.column];
+                    *to = wide.store(wide.plus(wide.load(to), wide.load(&self.b[stage][i * nx + entry.row]), value));
+                }
+            }
+        }
+        std::mem::swap(s, next);
+    }
+}
+
+/// `diagonal` times the identity.
+#[inline(always)]
+fn identity<W: Wide<L>, const L: usize>(wide: W, to: &mut [[f64; L]], n: usize, diagonal: W::Value) {
+    to.fill([0.0; L]);
+    for k in 0..n {
+        to[k * n + k] = wide.store(diagonal);
+    }
+}
+
+/// to ← to + factor · b J, J sparse; `to` has rows of `width`.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)] // a product and where its factors stand
+fn times<W: Wide<L>, const L: usize>(
+    wide: W,
+    to: &mut [[f64; L]],
+    width: usize,
+    b: &[[f64; L]],
+    n: usize,
+    entries: &[Entry],
+    j: &[[f64; L]],
+    factor: W::Value,
+) {
+    for (entry, value) in entries.iter().zip(j) {
+        let value = wide.mul(wide.load(value), factor);
+        for i in 0..n {
+            let at = &mut to[i * width + entry.column];
+            *at = wide.store(wide.plus(wide.load(at), wide.load(&b[i * n + entry.row]), value));
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! A covariance kept as P = U D Uᵀ: it cannot lose definiteness.
+//!
+//! ```text
+//! prediction:  P ← F P Fᵀ + W Wᵀ      Y = [F U, W] made orthogonal row by row, weights (D, 1)
+//! update:      s = c P cᵀ + R,  K = P cᵀ/s,  P ← P − K Kᵀ s
+//! ```
+//!
+//! U is unit upper triangular, D diagonal and not negative. Thornton's modified weighted Gram-Schmidt and Bierman's
+//! scalar update: Bierman, *Factorization Methods for Discrete Sequential Estimation* (1977), chapters V and VI.
+//! `L` covariances side by side, one a lane.
+
+use crate::wide::{Lanes, Wide};
+
+/// `L` factored covariances of `n` states.
+#[derive(Debug, Clone)]
+pub(super) struct Covariance<const L: usize> {
+    n: usize,
+    /// Row-major; what stands above the diagonal is read.
+    u: Lanes<L>,
+    d: Lanes<L>,
+}
+
+impl<const L: usize> Covariance<L> {
+    /// Uncorrelated states of these variances.
+    pub fn diagonal(variances: &[[f64; L]]) -> Covariance<L> {
+        let n = variances.len();
+        Covariance { n, u: Lanes::zeros(n * n), d: Lanes::of(variances) }
+    }
+
+    /// P ← Y D̃ Yᵀ for Y of `n` rows and `columns` columns with the weights D̃ in `weights`; Y is used up.
+    #[inline(always)]
+    fn orthogonalise<W: Wide<L>>(&mut self, wide: W, y: &mut [[f64; L]], weights: &[[f64; L]]) {
+        let (n, columns) = (self.n, weights.len());
+        for j in (0..n).rev() {
+            let (above, row) = y.split_at_mut(j * columns);
+            let row = &row[..columns];
+            let mut length = wide.splat(0.0);
+            for (x, w) in row.iter().zip(weights) {
+                let x = wide.load(x);
+                length = wide.plus(length, wide.mul(x, x), wide.load(w));
+            }
+            self.d[j] = wide.store(length);
+            let inverse = wide.only_where(wide.div(wide.splat(1.0), length), length);
+            for i in 0..j {
+                let other = &mut above[i * columns..(i + 1) * columns];
+                let mut product = wide.splat(0.0);
+                for k in 0..columns {
+                    let weighted = wide.mul(wide.load(&row[k]), wide.load(&weights[k]));
+                    product = wide.plus(product, weighted, wide.load(&other[k]));
+                }
+                let u = wide.mul(product, inverse);
+                self.u[i * n + j] = wide.store(u);
+                for k in 0..columns {
+                    other[k] = wide.store(wide.sub(wide.load(&other[k]), wide.mul(u, wide.load(&row[k]))));
+                }
+            }
+        }
+    }
+
+    /// P ← F P Fᵀ + W Wᵀ; `f` is `n × n`, `w` is `n × columns`, both row-major. `work` is room to calculate in.
+    #[inline(always)]
+    pub fn predict<W: Wide<L>>(&mut self, wide: W, f: &[[f64; L]], w: &[[f64; L]], work: &mut Work<L>) {
+        let n = self.n;
+        let noise = w.len() / n.max(1);
+        let columns = n + noise;
+        let y = &mut work.y[..n * columns];
+        for i in 0..n {
+            let row = &mut y[i * columns..(i + 1) * columns];
+            for j in 0..n {
+                // column j of U is 1 at j and stands above it
+                let mut sum = wide.load(&f[i * n + j]);
+                for k in 0..j {
+                    sum = wide.plus(sum, wide.load(&f[i * n + k]), wide.load(&self.u[k * n + j]));
+                }
+                row[j] = wide.store(sum);
+            }
+            row[n..].copy_from_slice(&w[i * noise..(i + 1) * noise]);
+        }
+        work.weights[..n].copy_from_slice(&self.d);
+        work.weights[n..columns].fill([1.0; L]);
+        self.orthogonalise(wide, y, &work.weights[..columns]);
+    }
+
+    /// Takes a measurement of c·x with the variance `r` into account; returns s = c P cᵀ + r and writes the gain P cᵀ/s.
+    /// A lane whose `c` is 0 stays as it is.
+    #[inline(always)]
+    pub fn update<W: Wide<L>>(&mut self, wide: W, c: &[[f64; L]], r: W::Value, gain: &mut [[f64; L]]) -> W::Value {
+        let n = self.n;
+        let mut alpha = r;
+        // f = Uᵀc from the last on, because column j is read before it changes
+        for j in 0..n {
+            let mut f = wide.load(&c[j]);
+            for i in 0..j {
+                f = wide.plus(f, wide.load(&self.u[i * n + j]), wide.load(&c[i]));
+            }
+            let d = wide.load(&self.d[j]);
+            let v = wide.mul(d, f);
+            let before = alpha;
+            alpha = wide.plus(alpha, f, v);
+            self.d[j] = wide.store(wide.mul(d, wide.div(before, alpha)));
+            let lambda = wide.div(wide.neg(f), before);
+            for i in 0..j {
+                let u = wide.load(&self.u[i * n + j]);
+                let b = wide.load(&gain[i]);
+                self.u[i * n + j] = wide.store(wide.plus(u, lambda, b));
+                gain[i] = wide.store(wide.plus(b, u, v));
+            }
+            gain[j] = wide.store(v);
+        }
+        let inverse = wide.div(wide.splat(1.0), alpha);
+        for k in gain[..n].iter_mut() {
+            *k = wide.store(wide.mul(wide.load(k), inverse));
+        }
+        alpha
+    }
+
+    /// c P cᵀ
+    #[inline(always)]
+    pub fn variance<W: Wide<L>>(&self, wide: W, c: &[[f64; L]]) -> W::Value {
+        let n = self.n;
+        let mut sum = wide.splat(0.0);
+        for j in 0..n {
+            let mut f = wide.load(&c[j]);
+            for i in 0..j {
+                f = wide.plus(f, wide.load(&self.u[i * n + j]), wide.load(&c[i]));
+            }
+            sum = wide.plus(sum, wide.mul(f, f), wide.load(&self.d[j]));
+        }
+        sum
+    }
+}
+
+/// Room in which a prediction is calculated.
+#[derive(Debug)]
+pub(super) struct Work<const L: usize> {
+    y: Lanes<L>,
+    weights: Lanes<L>,
+}
+
+impl<const L: usize> Work<L> {
+    /// For `n` states and `noise` columns of noise.
+    pub fn new(n: usize, noise: usize) -> Work<L> {
+        Work { y: Lanes::zeros(n * (n + noise)), weights: Lanes::zeros(n + noise) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::wide::Plain;
+
+    fn full(p: &Covariance<2>, lane: usize) -> DMatrix<f64> {
+        let n = p.n;
+        let u = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Equal => 1.0,
+            std::cmp::Ordering::Less => p.u[i * n + j][lane],
+            std::cmp::Ordering::Greater => 0.0,
+        });
+        let d = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| p.d[i][lane]));
+        &u * d * u.transpose()
+    }
+
+    /// The textbook's formulas in full matrices: the same but for roundings. A lane without a measurement stays.
+    #[test]
+    fn exact_covariances_of_prediction_and_update() {
+        let (n, q) = (4, 3);
+        let mut p = Covariance::<2>::diagonal(&[[1.0, 0.0], [0.5, 2.0], [3.0, 1.0], [0.1, 0.2]]);
+        let f: Vec<[f64; 2]> = (0..n * n).map(|k| [((k * 7) % 5) as f64 - 1.5, ((k * 3) % 7) as f64 * 0.3]).collect();
+        let w: Vec<[f64; 2]> = (0..n * q).map(|k| [((k * 5) % 3) as f64 * 0.2, ((k * 2) % 5) as f64 * 0.1]).collect();
+        let mut work = Work::new(n, q);
+        let mut exact: Vec<DMatrix<f64>> = (0..2).map(|lane| full(&p, lane)).collect();
+        for step in 0..5 {
+            p.predict(Plain, &f, &w, &mut work);
+            for (lane, exact) in exact.iter_mut().enumerate() {
+                let f = DMatrix::from_fn(n, n, |i, j| f[i * n + j][lane]);
+                let w = DMatrix::from_fn(n, q, |i, j| w[i * q + j][lane]);
+                *exact = &f * &*exact * f.transpose() + &w * w.transpose();
+                assert!((full(&p, lane) - &*exact).norm() < 1e-12 * exact.norm(), "{step} {lane}");
+            }
+            let c = [[1.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.2, 0.0]];
+            let mut gain = vec![[0.0; 2]; n];
+            let told = p.variance(Plain, &c);
+            let s = p.update(Plain, &c, [0.3, 1.0], &mut gain);
+            let row = DVector::from_fn(n, |i, _| c[i][0]);
+            let variance = (row.transpose() * &exact[0] * &row)[0] + 0.3;
+            let k = &exact[0] * &row / variance;
+            assert!((s[0] - variance).abs() < 1e-12 * variance && (told[0] + 0.3 - variance).abs() < 1e-12 * variance);
+            exact[0] = &exact[0] - &k * k.transpose() * variance;
+            for i in 0..n {
+                assert!((gain[i][0] - k[i]).abs() < 1e-12 * k.norm() && gain[i][1] == 0.0);
+            }
+            for (lane, exact) in exact.iter().enumerate() {
+                assert!((full(&p, lane) - exact).norm() < 1e-11 * exact.norm(), "{step} {lane}");
+            }
+        }
+    }
+}
