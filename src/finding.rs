@@ -5,6 +5,8 @@
 //! A [`Code`] is the stable name of a kind of finding with one line on what it means; each room keeps its own list,
 //! and `hydrosysid explain CODE` looks a code up in all of them.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 /// How bad a finding is.
@@ -78,6 +80,43 @@ pub struct Finding {
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<String>,
+    /// The line, where it was at hand when this was found: nothing is read twice to show it.
+    #[serde(skip)]
+    pub quote: Option<Quote>,
+}
+
+/// A line of a file, or of a long one what is around the place that is meant, and this place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Quote {
+    /// The text, at most [`Quote::WIDTH`] characters, none of them a control character.
+    pub text: String,
+    /// First character that is meant, from 0.
+    pub start: usize,
+    /// Number of characters that are meant, at least 1.
+    pub length: usize,
+}
+
+impl Quote {
+    /// Most characters that are shown.
+    pub const WIDTH: usize = 100;
+
+    /// `line` with the bytes `marked` meant.
+    pub fn new(line: &[u8], marked: Range<usize>) -> Quote {
+        // a character has at most four bytes
+        let near = |from: usize| line.len().min(from + 4 * Quote::WIDTH);
+        let text = |bytes: Range<usize>| -> String {
+            let text = String::from_utf8_lossy(&line[bytes]);
+            text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+        };
+        let from = if marked.end > Quote::WIDTH { marked.start.saturating_sub(Quote::WIDTH / 2) } else { 0 };
+        let before = text(from..marked.start);
+        let inside = text(marked.start..marked.end.min(near(marked.start)));
+        let start = before.chars().count();
+        let length = inside.chars().count().min(Quote::WIDTH.saturating_sub(start)).max(1);
+        let after = text(marked.end..near(marked.end));
+        let shown = before.chars().chain(inside.chars()).chain(after.chars()).take(Quote::WIDTH);
+        Quote { text: shown.collect(), start, length }
+    }
 }
 
 impl Finding {
@@ -92,6 +131,7 @@ impl Finding {
             line: None,
             column: None,
             run: None,
+            quote: None,
         }
     }
 
@@ -110,6 +150,13 @@ impl Finding {
             column: column.map(str::to_string),
             ..Finding::new(code, format!("{message}: {text}"))
         }
+    }
+
+    /// The same finding with its line.
+    #[must_use]
+    pub fn quoting(mut self, quote: Option<Quote>) -> Finding {
+        self.quote = quote;
+        self
     }
 
     /// The same finding, of this run.
@@ -131,6 +178,16 @@ mod tests {
     use super::*;
 
     const CODE: Code = Code { code: "L000", kind: "parse", severity: Severity::Error, meaning: "not a number" };
+
+    #[test]
+    fn of_a_long_line_the_place_is_quoted() {
+        let line = format!("{}wrong{}", "0,".repeat(400), ",0".repeat(400));
+        let quote = Quote::new(line.as_bytes(), 800..805);
+        assert_eq!((quote.text.len(), &quote.text[quote.start..quote.start + quote.length]), (Quote::WIDTH, "wrong"));
+        let short = Quote::new("a\tµ,\u{1}b".as_bytes(), 2..4);
+        assert_eq!((short.text.as_str(), short.start, short.length), ("a µ, b", 2, 1));
+        assert_eq!(Quote::new(b"", 0..0), Quote { text: String::new(), start: 0, length: 1 });
+    }
 
     #[test]
     fn keys_that_do_not_apply_are_absent() {

@@ -1,15 +1,13 @@
 //! Findings and errors as people read them: the place, the line with a caret, what to do.
 
 use std::fmt::Write;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 
 use super::failure::Failure;
 use super::output::Output;
 use crate::campaign::Error;
 use crate::campaign::file::{CampaignError, CampaignErrors};
 use crate::export::ExportError;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, Quote, Severity};
 
 const RED: &str = "\x1b[1;31m";
 const YELLOW: &str = "\x1b[1;33m";
@@ -17,8 +15,8 @@ const BLUE: &str = "\x1b[1;34m";
 const BOLD: &str = "\x1b[1m";
 const PLAIN: &str = "\x1b[0m";
 
-/// Longest line of a log that is shown, in characters: a wider one is cut around the offending cell.
-const WIDTH: usize = 100;
+/// Longest line of a file that is shown, in characters: a wider one is cut around what is meant.
+const WIDTH: usize = Quote::WIDTH;
 
 /// One finding: `warning: message [L105 gap]`.
 pub(super) fn finding(finding: &Finding) -> String {
@@ -69,29 +67,11 @@ fn refused(findings: &[Finding]) -> String {
     let mut text = String::new();
     for one in findings {
         let _ = writeln!(text, "{}", finding(one));
-        if let Some(shown) = cell(one) {
-            text += &shown;
+        if let (Some(quote), Some(line)) = (&one.quote, one.line) {
+            text += &caret(&quote.text, line, quote.start + 1, quote.length);
         }
     }
     text.trim_end().to_string()
-}
-
-/// The line of a log with a caret under the offending cell, or under the whole line where no column is named.
-fn cell(finding: &Finding) -> Option<String> {
-    let (file, number) = (finding.file.as_ref()?, finding.line?);
-    let mut lines = BufReader::new(File::open(file).ok()?).lines();
-    let header = lines.next()?.ok()?;
-    let line =
-        if number == 1 { header.clone() } else { lines.nth(usize::try_from(number).ok()?.checked_sub(2)?)?.ok()? };
-    let column = finding.column.as_deref();
-    let name = |field: &str| field.trim().trim_matches('"').split('[').next().unwrap_or("").trim().to_string();
-    let index = column.and_then(|column| header.split(',').position(|field| name(field) == column));
-    let fields: Vec<&str> = line.split(',').collect();
-    let (start, length) = match index.filter(|k| number > 1 && *k < fields.len()) {
-        Some(k) => (fields[..k].iter().map(|f| f.chars().count() + 1).sum(), fields[k].chars().count().max(1)),
-        None => (0, line.chars().count().max(1)),
-    };
-    Some(caret(&line, number, start + 1, length))
 }
 
 /// A line, or of a long one what is around, and `^^^` under `length` characters from `column` on (from 1).

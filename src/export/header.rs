@@ -38,6 +38,13 @@ impl Cell {
     }
 }
 
+/// `text` on one line: control characters and line separators become blanks, so that nothing in a name can end a comment
+/// or a string of the file that it is written into.
+pub(super) fn one_line(text: &str) -> String {
+    let breaks = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}');
+    text.chars().map(|c| if breaks(c) { ' ' } else { c }).collect()
+}
+
 /// The file being made: its findings and losses.
 pub(super) struct Draft {
     pub target: Target,
@@ -147,7 +154,7 @@ impl Draft {
             true => "Nothing of the model is lost here".into(),
             false => format!("LOST, this file moves otherwise than the model: {}", self.lost.join(", ")),
         });
-        lines
+        lines.iter().map(|line| one_line(line)).collect()
     }
 
     pub fn finish(self, bytes: Vec<u8>) -> Export {

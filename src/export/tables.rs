@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::header::Draft;
+use super::header::{Draft, one_line};
 use super::number::number;
 use super::{Export, Source, Target};
 use crate::campaign::{FitParameter, described};
@@ -30,24 +30,45 @@ fn place(p: &FitParameter) -> String {
 }
 
 fn csv(head: &[String], rows: &[FitParameter]) -> String {
-    let mut text: String = head.iter().map(|line| format!("# {}\n", line.replace('\n', " "))).collect();
+    let mut text: String = head.iter().map(|line| format!("# {}\n", plain_cells(line))).collect();
     text += "effect,dof,symbol,value,std,unit,sname,sname_value,fixed\n";
     for p in rows {
         let std = p.std.map(number).unwrap_or_default();
         let (sname, value) = (p.sname.clone().unwrap_or_default(), p.sname_value.map(number).unwrap_or_default());
-        let cells =
-            [&p.effect, &place(p), &p.name, &number(p.value), &std, &p.unit, &sname, &value, &p.fixed.to_string()];
-        let quoted = |cell: &&String| match cell.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => (*cell).clone(),
-        };
-        text += &(cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n");
+        let words = [&p.effect, &place(p), &p.name, &p.unit, &sname].map(|word| cell(word));
+        let [effect, place, name, unit, sname] = words;
+        let figures = (number(p.value), p.fixed);
+        let _ = writeln!(text, "{effect},{place},{name},{},{std},{unit},{sname},{value},{}", figures.0, figures.1);
     }
     text
 }
 
+/// Whether a spreadsheet would take a cell of this text for a formula.
+fn is_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@'])
+}
+
+/// A cell of words: quoted where CSV asks for it, and never a formula to a spreadsheet (an apostrophe stands before it).
+fn cell(word: &str) -> String {
+    let word = one_line(word);
+    match (is_formula(&word), word.contains([',', ';', '"'])) {
+        (false, false) => word,
+        (formula, _) => format!("\"{}{}\"", if formula { "'" } else { "" }, word.replace('"', "\"\"")),
+    }
+}
+
+/// A line of a comment in which no cell is a formula to a spreadsheet, which knows nothing of comments.
+fn plain_cells(line: &str) -> String {
+    let mut out = String::new();
+    for part in line.split_inclusive([',', ';']) {
+        out += if is_formula(part) { "'" } else { "" };
+        out += part;
+    }
+    out
+}
+
 fn latex(head: &[String], rows: &[FitParameter]) -> String {
-    let mut text: String = head.iter().map(|line| format!("% {}\n", line.replace('\n', " "))).collect();
+    let mut text: String = head.iter().map(|line| format!("% {line}\n")).collect();
     text += "\\begin{tabular}{llrll}\n\\toprule\nTerm & Symbol & Value & Unit & SNAME \\\\\n\\midrule\n";
     for p in rows {
         let std = p.std.filter(|s| *s > 0.0 && s.is_finite());
@@ -67,7 +88,7 @@ fn latex(head: &[String], rows: &[FitParameter]) -> String {
         let _ = writeln!(
             text,
             "{} & ${}$ & {value} & {} & {} \\\\",
-            term.replace('_', "\\_"),
+            words(&term),
             symbol(&p.name),
             unit(&p.unit),
             sname.unwrap_or_default()
@@ -79,6 +100,21 @@ fn latex(head: &[String], rows: &[FitParameter]) -> String {
 fn rounded(x: f64) -> String {
     let decimals = (3 - x.abs().max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
     format!("{x:.decimals$}")
+}
+
+/// Words as LaTeX writes them: its own characters escaped.
+fn words(text: &str) -> String {
+    let mut out = String::new();
+    for c in one_line(text).chars() {
+        match c {
+            '\\' => out += "\\textbackslash{}",
+            '~' => out += "\\textasciitilde{}",
+            '^' => out += "\\textasciicircum{}",
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
+            c => out.push(c),
+        }
+    }
+    out
 }
 
 /// `k_u|u|` as `k_{u|u|}`, `X_udot` as `X_{\dot{u}}`.
@@ -115,5 +151,18 @@ mod tests {
         assert_eq!(unit("kg*m2/s"), "$\\mathrm{kg\\,m^{2}/s}$");
         assert_eq!(unit("1"), "$\\mathrm{1}$");
         assert_eq!(rounded(-309.0712), "-309.1");
+        assert_eq!(words("a_b & 5%\n\\x"), "a\\_b \\& 5\\% \\textbackslash{}x");
+    }
+
+    #[test]
+    fn no_cell_is_a_formula() {
+        assert_eq!(["=1+1", "a,b", "say \"x\"", "-k", "k_u|u|"].map(cell), [
+            "\"'=1+1\"",
+            "\"a,b\"",
+            "\"say \"\"x\"\"\"",
+            "\"'-k\"",
+            "k_u|u|"
+        ]);
+        assert_eq!(plain_cells("boat,=cmd(),b;@x, y"), "boat,'=cmd(),b;'@x, y");
     }
 }

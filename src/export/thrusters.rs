@@ -12,6 +12,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::body::turned_place;
+use super::header::one_line;
 use super::number::{number, numbers};
 use super::xml::Xml;
 use super::{Export, ExportError, Target, codes};
@@ -101,7 +102,7 @@ fn ends(thruster: &Thruster) -> Option<(f64, f64, bool)> {
 }
 
 fn ardusub(head: &[String], campaign: &CampaignFile, findings: &mut Vec<Finding>) -> String {
-    let mut text: String = head.iter().map(|line| format!("# {}\n", line.replace('\n', " "))).collect();
+    let mut text: String = head.iter().map(|line| format!("# {}\n", one_line(line))).collect();
     text +=
         "# A parameter file (name,value); lines with # are for people. Motor n is the n-th [[thruster]]: check the\n";
     text += "# order and MOT_n_DIRECTION against the frame before arming.\n";
@@ -131,7 +132,7 @@ fn tables(campaign: &CampaignFile, (least, most): (f64, f64), findings: &mut Vec
     let mut text = String::new();
     for thruster in &campaign.thrusters {
         let Some((_, _, reverse)) = ends(thruster) else { continue };
-        let _ = writeln!(text, "# {}: demand, pulse us, thrust N, proportional N", thruster.name);
+        let _ = writeln!(text, "# {}: demand, pulse us, thrust N, proportional N", one_line(&thruster.name));
         let curve = thruster.curve();
         let pulse = |d: f64| NEUTRAL + d * if d > 0.0 { most - NEUTRAL } else { NEUTRAL - least };
         let force = |d: f64| {

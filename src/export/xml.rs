@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use super::header::one_line;
+
 /// A document being written.
 pub(super) struct Xml {
     text: String,
@@ -66,13 +68,16 @@ fn written(attributes: &[(&str, &str)]) -> String {
     attributes.iter().map(|(name, value)| format!(" {name}=\"{}\"", escaped(value))).collect()
 }
 
+/// On one line, for a parser takes line ends in attributes for blanks, and XML 1.0 has no place for other control
+/// characters, not even as references.
 fn escaped(text: &str) -> String {
+    let text = one_line(text).replace(['\u{fffe}', '\u{ffff}'], " ");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Two hyphens would end a comment.
 fn speakable(line: &str) -> String {
-    let mut line = line.to_string();
+    let mut line = one_line(line).replace(['\u{fffe}', '\u{ffff}'], " ");
     while line.contains("--") {
         line = line.replace("--", "- -");
     }

@@ -7,6 +7,7 @@ use super::header::{Column, quoted};
 use super::number;
 use super::options::{LogOptions, Missing};
 use super::records::Record;
+use crate::finding::Quote;
 
 /// What became of a cell.
 pub(super) enum Cell {
@@ -24,14 +25,15 @@ pub(super) struct Cells<'a> {
     /// Those of `missing_values` that are numbers.
     pub missing_numbers: &'a [f64],
     pub decimal: u8,
-    pub line: u64,
+    pub record: &'a Record<'a>,
     pub faults: &'a mut Faults,
 }
 
 impl Cells<'_> {
     /// Reads a number.
     #[inline]
-    pub fn number(&mut self, cell: &[u8], column: &Column) -> Cell {
+    pub fn number(&mut self, column: &Column) -> Cell {
+        let cell = self.record.field(column.index).unwrap_or_default();
         match number::parse(cell, self.decimal) {
             Some(x) if x.is_finite() && self.missing_numbers.is_empty() => Cell::Value(x),
             number => self.odd(number, cell, column),
@@ -66,25 +68,30 @@ impl Cells<'_> {
             } else {
                 (codes::PARSE, no_number(cell, self.options.decimal, !allowed))
             };
-            self.faults.add(&code, Some(self.line), Some(&column.name), || text);
+            let record = self.record;
+            self.faults.add_quoting(&code, Some(record.line), Some(&column.name), || {
+                (text, Some(record.quote(column.index)))
+            });
         }
         Cell::Fault
     }
 
-    /// Reads the time; `header` is the text over its column. A fault is counted and gives `None`.
+    /// Reads the time in field `index`; `header` is the text over its column. A fault is counted and gives `None`.
     #[inline]
-    pub fn time(&mut self, clock: &mut Clock, cell: &[u8], header: &str) -> Option<f64> {
-        match clock.read(cell) {
+    pub fn time(&mut self, clock: &mut Clock, index: usize, header: &str) -> Option<f64> {
+        match clock.read(self.record.field(index).unwrap_or_default()) {
             Ok(t) => Some(t),
             Err(fault) => {
-                self.no_time(fault, cell, header);
+                self.no_time(fault, index, header);
                 None
             }
         }
     }
 
     #[cold]
-    fn no_time(&mut self, fault: NoTime, cell: &[u8], header: &str) {
+    fn no_time(&mut self, fault: NoTime, index: usize, header: &str) {
+        let record = self.record;
+        let cell = record.field(index).unwrap_or_default();
         let text = String::from_utf8_lossy(cell);
         let shown = quoted(&text);
         let (code, message) = match fault {
@@ -112,26 +119,43 @@ impl Cells<'_> {
             }
             NoTime::Parse => (codes::PARSE, no_number(cell, self.options.decimal, false)),
         };
-        self.faults.add(&code, Some(self.line), Some("t"), || message);
+        self.faults.add_quoting(&code, Some(record.line), Some("t"), || (message, Some(record.quote(index))));
     }
 }
 
-/// Counts a row with the wrong number of fields.
-#[cold]
-pub(super) fn add_field_count(faults: &mut Faults, line: u64, fields: usize, width: usize, hint: &str) {
-    faults.add(&codes::FIELD_COUNT, Some(line), None, || format!("{fields} fields where the header has {width}{hint}"));
+/// A row with another number of fields than the header.
+pub(super) struct OtherWidth {
+    line: u64,
+    pub fields: usize,
+    quote: Quote,
 }
 
-/// Counts a time stamp that is not later than the one before.
+impl OtherWidth {
+    #[cold]
+    pub fn of(record: &Record) -> OtherWidth {
+        OtherWidth { line: record.line, fields: record.width(), quote: record.quote(usize::MAX) }
+    }
+
+    /// Counts it; `hint` ends the message.
+    #[cold]
+    pub fn add_to(self, faults: &mut Faults, width: usize, hint: &str) {
+        let OtherWidth { line, fields, quote } = self;
+        faults.add_quoting(&codes::FIELD_COUNT, Some(line), None, || {
+            (format!("{fields} fields where the header has {width}{hint}"), Some(quote))
+        });
+    }
+}
+
+/// Counts a time stamp that is not later than the one before, in the line of `quote`.
 #[cold]
-pub(super) fn add_time_order(faults: &mut Faults, line: u64, t: f64, before: f64) {
-    faults.add(&codes::TIME_ORDER, Some(line), Some("t"), || {
+pub(super) fn add_time_order(faults: &mut Faults, line: u64, t: f64, before: f64, quote: Option<Quote>) {
+    faults.add_quoting(&codes::TIME_ORDER, Some(line), Some("t"), || {
         let hint = if t < before {
             "if the clock was set back or two logs were joined read the parts as two runs; if the rows are merely out of order set sort = true"
         } else {
             "if rows are repeated set duplicates = \"first\"; if the clock is too coarse write more decimals"
         };
-        format!("{t:?} s is not later than {before:?} s of the row before; {hint}")
+        (format!("{t:?} s is not later than {before:?} s of the row before; {hint}"), quote)
     });
 }
 

@@ -3,7 +3,7 @@
 use super::codes;
 use super::header::quoted;
 use super::records::Broken;
-use crate::finding::{Code, Finding};
+use crate::finding::{Code, Finding, Quote};
 
 /// Kinds and columns kept apart; further ones are only counted.
 const KEPT: usize = 20;
@@ -14,6 +14,7 @@ struct Case {
     column: Option<String>,
     line: Option<u64>,
     text: String,
+    quote: Option<Quote>,
     count: u64,
 }
 
@@ -28,18 +29,36 @@ impl Faults {
     /// Counts a fault; `text` is asked for only the first time.
     #[cold]
     pub fn add(&mut self, code: &Code, line: Option<u64>, column: Option<&str>, text: impl FnOnce() -> String) {
+        self.add_quoting(code, line, column, || (text(), None));
+    }
+
+    /// Counts a fault whose line is at hand; text and line are asked for only the first time.
+    #[cold]
+    pub fn add_quoting(
+        &mut self,
+        code: &Code,
+        line: Option<u64>,
+        column: Option<&str>,
+        told: impl FnOnce() -> (String, Option<Quote>),
+    ) {
         if let Some(case) = self.cases.iter_mut().find(|c| c.code == *code && c.column.as_deref() == column) {
             case.count += 1;
         } else if self.cases.len() < KEPT {
-            let column = column.map(str::to_string);
-            self.cases.push(Case { code: *code, column, line, text: text(), count: 1 });
+            let (column, (text, quote)) = (column.map(str::to_string), told());
+            self.cases.push(Case { code: *code, column, line, text, quote, count: 1 });
         } else {
             self.further += 1;
         }
     }
 
-    /// Counts what ended the reading.
-    pub fn add_broken(&mut self, broken: &Broken, max_line: usize, column: impl Fn(usize) -> Option<String>) {
+    /// Counts what ended the reading, at the line of `quote`.
+    pub fn add_broken(
+        &mut self,
+        broken: &Broken,
+        quote: Option<Quote>,
+        max_line: usize,
+        column: impl Fn(usize) -> Option<String>,
+    ) {
         let (code, line, field, text) = match broken {
             Broken::NotText(name) => {
                 let text = format!("this is {name}, not UTF-8 text; convert or unpack it first");
@@ -71,7 +90,7 @@ impl Faults {
             }
         };
         let column = field.and_then(column);
-        self.add(&code, line, column.as_deref(), || text);
+        self.add_quoting(&code, line, column.as_deref(), || (text, quote));
     }
 
     /// Whether nothing is wrong.
@@ -91,7 +110,7 @@ impl Faults {
             } else if all > 1 {
                 text += &format!(" ({all} such in the file)");
             }
-            Finding::at(&case.code, file, case.line, case.column.as_deref(), &text)
+            Finding::at(&case.code, file, case.line, case.column.as_deref(), &text).quoting(case.quote.clone())
         });
         (findings.collect(), self.further)
     }

@@ -8,7 +8,7 @@ use super::frames;
 use super::number;
 use super::options::{ColumnSource, LogOptions, TimeUnit};
 use super::records::Record;
-use crate::finding::{Code, Finding};
+use crate::finding::{Code, Finding, Quote};
 
 /// One channel of the log.
 #[derive(Debug, Clone)]
@@ -84,6 +84,7 @@ struct Reader<'a> {
     required: &'a [&'a str],
     file: &'a str,
     line: u64,
+    quote: Quote,
     headers: Vec<String>,
     found: Vec<Finding>,
 }
@@ -95,7 +96,8 @@ impl Plan {
     /// Everything that is wrong with it.
     pub fn new(record: &Record, options: &LogOptions, required: &[&str], file: &str) -> Result<Plan, Vec<Finding>> {
         let headers = (0..record.width().min(options.max_columns)).map(|i| record.text(i)).collect();
-        let mut reader = Reader { options, required, file, line: record.line, headers, found: Vec::new() };
+        let (line, quote) = (record.line, record.quote(usize::MAX));
+        let mut reader = Reader { options, required, file, line, quote, headers, found: Vec::new() };
         if record.width() > options.max_columns {
             let text = format!("{} columns, more than max_columns = {}", record.width(), options.max_columns);
             return Err(vec![reader.finding(&codes::COLUMN_LIMIT, None, &text)]);
@@ -115,7 +117,7 @@ impl Plan {
 
 impl Reader<'_> {
     fn finding(&self, code: &Code, column: Option<&str>, text: &str) -> Finding {
-        Finding::at(code, self.file, Some(self.line), column, text)
+        Finding::at(code, self.file, Some(self.line), column, text).quoting(Some(self.quote.clone()))
     }
 
     fn is_asked_for(&self, header: &str) -> bool {

@@ -188,7 +188,7 @@ fn sorted(table: Table, duplicates: Duplicates, faults: &mut Faults) -> Table {
             return false;
         }
         if repeated {
-            add_time_order(faults, lines.line(row), time[row], time[row]);
+            add_time_order(faults, lines.line(row), time[row], time[row], None);
         }
         out.time.push(time[row]);
         out.lines.push(lines.line(row));

@@ -1,12 +1,18 @@
 //! Records: a stream of bytes cut into lines and fields, with the physical line each record starts at.
 //!
-//! Line ends are LF, CRLF or CR. A field may be quoted (`"a ""b"""`, RFC 4180) and then hold line ends and delimiters.
-//! Blank lines and comments are skipped. Memory is one block and one record, whatever the size of the file.
-//! The csv crate counts lines by LF alone and skips blank lines in silence, so this is our own.
+//! Fields are read by `csv_core`: line ends LF, CRLF or CR; a field may be quoted (`"a ""b"""`, RFC 4180) and then hold
+//! line ends and delimiters. That reader takes anything for CSV, so what it would pass over is refused here: NUL, bytes
+//! that are not UTF-8, an open quote, text behind a closing one, a record without end. Blank lines and comments are
+//! skipped. Line numbers come from the bytes of each record. Memory is one block and one record, whatever the size of
+//! the file.
 
 use std::io::Read;
+use std::ops::Range;
+
+use csv_core::{ReadFieldResult, Reader, ReaderBuilder};
 
 use super::encoding::{self, Opening};
+use crate::finding::Quote;
 
 const BLOCK: usize = 1 << 18;
 
@@ -29,6 +35,13 @@ pub enum Broken {
     Io(std::io::Error),
 }
 
+/// A field: its bytes in the text of its record, and as they stand in the file.
+#[derive(Debug, Clone)]
+struct Field {
+    text: Range<usize>,
+    raw: Range<usize>,
+}
+
 /// One record; its text is borrowed from the reader.
 #[derive(Debug)]
 pub struct Record<'a> {
@@ -38,8 +51,9 @@ pub struct Record<'a> {
     pub blank: Option<u64>,
     /// Whether a line end follows.
     pub ended: bool,
-    bytes: &'a [u8],
-    fields: &'a [(usize, usize)],
+    raw: &'a [u8],
+    text: &'a [u8],
+    fields: &'a [Field],
 }
 
 impl<'a> Record<'a> {
@@ -48,21 +62,26 @@ impl<'a> Record<'a> {
         self.fields.len()
     }
 
-    /// Field `i`, blanks around it taken off; `None` beyond the last.
+    /// Field `i`, quotes and blanks around it taken off; `None` beyond the last.
     #[inline]
     pub fn field(&self, i: usize) -> Option<&'a [u8]> {
-        let &(from, to) = self.fields.get(i)?;
-        self.bytes.get(from..to).map(trim)
+        self.text.get(self.fields.get(i)?.text.clone()).map(trim)
     }
 
-    /// All of its text, as it is when nothing is quoted.
+    /// All of its text, as it stands in the file.
     pub fn raw(&self) -> String {
-        String::from_utf8_lossy(self.bytes).into_owned()
+        String::from_utf8_lossy(self.raw).into_owned()
     }
 
     /// Field `i` as text. Records are UTF-8, so nothing is lost.
     pub fn text(&self, i: usize) -> String {
         String::from_utf8_lossy(self.field(i).unwrap_or_default()).into_owned()
+    }
+
+    /// The record with field `i` marked, or all of it where there is no such field.
+    pub fn quote(&self, i: usize) -> Quote {
+        let marked = self.fields.get(i).map_or(0..self.raw.len(), |field| field.raw.clone());
+        Quote::new(self.raw, marked)
     }
 }
 
@@ -81,6 +100,7 @@ pub(super) fn trim(mut bytes: &[u8]) -> &[u8] {
 /// Cuts a source into records.
 pub struct Records<R> {
     source: R,
+    parser: Reader,
     delimiter: u8,
     comment: Option<Vec<u8>>,
     max_line: usize,
@@ -91,18 +111,11 @@ pub struct Records<R> {
     /// The buffer holds no NUL, no quote and nothing beyond ASCII: no line of it needs a closer look.
     plain: bool,
     line: u64,
-    fields: Vec<(usize, usize)>,
-    unquoted: Vec<u8>,
+    fields: Vec<Field>,
+    /// The fields of the record, quotes taken off, one behind the other; room for as many bytes as the buffer has.
+    text: Vec<u8>,
     /// Whether any byte but blanks has been seen.
     seen: bool,
-}
-
-/// A line in the buffer: `from..to`, the next one at `next`.
-#[derive(Clone, Copy)]
-struct Line {
-    to: usize,
-    next: usize,
-    ended: bool,
 }
 
 impl<R: Read> Records<R> {
@@ -113,6 +126,7 @@ impl<R: Read> Records<R> {
     pub fn new(source: R, delimiter: u8, comment: Option<&str>, max_line: usize) -> Result<Records<R>, Broken> {
         let mut records = Records {
             source,
+            parser: ReaderBuilder::new().delimiter(delimiter).build(),
             delimiter,
             comment: comment.map(|c| c.trim().as_bytes().to_vec()),
             max_line,
@@ -122,7 +136,7 @@ impl<R: Read> Records<R> {
             plain: true,
             line: 1,
             fields: Vec::new(),
-            unquoted: Vec::new(),
+            text: Vec::new(),
             seen: false,
         };
         records.fill()?;
@@ -173,30 +187,51 @@ impl<R: Read> Records<R> {
         self.position += bytes;
     }
 
-    /// The line that starts at `position`, filling the buffer as needed; `None` at the end.
-    fn next_line(&mut self) -> Result<Option<Line>, Broken> {
+    /// The line at which the reading ended, with the field marked that [`Broken`] names.
+    pub fn quote(&self, broken: &Broken) -> Option<Quote> {
+        let text = &self.buffer[self.position..];
+        let line = &text[..memchr::memchr2(b'\n', b'\r', text).unwrap_or(text.len())];
+        match broken {
+            Broken::NotText(_) | Broken::Io(_) => None,
+            Broken::OpenQuote(..) | Broken::StrayQuote(..) => {
+                let field = self.fields.last().map_or(0..0, |field| field.raw.clone());
+                Some(Quote::new(line, field.start.min(line.len())..field.end.min(line.len())))
+            }
+            _ => Some(Quote::new(line, 0..line.len())),
+        }
+    }
+
+    /// A record longer than the limit; NULs in it say more.
+    fn too_long(&self) -> Broken {
+        match memchr::memchr(0, &self.buffer[self.position..]) {
+            Some(_) => Broken::Nul(self.line),
+            None => Broken::TooLong(self.line),
+        }
+    }
+
+    /// Length of the line at `position` without and with its line end, filling the buffer as needed; `None` at the end.
+    fn next_line(&mut self) -> Result<Option<(usize, usize)>, Broken> {
         let mut searched = 0;
         loop {
-            let start = self.position + searched;
-            if let Some(i) = memchr::memchr2(b'\n', b'\r', &self.buffer[start..]) {
-                let to = start + i;
-                let carriage = self.buffer[to] == b'\r';
-                if !carriage || to + 1 < self.buffer.len() || self.exhausted {
-                    let pair = carriage && self.buffer.get(to + 1) == Some(&b'\n');
-                    return match to - self.position > self.max_line {
-                        true => Err(Broken::TooLong(self.line)),
-                        false => Ok(Some(Line { to, next: to + 1 + usize::from(pair), ended: true })),
+            let text = &self.buffer[self.position..];
+            if let Some(i) = memchr::memchr2(b'\n', b'\r', &text[searched..]) {
+                let length = searched + i;
+                let carriage = text[length] == b'\r';
+                if !carriage || length + 1 < text.len() || self.exhausted {
+                    let pair = carriage && text.get(length + 1) == Some(&b'\n');
+                    return match length > self.max_line {
+                        true => Err(self.too_long()),
+                        false => Ok(Some((length, length + 1 + usize::from(pair)))),
                     };
                 }
-                searched = to - self.position;
+                searched = length;
             } else {
-                searched = self.buffer.len() - self.position;
+                searched = text.len();
                 if searched > self.max_line {
-                    return Err(Broken::TooLong(self.line));
+                    return Err(self.too_long());
                 }
                 if self.exhausted {
-                    let to = self.buffer.len();
-                    return Ok((searched > 0).then_some(Line { to, next: to, ended: false }));
+                    return Ok((searched > 0).then_some((searched, searched)));
                 }
             }
             self.fill()?;
@@ -210,164 +245,149 @@ impl<R: Read> Records<R> {
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Broken> {
         let mut blank = None;
         loop {
-            let Some(line) = self.next_line()? else { return Ok(None) };
-            let text = &self.buffer[self.position..line.to];
-            let delimiter = self.delimiter;
-            if text.iter().all(|b| *b == b' ' || (*b == b'\t' && delimiter != b'\t')) {
+            let Some((length, next)) = self.next_line()? else { return Ok(None) };
+            let text = &self.buffer[self.position..self.position + length];
+            if text.iter().all(|b| self.is_blank(*b)) {
                 blank.get_or_insert(self.line);
             } else if !self.comment.as_ref().is_some_and(|c| trim(text).starts_with(c)) {
                 self.seen = true;
-                return self.cut(line, blank).map(Some);
+                return self.cut(blank).map(Some);
             } else {
                 self.seen = true;
             }
-            self.position = line.next;
-            self.line += 1;
+            self.skip(1, next);
         }
     }
 
-    /// Cuts the line at `position` into fields.
-    fn cut(&mut self, line: Line, blank: Option<u64>) -> Result<Record<'_>, Broken> {
-        let (from, number) = (self.position, self.line);
-        if !self.plain && self.check(from, line.to)? {
-            return self.cut_quoted(blank);
+    #[inline]
+    fn is_blank(&self, byte: u8) -> bool {
+        matches!(byte, b' ' | b'\t') && byte != self.delimiter
+    }
+
+    /// The byte `at` behind the position, filling the buffer as needed; `None` at the end.
+    #[inline]
+    fn byte(&mut self, at: usize) -> Result<Option<u8>, Broken> {
+        while self.position + at >= self.buffer.len() && !self.exhausted {
+            if at > self.max_line {
+                return Err(self.too_long());
+            }
+            self.fill()?;
         }
+        Ok(self.buffer.get(self.position + at).copied())
+    }
+
+    /// Cuts the record at `position`, which a quote may carry over several lines, into fields.
+    fn cut(&mut self, blank: Option<u64>) -> Result<Record<'_>, Broken> {
         self.fields.clear();
-        let text = &self.buffer[from..line.to];
-        let mut start = 0;
-        for end in memchr::memchr_iter(self.delimiter, text) {
-            self.fields.push((start, end));
-            start = end + 1;
+        let (mut taken, mut filled) = (0, 0);
+        let (ended, fault) = loop {
+            // the library takes a quote for one only where nothing stands before it
+            while self.byte(taken)?.is_some_and(|b| self.is_blank(b)) {
+                taken += 1;
+            }
+            let (raw, text) = (taken, filled);
+            let end = self.read_field(&mut taken, &mut filled)?;
+            let raw = raw..taken - usize::from(end != End::Source);
+            self.fields.push(Field { text: text..filled, raw: raw.clone() });
+            let fault = self.wrong_quote(raw);
+            if fault.is_some() || end != End::Field {
+                break (end == End::Record, fault);
+            }
+        };
+        // the other half of CRLF
+        if ended && self.buffer[self.position + taken - 1] == b'\r' && self.byte(taken)? == Some(b'\n') {
+            taken += 1;
         }
-        self.fields.push((start, text.len()));
-        self.position = line.next;
-        self.line += 1;
-        Ok(Record { line: number, blank, ended: line.ended, bytes: &self.buffer[from..line.to], fields: &self.fields })
+        let (from, line) = (self.position, self.line);
+        self.check(taken)?;
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        let whole = &self.buffer[from..from + taken];
+        if whole.len() > self.max_line + 2 {
+            return Err(self.too_long());
+        }
+        self.line += if self.plain { 1 } else { line_ends(whole).max(1) };
+        self.position += taken;
+        let raw = &self.buffer[from..from + self.fields.last().map_or(taken, |field| field.raw.end)];
+        Ok(Record { line, blank, ended, raw, text: &self.text[..filled], fields: &self.fields })
     }
 
-    /// Refuses NUL and anything but UTF-8; says whether there is a quote.
-    fn check(&self, from: usize, to: usize) -> Result<bool, Broken> {
-        let text = &self.buffer[from..to];
+    /// Reads the field that begins `taken` bytes behind the position into the text from `filled` on, and moves both on.
+    fn read_field(&mut self, taken: &mut usize, filled: &mut usize) -> Result<End, Broken> {
+        loop {
+            // no input at all means to the library that there is none left
+            let is_left = self.byte(*taken)?.is_some();
+            if self.text.len() <= self.buffer.len() {
+                self.text.resize(self.buffer.len() + 1, 0);
+            }
+            let input = &self.buffer[self.position + *taken..];
+            let (result, read, written) = self.parser.read_field(input, &mut self.text[*filled..]);
+            *taken += read;
+            *filled += written;
+            match result {
+                ReadFieldResult::Field { record_end: false } => return Ok(End::Field),
+                ReadFieldResult::Field { record_end: true } if is_left => return Ok(End::Record),
+                ReadFieldResult::Field { .. } | ReadFieldResult::End => return Ok(End::Source),
+                ReadFieldResult::InputEmpty | ReadFieldResult::OutputFull => {}
+            }
+        }
+    }
+
+    /// What is wrong with the quotes of the last field, whose bytes these are: the library reads on beyond it.
+    fn wrong_quote(&self, raw: Range<usize>) -> Option<Broken> {
+        let raw = &self.buffer[self.position + raw.start..self.position + raw.end];
+        let field = self.fields.len() - 1;
+        match (raw.first(), closing_quote(raw)) {
+            (Some(b'"'), None) => Some(Broken::OpenQuote(self.line, field)),
+            (Some(b'"'), Some(at)) if !trim(&raw[at + 1..]).is_empty() => Some(Broken::StrayQuote(self.line, field)),
+            _ => None,
+        }
+    }
+
+    /// Refuses NUL and anything but UTF-8 in the next `length` bytes.
+    fn check(&self, length: usize) -> Result<(), Broken> {
+        let text = &self.buffer[self.position..self.position + length];
+        if self.plain {
+            return Ok(());
+        }
         if memchr::memchr(0, text).is_some() {
             return Err(Broken::Nul(self.line));
         }
-        if let Err(e) = std::str::from_utf8(text) {
-            return Err(Broken::NotUtf8(self.line, text.get(e.valid_up_to()).copied().unwrap_or(0)));
-        }
-        Ok(memchr::memchr(b'"', text).is_some())
-    }
-
-    /// Cuts a record with quotes, which may go over several lines.
-    fn cut_quoted(&mut self, blank: Option<u64>) -> Result<Record<'_>, Broken> {
-        loop {
-            self.fields.clear();
-            self.unquoted.clear();
-            let scan = scan_quoted(&self.buffer[self.position..], self.delimiter, &mut self.unquoted, &mut self.fields);
-            let length = scan.length;
-            let open = !matches!(scan.end, End::Line | End::Stray(_));
-            // A CR at the very end of the buffer may be half of a CRLF.
-            let half = self.buffer.get(self.position + length - 1) == Some(&b'\r')
-                && self.position + length == self.buffer.len();
-            if (open || half) && !self.exhausted {
-                if self.buffer.len() - self.position > self.max_line {
-                    return Err(Broken::TooLong(self.line));
-                }
-                self.fill()?;
-                continue;
-            }
-            let (line, from) = (self.line, self.position);
-            let whole = &self.buffer[from..from + length];
-            if memchr::memchr(0, whole).is_some() {
-                return Err(Broken::Nul(line));
-            }
-            if let Err(e) = std::str::from_utf8(whole) {
-                return Err(Broken::NotUtf8(line, whole.get(e.valid_up_to()).copied().unwrap_or(0)));
-            }
-            match scan.end {
-                End::Stray(field) => return Err(Broken::StrayQuote(line, field)),
-                End::InQuote(field) => return Err(Broken::OpenQuote(line, field)),
-                _ if length > self.max_line => return Err(Broken::TooLong(line)),
-                End::Line | End::Text => {}
-            }
-            self.position += length;
-            self.line += scan.lines.max(1);
-            let ended = matches!(scan.end, End::Line);
-            return Ok(Record { line, blank, ended, bytes: &self.unquoted, fields: &self.fields });
+        match std::str::from_utf8(text) {
+            Err(e) => Err(Broken::NotUtf8(self.line, text.get(e.valid_up_to()).copied().unwrap_or(0))),
+            Ok(_) => Ok(()),
         }
     }
 }
 
-/// How the scan of a quoted record ended.
+/// What a field ends with.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// With a line end.
-    Line,
-    /// With the bytes, outside quotes.
-    Text,
-    /// With the bytes, inside the quotes of this field.
-    InQuote(usize),
-    /// At something behind the closing quote of this field.
-    Stray(usize),
+    /// A delimiter.
+    Field,
+    /// A line end.
+    Record,
+    /// The end of the file.
+    Source,
 }
 
-struct Scan {
-    /// Bytes taken, the line end included.
-    length: usize,
-    /// Line ends taken.
-    lines: u64,
-    end: End,
-}
-
-/// Takes the quotes off one record: its text goes to `text`, the bounds of its fields to `fields`.
-fn scan_quoted(bytes: &[u8], delimiter: u8, text: &mut Vec<u8>, fields: &mut Vec<(usize, usize)>) -> Scan {
-    #[derive(PartialEq)]
-    enum State {
-        Before,
-        Plain,
-        Quoted,
-        After,
-    }
-    let (mut state, mut start, mut lines, mut i) = (State::Before, 0, 0, 0);
-    while let Some(&byte) = bytes.get(i) {
-        let line_end = byte == b'\n' || byte == b'\r';
-        let pair = usize::from(byte == b'\r' && bytes.get(i + 1) == Some(&b'\n'));
-        if state == State::Quoted {
-            match (byte, bytes.get(i + 1)) {
-                (b'"', Some(b'"')) => {
-                    text.push(b'"');
-                    i += 1;
-                }
-                (b'"', _) => state = State::After,
-                _ => {
-                    text.extend_from_slice(&bytes[i..=i + pair]);
-                    lines += u64::from(line_end);
-                    i += pair;
-                }
-            }
-        } else if line_end {
-            fields.push((start, text.len()));
-            return Scan { length: i + 1 + pair, lines: lines + 1, end: End::Line };
-        } else if byte == delimiter {
-            fields.push((start, text.len()));
-            start = text.len();
-            state = State::Before;
-        } else if byte == b'"' && state == State::Before {
-            text.truncate(start);
-            state = State::Quoted;
-        } else if state == State::After {
-            if byte != b' ' && byte != b'\t' {
-                return Scan { length: i + 1, lines, end: End::Stray(fields.len()) };
-            }
-        } else {
-            if byte != b' ' && byte != b'\t' {
-                state = State::Plain;
-            }
-            text.push(byte);
+/// Place of the quote that closes the one `raw` begins with.
+fn closing_quote(raw: &[u8]) -> Option<usize> {
+    let mut at = 1;
+    loop {
+        at += memchr::memchr(b'"', raw.get(at..)?)?;
+        match raw.get(at + 1) {
+            Some(b'"') => at += 2,
+            _ => return Some(at),
         }
-        i += 1;
     }
-    let end = if state == State::Quoted { End::InQuote(fields.len()) } else { End::Text };
-    fields.push((start, text.len()));
-    Scan { length: i, lines, end }
+}
+
+/// Number of line ends: LF, CRLF or CR.
+fn line_ends(text: &[u8]) -> u64 {
+    let ends = memchr::memchr2_iter(b'\n', b'\r', text);
+    ends.map(|at| u64::from(text[at] == b'\n' || text.get(at + 1) != Some(&b'\n'))).sum()
 }
 
 #[cfg(test)]

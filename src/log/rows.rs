@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::LogError;
-use super::cells::{Cell, Cells, add_field_count, add_time_order, comment_hint, decimals};
+use super::cells::{Cell, Cells, OtherWidth, add_time_order, comment_hint, decimals};
 use super::clock::Clock;
 use super::codes;
 use super::faults::Faults;
@@ -69,8 +69,8 @@ pub struct Rows<R> {
     /// Slots that are still read.
     alive: Vec<usize>,
     faults: Faults,
-    /// A short row that may turn out to be the last: line and number of fields.
-    short: Option<(u64, usize)>,
+    /// A short row that may turn out to be the last.
+    short: Option<OtherWidth>,
     fewest_decimals: usize,
     passage: Passage,
     /// How the fields of plain rows are read; `None` until it is made, and after it has changed.
@@ -99,27 +99,29 @@ impl<R: Read> Rows<R> {
     pub fn new(source: R, file: &str, options: &LogOptions, required: &[&str]) -> Result<Rows<R>, LogError> {
         options.validate()?;
         let decimal = options.decimal as u8;
-        let broken = |b: &Broken| {
+        let broken = |b: &Broken, quote| {
             let mut faults = Faults::default();
-            faults.add_broken(b, options.max_line_bytes, |_| None);
+            faults.add_broken(b, quote, options.max_line_bytes, |_| None);
             LogError::refused(file, faults)
         };
         let mut records =
             Records::new(source, options.delimiter as u8, options.comment.as_deref(), options.max_line_bytes)
-                .map_err(|b| broken(&b))?;
-        let plan =
-            match records.next_record() {
-                Err(b) => return Err(broken(&b)),
-                Ok(Some(header)) => Plan::new(&header, options, required, file)
-                    .map_err(|findings| LogError::Refused { file: file.to_string(), findings, further: 0 })?,
-                Ok(None) => {
-                    let mut faults = Faults::default();
-                    let what =
-                        if records.seen_text() { "it holds comments only, no header" } else { "the file is empty" };
-                    faults.add(&codes::EMPTY_FILE, None, None, || what.to_string());
-                    return Err(LogError::refused(file, faults));
-                }
-            };
+                .map_err(|b| broken(&b, None))?;
+        let header = match records.next_record() {
+            Ok(header) => header.map(|header| Plan::new(&header, options, required, file)),
+            Err(b) => return Err(broken(&b, records.quote(&b))),
+        };
+        let plan = match header {
+            Some(plan) => {
+                plan.map_err(|findings| LogError::Refused { file: file.to_string(), findings, further: 0 })?
+            }
+            None => {
+                let mut faults = Faults::default();
+                let what = if records.seen_text() { "it holds comments only, no header" } else { "the file is empty" };
+                faults.add(&codes::EMPTY_FILE, None, None, || what.to_string());
+                return Err(LogError::refused(file, faults));
+            }
+        };
         let missing_numbers =
             options.missing_values.iter().filter_map(|v| number::parse(v.trim().as_bytes(), decimal)).collect();
         Ok(Rows {
@@ -175,12 +177,13 @@ impl<R: Read> Rows<R> {
                 Err(broken) => {
                     let columns = &self.plan.columns;
                     let name = |i| columns.iter().find(|c| c.index == i).map(|c| c.name.clone());
-                    self.faults.add_broken(&broken, self.options.max_line_bytes, name);
+                    let quote = self.records.quote(&broken);
+                    self.faults.add_broken(&broken, quote, self.options.max_line_bytes, name);
                     return None;
                 }
             };
-            if let Some((line, fields)) = self.short.take() {
-                add_field_count(&mut self.faults, line, fields, self.plan.width, "");
+            if let Some(short) = self.short.take() {
+                short.add_to(&mut self.faults, self.plan.width, "");
             }
             if let Some(line) = record.blank {
                 let (first, count) = self.passage.blank.unwrap_or((line, 0));
@@ -188,11 +191,11 @@ impl<R: Read> Rows<R> {
             }
             let line = record.line;
             if record.width() != self.plan.width {
-                if record.width() < self.plan.width {
-                    self.short = Some((line, record.width()));
+                let other = OtherWidth::of(&record);
+                if other.fields < self.plan.width {
+                    self.short = Some(other);
                 } else {
-                    let comment = comment_hint(&record);
-                    add_field_count(&mut self.faults, line, record.width(), self.plan.width, &comment);
+                    other.add_to(&mut self.faults, self.plan.width, &comment_hint(&record));
                 }
                 continue;
             }
@@ -208,21 +211,20 @@ impl<R: Read> Rows<R> {
                 options: &self.options,
                 missing_numbers: &self.missing_numbers,
                 decimal: self.decimal,
-                line,
+                record: &record,
                 faults: &mut self.faults,
             };
             // a bollard table has no time: its rows are counted
             #[allow(clippy::cast_precision_loss)]
             let t = match &self.plan.time {
                 None => Some((self.passage.rows + self.passage.missing) as f64),
-                Some((index, header)) => cells.time(&mut self.clock, record.field(*index).unwrap_or_default(), header),
+                Some((index, header)) => cells.time(&mut self.clock, *index, header),
             };
             let Some(t) = t else { continue };
             let (mut sound, mut dropped, mut dead) = (true, false, Vec::new());
             for &slot in &self.alive {
                 let column = &self.plan.columns[slot];
-                let cell = record.field(column.index).unwrap_or_default();
-                self.values[slot] = match cells.number(cell, column) {
+                self.values[slot] = match cells.number(column) {
                     Cell::Value(x) => column.convert(x),
                     Cell::Missing => {
                         dropped |= column.strict && self.options.missing == Missing::Drop;
@@ -239,17 +241,20 @@ impl<R: Read> Rows<R> {
                 };
             }
             let shape = (record.ended, decimals(record.field(self.plan.width - 1).unwrap_or_default(), self.decimal));
+            let increasing = t > self.previous || self.options.sort;
+            let repeated = !increasing && t >= self.previous && self.options.duplicates == Duplicates::First;
+            let time = self.plan.time.as_ref().filter(|_| !increasing && !repeated);
+            let quote = time.map(|(index, _)| record.quote(*index));
             if !dead.is_empty() {
                 self.give_up(&dead, line);
             }
-            let increasing = t > self.previous || self.options.sort;
-            if !increasing && t >= self.previous && self.options.duplicates == Duplicates::First {
+            if repeated {
                 self.passage.duplicates += 1;
                 continue;
             }
             let before = std::mem::replace(&mut self.previous, t);
             if !increasing {
-                add_time_order(&mut self.faults, line, t, before);
+                add_time_order(&mut self.faults, line, t, before, quote);
                 continue;
             }
             if !sound {
@@ -306,12 +311,12 @@ impl<R: Read> Rows<R> {
     /// # Errors
     /// [`LogError::Refused`] with the first case of each kind and column.
     pub fn finish(mut self) -> Result<(Plan, Passage), LogError> {
-        if let Some((line, fields)) = self.short.take() {
+        if let Some(short) = self.short.take() {
             if self.options.truncated == Truncated::Drop {
                 self.passage.truncated += 1;
             } else {
                 let hint = "; if the log was cut off here set truncated = \"drop\"";
-                add_field_count(&mut self.faults, line, fields, self.plan.width, hint);
+                short.add_to(&mut self.faults, self.plan.width, hint);
             }
         }
         if !self.faults.is_empty() {
