@@ -37,9 +37,11 @@ pub fn export_model<'py>(
     mass: Option<f64>,
     inertia: Option<[f64; 3]>,
     at: BTreeMap<String, f64>,
+    acting: bool,
+    version: Option<String>,
 ) -> PyResult<Made<'py>> {
     let target = target_of(py, target)?;
-    let options = ExportOptions { link, mass, inertia, at };
+    let options = ExportOptions { link, mass, inertia, at, acting, version };
     if is_file {
         let result = detached(py, || export::export(&PathBuf::from(model), target, &options))?;
         return made(py, result);

@@ -36,7 +36,8 @@ pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
         _ => return Err(Failure::Argument("--inertia takes three numbers: IXX,IYY,IZZ".into())),
     };
     let at: BTreeMap<String, f64> = a.at.iter().cloned().collect();
-    let options = ExportOptions { link: a.link.clone(), mass: a.mass, inertia, at };
+    let (link, version) = (a.link.clone(), a.target_version.clone());
+    let options = ExportOptions { link, mass: a.mass, inertia, at, acting: a.acting, version };
     let made = export::export(file, target, &options)?;
     match &a.output {
         None => output.hand_over(&String::from_utf8_lossy(&made.bytes)),

@@ -228,17 +228,16 @@ pub fn turned_place(r: [f64; 3]) -> [f64; 3] {
     [r[0], -r[1], -r[2]]
 }
 
-/// Greatest share of added mass in rigid mass: the spectral radius of M_RB⁻¹ M_A. From 1 on a simulator that applies the
-/// added mass as a force, from the acceleration of the step before, blows up.
-pub fn added_share(parts: &Parts) -> f64 {
+/// Least and greatest share of added in rigid inertia: the eigenvalues of M_RB⁻¹ M_A. A simulator that applies the added
+/// mass as a force, from an acceleration of the step before, is stable between two of them alone.
+pub fn added_share(rigid: &Matrix, added: &Matrix) -> [f64; 2] {
     let matrix = |m: &Matrix| nalgebra::Matrix6::from_fn(|i, j| m[i][j]);
-    let rigid = matrix(&parts.body.matrix());
-    let Some(cholesky) = rigid.cholesky() else { return f64::INFINITY };
+    let none = [f64::NEG_INFINITY, f64::INFINITY];
+    let Some(cholesky) = matrix(rigid).cholesky() else { return none };
     // similar to L⁻¹ M_A L⁻ᵀ, which is symmetric
-    let l = cholesky.l();
-    let Some(inverse) = l.try_inverse() else { return f64::INFINITY };
-    let symmetric = inverse * matrix(&parts.added) * inverse.transpose();
-    symmetric.symmetric_eigenvalues().amax()
+    let Some(inverse) = cholesky.l().try_inverse() else { return none };
+    let values = (inverse * matrix(added) * inverse.transpose()).symmetric_eigenvalues();
+    [values.min(), values.max()]
 }
 
 #[cfg(test)]

@@ -18,6 +18,8 @@ const GRAVITY: f64 = 9.81;
 /// What holds a vehicle up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Buoyancy {
+    /// W, N.
+    pub weight: f64,
     /// W − B, N.
     pub net_weight: f64,
     /// Displaced volume, m³.
@@ -26,8 +28,28 @@ pub(super) struct Buoyancy {
     pub centre: [f64; 3],
 }
 
+impl Buoyancy {
+    /// B, N.
+    pub fn up(&self) -> f64 {
+        self.weight - self.net_weight
+    }
+}
+
+/// Weight and buoyancy under the vehicle's own gravity.
 pub(super) fn buoyancy(found: &Coefficients, model: &Model, body: &Body, vehicle: &Vehicle, water: &Water) -> Buoyancy {
     let g = vehicle.weight.map_or(GRAVITY, |w| w / vehicle.mass.unwrap_or(body.mass));
+    under(g, found, model, body, vehicle, water)
+}
+
+/// The same in a target with a gravity of its own, m/s²: W − B and the moments are those of the model.
+pub(super) fn under(
+    g: f64,
+    found: &Coefficients,
+    model: &Model,
+    body: &Body,
+    vehicle: &Vehicle,
+    water: &Water,
+) -> Buoyancy {
     let has = |id: &str| model.terms.iter().any(|t| t.effect.about().id == id);
     let restoring = &found.restoring;
     let identified = ["restoring_surge", "restoring_sway", "restoring_heave"].iter().position(|id| has(id));
@@ -35,12 +57,14 @@ pub(super) fn buoyancy(found: &Coefficients, model: &Model, body: &Body, vehicle
     let weight = body.mass * g;
     let up = weight - net_weight;
     let righting = ["restoring_roll", "restoring_pitch"].iter().position(|id| has(id));
+    // a model with righting moments and no trim_offset floats level
+    let upright = righting.is_some() || has("trim_offset");
     let given = vehicle.cb.unwrap_or(body.cg);
     let arm = |axis: usize, moment: f64| (body.cg[axis] * weight - moment) / up;
     let centre = [
-        if has("trim_offset") { arm(0, restoring.trim[0]) } else { given[0] },
-        if has("trim_offset") { arm(1, restoring.trim[1]) } else { given[1] },
+        if upright { arm(0, restoring.trim[0]) } else { given[0] },
+        if upright { arm(1, restoring.trim[1]) } else { given[1] },
         righting.map_or(given[2], |i| arm(2, restoring.righting[i])),
     ];
-    Buoyancy { net_weight, volume: up / (water.density * g), centre }
+    Buoyancy { weight, net_weight, volume: up / (water.density * g), centre }
 }

@@ -21,6 +21,7 @@ codes! {
     NO_LIMITS = "X017" "no-limits" Note "The target moves at any speed and attitude, and does not know between which the model was fitted: beyond them it extrapolates and nothing there says so.";
     ONE_AMPLITUDE = "X018" "one-amplitude" Warning "The runs of the fit oscillate at one Keulegan-Carpenter number, and the target takes their added mass and drag at any amplitude. Those of bluff bodies change several-fold with it: fit runs of other amplitudes too, or simulate at this one.";
     NO_ENVELOPE = "X019" "no-envelope" Note "The model file holds no envelope, so that nobody can say where the target extrapolates. Fit the model anew.";
+    DEPRECATED = "X020" "deprecated-form" Warning "The version of the consumer that is asked for reads this form and announces its end. Use the form that is told.";
     PULSE = "X016" "pulse-unknown" Warning "A thruster has no `neutral` and `span`, or no `max`: its pulse widths are not known and are left out.";
 }
 

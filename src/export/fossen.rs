@@ -6,13 +6,14 @@
 //!
 //! Axes forward-starboard-down, as in the model. M_RB, M_A positive definite, D and D_n positive where they brake; D_n
 //! has an entry i, j, k for ν_j |ν_k|. N holds the products ν_j ν_k that C does not: free Coriolis coefficients, lift,
-//! drag that differs astern. Fossen (2021), ch. 6.
+//! drag that differs astern. τ is the nominal force less the losses that the values go with. Fossen (2021), ch. 6.
 
 use std::fmt::Write;
 
 use super::body::split;
 use super::coefficients::{Coefficients, Matrix, Tensor, coefficients};
 use super::header::Draft;
+use super::losses::Losses;
 use super::number::{number, numbers};
 use super::{Export, ExportError, ExportOptions, Source, Target};
 
@@ -38,6 +39,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         absolute: entries(&found.absolute, -1.0),
         product: entries(&parts.rest, 1.0),
         found: &found,
+        losses: &source.losses,
     };
     let text = match target {
         Target::FossenPython => python(&head, &pieces),
@@ -53,6 +55,7 @@ struct Pieces<'a> {
     absolute: Vec<([usize; 3], f64)>,
     product: Vec<([usize; 3], f64)>,
     found: &'a Coefficients,
+    losses: &'a Losses,
 }
 
 /// Entries that are not 0.
@@ -93,6 +96,12 @@ fn python(head: &[String], p: &Pieces<'_>) -> String {
         numbers(&r.net_weight, ", "),
         numbers(&r.righting, ", "),
         numbers(&r.trim, ", ")
+    );
+    let _ = write!(
+        text,
+        "# thrust that acts: ETA_INTER max(slope |v| + intercept, 0) times the nominal one, v its own velocity, u of a moment\nETA_INTER = np.array([{}])\nETA_ADV = ({})\n",
+        numbers(&p.losses.interaction, ", "),
+        numbers(&p.losses.advance, ", ")
     );
     text + PYTHON
 }
@@ -144,10 +153,17 @@ def g(eta):
     return -np.array([*force, roll, pitch, yaw])
 
 
+def acting(nu, tau):
+    """Force that acts on the hull, from the nominal one."""
+    speed = np.abs(np.array([nu[0], nu[1], nu[2], nu[0], nu[0], nu[0]]))
+    slope, intercept = ETA_ADV
+    return ETA_INTER * np.maximum(slope * speed + intercept, 0.0) * tau
+
+
 def nu_dot(eta, nu, tau):
     """Acceleration under the force tau."""
     nu, tau = np.asarray(nu, dtype=float), np.asarray(tau, dtype=float)
-    force = tau + tau_0 + N(nu) - C(nu) @ nu - D @ nu - D_n(nu) @ nu - g(eta)
+    force = acting(nu, tau) + tau_0 + N(nu) - C(nu) @ nu - D @ nu - D_n(nu) @ nu - g(eta)
     return np.linalg.solve(M, force)
 "#;
 
@@ -176,11 +192,19 @@ fn matlab(head: &[String], p: &Pieces<'_>) -> String {
     let _ = writeln!(text, "vehicle.net_weight = [{}];", numbers(&r.net_weight, "; "));
     let _ = writeln!(text, "vehicle.righting = [{}];", numbers(&r.righting, "; "));
     let _ = writeln!(text, "vehicle.trim = [{}];", numbers(&r.trim, "; "));
+    text += "% thrust that acts: eta_inter max(slope |v| + intercept, 0) times the nominal one, v its own velocity, u of a moment\n";
+    let _ = writeln!(text, "vehicle.eta_inter = [{}];", numbers(&p.losses.interaction, "; "));
+    let _ = writeln!(text, "vehicle.eta_adv = [{}];", numbers(&p.losses.advance, "; "));
     text + MATLAB
 }
 
-const MATLAB: &str = r"vehicle.nu_dot = @(eta, nu, tau) vehicle.M \ (tau + vehicle.tau_0 + products(vehicle.N, nu) ...
+const MATLAB: &str = r"vehicle.nu_dot = @(eta, nu, tau) vehicle.M \ (acting(vehicle, nu, tau) + vehicle.tau_0 + products(vehicle.N, nu) ...
   - coriolis(vehicle.M, nu) * nu - vehicle.D * nu - damping(vehicle.D_n, nu) * nu - restoring(vehicle, eta));
+end
+
+function tau = acting(vehicle, nu, tau)
+speed = abs(nu([1; 2; 3; 1; 1; 1]));
+tau = vehicle.eta_inter .* max(vehicle.eta_adv(1) * speed + vehicle.eta_adv(2), 0) .* tau;
 end
 
 function C = coriolis(M, nu)

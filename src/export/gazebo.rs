@@ -36,7 +36,8 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     draft.body(&parts);
     draft.cancelled(&found, &parts.rest);
     draft.missing(&found, &parts.rest, &parts.added, &|cell| !matches!(cell, Cell::Constant(_)));
-    let share = added_share(&parts);
+    let [least, most] = added_share(&parts.body.matrix(), &parts.added);
+    let share = most.max(-least);
     if explicit && share >= 1.0 {
         let text = format!(
             "the added mass is up to {share:.2} times the rigid mass: applied as a force from the step before it makes the simulation blow up; use the target `gazebo-added-mass`"

@@ -150,6 +150,7 @@ impl Draft {
             let ranges: Vec<String> = file.envelope.iter().map(range).collect();
             lines.push(format!("Fitted between (SI units): {}", ranges.join(", ")));
         }
+        lines.extend(source.losses.told());
         lines.push(match self.lost.is_empty() {
             true => "Nothing of the model is lost here".into(),
             false => format!("LOST, this file moves otherwise than the model: {}", self.lost.join(", ")),

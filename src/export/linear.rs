@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::header::Draft;
+use super::losses::Losses;
 use super::number::{number, numbers};
 use super::{Export, ExportError, ExportOptions, Source, Target, codes, mat};
 use crate::chain::{Available, Equations, State, StateId, assemble};
@@ -224,8 +225,44 @@ impl<'g, 'a> Point<'g, 'a> {
     }
 }
 
+/// The linear model by its commands: B and A with the losses of thrust between nominal force and the one that acts.
+fn commanded(source: &Source<'_>, options: &ExportOptions) -> Result<Linear, ExportError> {
+    let losses = &source.losses;
+    if !losses.any() {
+        return linear(source.model, &options.at);
+    }
+    let rows: Vec<usize> = source.model.dofs.iter().map(|d| d.index()).collect();
+    let advance = |row: usize| Dof::ALL[Losses::speed(row)].velocity();
+    let eta = |row: usize| losses.at(row, options.at.get(advance(row)).copied().unwrap_or(0.0));
+    let mut at = options.at.clone();
+    for row in &rows {
+        at.entry(Dof::ALL[*row].force().to_string()).and_modify(|tau| *tau *= eta(*row)[0]);
+    }
+    let mut found = linear(source.model, &at)?;
+    for (k, row) in rows.iter().enumerate() {
+        let [eta, rate] = eta(*row);
+        if eta <= 0.0 && found.tau0[k].abs() > 0.0 {
+            let reason = format!("no thrust is left in {} at this speed", Dof::ALL[*row]);
+            return Err(ExportError::NoTrim { reason });
+        }
+        found.tau0[k] = if eta > 0.0 { found.tau0[k] / eta } else { 0.0 };
+        let speed = found.states.iter().position(|name| name == advance(*row));
+        let tau0 = found.tau0[k];
+        let matrices = [(&mut found.a, &mut found.b), (&mut found.c, &mut found.d)];
+        for (by_state, by_input) in matrices {
+            for (state, input) in by_state.iter_mut().zip(by_input) {
+                if let Some(j) = speed {
+                    state[j] += input[k] * tau0 * rate;
+                }
+                input[k] *= eta;
+            }
+        }
+    }
+    Ok(found)
+}
+
 pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
-    let found = linear(source.model, &options.at)?;
+    let found = commanded(source, options)?;
     let mut draft = Draft::new(target);
     for term in &source.model.terms {
         let channels = term.effect.channels(term.place);
@@ -259,7 +296,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         &[
             "Axes: forward-starboard-down, earth north-east-down; SI units, rad",
             "x_dot = A (x - x0) + B (tau - tau0),   y - y0 = C (x - x0) + D (tau - tau0)",
-            "tau: nominal force and moment in body axes",
+            "tau: force and moment in body axes, as they are commanded",
         ],
     );
     let bytes = match target {

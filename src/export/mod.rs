@@ -16,6 +16,7 @@ mod fossen;
 mod gazebo;
 mod header;
 mod linear;
+mod losses;
 mod mat;
 mod number;
 mod range;
@@ -24,6 +25,7 @@ mod target;
 mod thrusters;
 mod urdf;
 mod uuv;
+mod version;
 mod xml;
 
 use std::collections::BTreeMap;
@@ -53,6 +55,11 @@ pub struct ExportOptions {
     /// Operating point of the linear model: states and forces by their names in a log, SI; 0 where absent, but forces,
     /// which are those that hold the point.
     pub at: BTreeMap<String, f64>,
+    /// Whether forces in the target are those that act on the hull, and not the nominal ones: losses of thrust
+    /// (`[efficiency]`) are then left to what makes the forces.
+    pub acting: bool,
+    /// Version of the consumer that reads the file, `7.2`; any that the target is meant for when absent.
+    pub version: Option<String>,
 }
 
 /// A file for a target. Serialises as `hydrosysid export --json`.
@@ -112,6 +119,24 @@ pub enum ExportError {
         /// Why.
         reason: String,
     },
+    /// The losses of thrust that the values of the model go with have no place in the target.
+    #[error(
+        "the model goes with losses of thrust ([efficiency]: {losses}), and {reason}: count them in what makes the forces, and export with --acting, by which the forces of the target are those that act"
+    )]
+    Losses {
+        /// What is lost.
+        losses: String,
+        /// Why it cannot be carried.
+        reason: String,
+    },
+    /// A version of the consumer that the target is not meant for, or no version at all.
+    #[error("{version:?}: {reason}")]
+    Version {
+        /// The version given.
+        version: String,
+        /// Why it is refused, and what to do.
+        reason: String,
+    },
     /// The campaign describes no thruster.
     #[error("{}: there is no [[thruster]] table to export", .0.display())]
     NoThruster(PathBuf),
@@ -132,6 +157,7 @@ struct Source<'a> {
     path: &'a Path,
     file: &'a ModelFile,
     model: &'a Model,
+    losses: losses::Losses,
 }
 
 /// Makes the file of a target from a model file, or, for thrusters, from a campaign file.
@@ -148,7 +174,7 @@ pub fn export(path: &Path, target: Target, options: &ExportOptions) -> Result<Ex
             }
             read => read?,
         };
-        return thrusters::export(path, &campaign, target);
+        return thrusters::export(path, &campaign, target, options);
     }
     let file = match ModelFile::read(path) {
         Err(ModelFileError::Campaign { .. }) => {
@@ -170,23 +196,26 @@ pub fn export_model(
     options: &ExportOptions,
 ) -> Result<Export, ExportError> {
     check(options)?;
+    let told = version::check(target, options)?;
     let model = file.model(&[], path)?;
     if let Some(p) = model.parameters.iter().find(|p| !p.value.is_finite()) {
         let name = format!("{} of `{}`", p.spec.name, p.term);
         return Err(ExportError::Value { name, value: p.value, positive: false });
     }
-    let source = Source { path, file, model: &model };
+    let losses = losses::of(&file.efficiency, target, options)?;
+    let source = Source { path, file, model: &model, losses };
     let mut made = match target {
         Target::Gazebo | Target::GazeboAddedMass => gazebo::export(&source, target, options),
         Target::Uuv => uuv::export(&source, options),
         Target::Urdf => urdf::export(&source, options),
         Target::FossenPython | Target::FossenMatlab => fossen::export(&source, target, options),
         Target::LinearJson | Target::LinearPython | Target::LinearMat => linear::export(&source, target, options),
-        Target::Latex | Target::Csv => Ok(tables::export(&source, target)),
+        Target::Latex | Target::Csv => tables::export(&source, target, options),
         Target::GazeboThrusters | Target::Ardusub => {
             Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"))
         }
     }?;
+    made.warnings.extend(told);
     made.warnings.extend(range::findings(file, &model, target, options));
     Ok(made)
 }

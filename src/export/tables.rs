@@ -1,28 +1,78 @@
 //! The parameters as a table: LaTeX for a paper, CSV for everything else.
+//!
+//! ```text
+//! X_q̇ = (M_RB)₁₅ − m_uq,   X_u̇ = m − m_u,   K_ṗ = I_x − I_p          SNAME's added part: dry less virtual
+//! X_vr = k_vr,   Y_ur = −k_ur                                        a row of −C(ν)ν as a whole, with its dry part
+//! ```
+//!
+//! M_RB: of the dry mass, the centre of gravity and, where given, the dry moments of inertia about the body origin.
 
 use std::fmt::Write;
 
+<<<<<<< HEAD
 use super::header::{Draft, one_line};
+=======
+use super::body::Body;
+use super::header::Draft;
+>>>>>>> exports
 use super::number::number;
-use super::{Export, Source, Target};
+use super::{Export, ExportError, ExportOptions, Source, Target, losses};
 use crate::campaign::{FitParameter, described};
+use crate::frame::Dof;
+use crate::model::Parameter;
+use crate::vehicle::Vehicle;
 
-pub(super) fn export(source: &Source<'_>, target: Target) -> Export {
+pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
     let draft = Draft::new(target);
-    let head = draft.head(
+    let mut head = draft.head(
         source,
         &[
             "SI units, axes forward-starboard-down; value: on the side of drag and inertia, SNAME: the opposite sign",
-            "SNAME's added mass is virtual less dry mass; it is left out where the dry one is not known",
+            "SNAME's added mass is dry less virtual mass, couplings with m r_g; it is left out where the dry one is not known",
+            "SNAME's X_vr, Y_ur ... are those of the whole product, the dry mass in it",
         ],
     );
-    let rows: Vec<FitParameter> =
-        source.model.parameters.iter().map(|p| described(p, None, &source.file.vehicle, &[])).collect();
+    let told = losses::named(&source.file.efficiency);
+    if !told.is_empty() {
+        head.push(format!("The values go with forces that act, by losses of thrust: {told}"));
+    }
+    let vehicle = Vehicle { mass: options.mass.or(source.file.vehicle.mass), ..source.file.vehicle.clone() };
+    let row = |p: &Parameter| sname(p, described(p, None, &vehicle, &[]), &vehicle, options.inertia);
+    let rows: Vec<FitParameter> = source.model.parameters.iter().map(row).collect();
     let text = match target {
         Target::Latex => latex(&head, &rows),
         _ => csv(&head, &rows),
     };
-    draft.finish(text.into_bytes())
+    Ok(draft.finish(text.into_bytes()))
+}
+
+/// SNAME's name and value with the dry part taken off.
+fn sname(p: &Parameter, told: FitParameter, vehicle: &Vehicle, inertia: Option<[f64; 3]>) -> FitParameter {
+    let [Some(dof), other] = [p.place.dof, p.place.other] else { return coriolis(p, told) };
+    let dry = match (p.effect.as_str(), other) {
+        ("inertia", _) if dof.is_rotation() => inertia.map(|i| i[dof.index() - 3]),
+        ("added_mass_coupling", Some(other)) => vehicle.mass.map(|m| coupling(m, vehicle.cg, dof, other)),
+        _ => return told,
+    };
+    let name = || format!("{}_{}dot", dof.sname(), other.unwrap_or(dof).velocity());
+    FitParameter { sname: dry.map(|_| name()), sname_value: dry.map(|dry| dry - p.value), ..told }
+}
+
+/// The entry of M_RB that couples two motions: m S(r_g) between forces and rotations, 0 elsewhere.
+fn coupling(mass: f64, cg: Option<[f64; 3]>, row: Dof, column: Dof) -> f64 {
+    // products of inertia about the body origin are taken to be 0
+    Body { mass, cg: cg.unwrap_or([0.0; 3]), inertia: [0.0; 3] }.matrix()[row.index()][column.index()]
+}
+
+/// A row of −C(ν)ν whose coefficient has SNAME's sign already: `k_vr` of surge is X_vr.
+fn coriolis(p: &Parameter, told: FitParameter) -> FitParameter {
+    let row = Dof::ALL.into_iter().find(|dof| p.effect == format!("coriolis_{}", dof.name()));
+    match (row, &told.sname, p.spec.name.strip_prefix("k_")) {
+        (Some(row), None, Some(product)) => {
+            FitParameter { sname: Some(format!("{}_{product}", row.sname())), sname_value: Some(p.value), ..told }
+        }
+        _ => told,
+    }
 }
 
 fn place(p: &FitParameter) -> String {
@@ -118,7 +168,16 @@ fn words(text: &str) -> String {
 }
 
 /// `k_u|u|` as `k_{u|u|}`, `X_udot` as `X_{\dot{u}}`.
+///
+/// A difference of moments, `z_gW-z_bB`, as `z_g W - z_b B`.
 fn symbol(name: &str) -> String {
+    if let Some((left, right)) = name.split_once('-') {
+        let product = |text: &str| match text.char_indices().last() {
+            Some((at, force)) if force.is_uppercase() && at > 0 => format!("{} {force}", symbol(&text[..at])),
+            _ => symbol(text),
+        };
+        return format!("{} - {}", product(left), product(right));
+    }
     let Some((letter, index)) = name.split_once('_') else { return name.replace('_', "\\_") };
     let index = match index.strip_suffix("dot") {
         Some(velocity) => format!("\\dot{{{velocity}}}"),
@@ -148,6 +207,8 @@ mod tests {
     fn symbols_and_units_are_those_of_latex() {
         assert_eq!(symbol("X_u|u|"), "X_{u|u|}");
         assert_eq!(symbol("N_rdot"), "N_{\\dot{r}}");
+        assert_eq!(symbol("z_gW-z_bB"), "z_{g} W - z_{b} B");
+        assert_eq!((symbol("W-B"), symbol("m_u")), ("W - B".into(), "m_{u}".into()));
         assert_eq!(unit("kg*m2/s"), "$\\mathrm{kg\\,m^{2}/s}$");
         assert_eq!(unit("1"), "$\\mathrm{1}$");
         assert_eq!(rounded(-309.0712), "-309.1");

@@ -14,7 +14,7 @@ pub enum Target {
     GazeboThrusters,
     /// uuv_simulator and DAVE, `fossen`.
     Uuv,
-    /// URDF with a `<hydrodynamics>` element.
+    /// URDF with the `<hydrodynamics>` of the Robotic Decision Making Laboratory's library.
     Urdf,
     /// Matrices of Fossen's equations, Python.
     FossenPython,
@@ -79,13 +79,15 @@ impl Target {
     /// Versions of the target for which the file is meant.
     pub const fn version(self) -> &'static str {
         match self {
-            Target::Gazebo => "gz-sim 7.1 to 9 (Garden, Harmonic, Ionic), Hydrodynamics system",
+            Target::Gazebo => {
+                "gz-sim 7.2 to 8 (Garden, Harmonic), Hydrodynamics system; 9 reads it and calls it deprecated"
+            }
             Target::GazeboAddedMass => {
                 "SDF 1.10 and later, gz-sim 8 and later with the DART engine, Hydrodynamics system"
             }
             Target::GazeboThrusters => "gz-sim 7 and later, Thruster system",
             Target::Uuv => "uuv_simulator 0.6, DAVE for Gazebo classic: underwater object plugin, model `fossen`",
-            Target::Urdf => "URDF with the <hydrodynamics> extension",
+            Target::Urdf => "URDF with the <hydrodynamics> of the library `hydrodynamics` (auv_controllers, blue)",
             Target::FossenPython => "Python 3 with NumPy",
             Target::FossenMatlab => "MATLAB R2016b and later, GNU Octave",
             Target::LinearJson => "JSON, format 1",
@@ -94,6 +96,24 @@ impl Target {
             Target::Ardusub => "ArduSub 4",
             Target::Latex => "LaTeX with booktabs",
             Target::Csv => "CSV",
+        }
+    }
+
+    /// Whether it counts forces itself: code or a matrix, not coefficients alone.
+    pub const fn computes(self) -> bool {
+        matches!(
+            self,
+            Target::FossenPython | Target::FossenMatlab | Target::LinearJson | Target::LinearPython | Target::LinearMat
+        )
+    }
+
+    /// The first version of the consumer, major and minor, where its files differ by version.
+    pub const fn first_version(self) -> Option<[u32; 2]> {
+        match self {
+            Target::Gazebo => Some([7, 2]),
+            Target::GazeboAddedMass => Some([8, 0]),
+            Target::GazeboThrusters => Some([7, 0]),
+            _ => None,
         }
     }
 

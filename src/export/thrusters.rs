@@ -15,17 +15,24 @@ use super::body::turned_place;
 use super::header::one_line;
 use super::number::{number, numbers};
 use super::xml::Xml;
-use super::{Export, ExportError, Target, codes};
+use super::{Export, ExportError, ExportOptions, Target, codes, losses, version};
 use crate::campaign::file::CampaignFile;
 use crate::finding::Finding;
 use crate::thrust::thruster::Thruster;
 
-pub(super) fn export(path: &Path, campaign: &CampaignFile, target: Target) -> Result<Export, ExportError> {
+pub(super) fn export(
+    path: &Path,
+    campaign: &CampaignFile,
+    target: Target,
+    options: &ExportOptions,
+) -> Result<Export, ExportError> {
     if campaign.thrusters.is_empty() {
         return Err(ExportError::NoThruster(path.to_path_buf()));
     }
-    let mut findings = Vec::new();
-    let head = vec![
+    let mut findings = version::check(target, options)?;
+    let gain = |t| losses::gain(&campaign.efficiency, &campaign.thrusters, t, options);
+    let gains: Vec<f64> = campaign.thrusters.iter().map(gain).collect::<Result<_, _>>()?;
+    let mut head = vec![
         format!(
             "{}: written by hydrosysid {} from {}",
             if campaign.vehicle.name.is_empty() { "a vehicle" } else { &campaign.vehicle.name },
@@ -34,15 +41,24 @@ pub(super) fn export(path: &Path, campaign: &CampaignFile, target: Target) -> Re
         ),
         format!("Target: {} ({})", target.name(), target.version()),
     ];
+    if gains.iter().any(|gain| (gain - 1.0).abs() > 1e-12) {
+        let told = losses::named(&campaign.efficiency);
+        head.push(format!(
+            "Losses of thrust are in the curves: {told}; factor of each thruster {}",
+            numbers(&gains, ", ")
+        ));
+    } else if options.acting {
+        head.push("Curves of bollard pull: losses of thrust are not in them".into());
+    }
     let bytes = match target {
-        Target::GazeboThrusters => gazebo(head, campaign, &mut findings),
-        _ => ardusub(&head, campaign, &mut findings).into_bytes(),
+        Target::GazeboThrusters => gazebo(head, campaign, &gains, &mut findings),
+        _ => ardusub(&head, campaign, &gains, &mut findings).into_bytes(),
     };
     let warnings = findings;
     Ok(Export { format: 1, target, version: target.version(), lost: Vec::new(), warnings, bytes })
 }
 
-fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, findings: &mut Vec<Finding>) -> Vec<u8> {
+fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, gains: &[f64], findings: &mut Vec<Finding>) -> Vec<u8> {
     head.push("Commands are forces in N along the axis of the joint; positions and axes forward-port-up, m".into());
     head.push(
         "thrust_coefficient and propeller_diameter set the speed of the blades alone: put those of your propeller"
@@ -52,7 +68,7 @@ fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, findings: &mut Vec<Fin
     let name = if campaign.vehicle.name.is_empty() { "vehicle" } else { &campaign.vehicle.name };
     xml.open("sdf", &[("version", "1.9")]);
     xml.open("model", &[("name", name)]);
-    for thruster in &campaign.thrusters {
+    for (thruster, gain) in campaign.thrusters.iter().zip(gains) {
         let curve = thruster.curve();
         let (least, most) = curve.range();
         let axis = turned_place(thruster.direction().into());
@@ -65,10 +81,10 @@ fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, findings: &mut Vec<Fin
             ),
             format!(
                 "F = a V|V| + b V, forward a {} b {}, reverse a {} b {}",
-                number(curve.forward.a),
-                number(curve.forward.b),
-                number(curve.reverse.a),
-                number(curve.reverse.b)
+                number(gain * curve.forward.a),
+                number(gain * curve.forward.b),
+                number(gain * curve.reverse.a),
+                number(gain * curve.reverse.b)
             ),
         ]);
         xml.open("plugin", &[("filename", "gz-sim-thruster-system"), ("name", "gz::sim::systems::Thruster")]);
@@ -77,8 +93,8 @@ fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, findings: &mut Vec<Fin
         xml.leaf("fluid_density", &number(campaign.water.density));
         xml.leaf("thrust_coefficient", "1");
         if most.is_finite() && least.is_finite() {
-            xml.leaf("max_thrust_cmd", &number(most));
-            xml.leaf("min_thrust_cmd", &number(least));
+            xml.leaf("max_thrust_cmd", &number(gain * most));
+            xml.leaf("min_thrust_cmd", &number(gain * least));
         } else {
             let text = format!("thruster {:?} has no `max`: the simulator limits it to its own 1000 N", thruster.name);
             findings.push(Finding::new(&codes::PULSE, text));
@@ -101,7 +117,7 @@ fn ends(thruster: &Thruster) -> Option<(f64, f64, bool)> {
     Some((neutral - reach, neutral + reach, span < 0.0))
 }
 
-fn ardusub(head: &[String], campaign: &CampaignFile, findings: &mut Vec<Finding>) -> String {
+fn ardusub(head: &[String], campaign: &CampaignFile, gains: &[f64], findings: &mut Vec<Finding>) -> String {
     let mut text: String = head.iter().map(|line| format!("# {}\n", one_line(line))).collect();
     text +=
         "# A parameter file (name,value); lines with # are for people. Motor n is the n-th [[thruster]]: check the\n";
@@ -116,7 +132,7 @@ fn ardusub(head: &[String], campaign: &CampaignFile, findings: &mut Vec<Finding>
                 let _ = writeln!(text, "MOT_{}_DIRECTION,{}", n + 1, if reverse { -1 } else { 1 });
             }
         }
-        text += &tables(campaign, (least, most), findings);
+        text += &tables(campaign, gains, (least, most), findings);
     }
     for thruster in campaign.thrusters.iter().filter(|t| ends(t).is_none()) {
         let told =
@@ -128,9 +144,9 @@ fn ardusub(head: &[String], campaign: &CampaignFile, findings: &mut Vec<Finding>
 }
 
 /// True thrust beside the proportional one that ArduSub takes it for.
-fn tables(campaign: &CampaignFile, (least, most): (f64, f64), findings: &mut Vec<Finding>) -> String {
+fn tables(campaign: &CampaignFile, gains: &[f64], (least, most): (f64, f64), findings: &mut Vec<Finding>) -> String {
     let mut text = String::new();
-    for thruster in &campaign.thrusters {
+    for (thruster, gain) in campaign.thrusters.iter().zip(gains) {
         let Some((_, _, reverse)) = ends(thruster) else { continue };
         let _ = writeln!(text, "# {}: demand, pulse us, thrust N, proportional N", one_line(&thruster.name));
         let curve = thruster.curve();
@@ -138,7 +154,7 @@ fn tables(campaign: &CampaignFile, (least, most): (f64, f64), findings: &mut Vec
         let force = |d: f64| {
             // MOT_n_DIRECTION mirrors the demand of a thruster that runs the other way
             let mirrored = if reverse { pulse(-d) } else { pulse(d) };
-            thruster.command_of_pulse(mirrored).map_or(f64::NAN, |v| curve.force(v))
+            thruster.command_of_pulse(mirrored).map_or(f64::NAN, |v| gain * curve.force(v))
         };
         let full = |d: f64| d.abs() * force(d.signum());
         let mut worst: f64 = 0.0;

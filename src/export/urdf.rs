@@ -1,20 +1,27 @@
-//! URDF with a `<hydrodynamics>` element: the diagonal of the derivatives as attributes.
+//! URDF with the `<hydrodynamics>` element of the Robotic Decision Making Laboratory's library `hydrodynamics`, which
+//! auv_controllers and blue read.
 //!
 //! ```text
-//! <added_mass Xdu= …/>   <linear Xu= …/>   <quadratic Xuu= …/>       X_u̇, X_u, X_u|u|: negative where they brake
+//! (M_RB + M_A) ν̇ + C(ν) ν + (D + D_q |ν|) ν + g(R) = τ       M_A, D, D_q diagonal, W = 9.81 m along +z
+//! <inertial> mass, inertia, center_of_gravity, added_mass   <damping> linear, quadratic   <hydrostatics> buoyancy, center_of_buoyancy
 //! ```
 //!
-//! The element is read by tools of the marine ROS community; it has no place for couplings. URDF's axes are
-//! forward-port-up (REP 103), in which the diagonal is the same.
+//! Weight along +z makes its axes forward-starboard-down, as the model's are; SNAME's signs, negative where they brake.
+//! The inertia is that about the body origin: the library adds no m r_g² to it. Beside it the `<link>` has the rigid body
+//! as every reader of URDF takes it: forward-port-up (REP 103), about the centre of gravity. Source: `hydrodynamics.cpp`
+//! of that library (2025), `parse_model_from_xml`, `forward_dynamics`.
 
-use super::body::{split, turned_place};
-use super::buoyancy::buoyancy;
+use super::body::{Body, split, turned_place};
+use super::buoyancy::under;
 use super::coefficients::coefficients;
 use super::header::{Cell, Draft};
 use super::number::{number, numbers};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target};
 use crate::frame::Dof;
+
+/// The library's own acceleration of gravity, m/s².
+const GRAVITY: f64 = 9.81;
 
 pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
     let found = coefficients(source.model);
@@ -29,54 +36,59 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         Cell::Absolute(i, j, k) => i == j && j == k,
         Cell::Product(..) | Cell::Constant(_) => false,
     });
-    let held = buoyancy(&found, source.model, &parts.body, vehicle, &source.file.water);
+    let held = under(GRAVITY, &found, source.model, &parts.body, vehicle, &source.file.water);
     let head = draft.head(
         source,
         &[
             "Signs: SNAME derivatives, negative where they brake or add mass",
-            "Axes: forward-port-up at the body origin, SI units; the diagonal is the same as in forward-starboard-down",
-            "Coriolis forces of rigid body and added mass are left to the reader of this file",
+            "Axes of <hydrodynamics>: forward-starboard-down at the body origin, weight along +z, SI units; of <link>: forward-port-up",
+            "Coriolis forces of rigid body and added mass are counted by the library",
+            "Stability: the library is algebra, M inverted as a whole; a step of the integrator is its user's",
         ],
     );
     let mut xml = Xml::new(&head);
     let name = if vehicle.name.is_empty() { "vehicle" } else { &vehicle.name };
-    let body = &parts.body;
-    let [ixx, iyy, izz, ixy, ixz, iyz] = body.central().map(number);
-    let negative =
-        |x: &str| if x == "0" { x.to_string() } else { x.strip_prefix('-').map_or(format!("-{x}"), str::to_string) };
-    let mass = number(body.mass);
-    let cg = numbers(&turned_place(body.cg), " ");
     xml.open("robot", &[("name", name)]);
-    xml.open("link", &[("name", options.link.as_deref().unwrap_or("base_link"))]);
+    link(&mut xml, options.link.as_deref().unwrap_or("base_link"), &parts.body);
+    xml.open("hydrodynamics", &[]);
     xml.open("inertial", &[]);
-    xml.empty("origin", &[("xyz", &cg), ("rpy", "0 0 0")]);
-    xml.empty("mass", &[("value", &mass)]);
-    let (ixy, ixz) = (negative(&ixy), negative(&ixz));
+    xml.empty("mass", &[("value", &number(parts.body.mass))]);
+    let [ixx, iyy, izz] = parts.body.inertia.map(number);
+    xml.empty("inertia", &[("ixx", &ixx), ("iyy", &iyy), ("izz", &izz)]);
+    place(&mut xml, "center_of_gravity", parts.body.cg);
+    // <added_mass Xdu="…" …/>
+    six(&mut xml, "added_mass", std::array::from_fn(|i| -parts.added[i][i]), |dof| format!("d{}", dof.velocity()));
+    xml.close();
+    xml.open("damping", &[]);
+    six(&mut xml, "linear", std::array::from_fn(|i| found.linear[i][i]), |dof| dof.velocity().into());
+    six(&mut xml, "quadratic", std::array::from_fn(|i| found.absolute[i][i][i]), |dof| dof.velocity().repeat(2));
+    xml.close();
+    xml.open("hydrostatics", &[]);
+    xml.empty("buoyancy", &[("value", &number(held.up()))]);
+    place(&mut xml, "center_of_buoyancy", held.centre);
+    Ok(draft.finish(xml.finish()))
+}
+
+fn link(xml: &mut Xml, name: &str, body: &Body) {
+    // the products with one turned axis change sign, that with two does not
+    let [ixx, iyy, izz, ixy, ixz, iyz] = body.central();
+    let [ixx, ixy, ixz, iyy, iyz, izz] = [ixx, -ixy, -ixz, iyy, iyz, izz].map(number);
+    xml.open("link", &[("name", name)]);
+    xml.open("inertial", &[]);
+    xml.empty("origin", &[("xyz", &numbers(&turned_place(body.cg), " ")), ("rpy", "0 0 0")]);
+    xml.empty("mass", &[("value", &number(body.mass))]);
     xml.empty("inertia", &[("ixx", &ixx), ("ixy", &ixy), ("ixz", &ixz), ("iyy", &iyy), ("iyz", &iyz), ("izz", &izz)]);
     xml.close();
     xml.close();
-    xml.open("hydrodynamics", &[]);
-    let six = |cells: [f64; 6], quadratic: bool, dotted: bool| -> Vec<(String, String)> {
-        let attribute = |dof: Dof| {
-            let v = dof.velocity();
-            let name = match (dotted, quadratic) {
-                (true, _) => format!("{}d{v}", dof.sname()),
-                (false, true) => format!("{}{v}{v}", dof.sname()),
-                (false, false) => format!("{}{v}", dof.sname()),
-            };
-            (name, number(cells[dof.index()]))
-        };
-        Dof::ALL.map(attribute).to_vec()
-    };
-    let mut element = |name: &str, cells: [f64; 6], quadratic: bool, dotted: bool| {
-        let owned = six(cells, quadratic, dotted);
-        let attributes: Vec<(&str, &str)> = owned.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
-        xml.empty(name, &attributes);
-    };
-    element("added_mass", std::array::from_fn(|i| -parts.added[i][i]), false, true);
-    element("linear", std::array::from_fn(|i| found.linear[i][i]), false, false);
-    element("quadratic", std::array::from_fn(|i| found.absolute[i][i][i]), true, false);
-    xml.empty("volume", &[("value", &number(held.volume))]);
-    xml.empty("center_of_buoyancy", &[("xyz", &numbers(&turned_place(held.centre), " "))]);
-    Ok(draft.finish(xml.finish()))
+}
+
+fn place(xml: &mut Xml, name: &str, [x, y, z]: [f64; 3]) {
+    xml.empty(name, &[("x", &number(x)), ("y", &number(y)), ("z", &number(z))]);
+}
+
+/// Six derivatives as attributes by SNAME's letters.
+fn six(xml: &mut Xml, name: &str, values: [f64; 6], index: impl Fn(Dof) -> String) {
+    let owned = Dof::ALL.map(|dof| (format!("{}{}", dof.sname(), index(dof)), number(values[dof.index()])));
+    let attributes: Vec<(&str, &str)> = owned.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
+    xml.empty(name, &attributes);
 }

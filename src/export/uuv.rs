@@ -4,10 +4,15 @@
 //! F = −M_A ν̇ − C_A(ν) ν − D(ν) ν,   D = −D_lin − u D_fwd − diag(D_quad |ν|)
 //! ```
 //!
-//! `added_mass` is positive, the dampings have SNAME's signs. D_fwd holds the products with the forward velocity.
-//! Source: uuv_simulator, `HydrodynamicModel.cc`; Fossen (2011), eq. 6.43, 8.136.
+//! The plugin turns velocities by `ToNED` before it multiplies, and forces back after: its matrices stand in
+//! forward-starboard-down, as the model's do, while places and the link stand in forward-port-up. It reads velocities at
+//! the link and applies forces and buoyancy at the centre of mass. So the link gets its centre of mass at the body
+//! origin; the couplings m r_g of the rigid body stand in `added_mass`, and its righting moment in the centre of
+//! buoyancy, r_b B − r_g W. The motion is that of the vehicle, in a steady current too, for m r_g by itself has the form
+//! of an added mass. `added_mass` is positive, the dampings have SNAME's signs, D_fwd holds the products with the forward
+//! velocity. Source: uuv_simulator 0.6, `HydrodynamicModel.cc`, `BuoyantObject.cc`; Fossen (2011), eq. 6.43, 8.136.
 
-use super::body::{added_share, split, turned, turned_absolute, turned_place, turned_product};
+use super::body::{Body, added_share, split, turned_place};
 use super::buoyancy::buoyancy;
 use super::coefficients::{Matrix, coefficients};
 use super::header::{Cell, Draft};
@@ -16,9 +21,9 @@ use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target, codes};
 use crate::finding::Finding;
 
-/// Added over rigid mass from which the filtered acceleration of the plugin blows up: it holds a share of 0.3 of the
-/// acceleration of the step before, so that a ← 0.7 a − 0.3 s a diverges beyond s = 1.7/0.3.
-const MOST: f64 = 1.7 / 0.3;
+/// Shares of added in rigid inertia between which the filtered acceleration of the plugin is stable: it holds a share
+/// of 0.3 of that of the step before, so that a ← (0.7 − 0.3 s) a, which shrinks for −1 < s < 1.7/0.3.
+const STABLE: [f64; 2] = [-1.0, 1.7 / 0.3];
 
 pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
     let found = coefficients(source.model);
@@ -35,40 +40,40 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         Cell::Product(_, j, _) => j == 0,
         Cell::Constant(_) => false,
     });
-    let share = added_share(&parts);
-    if share >= MOST {
+    // the link's own inertia, and what the plugin has to add to it
+    let body = Body { cg: [0.0; 3], ..parts.body };
+    let (own, whole) = (body.matrix(), parts.body.matrix());
+    let added: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| parts.added[i][j] + whole[i][j] - own[i][j]));
+    let [least, most] = added_share(&own, &added);
+    if least <= STABLE[0] || most >= STABLE[1] {
         let text = format!(
-            "the added mass is up to {share:.2} times the rigid mass: the plugin applies it from filtered earlier accelerations and is unstable from {MOST:.2} on"
+            "the added mass is {least:.2} to {most:.2} times the rigid mass: the plugin applies it from filtered earlier accelerations, which is stable between {} and {:.2} alone",
+            STABLE[0], STABLE[1]
         );
         draft.warnings.push(Finding::new(&codes::UNSTABLE, text));
     }
     let held = buoyancy(&found, source.model, &parts.body, vehicle, &source.file.water);
+    let gravity = held.weight / body.mass;
+    let centre = turned_place(std::array::from_fn(|i| held.centre[i] - parts.body.cg[i] * held.weight / held.up()));
     let head = draft.head(
         source,
         &[
             "Signs: added_mass positive; linear_damping, quadratic_damping negative where they brake",
-            "Axes: forward-port-up at the body origin, SI units; the model's are forward-starboard-down: cross terms are turned",
-            "The link needs the mass and inertia told below; add a <box> where the vehicle comes near the surface",
+            "Axes: matrices forward-starboard-down, into which the plugin turns velocities; places forward-port-up; SI units",
+            "The link needs the inertial told below; its centre of mass stands at the body origin, and the couplings m r_g",
+            "of the true one are in added_mass and center_of_buoyancy; add a <box> where the vehicle comes near the surface",
+            "Stability: added over rigid inertia has to lie between -1 and 5.67 (acceleration filtered by 0.3)",
         ],
     );
     let mut xml = Xml::new(&head);
     let link = options.link.as_deref().unwrap_or("base_link");
-    let forward = turned_product(&parts.rest);
-    let forward: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| forward[i][0][j]));
-    let absolute = turned_absolute(&found.absolute);
-    let quadratic: [f64; 6] = std::array::from_fn(|i| absolute[i][i][i]);
+    let forward: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| parts.rest[i][0][j]));
+    let quadratic: [f64; 6] = std::array::from_fn(|i| found.absolute[i][i][i]);
     xml.open("gazebo", &[]);
-    let body = &parts.body;
     xml.comment(&[
-        format!(
-            "<inertial> of the link: mass {} kg, centre of gravity {}",
-            number(body.mass),
-            numbers(&turned_place(body.cg), " ")
-        ),
-        format!("ixx iyy izz ixy ixz iyz about it: {}", {
-            let [ixx, iyy, izz, ixy, ixz, iyz] = body.central();
-            numbers(&[ixx, iyy, izz, -ixy, -ixz, iyz], " ")
-        }),
+        format!("<inertial> of the link: mass {} kg, centre of gravity 0 0 0", number(body.mass)),
+        format!("ixx iyy izz about it: {}, products 0", numbers(&body.inertia, " ")),
+        format!("gravity of the world: {} m/s2", number(gravity)),
     ]);
     xml.open("plugin", &[("name", "uuv_plugin"), ("filename", "libuuv_underwater_object_ros_plugin.so")]);
     xml.leaf("fluid_density", &number(source.file.water.density));
@@ -76,11 +81,11 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     xml.open("link", &[("name", link)]);
     xml.leaf("neutrally_buoyant", "0");
     xml.leaf("volume", &number(held.volume));
-    xml.leaf("center_of_buoyancy", &numbers(&turned_place(held.centre), " "));
+    xml.leaf("center_of_buoyancy", &numbers(&centre, " "));
     xml.open("hydrodynamic_model", &[]);
     xml.leaf("type", "fossen");
-    xml.leaf("added_mass", &rows(&turned(&parts.added)));
-    xml.leaf("linear_damping", &rows(&turned(&found.linear)));
+    xml.leaf("added_mass", &rows(&added));
+    xml.leaf("linear_damping", &rows(&found.linear));
     xml.leaf("linear_damping_forward_speed", &rows(&forward));
     xml.leaf("quadratic_damping", &numbers(&quadratic, " "));
     Ok(draft.finish(xml.finish()))

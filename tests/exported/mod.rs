@@ -1,5 +1,8 @@
 //! What the tests of exports share: models, their motion by the library, and an integrator for the targets' equations.
 
+#[allow(dead_code)] // not every test steps an engine
+pub mod engine;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -83,6 +86,45 @@ pub fn planar(more: &[(&str, f64)]) -> ModelFile {
     file(&PLANAR, &terms, Coriolis::Tied)
 }
 
+/// A model in six degrees of freedom that floats upright, with the couplings `more`, and a centre of gravity off the
+/// origin of the body.
+pub fn floating(more: &[(&str, f64)]) -> ModelFile {
+    let mut terms = vec![
+        ("inertia@surge", 250.0),
+        ("inertia@sway", 320.0),
+        ("inertia@heave", 340.0),
+        ("inertia@roll", 30.0),
+        ("inertia@pitch", 45.0),
+        ("inertia@yaw", 60.0),
+        ("restoring_surge", -12.0),
+        ("restoring_sway", -12.0),
+        ("restoring_heave", -12.0),
+        ("restoring_roll", 80.0),
+        ("restoring_pitch", 80.0),
+        // m r_g of the rigid body, and of the water by far less
+        ("added_mass_coupling@surge:pitch", 200.0 * 0.03 + 3.0),
+        ("added_mass_coupling@sway:roll", -200.0 * 0.03 - 2.0),
+        ("added_mass_coupling@sway:yaw", 200.0 * 0.05 - 4.0),
+        ("added_mass_coupling@heave:pitch", -200.0 * 0.05 + 3.0),
+    ];
+    let damping = [
+        ("linear_drag@", [40.0, 50.0, 60.0, 12.0, 14.0, 15.0]),
+        ("quadratic_drag@", [120.0, 200.0, 240.0, 10.0, 12.0, 20.0]),
+    ];
+    let names: Vec<(String, f64)> = damping
+        .iter()
+        .flat_map(|(kind, values)| {
+            Dof::ALL.into_iter().zip(values).map(move |(d, v)| (format!("{kind}{}", d.name()), *v))
+        })
+        .chain(Dof::ALL.into_iter().map(|d| (format!("coriolis_{}", d.name()), 0.0)))
+        .collect();
+    terms.extend(names.iter().map(|(name, value)| (name.as_str(), *value)));
+    terms.extend(more);
+    let mut file = file(&Dof::ALL, &terms, Coriolis::Tied);
+    file.vehicle.cg = Some([0.05, 0.0, 0.03]);
+    file
+}
+
 /// Couplings of every kind that a simulator of coefficients may hold.
 pub const COUPLED: [(&str, f64); 5] = [
     ("mixed_drag@yaw:surge", 25.0),
@@ -112,7 +154,7 @@ pub fn force(samples: &[[f64; 6]], t: f64) -> Vector6<f64> {
 }
 
 pub const STEP: f64 = 0.1;
-pub const SECONDS: f64 = 20.0;
+pub const SECONDS: f64 = 60.0;
 
 /// Forces that move every modelled degree of freedom, each with periods of its own.
 pub fn samples(dofs: &[Dof]) -> Vec<[f64; 6]> {

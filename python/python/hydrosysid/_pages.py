@@ -76,24 +76,33 @@ def export(
     mass: float | None = None,
     inertia: Sequence[float] | None = None,
     at: Mapping[str, float] | None = None,
+    acting: bool = False,
+    target_version: str | None = None,
 ) -> Export:
     """Makes a file of a model for another tool; `Export.lost` names what of the model is not in it.
 
     Args:
         source: a fit, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a campaign.
-        to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``fossen-python``,
-            ``fossen-matlab``, ``linear-json``, ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
+        to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``mujoco``,
+            ``python-vehicle-simulator``, ``fossen-python``, ``fossen-matlab``, ``c-header``, ``linear-json``,
+            ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
         path: file to write; the content is in the result alone when absent.
         link: name of the link that the forces act on.
         mass: dry mass, kg; that of the vehicle when absent.
         inertia: dry moments of inertia in roll, pitch and yaw, kg·m².
         at: operating point of a linear model: states and forces by name.
+        acting: forces in the target are those that act: losses of thrust (``[efficiency]``) are counted by what makes
+            them. Without it a target that has no place for the losses is refused.
+        target_version: version of the simulator that is to read the file, ``"8"`` or ``"7.2"``.
 
     Raises:
-        UsageError: an unknown target, or something that the target needs and the model does not say.
+        UsageError: an unknown target, something that the target needs and the model does not say, losses of thrust that
+            it cannot hold, or a version that would not read the file.
     """
     text, is_file = (source.model, False) if isinstance(source, Fit) else (fspath(source), True)
-    told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}))
+    told, content = _native.export_model(
+        text, is_file, to, link, mass, inertia, dict(at or {}), acting, target_version
+    )
     made = build(Export, json.loads(told) | {"content": content})
     if path is not None:
         Path(path).write_bytes(content)

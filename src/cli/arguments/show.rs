@@ -69,6 +69,12 @@ pub(in crate::cli) struct Export {
     /// Operating point of a linear model: u=0.5,r=0.1 and forces tau_u=... where they are not those that hold it.
     #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = pair, allow_hyphen_values = true)]
     pub at: Vec<(String, f64)>,
+    /// Forces in the target are those that act: losses of thrust ([efficiency]) are counted by what makes them.
+    #[arg(long)]
+    pub acting: bool,
+    /// Version of the simulator that is to read the file, such as 8 or 7.2: refused where it would not.
+    #[arg(long, value_name = "VERSION")]
+    pub target_version: Option<String>,
 }
 
 #[derive(Debug, Args)]

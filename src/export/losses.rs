@@ -1,0 +1,182 @@
+//! Losses of thrust that the values of a model go with: carried into a target, or refused.
+//!
+//! ```text
+//! τᵢ = η_inter,i η_adv(|νᵢ|) τ_nom,i     (moments: |u|),     η_adv = max(slope |ν| + intercept, 0)
+//! ```
+//!
+//! A model is fitted on the forces that act, τ; commands are nominal forces, τ_nom. A target that is code or a matrix
+//! counts the losses itself, so that its input is the command. One that is coefficients alone has no place for them.
+//! The rule is that of [`crate::procedure::acting_forces`] for runs that log forces of the vehicle.
+
+use super::number::number;
+use super::{ExportError, ExportOptions, Target};
+use crate::frame::Dof;
+use crate::thrust::advance::AdvanceLoss;
+use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
+use crate::thrust::thruster::Thruster;
+
+/// Losses in body axes: the force that acts from the nominal one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Losses {
+    /// η_inter of each degree of freedom, 1.
+    pub interaction: [f64; 6],
+    /// Slope and intercept of η_adv; 0 and 1 without.
+    pub advance: [f64; 2],
+    /// Whether the forces of the target act, though the model has losses.
+    pub acting: bool,
+}
+
+impl Losses {
+    const NONE: Losses = Losses { interaction: [1.0; 6], advance: [0.0, 1.0], acting: false };
+
+    /// Whether there is anything to carry.
+    pub fn any(&self) -> bool {
+        *self != Losses { acting: self.acting, ..Losses::NONE }
+    }
+
+    /// Index of the velocity that the thrust of a degree of freedom advances with.
+    pub fn speed(row: usize) -> usize {
+        if row < 3 { row } else { Dof::Surge.index() }
+    }
+
+    /// η of a row at its advance velocity, and ∂η/∂ν.
+    pub fn at(&self, row: usize, velocity: f64) -> [f64; 2] {
+        let [slope, intercept] = self.advance;
+        let advance = slope * velocity.abs() + intercept;
+        let rate = if advance > 0.0 { slope * velocity.signum() } else { 0.0 };
+        [self.interaction[row] * advance.max(0.0), self.interaction[row] * rate]
+    }
+
+    /// The line of the heading.
+    pub fn told(&self) -> Option<String> {
+        if self.acting {
+            return Some("Forces here are those that act: losses of thrust are left to what makes them".into());
+        }
+        self.any().then(|| {
+            let [slope, intercept] = self.advance;
+            let inter = self.interaction.map(number).join(", ");
+            format!(
+                "Forces here are nominal: acting = eta_inter ({inter}) x eta_adv ({} |v| + {}) x nominal",
+                number(slope),
+                number(intercept)
+            )
+        })
+    }
+}
+
+/// What a model's losses come to in a target.
+///
+/// # Errors
+/// [`ExportError::Losses`] where the target has no place for them.
+pub(super) fn of(efficiency: &Efficiency, target: Target, options: &ExportOptions) -> Result<Losses, ExportError> {
+    let lossless = efficiency.eta_adv.is_none_or(is_one) && efficiency.eta_inter.0.iter().all(|e| is(e.value, 1.0));
+    if lossless {
+        return Ok(Losses::NONE);
+    }
+    if options.acting || matches!(target, Target::Latex | Target::Csv) {
+        return Ok(Losses { acting: options.acting, ..Losses::NONE });
+    }
+    let refused = |reason: String| Err(ExportError::Losses { losses: named(efficiency), reason });
+    if !target.computes() {
+        return refused(format!("`{}` has no place for them", target.name()));
+    }
+    if let Some(entry) = efficiency.eta_inter.0.iter().find(|e| !e.thrusters.is_empty()) {
+        return refused(format!(
+            "eta_inter of {} depends on the thrusters that run, which a force of the vehicle does not tell",
+            entry.dof
+        ));
+    }
+    if efficiency.eta_adv.is_some() && efficiency.advance_speed == AdvanceSpeed::ThrusterAxis {
+        return refused(
+            "eta_adv is counted along the axis of each thruster, which a force of the vehicle does not tell".into(),
+        );
+    }
+    let advance = efficiency.eta_adv.map_or([0.0, 1.0], |line| [line.slope, line.intercept]);
+    Ok(Losses { interaction: Dof::ALL.map(|dof| efficiency.eta_inter.value(dof, &[])), advance, acting: false })
+}
+
+/// The one factor by which a thruster of a campaign pushes less than at bollard pull, at any speed.
+///
+/// # Errors
+/// [`ExportError::Losses`] where there is no such factor.
+pub(super) fn gain(
+    efficiency: &Efficiency,
+    thrusters: &[Thruster],
+    of: &Thruster,
+    options: &ExportOptions,
+) -> Result<f64, ExportError> {
+    if options.acting {
+        return Ok(1.0);
+    }
+    let refused = |reason: String| Err(ExportError::Losses { losses: named(efficiency), reason });
+    if efficiency.eta_adv.is_some_and(|line| !is(line.slope, 0.0)) {
+        return refused("eta_adv falls with the speed, for which the thruster of the target has no place".into());
+    }
+    let pushes = |t: &Thruster, dof: Dof| t.unit_wrench()[dof.index()].abs() > 1e-12;
+    let mut values = Dof::ALL.into_iter().filter(|dof| pushes(of, *dof)).map(|dof| {
+        let group: Vec<&str> = thrusters.iter().filter(|t| pushes(t, dof)).map(|t| t.name.as_str()).collect();
+        efficiency.eta_inter.value(dof, &group)
+    });
+    let first = values.next().unwrap_or(1.0);
+    if values.any(|value| !is(value, first)) {
+        return refused(format!(
+            "eta_inter differs between the degrees of freedom that thruster {:?} pushes in, so that it is no factor of its thrust",
+            of.name
+        ));
+    }
+    Ok(first * efficiency.eta_adv.map_or(1.0, |line| line.intercept))
+}
+
+/// The losses in words: `eta_inter of surge 0.97, eta_adv -0.1946 |v| + 0.9967`.
+pub(super) fn named(efficiency: &Efficiency) -> String {
+    let inter = efficiency.eta_inter.0.iter().map(|e| match e.thrusters.as_slice() {
+        [] => format!("eta_inter of {} {}", e.dof, number(e.value)),
+        names => format!("eta_inter of {} with {} {}", e.dof, names.join("+"), number(e.value)),
+    });
+    let advance = efficiency.eta_adv.map(|a| format!("eta_adv {} |v| + {}", number(a.slope), number(a.intercept)));
+    inter.chain(advance).collect::<Vec<_>>().join(", ")
+}
+
+fn is_one(line: AdvanceLoss) -> bool {
+    is(line.slope, 0.0) && is(line.intercept, 1.0)
+}
+
+fn is(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-12
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn efficiency(text: &str) -> Efficiency {
+        toml::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn a_target_that_computes_carries_what_one_of_coefficients_refuses() {
+        let given =
+            efficiency("eta_inter = { surge = 0.9 }\neta_adv = { slope = -0.2, intercept = 1.0, valid = [0, 1] }");
+        let carried = of(&given, Target::FossenPython, &ExportOptions::default()).unwrap();
+        // 0.9 (1 − 0.2·0.5) and its slope; a moment by the speed ahead
+        let [eta, rate] = carried.at(0, -0.5);
+        assert!((eta - 0.81).abs() < 1e-12 && (rate - 0.18).abs() < 1e-12);
+        assert_eq!((Losses::speed(1), Losses::speed(5)), (1, 0));
+        let refused = of(&given, Target::Gazebo, &ExportOptions::default()).unwrap_err().to_string();
+        assert!(refused.contains("eta_inter of surge 0.9") && refused.contains("--acting"), "{refused}");
+        let options = ExportOptions { acting: true, ..ExportOptions::default() };
+        let acting = of(&given, Target::Gazebo, &options).unwrap();
+        assert!(!acting.any() && acting.told().unwrap().contains("act"));
+        assert_eq!(of(&Efficiency::default(), Target::Gazebo, &ExportOptions::default()).unwrap(), Losses::NONE);
+    }
+
+    #[test]
+    fn losses_of_single_thrusters_are_no_force_of_the_vehicle() {
+        let groups = efficiency("eta_inter = [{ dof = \"surge\", thrusters = [\"a\", \"b\"], value = 0.9 }]");
+        assert!(of(&groups, Target::FossenMatlab, &ExportOptions::default()).is_err());
+        let axis = efficiency(
+            "eta_adv = { slope = -0.2, intercept = 1.0, valid = [0, 1] }\nadvance_speed = \"thruster_axis\"",
+        );
+        assert!(of(&axis, Target::FossenMatlab, &ExportOptions::default()).is_err());
+    }
+}
