@@ -3,13 +3,17 @@
 //! ```text
 //! τ  = actuators(command)
 //! ν_r = ν − Rᵀ(φ, θ, ψ) V_water
-//! M ν̇ = w(ν_r, η) + τ − Σ (∂π/∂ν_k) ν̇_k          M = ∂π/∂ν;  k: velocities that are logged, not simulated
+//! d π(ν_r)/dt = w(ν_r, η) + τ          solved for ν̇ in `chain/accelerate`; Coriolis terms are in w
 //! η̇  = J(η) ν            attitude by angles, or by a quaternion near the vertical
 //! log = sensors(ν, η)
 //! ```
 //!
+//! All of the momentum, that of the dry vehicle too, is counted in the frame that moves with the water: see
+//! [`effects::current`](crate::effects) for why no mass of the rigid body alone is needed.
+//!
 //! The formulas are assembled here once; the simulator, its sensitivities and the regressor compile what they need.
 
+mod accelerate;
 mod attitude;
 mod sense;
 
@@ -78,7 +82,7 @@ pub struct Equations<'g> {
     pub states: Vec<State<'g>>,
     /// What sensors log, by the name of the column: the simulated states, and the observed functions of them.
     pub logged: Vec<(String, Expr<'g>)>,
-    /// π, kg·m/s and kg·m²/s.
+    /// π(ν_r), kg·m/s and kg·m²/s.
     pub momentum: Six<'g>,
     /// w + τ: everything that changes the momentum, N and N·m.
     pub force: Six<'g>,
@@ -204,19 +208,11 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     };
 
     through_the_water(&mut at, model, &theta);
-    let mut momentum = [graph.zero(); 6];
     for (k, term) in model.terms.iter().enumerate() {
+        let mut momentum = at.momentum;
         term.effect.momentum(&at, term.place, &theta(k), &mut momentum);
+        at.momentum = momentum;
     }
-    // with respect to the water where there is a current: the Coriolis terms act on ν_r
-    at.momentum = [graph.zero(); 6];
-    let over_ground = std::mem::replace(&mut at.nu, at.nu_r);
-    for (k, term) in model.terms.iter().enumerate() {
-        let mut relative = at.momentum;
-        term.effect.momentum(&at, term.place, &theta(k), &mut relative);
-        at.momentum = relative;
-    }
-    at.nu = over_ground;
 
     let mut memory = Vec::new();
     let tau = actuate(&at, model, &theta, &parameters, &mut inputs, &mut memory);
@@ -236,18 +232,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     }
     components.push((None, tau));
 
-    let accelerations = if available.from_log { Vec::new() } else { solve(graph, model, &momentum, &force, &inputs) };
-    let mut states: Vec<State<'g>> = model
-        .dofs
-        .iter()
-        .zip(accelerations)
-        .map(|(dof, rate)| State {
-            id: StateId::Velocity(*dof),
-            leaf: Leaf::State(dof.index() as u16),
-            rate,
-            start: None,
-        })
-        .collect();
+    let mut states = Vec::new();
     let rates = attitude::kinematics(graph, &at, model);
     for dof in Dof::ALL {
         let leaf = Leaf::State(6 + dof.index() as u16);
@@ -261,10 +246,20 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
             states.push(State { id: StateId::Quaternion(k as u8), leaf, rate, start: None });
         }
     }
+    if !available.from_log {
+        let accelerations = accelerate::accelerations(&at, &force, &states, &inputs.names);
+        let velocity = |(dof, rate): (&Dof, Expr<'g>)| State {
+            id: StateId::Velocity(*dof),
+            leaf: Leaf::State(dof.index() as u16),
+            rate,
+            start: None,
+        };
+        states.splice(0..0, model.dofs.iter().zip(accelerations).map(velocity));
+    }
     states.extend(memory);
 
     let logged = sense::sense(&at, model, &theta, &pose, quaternion.zip(measured));
-    Equations { states, logged, momentum, force, components, inputs: inputs.names }
+    Equations { states, logged, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 
 /// The nominal forces that the log has, also of degrees of freedom that are not modelled, late by the parameter `delay` where there is one.
@@ -282,12 +277,12 @@ fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usi
     })
 }
 
-/// ν_r = ν − Rᵀ V for the sum of all waters' velocities.
+/// ν_r = ν − Rᵀ V for the sum of all waters' velocities, in the directions in which ν is simulated or logged.
 fn through_the_water<'g>(at: &mut Instant<'g>, model: &Model, theta: &dyn Fn(usize) -> Vec<Expr<'g>>) {
     for (k, term) in model.terms.iter().enumerate() {
         if let Some(water) = term.effect.water(at, term.place, &theta(k)) {
             for (i, v) in at.to_body(water).into_iter().enumerate() {
-                if at.models(Dof::ALL[i]) {
+                if !at.nu[i].is_zero() {
                     at.nu_r[i] -= v;
                 }
             }
@@ -360,52 +355,6 @@ fn remember<'g>(
         memory.push(State { id, leaf: leaves[i], rate, start: Some(start) });
     }
     symbols
-}
-
-/// ν̇ from M ν̇ = f, by elimination without pivoting: M is symmetric and positive definite in any physical model.
-fn solve<'g>(
-    graph: &'g Graph,
-    model: &Model,
-    momentum: &Six<'g>,
-    force: &Six<'g>,
-    inputs: &Inputs<'g, '_>,
-) -> Vec<Expr<'g>> {
-    let n = model.dofs.len();
-    let index: Vec<usize> = model.dofs.iter().map(|d| d.index()).collect();
-    let mut m: Vec<Vec<Expr<'g>>> =
-        index.iter().map(|i| index.iter().map(|j| momentum[*i].derivative(Leaf::State(*j as u16))).collect()).collect();
-    let mut f: Vec<Expr<'g>> = index.iter().map(|i| force[*i]).collect();
-    // a velocity that is logged but not simulated accelerates as its interpolation does
-    for dof in Dof::ALL.into_iter().filter(|d| !model.dofs.contains(d)) {
-        if let Some(k) = inputs.names.iter().position(|name| name == dof.velocity()) {
-            for (row, i) in index.iter().enumerate() {
-                let coupling = momentum[*i].derivative(Leaf::Input(k as u16));
-                if !coupling.is_zero() {
-                    let rate = velocity_dimension(dof).over(Dimension::TIME);
-                    f[row] -= coupling * graph.leaf(Leaf::Rate(k as u16), rate);
-                }
-            }
-        }
-    }
-    for k in 0..n {
-        for i in k + 1..n {
-            if m[i][k].is_zero() {
-                continue;
-            }
-            let factor = m[i][k] / m[k][k];
-            for j in k..n {
-                m[i][j] = m[i][j] - factor * m[k][j];
-            }
-            f[i] = f[i] - factor * f[k];
-        }
-    }
-    for i in (0..n).rev() {
-        for j in i + 1..n {
-            f[i] = f[i] - m[i][j] * f[j];
-        }
-        f[i] = f[i] * (graph.constant(1.0) / m[i][i]);
-    }
-    f
 }
 
 /// Number of states that an effect carries at a place of `model`.

@@ -9,6 +9,9 @@ use hydrosysid::symbolic::{Expr, Graph, Leaf};
 use hydrosysid::units::Dimension;
 use proptest::prelude::*;
 
+#[path = "laws/galilei.rs"]
+mod galilei;
+
 /// The ids of the catalogue, as users and other programs know them.
 const IDS: [&str; 49] = [
     "inertia",

@@ -42,6 +42,6 @@ impl Effect for AddedMassAmplitude {
 
     fn momentum<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], momentum: &mut Six<'g>) {
         let dof = place.here();
-        momentum[dof.index()] += theta[0] * at.channel(&channel::keulegan_carpenter(dof)) * at.nu[dof.index()];
+        momentum[dof.index()] += theta[0] * at.channel(&channel::keulegan_carpenter(dof)) * at.nu_r[dof.index()];
     }
 }

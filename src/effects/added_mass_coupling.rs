@@ -38,9 +38,9 @@ impl Effect for AddedMassCoupling {
 
     fn momentum<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], momentum: &mut Six<'g>) {
         let (i, j) = (place.here(), place.there());
-        momentum[i.index()] += theta[0] * at.nu[j.index()];
+        momentum[i.index()] += theta[0] * at.nu_r[j.index()];
         if at.models(j) {
-            momentum[j.index()] += theta[0] * at.nu[i.index()];
+            momentum[j.index()] += theta[0] * at.nu_r[i.index()];
         }
     }
 }

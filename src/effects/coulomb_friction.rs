@@ -4,7 +4,8 @@
 //! wᵢ −= d tanh(νᵢ/ε),      ε = 1 cm/s or 0.01 rad/s
 //! ```
 //!
-//! d: N (N·m). The tanh is the sign of the velocity, smooth enough to integrate. A guide, a tether on the floor.
+//! d: N (N·m). The tanh is the sign of the velocity, smooth enough to integrate. νᵢ is the
+//! velocity through the water, as for every other resistance of the body.
 
 use super::parameter::{force, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};

@@ -154,7 +154,13 @@ pub trait Effect: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Adds to the momentum π, in kg·m/s and kg·m²/s: affine in ν.
+    /// Whether it acts from a place on the ground, as an anchor does. Everything else is the same seen from the ground and
+    /// from water that moves over it (Galilei), which `tests/laws.rs` holds for the whole catalogue.
+    fn tied_to_ground(&self) -> bool {
+        false
+    }
+
+    /// Adds to the momentum π, in kg·m/s and kg·m²/s: affine in ν_r.
     fn momentum<'g>(&self, _at: &Instant<'g>, _place: Place, _theta: &[Expr<'g>], _momentum: &mut Six<'g>) {}
 
     /// Adds to the wrench w, in N and N·m: linear in its linear parameters.

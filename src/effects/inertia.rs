@@ -38,6 +38,6 @@ impl Effect for Inertia {
 
     fn momentum<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], momentum: &mut Six<'g>) {
         let i = place.here().index();
-        momentum[i] += theta[0] * at.nu[i];
+        momentum[i] += theta[0] * at.nu_r[i];
     }
 }

@@ -4,7 +4,8 @@
 //! (X, Y, Z) −= k Rᵀ(φ, θ, ψ) (x − x_a, y − y_a, 0)
 //! ```
 //!
-//! k: N/m; (x_a, y_a): anchor, the position at the start of the run unless given, m.
+//! k: N/m; (x_a, y_a): anchor, the position at the start of the run unless given, m. The anchor stands on the
+//! ground: in water that moves the pull is not the same seen from the ground and from the water.
 
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six, channel};
 use crate::frame::Dof;
@@ -30,6 +31,10 @@ impl Effect for TetherSpring {
 
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
         vec![ParameterSpec::linear("k_tether", Dimension::FORCE.over(Dimension::LENGTH))]
+    }
+
+    fn tied_to_ground(&self) -> bool {
+        true
     }
 
     fn channels(&self, _: Place) -> Vec<String> {

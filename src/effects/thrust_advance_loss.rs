@@ -36,6 +36,6 @@ impl Effect for ThrustAdvanceLoss {
 
     fn actuate<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], tau: &mut Six<'g>) {
         let i = place.here().index();
-        tau[i] = tau[i] - theta[0] * at.nu[i].abs() * tau[i];
+        tau[i] = tau[i] - theta[0] * at.nu_r[i].abs() * tau[i];
     }
 }
