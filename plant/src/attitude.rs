@@ -64,6 +64,11 @@ pub fn normalised(q: Quaternion) -> Quaternion {
     q.map(|x| x / norm)
 }
 
+/// The angle by which a quaternion turns, 0 to π, rad.
+pub fn turn([w, x, y, z]: Quaternion) -> f64 {
+    2.0 * (x * x + y * y + z * z).sqrt().atan2(w.abs())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

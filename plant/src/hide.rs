@@ -22,8 +22,9 @@ use crate::truth::baseline;
 use crate::vehicle::Vehicle;
 use crate::water::{Current, Sea, Wave};
 
-/// What can be hidden that no catalogue has; `power_drag` stands at a degree of freedom.
-pub const OUTSIDE: [&str; 17] = [
+/// What can be hidden that no catalogue has; `power_drag` stands at a degree of freedom, `thruster_failure`
+/// at a thruster.
+pub const OUTSIDE: [&str; 18] = [
     "power_drag",
     "thrust_hysteresis",
     "drag_step",
@@ -41,6 +42,7 @@ pub const OUTSIDE: [&str; 17] = [
     "sloshing",
     "wave_spectrum",
     "thruster_advance",
+    "thruster_failure",
 ];
 
 /// Everything that sails, with what is hidden in it.
@@ -191,7 +193,15 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
             plant.actuation.thrusters[k].loss.0 = size;
         }
         ("thruster_swap", Place::Thrusters(a, b)) if !plant.actuation.thrusters.is_empty() => wiring.swaps.push((a, b)),
-        ("thruster_loss" | "thruster_swap", _) => return refused("it needs thrusters that are commanded one by one"),
+        ("thruster_failure", Place::Thruster(k)) if !plant.actuation.thrusters.is_empty() => {
+            plant.actuation.thrusters[k].loss = (0.7 * size, instant);
+        }
+        ("thruster_advance", Place::Whole) if !plant.actuation.thrusters.is_empty() => {
+            plant.actuation.thrusters.iter_mut().for_each(|t| t.advance_loss = 0.25 * size / speed[0]);
+        }
+        ("thruster_loss" | "thruster_swap" | "thruster_failure" | "thruster_advance", _) => {
+            return refused("it needs thrusters that are commanded one by one");
+        }
         ("sensor_delay", Place::Whole) => instruments.iter_mut().for_each(|one| one.latency += 0.4 * size),
         ("sensor_dvl_scale", Place::Whole) => {
             let channels = instruments.iter_mut().flat_map(|one| &mut one.channels);
@@ -205,9 +215,6 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
                     _ => {}
                 }
             }
-        }
-        ("thruster_advance", Place::Whole) => {
-            plant.actuation.thrusters.iter_mut().for_each(|t| t.advance_loss = 0.25 * size / speed[0]);
         }
         ("thrust_hysteresis", Place::Whole) => {
             let command = campaign.commands == Commands::Thrusters;
