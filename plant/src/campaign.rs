@@ -1,0 +1,275 @@
+//! What a campaign is: the vehicle, its runs and instruments, the random force, and what is hidden.
+
+use std::fmt;
+
+use crate::commands::Input;
+use crate::dof::Dof;
+use crate::instrument::Instrument;
+use crate::vehicle::Vehicle;
+use crate::water::Sea;
+
+/// How the vehicle is commanded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Commands {
+    /// By a force or moment for each degree of freedom: `tau_u` … in the log.
+    #[default]
+    Wrench,
+    /// By a command for each thruster: `V1` … in the log, `[[thruster]]` in the campaign.
+    Thrusters,
+}
+
+/// Who drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Pilots {
+    /// Profiles in time, zig-zags apart.
+    #[default]
+    Open,
+    /// PID on heading, depth and speed, as measured.
+    Closed,
+    /// Every other run of each.
+    Mixed,
+}
+
+/// The random force.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RandomForce {
+    /// Root mean square in each degree of freedom, as a share of that of the commanded force over the campaign.
+    pub share: f64,
+    /// Correlation time, s; 0: a new number at every command sample.
+    pub correlation: f64,
+}
+
+/// An effect that the truth has and the baseline lacks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hidden {
+    /// Its name: `id`, `id@dof`, `id@dof:other`, `thruster_loss@T6`, `thruster_swap@T2:T5`, or one outside the catalogue.
+    pub name: String,
+    /// Its size, 1 for a sensible one that is plain to see.
+    pub size: f64,
+}
+
+impl Hidden {
+    /// The effect `name` at its sensible size.
+    pub fn new(name: &str) -> Hidden {
+        Hidden { name: name.to_string(), size: 1.0 }
+    }
+}
+
+/// A campaign to be sailed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Campaign {
+    /// The typical vehicle.
+    pub vehicle: Vehicle,
+    /// Share by which its coefficients are drawn about the typical ones.
+    pub spread: f64,
+    /// Degrees of freedom of the model.
+    pub dofs: Vec<Dof>,
+    /// Degrees of freedom that move; those of the model among them.
+    pub moves: Vec<Dof>,
+    /// Number of runs; the last third validates.
+    pub runs: usize,
+    /// Length of each log, s.
+    pub duration: f64,
+    /// How long the vehicle sails before each log begins, s.
+    pub lead_in: f64,
+    /// Commands a second, Hz.
+    pub command_rate: f64,
+    /// What the commands do between their instants.
+    pub input: Input,
+    /// What is commanded.
+    pub commands: Commands,
+    /// Who drives.
+    pub pilots: Pilots,
+    /// Whether the first run is one at bollard pull, on load cells.
+    pub bollard: bool,
+    /// Instruments.
+    pub instruments: Vec<Instrument>,
+    /// The random force.
+    pub force: RandomForce,
+    /// Wave forces.
+    pub sea: Option<Sea>,
+    /// What is hidden.
+    pub hidden: Vec<Hidden>,
+    /// Rows of the Coriolis matrix that the plant lacks and the baseline has: `coriolis_yaw` …
+    pub without: Vec<String>,
+    /// Longest step of the integrator, s.
+    pub step: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl Campaign {
+    /// A campaign of a vehicle with the ordinary instruments: 9 runs of 60 s in the plane, 11 otherwise; commands held,
+    /// 10 a second.
+    pub fn new(vehicle: Vehicle, dofs: &[Dof]) -> Campaign {
+        let plane = dofs.iter().all(|dof| Dof::PLANE.contains(dof));
+        Campaign {
+            vehicle,
+            spread: 0.15,
+            dofs: dofs.to_vec(),
+            moves: dofs.to_vec(),
+            runs: if plane { 9 } else { 11 },
+            duration: 60.0,
+            lead_in: 3.0,
+            command_rate: 10.0,
+            input: Input::Hold,
+            commands: Commands::Wrench,
+            pilots: Pilots::Open,
+            bollard: false,
+            instruments: Suite::default().instruments(dofs),
+            force: RandomForce::default(),
+            sea: None,
+            hidden: Vec::new(),
+            without: Vec::new(),
+            step: 0.01,
+            seed: 1,
+        }
+    }
+}
+
+/// The ordinary instruments, and the ordinary ways in which they are worse.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suite {
+    /// Samples a second of all, Hz.
+    pub rate: f64,
+    /// Samples a second of the velocity; that of all where it is `None`.
+    pub dvl_rate: Option<f64>,
+    /// Noise in units of the ordinary one: 5 mm/s, 3 mrad/s, 0.5°, 5 cm north and east, 2 cm of depth.
+    pub noise: f64,
+    /// Noise of the velocity, m/s; the ordinary one where it is `None`.
+    pub dvl_noise: Option<f64>,
+    /// Whether north and east are measured, independently of the velocity.
+    pub position: bool,
+    /// Whether roll, pitch and depth are logged where they do not move.
+    pub attitude: bool,
+    /// Whether the velocity is logged at the rate of all and renewed at its own.
+    pub held: bool,
+    /// Correlation of all noise from sample to sample.
+    pub colour: f64,
+    /// Degrees of freedom of Student's t of all noise.
+    pub student: Option<u32>,
+    /// Share of samples that are lost, and that are outliers of 20 deviations.
+    pub dropouts: f64,
+    /// Share of outliers.
+    pub outliers: f64,
+    /// Standard deviation of the stamps, s.
+    pub jitter: f64,
+    /// Age of the samples of the velocity, s.
+    pub dvl_latency: f64,
+    /// Quantisation in units of the noise.
+    pub quantum: f64,
+    /// Time constant of a low pass in the gyro, s.
+    pub gyro_filter: f64,
+    /// Time constant of the filter that smooths the attitude, s.
+    pub smoothing: f64,
+}
+
+impl Default for Suite {
+    fn default() -> Suite {
+        Suite {
+            rate: 10.0,
+            dvl_rate: None,
+            noise: 1.0,
+            dvl_noise: None,
+            position: true,
+            attitude: false,
+            held: false,
+            colour: 0.0,
+            student: None,
+            dropouts: 0.0,
+            outliers: 0.0,
+            jitter: 0.0,
+            dvl_latency: 0.0,
+            quantum: 0.0,
+            gyro_filter: 0.0,
+            smoothing: 0.0,
+        }
+    }
+}
+
+impl Suite {
+    /// The instruments of a vehicle with these degrees of freedom.
+    pub fn instruments(&self, moves: &[Dof]) -> Vec<Instrument> {
+        let has = |dof: &Dof| moves.contains(dof);
+        let pick = |dofs: &[Dof], all: bool, name: fn(Dof) -> &'static str, noise: f64| {
+            dofs.iter().filter(|d| all || has(d)).map(|d| (name(*d), noise * self.noise)).collect::<Vec<_>>()
+        };
+        let (linear, angular) = Dof::ALL.split_at(3);
+        let mut dvl = pick(linear, false, Dof::velocity, 0.005);
+        if let Some(noise) = self.dvl_noise {
+            dvl.iter_mut().for_each(|(_, n)| *n = noise);
+        }
+        let gyro = pick(angular, false, Dof::velocity, 0.003);
+        let attitude = pick(angular, self.attitude, Dof::position, 0.5_f64.to_radians());
+        let fix = if self.position { pick(&linear[..2], false, Dof::position, 0.05) } else { Vec::new() };
+        let depth = pick(&linear[2..], self.attitude, Dof::position, 0.02);
+        let mut list = Vec::new();
+        for (kind, channels) in [dvl, gyro, attitude, fix, depth].into_iter().enumerate() {
+            if channels.is_empty() {
+                continue;
+            }
+            let mut one = Instrument::new(self.rate, &channels);
+            match kind {
+                0 => {
+                    one.latency = self.dvl_latency;
+                    match self.dvl_rate {
+                        Some(rate) if self.held => one.renewed = Some(rate),
+                        Some(rate) => one.rate = rate,
+                        None => {}
+                    }
+                }
+                1 => one.low_pass = self.gyro_filter,
+                2 => one.smoothing = self.smoothing,
+                _ => {}
+            }
+            (one.colour, one.student, one.jitter) = (self.colour, self.student, self.jitter);
+            (one.dropouts, one.outliers) = (self.dropouts, (self.outliers, 20.0));
+            for channel in &mut one.channels {
+                channel.quantum = self.quantum * channel.noise;
+            }
+            list.push(one);
+        }
+        list
+    }
+}
+
+/// Why a campaign cannot be sailed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlantError {
+    /// Nothing of this name can be hidden here.
+    CannotHide {
+        /// The name.
+        name: String,
+        /// Why not.
+        reason: &'static str,
+    },
+    /// A value that makes no campaign.
+    Wrong(String),
+    /// The motion has no bounds.
+    Diverged {
+        /// Which run.
+        run: String,
+        /// When, s.
+        time: f64,
+    },
+    /// A file cannot be written.
+    File {
+        /// Which.
+        path: String,
+        /// The system's reason.
+        reason: String,
+    },
+}
+
+impl fmt::Display for PlantError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PlantError::CannotHide { name, reason } => write!(f, "{name} cannot be hidden: {reason}"),
+            PlantError::Wrong(text) => f.write_str(text),
+            PlantError::Diverged { run, time } => write!(f, "{run}: the motion has no bounds, from {time:.1} s on"),
+            PlantError::File { path, reason } => write!(f, "{path}: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for PlantError {}

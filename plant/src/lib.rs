@@ -1,0 +1,44 @@
+//! An underwater vehicle in the water, its pilot, its instruments and its log, written from the textbook.
+//!
+//! This crate imports nothing of `hydrosysid`. What `hydrosysid` says of a campaign of this plant is therefore judged by
+//! equations that it does not know: a wrong equation in one of the two shows as a disagreement. Fossen, *Handbook of
+//! Marine Craft Hydrodynamics and Motion Control*, 2nd ed. (2021), in vector form; formulas and signs of the effects
+//! are those of the catalogue of `hydrosysid`, with drag positive where it dissipates.
+//!
+//! A [`Campaign`] says what is wanted; [`Campaign::sail`] makes the logs and the [`Truth`]; [`Sailed::write`] makes the
+//! folder that `hydrosysid` reads.
+
+pub mod actuation;
+pub mod attitude;
+pub mod body;
+pub mod campaign;
+pub mod commands;
+pub mod disturbance;
+pub mod dof;
+mod folder;
+pub mod hide;
+pub mod hydrodynamics;
+pub mod instrument;
+pub mod integrate;
+pub mod log;
+mod naming;
+pub mod outside;
+pub mod pilot;
+pub mod plant;
+pub mod random;
+mod run_number;
+pub mod sail;
+mod slots;
+pub mod thruster;
+pub mod trials;
+pub mod truth;
+pub mod vehicle;
+pub mod water;
+
+pub use campaign::{Campaign, Commands, Hidden, Pilots, PlantError, RandomForce, Suite};
+pub use commands::Input;
+pub use dof::Dof;
+pub use log::{Log, Signal};
+pub use sail::Sailed;
+pub use truth::Truth;
+pub use vehicle::Vehicle;

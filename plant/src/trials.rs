@@ -1,0 +1,205 @@
+//! The runs of a campaign: each degree of freedom alone, zig-zags, everything at once; or under automatic control.
+
+use std::f64::consts::{FRAC_PI_3, PI, TAU};
+
+use crate::campaign::{Campaign, Pilots};
+use crate::dof::Dof;
+use crate::pilot::{Holds, Law, Sine};
+use crate::random::Random;
+use crate::vehicle::Vehicle;
+
+/// What a run is called in the campaign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A sine in one degree of freedom.
+    Oscillatory,
+    /// A zig-zag.
+    Zigzag,
+    /// Anything else under way.
+    Free,
+    /// Held, on load cells.
+    Bollard,
+}
+
+impl Kind {
+    /// Its word in a campaign file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Oscillatory => "oscillatory",
+            Kind::Zigzag => "zigzag",
+            Kind::Free => "free",
+            Kind::Bollard => "bollard",
+        }
+    }
+}
+
+/// One run to be sailed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Kind.
+    pub kind: Kind,
+    /// Whether it takes no part in a fit.
+    pub validates: bool,
+    /// Laws of the pilot.
+    pub laws: Vec<(Dof, Law)>,
+    /// Heading at the start, rad.
+    pub heading: f64,
+    /// Depth at the start, m.
+    pub depth: f64,
+}
+
+/// What is done in a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Plan {
+    /// A sine of so much of the rated force about an offset.
+    Alone(Dof, f64, f64),
+    Zigzag(f64),
+    Everything,
+    Coins,
+}
+
+/// The runs of a campaign.
+pub fn trials(campaign: &Campaign, vehicle: &Vehicle) -> Vec<Trial> {
+    let plans = |validates: bool| plans(&campaign.dofs, validates);
+    let held_out = if campaign.runs > 1 { (campaign.runs / 3).max(1) } else { 0 };
+    let training = campaign.runs - held_out;
+    (0..campaign.runs)
+        .map(|k| {
+            let validates = k >= training;
+            let list = plans(validates);
+            let plan = list[(if validates { k - training } else { k }) % list.len()];
+            let mut random = Random::new(campaign.seed, 0x7000 + k as u64);
+            let closed = match campaign.pilots {
+                Pilots::Open => false,
+                Pilots::Closed => true,
+                Pilots::Mixed => k % 2 == 1,
+            };
+            let (kind, laws) = if campaign.bollard && k == 0 {
+                (Kind::Bollard, everything(campaign, vehicle, &mut random))
+            } else if closed {
+                (Kind::Free, controlled(campaign, vehicle, &mut random))
+            } else {
+                open(plan, campaign, vehicle, &mut random)
+            };
+            Trial { kind, validates, laws, heading: random.between(-PI, PI), depth: random.between(8.0, 12.0) }
+        })
+        .collect()
+}
+
+/// What the runs of a campaign with these degrees of freedom do, in turn.
+fn plans(dofs: &[Dof], validates: bool) -> Vec<Plan> {
+    let has = |dof: Dof| dofs.contains(&dof);
+    let steers = has(Dof::Surge) && has(Dof::Yaw);
+    let mut list = Vec::new();
+    if validates {
+        if steers {
+            list.push(Plan::Zigzag(-0.6));
+        }
+        list.extend([Plan::Everything, Plan::Coins]);
+        return list;
+    }
+    if has(Dof::Surge) {
+        list.push(Plan::Alone(Dof::Surge, 0.45, 0.5));
+    }
+    for dof in dofs {
+        list.push(Plan::Alone(*dof, if *dof == Dof::Surge { 0.6 } else { 0.9 }, 0.0));
+    }
+    if dofs.len() > 3 {
+        // ten runs are enough: surge ahead stands in the others
+        list.remove(0);
+    }
+    if steers {
+        list.push(Plan::Zigzag(0.65));
+    }
+    list.push(Plan::Everything);
+    list
+}
+
+fn open(plan: Plan, campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> (Kind, Vec<(Dof, Law)>) {
+    let rated = vehicle.rated.map(|f| f * random.between(0.9, 1.05));
+    match plan {
+        Plan::Alone(dof, share, offset) => {
+            let i = dof.index();
+            let period = [12.0, 14.0, 13.0, 7.0, 8.0, 17.0][i] * random.between(0.85, 1.3);
+            let sine = Sine { amplitude: share * rated[i], period, phase: 0.0 };
+            (Kind::Oscillatory, vec![(dof, Law::Sines(offset * rated[i], vec![sine]))])
+        }
+        Plan::Zigzag(turn) => {
+            let ahead = Law::Sines(random.between(0.4, 0.6) * rated[0], Vec::new());
+            let turns = Law::Zigzag { moment: turn * rated[5], bound: FRAC_PI_3 };
+            (Kind::Zigzag, vec![(Dof::Surge, ahead), (Dof::Yaw, turns)])
+        }
+        Plan::Everything => (Kind::Free, everything(campaign, vehicle, random)),
+        Plan::Coins => {
+            let law = |dof: &Dof| {
+                let offset = if *dof == Dof::Surge { 0.2 * rated[0] } else { 0.0 };
+                let hold = random.between(1.5, 4.0);
+                (*dof, Law::Random { offset, amplitude: 0.4 * rated[dof.index()], hold })
+            };
+            (Kind::Free, campaign.dofs.iter().map(law).collect())
+        }
+    }
+}
+
+/// Three sines in each degree of freedom.
+fn everything(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Vec<(Dof, Law)> {
+    let law = |dof: &Dof| {
+        let force = vehicle.rated[dof.index()];
+        let sines = (0..3).map(|_| Sine {
+            amplitude: force * random.between(0.15, 0.3),
+            period: random.between(5.0, 28.0),
+            phase: random.between(0.0, TAU),
+        });
+        let sines = sines.collect();
+        (*dof, Law::Sines(if *dof == Dof::Surge { 0.2 * force } else { 0.0 }, sines))
+    };
+    campaign.dofs.iter().map(law).collect()
+}
+
+/// PID: speed in surge and sway, depth, heading; level in roll and pitch.
+fn controlled(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Vec<(Dof, Law)> {
+    let inertia = vehicle.plant.inertia();
+    let speed = vehicle.speed();
+    let law = |dof: &Dof| {
+        let i = dof.index();
+        let mut targets = |low: f64, high: f64, start: f64| {
+            let mut t = start;
+            std::iter::from_fn(|| {
+                let one = (t, random.between(low, high));
+                t += random.between(5.0, 12.0);
+                (one.0 < campaign.duration).then_some(one)
+            })
+            .collect::<Vec<_>>()
+        };
+        let (m, limit) = (inertia[(i, i)], vehicle.rated[i]);
+        // bandwidths of about 0.8 rad/s for speeds and 0.7 rad/s, well damped, for positions
+        let law = match dof {
+            Dof::Surge => Law::Pid {
+                holds: Holds::Velocity,
+                targets: targets(0.1 * speed[0], 0.9 * speed[0], -campaign.lead_in),
+                gains: [0.8 * m, 0.3 * m, 0.0],
+                limit,
+            },
+            Dof::Sway => Law::Pid {
+                holds: Holds::Velocity,
+                targets: targets(-0.5 * speed[1], 0.5 * speed[1], -campaign.lead_in),
+                gains: [0.8 * m, 0.3 * m, 0.0],
+                limit,
+            },
+            Dof::Heave | Dof::Yaw => Law::Pid {
+                holds: Holds::Position,
+                targets: targets(-1.0, 1.0, -campaign.lead_in),
+                gains: [0.7 * m, 0.1 * m, 1.2 * m],
+                limit,
+            },
+            Dof::Roll | Dof::Pitch => Law::Pid {
+                holds: Holds::Position,
+                targets: targets(-0.15, 0.15, -campaign.lead_in),
+                gains: [0.7 * m, 0.0, 1.2 * m],
+                limit,
+            },
+        };
+        (*dof, law)
+    };
+    campaign.dofs.iter().map(law).collect()
+}
