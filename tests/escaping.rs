@@ -13,7 +13,8 @@ use hydrosysid::frame::Dof;
 use roxmltree::Document;
 
 /// Ends a comment of every target, and holds what XML has no place for.
-const HOSTILE: &str = "boat\nsystem('echo code')\r%}\u{2028}\u{1}\u{0}\u{b}\"\"\"\n--> <x/> \u{ffff}\u{85},=cmd|' /C calc'!A0";
+const HOSTILE: &str =
+    "boat\nsystem('echo code')\r%}\u{2028}\u{1}\u{0}\u{b}\"\"\"\n--> <x/> \u{ffff}\u{85},=cmd|' /C calc'!A0";
 
 const OF_MODELS: [Target; 11] = [
     Target::Gazebo,

@@ -9,12 +9,8 @@
 
 use std::fmt::Write;
 
-<<<<<<< HEAD
-use super::header::{Draft, one_line};
-=======
 use super::body::Body;
-use super::header::Draft;
->>>>>>> exports
+use super::header::{Draft, one_line};
 use super::number::number;
 use super::{Export, ExportError, ExportOptions, Source, Target, losses};
 use crate::campaign::{FitParameter, described};
@@ -217,13 +213,10 @@ mod tests {
 
     #[test]
     fn no_cell_is_a_formula() {
-        assert_eq!(["=1+1", "a,b", "say \"x\"", "-k", "k_u|u|"].map(cell), [
-            "\"'=1+1\"",
-            "\"a,b\"",
-            "\"say \"\"x\"\"\"",
-            "\"'-k\"",
-            "k_u|u|"
-        ]);
+        assert_eq!(
+            ["=1+1", "a,b", "say \"x\"", "-k", "k_u|u|"].map(cell),
+            ["\"'=1+1\"", "\"a,b\"", "\"say \"\"x\"\"\"", "\"'-k\"", "k_u|u|"]
+        );
         assert_eq!(plain_cells("boat,=cmd(),b;@x, y"), "boat,'=cmd(),b;'@x, y");
     }
 }

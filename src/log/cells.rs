@@ -69,9 +69,8 @@ impl Cells<'_> {
                 (codes::PARSE, no_number(cell, self.options.decimal, !allowed))
             };
             let record = self.record;
-            self.faults.add_quoting(&code, Some(record.line), Some(&column.name), || {
-                (text, Some(record.quote(column.index)))
-            });
+            self.faults
+                .add_quoting(&code, Some(record.line), Some(&column.name), || (text, Some(record.quote(column.index))));
         }
         Cell::Fault
     }
