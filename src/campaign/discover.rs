@@ -3,6 +3,7 @@
 use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
+use super::fit::filter_error;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
 
@@ -17,28 +18,25 @@ use crate::model::{Model, Parameter};
 pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let table = &campaign.file.discover;
     let usual = DiscoverTable::default();
-    let mut options = SearchOptions { families: table.families.clone(), ..SearchOptions::default() };
-    // what the file does not ask for is left as the search was calibrated
-    if table.level.to_bits() != usual.level.to_bits() {
-        options.level = table.level;
-    }
-    if table.max_effects != usual.max_effects {
-        options.most = table.max_effects;
-    }
+    let options = SearchOptions {
+        level: table.level,
+        most: table.max_effects,
+        families: table.families.clone(),
+        seed: table.seed.unwrap_or(campaign.options.seed),
+    };
     let mut runs = campaign.motion(None);
     let faults = faults(&runs, &campaign.model.dofs);
     for fault in &faults {
         fault.mend(&mut runs);
     }
-    let fitting = &campaign.options.output_error;
-    let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, fitting, &options);
+    let fitting = filter_error::options(campaign);
+    let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
     let mut found = search(&campaign.model)?;
     let (held, said) = undetermined(&campaign.model, &found);
     if let Some(held) = held {
         found = search(&held)?;
     }
     found.warnings.extend(said);
-    found.seed = table.seed.unwrap_or(campaign.options.seed);
     if table.families != usual.families {
         let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();
         let text = format!("only effects of the family {} were tried, and the campaign's own", names.join(", "));

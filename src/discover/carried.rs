@@ -7,19 +7,30 @@ use super::Candidate;
 use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::estimate::output_error::{OutputErrorFit, Problem};
+use crate::model::Model;
 
 /// Whether each candidate can stand in the model of `fit` without a state that this does not carry.
 pub(super) fn carried(fit: &OutputErrorFit, list: &[Candidate], channels: &BTreeSet<String>) -> Vec<bool> {
-    let own = &fit.problem.dynamics;
-    let angles = fit.model.dofs.iter().filter(|d| d.is_rotation());
+    carried_by(&fit.problem, &fit.model, list, channels)
+}
+
+/// Whether each candidate can stand in `model` without a state that `problem` does not carry.
+pub(super) fn carried_by(
+    problem: &Problem,
+    model: &Model,
+    list: &[Candidate],
+    channels: &BTreeSet<String>,
+) -> Vec<bool> {
+    let own = &problem.dynamics;
+    let angles = model.dofs.iter().filter(|d| d.is_rotation());
     if own.quaternion().is_some() || angles.clone().all(|d| own.states.contains(&StateId::Position(*d))) {
         return vec![true; list.len()];
     }
     let observed: BTreeSet<String> = own.outputs.iter().cloned().collect();
     let stays = |candidate: &Candidate| {
-        let mut model = fit.model.clone();
+        let mut model = model.clone();
         let probe = candidate.probes.first().map_or(&[][..], Vec::as_slice);
-        let available = Available { channels: channels.clone(), ..available_of(&fit.problem) };
+        let available = Available { channels: channels.clone(), ..available_of(problem) };
         candidate.add_to(&mut model, probe).is_ok() && {
             let with = Dynamics::compile(&model, &available, &observed, &[]);
             let known = |s: &StateId| matches!(s, StateId::Memory { .. }) || own.states.contains(s);

@@ -5,36 +5,23 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::held_out::held_out;
-use super::left_over::{LEFT_OVER, left_over};
+use super::candidate::Candidate;
+use super::held_out::held as held_model;
 use super::next;
 use super::residual::{Residual, residuals};
-use super::search::{Search, SearchOptions, Step, search};
-use super::stand_in::{STANDS_IN, stand_in};
+use super::search::{BehavesLike, Search, SearchOptions, Step, Task, search};
+use super::verdict::{Verdict, digits, failing, sentence, verdict};
 use super::whereabouts::{Where, whereabouts};
-use super::{Candidate, Gap, candidates, floor, left_open, unstable};
-use crate::effects::{Effect, Place};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
+use crate::effects::{Effect, Place, common_name};
+use crate::estimate::filter_error::{
+    Channel, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce,
+};
+use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::{Model, name_of};
 use crate::progress;
 use crate::run::{Role, Run};
-use crate::units::Dimension;
-
-/// The four answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The baseline predicts the data down to the noise.
-    NothingMissing,
-    /// With what was added the model predicts the data down to the noise.
-    Explained,
-    /// Something was found, and something is left that no effect of the catalogue explains.
-    PartlyExplained,
-    /// Something is missing that no effect of the catalogue explains.
-    Unexplained,
-}
 
 /// A parameter of an effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -57,6 +44,8 @@ pub struct FoundParameter {
 pub struct FoundEffect {
     /// `id`, `id@dof` or `id@dof:other`.
     pub id: String,
+    /// What practitioners call it.
+    pub common_name: String,
     /// Degrees of freedom in which it acts.
     pub dofs: Vec<Dof>,
     /// Its parameters in the final fit.
@@ -76,12 +65,45 @@ pub struct GapStep {
     pub added: Option<String>,
     /// Whether it was dropped again: what came later does without it.
     pub dropped: bool,
-    /// Root mean square of simulated less measured velocity, by degree of freedom, and of observed channels.
+    /// Root mean square of simulated less measured velocity over the free run, by degree of freedom, and of observed
+    /// channels.
     pub held_out_rms: BTreeMap<Measured, f64>,
     /// Sensor noise of the same.
     pub noise_floor: BTreeMap<Measured, f64>,
     /// The same for each run.
     pub runs: Vec<GapOfRun>,
+    /// The random force at this step: a name that is true makes it fall.
+    pub force: Vec<GapForce>,
+    /// How held-out runs are predicted at this step.
+    pub prediction: Vec<GapPrediction>,
+}
+
+/// The random force of one step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapForce {
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Standard deviation, N or N·m.
+    pub rms: f64,
+    /// `N` or `N*m`.
+    pub unit: &'static str,
+    /// Correlation time, s.
+    pub correlation_time: f64,
+}
+
+/// How one channel of a held-out run is predicted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapPrediction {
+    /// Name of the run.
+    pub run: String,
+    /// Degree of freedom, or the channel of an observed function.
+    pub dof: Measured,
+    /// Seconds ahead: 0 for one sample, `null` for a free run.
+    pub ahead: Option<f64>,
+    /// Root-mean-square error, in the unit of the channel.
+    pub rms: f64,
+    /// The error that the filter expects.
+    pub expected: f64,
 }
 
 /// The gap on one run.
@@ -138,6 +160,8 @@ pub struct Discovery {
     pub format: u32,
     /// The answer in a word.
     pub verdict: Verdict,
+    /// The answer in a sentence.
+    pub sentence: String,
     /// What was added, in order.
     pub effects: Vec<FoundEffect>,
     /// Where the baseline disagrees with the data.
@@ -147,6 +171,8 @@ pub struct Discovery {
     pub residuals: Vec<Residual>,
     /// The gap before and after each step.
     pub gap: Vec<GapStep>,
+    /// What helped and broke a rule of physics or of held-out runs: no names.
+    pub behaves_like: Vec<BehavesLike>,
     /// What was added and dropped again.
     pub removed: Vec<String>,
     /// What looks like a fault of the log.
@@ -175,22 +201,14 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, UNSTABLE, TIED, STANDS_IN, LEFT_OVER];
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
     kind: "held-out",
     severity: Severity::Warning,
-    meaning: "No run has the role `validate`: whole runs, or the last third of a single one, were held out in turn and \
-              the models refitted without them.",
-};
-const UNSTABLE: Code = Code {
-    code: "D102",
-    kind: "unstable",
-    severity: Severity::Warning,
-    meaning: "The motion is unstable under the commands of this run: what its first seconds leave open of the initial \
-              state, and the runs of the fit of the parameters, grows beyond the noise, so that it was compared in \
-              segments of some seconds.",
+    meaning: "No run has the role `validate`: each run was predicted by an estimate without it, and the gap is that of \
+              the runs of the fit.",
 };
 const TIED: Code = Code {
     code: "D103",
@@ -199,12 +217,16 @@ const TIED: Code = Code {
     meaning: "Other effects explain this data as well as the one that was named: see `also_possible`, and run the \
               experiment that would tell them apart.",
 };
+const COMMANDS_HELD: Code = Code {
+    code: "D106",
+    kind: "commands-held",
+    severity: Severity::Warning,
+    meaning: "A delay of half a sample of the commands is what a straight line between held commands looks like: set \
+              `input = \"hold\"` in [model], and look again.",
+};
 
-/// A held-out disagreement counts as closed up to this multiple of the noise floor.
-const CLOSED: f64 = 1.15;
-
-/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search; where there are
-/// none, runs are held out in turn for the gap.
+/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where
+/// there are none, each run judges an estimate without it.
 ///
 /// # Errors
 /// [`OutputErrorError`] when the baseline cannot be fitted or a run lacks what it reads.
@@ -212,107 +234,189 @@ pub fn discover(
     baseline: &Model,
     runs: &[Run],
     own: &[(Arc<dyn Effect>, Place)],
-    fitting: &OutputErrorOptions,
+    fitting: &FilterErrorOptions,
     options: &SearchOptions,
 ) -> Result<Discovery, OutputErrorError> {
     let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|r| r.role == Role::Train);
-    let found = search(&crate::estimate::started(baseline, &train), &train, own, fitting, options)?;
-    let last = found.last_fit();
+    let task = Task { train: &train, held: &held, own, fitting, options };
+    let found = search(&crate::estimate::started(baseline, &train), &task)?;
     let mut warnings = Vec::new();
-    let judges = if held.is_empty() { train.clone() } else { held.clone() };
-    let fitting = &OutputErrorOptions { segment: found.segment, longest_step: found.longest_step, ..fitting.clone() };
-    // a last model that runs away on runs it has not seen leaves the baseline to tell the noise
-    let mut noise =
-        floor(&last.model, &judges, fitting).or_else(|_| floor(&found.steps[0].fit.model, &judges, fitting))?;
-    for (measured, floor) in &mut noise {
-        // what is known of a sensor is not beaten by how well short segments fit it
-        let known = fitting.sigma.as_ref().and_then(|sigma| sigma.get(measured.channel()));
-        *floor = known.map_or(*floor, |known| floor.max(*known));
-    }
-    let left_open = match left_open(last, &judges, fitting) {
-        // what runs away is open everywhere: nothing is allowed for
-        Err(OutputErrorError::Diverges { .. }) => vec![BTreeMap::new(); judges.len()],
-        left_open => left_open?,
-    };
-    let cut = unstable(&left_open);
-    let mut steps = Vec::new();
-    for (k, step) in found.steps.iter().enumerate() {
-        progress::tell("the gap on held-out runs", k, found.steps.len());
-        let gap = held_out(&step.fit.model, &train, &held, fitting, &cut)?;
-        steps.push(gap_step(step.name.clone(), dropped(&found, k), gap, &noise));
-    }
     if held.is_empty() {
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
     }
-    let open: Vec<Measured> = steps.last().map_or_else(Vec::new, |last| {
-        let above =
-            |(dof, rms): (&Measured, &f64)| (*rms > closed(dof, &left_open, &cut) * noise[dof]).then(|| dof.clone());
-        last.held_out_rms.iter().filter_map(above).collect()
-    });
-    let runs_away: Vec<&str> =
-        judges.iter().zip(&cut).filter(|(_, cut)| **cut).map(|(run, _)| run.name.as_str()).collect();
-    if !runs_away.is_empty() {
-        warnings.push(Finding::new(&UNSTABLE, format!("{}: {}", runs_away.join(", "), UNSTABLE.meaning)));
+    let mut predicted = Vec::new();
+    for (k, step) in found.steps.iter().enumerate() {
+        progress::tell("the gap on held-out runs", k, found.steps.len());
+        predicted.push(predictions(&step.fit, &held, fitting)?);
     }
-    let effects = found_effects(&found);
+    let floor = noise_floor(found.last_fit());
+    let gap: Vec<GapStep> = found
+        .steps
+        .iter()
+        .zip(&predicted)
+        .enumerate()
+        .map(|(k, (step, (outputs, forecasts)))| gap_step(&found, k, step, outputs, forecasts, &floor))
+        .collect();
+    let (outputs, last) = &predicted[predicted.len() - 1];
+    let failing = failing(outputs, last);
+    let mut effects = found_effects(&found);
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
-    let stands_in = stand_in(&effects);
-    if let Some(reason) = &stands_in {
-        warnings.push(Finding::new(&STANDS_IN, reason.clone()));
+    warnings.extend(half_a_sample(&effects, &train));
+    let mut behaves_like = found.behaves_like.clone();
+    if !failing.is_empty() {
+        stand_ins(&found, &mut effects, &mut behaves_like);
     }
-    let asked = !effects.is_empty() && open.is_empty();
-    let over = if asked { left_over(last, &train, fitting) } else { Ok(Vec::new()) };
-    let said = match &over {
-        Ok(over) if over.is_empty() => None,
-        Ok(over) => {
-            let size =
-                |(measured, left): &(Measured, f64)| format!("{} {:.0} %", measured.channel(), 100.0 * (left - 1.0));
-            let sizes = over.iter().map(size).collect::<Vec<_>>().join(", ");
-            Some(format!("{sizes} more than the variance of the noise: {}", LEFT_OVER.meaning))
-        }
-        Err(reason) => Some(format!("{reason}: {}", LEFT_OVER.meaning)),
-    };
-    let all_told = said.is_none();
-    warnings.extend(said.map(|message| Finding::new(&LEFT_OVER, message)));
-    let verdict = match (effects.is_empty(), open.is_empty()) {
-        (true, true) => Verdict::NothingMissing,
-        (true, false) => Verdict::Unexplained,
-        (false, true) if stands_in.is_none() && all_told => Verdict::Explained,
-        (false, _) => Verdict::PartlyExplained,
-    };
+    let verdict = verdict(!effects.is_empty(), failing.is_empty());
     let residuals = residuals(&found.steps[0].fit, &train);
-    let seen = |name: &String| found.last.iter().any(|(known, _)| known == name);
-    let all = candidates(&last.model, &train, own);
-    let unseen: Vec<String> = all.iter().map(Candidate::name).filter(|name| !seen(name)).collect();
+    let open: Vec<Measured> = found.steps[0]
+        .fit
+        .model
+        .measured()
+        .into_iter()
+        .filter(|m| failing.iter().any(|(name, _)| name == m.channel()))
+        .collect();
+    let seen: Vec<String> = found.screen.scores.iter().map(|s| found.candidates[s.candidate].name()).collect();
+    let unseen: Vec<String> =
+        found.candidates.iter().map(Candidate::name).filter(|name| !seen.contains(name)).collect();
+    let better = improvement(&gap);
+    let places = {
+        let fit = &found.steps[0].fit;
+        let forecasts = fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
+        whereabouts(&fit.model, &fit.filtered.problem.dynamics.outputs, &forecasts, &train)
+    };
     Ok(Discovery {
         format: 1,
         verdict,
+        sentence: sentence(verdict, &effects, &behaves_like, &found.last_fit().noise.forces, better, &failing),
         next_experiment: next::experiment(verdict, &effects, &open, &residuals, &unseen),
         residuals,
-        places: whereabouts(&found.steps[0].fit, &train),
+        places,
         effects,
-        gap: steps,
+        gap,
+        behaves_like,
         removed: found.removed.clone(),
         log_findings: Vec::new(),
-        smallest_visible: smallest_visible(&found, &all),
-        seed: 1,
+        smallest_visible: smallest_visible(&found),
+        seed: options.seed,
         warnings,
         steps: found.steps,
     })
 }
 
-/// Up to which multiple of the noise floor a disagreement counts as closed: what the data leave open of the runs that are
-/// simulated whole comes to the noise.
-fn closed(dof: &Measured, left_open: &[BTreeMap<Measured, f64>], cut: &[bool]) -> f64 {
-    let of_run = |(open, cut): (&BTreeMap<Measured, f64>, &bool)| match cut {
-        true => 0.0,
-        // of what is open without bound nothing is allowed for
-        false => open.get(dof).filter(|size| size.is_finite()).map_or(0.0, |size| size * size),
+/// Names that help but leave a failing model are no physics: all but one that takes most of the fall of the likelihood
+/// stand in for something else, and are told as what it behaves like.
+fn stand_ins(found: &Search, effects: &mut Vec<FoundEffect>, behaves_like: &mut Vec<BehavesLike>) {
+    let total: f64 = found.added.iter().map(|a| a.gain).sum();
+    for added in &found.added {
+        if added.gain < 0.5 * total {
+            let id = added.candidate.name();
+            effects.retain(|e| e.id != id);
+            let why = "something else is left that the catalogue does not hold, for which it may stand in".to_string();
+            behaves_like.push(BehavesLike { id, why, gain: added.gain });
+        }
+    }
+    behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    behaves_like.truncate(2);
+}
+
+/// Says that commands are held where the one name is a delay of half of their sample time.
+fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<Finding> {
+    let [only] = effects else { return None };
+    let delay = only.parameters.first().filter(|_| only.id == "thrust_delay")?;
+    let commands = || runs.iter().flat_map(|r| Dof::ALL.into_iter().filter_map(|d| r.signal(d.force())));
+    let spans = commands().filter(|s| s.len() > 1).map(|s| (s.time()[s.len() - 1] - s.time()[0], s.len() - 1));
+    let (seconds, steps) = spans.fold((0.0, 0), |(t, n), (span, count)| (t + span, n + count));
+    let half = 0.5 * seconds / steps.max(1) as f64;
+    let near = (delay.value - half).abs() < (2.0 * delay.std).max(0.1 * half);
+    let text =
+        format!("the delay of {} s is half a sample of the commands: {}", digits(delay.value), COMMANDS_HELD.meaning);
+    near.then(|| Finding::new(&COMMANDS_HELD, text))
+}
+
+/// How a fit predicts the runs that took no part; those of the fit where there are none.
+fn predictions(
+    fit: &FilterErrorFit,
+    held: &[Run],
+    fitting: &FilterErrorOptions,
+) -> Result<(Vec<String>, Vec<Forecast>), OutputErrorError> {
+    let outputs = fit.filtered.problem.dynamics.outputs.clone();
+    if held.is_empty() || fit.model.parameters.iter().any(|p| p.spec.per_run) {
+        return Ok((outputs, fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)));
+    }
+    let model = held_model(&fit.model);
+    let filtered = Filtered::new(&model, held, &fitting.base)?;
+    Ok((outputs, filtered.forecast(&model, &fit.noise, fit.limit)))
+}
+
+/// What a channel measures, of those that are compared.
+fn measured(model: &Model, outputs: &[String], channel: &Channel) -> Option<Measured> {
+    model.measured().into_iter().find(|m| m.channel() == outputs[channel.output])
+}
+
+/// Noise of the sensor of each velocity and observed function.
+fn noise_floor(fit: &FilterErrorFit) -> BTreeMap<Measured, f64> {
+    let outputs = &fit.filtered.problem.dynamics.outputs;
+    let of = |m: Measured| {
+        let sensor = fit.noise.sensors[outputs.iter().position(|o| o == m.channel())?];
+        Some((m, sensor.std.hypot(sensor.coloured.map_or(0.0, |c| c.rms))))
     };
-    let mean = left_open.iter().zip(cut).map(of_run).sum::<f64>() / left_open.len().max(1) as f64;
-    (CLOSED * CLOSED + mean).sqrt()
+    fit.model.measured().into_iter().filter_map(of).collect()
+}
+
+fn gap_step(
+    found: &Search,
+    k: usize,
+    step: &Step,
+    outputs: &[String],
+    forecasts: &[Forecast],
+    floor: &BTreeMap<Measured, f64>,
+) -> GapStep {
+    let mut all: BTreeMap<Measured, Prediction> = BTreeMap::new();
+    let (mut runs, mut prediction): (Vec<GapOfRun>, Vec<GapPrediction>) = (Vec::new(), Vec::new());
+    for forecast in forecasts {
+        let mut own = BTreeMap::new();
+        for channel in &forecast.channels {
+            let Some(dof) = measured(&step.fit.model, outputs, channel) else { continue };
+            for p in channel.predictions.iter().filter(|p| p.count > 0) {
+                let (run, dof) = (forecast.run.clone(), dof.clone());
+                prediction.push(GapPrediction { run, dof, ahead: p.ahead, rms: p.rms(), expected: p.expected_rms() });
+            }
+            if let Some(free) = channel.predictions.iter().find(|p| p.ahead.is_none() && p.count > 0) {
+                own.insert(dof.clone(), free.rms());
+                all.entry(dof).and_modify(|sum| *sum = sum.with(free)).or_insert(*free);
+            }
+        }
+        runs.push(GapOfRun { run: forecast.run.clone(), held_out_rms: own });
+    }
+    let force = |f: &RandomForce| GapForce {
+        dof: f.dof,
+        rms: f.rms,
+        unit: if f.dof.is_rotation() { "N*m" } else { "N" },
+        correlation_time: f.time,
+    };
+    GapStep {
+        added: step.name.clone(),
+        dropped: dropped(found, k),
+        held_out_rms: all.into_iter().map(|(dof, p)| (dof, p.rms())).collect(),
+        noise_floor: floor.clone(),
+        runs,
+        force: step.fit.noise.forces.iter().map(force).collect(),
+        prediction,
+    }
+}
+
+/// The degree of freedom whose held-out predictions 8 s ahead have become better by most, and how many times.
+fn improvement(gap: &[GapStep]) -> Option<(Dof, f64)> {
+    let (first, last) = (gap.first()?, gap.last()?);
+    let of = |step: &GapStep, dof: Dof| {
+        let own = step.prediction.iter().filter(|p| p.ahead == Some(8.0) && p.dof.dof() == Some(dof));
+        own.map(|p| p.rms * p.rms).sum::<f64>().sqrt()
+    };
+    let times = |dof: Dof| (dof, of(first, dof) / of(last, dof));
+    let all = Dof::ALL.into_iter().map(times).filter(|(_, t)| t.is_finite() && *t > 1.0);
+    all.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Whether what came in step `k` is not in the final model, or came again later.
@@ -322,11 +426,6 @@ fn dropped(found: &Search, k: usize) -> bool {
         let again = found.steps[k + 1..].iter().any(|later| later.name.as_ref() == Some(name));
         again || found.added.iter().all(|added| added.candidate.name() != *name)
     })
-}
-
-fn gap_step(added: Option<String>, dropped: bool, gap: Gap, noise: &BTreeMap<Measured, f64>) -> GapStep {
-    let runs = gap.runs.into_iter().map(|(run, held_out_rms)| GapOfRun { run, held_out_rms }).collect();
-    GapStep { added, dropped, held_out_rms: gap.rms, noise_floor: noise.clone(), runs }
 }
 
 fn found_effects(found: &Search) -> Vec<FoundEffect> {
@@ -353,62 +452,51 @@ fn found_effects(found: &Search) -> Vec<FoundEffect> {
                     }
                 })
                 .collect();
-            let gains = &added.evidence.left_out_gain;
-            let helped = gains.iter().filter(|g| **g > 0.0).count();
-            let held_out = match gains.len() {
-                0 => String::new(),
-                n => format!("; estimated without a run it predicts that run better in {helped} of {n}"),
-            };
+            let id = added.candidate.name();
             FoundEffect {
-                id: added.candidate.name(),
+                common_name: common_name(&id).to_string(),
+                id,
                 dofs: added.candidate.dofs(model),
                 parameters,
-                p_value: added.evidence.p_value,
+                p_value: added.p_value,
                 also_possible: added.also_possible.clone(),
                 evidence: format!(
-                    "beside a refit of the model {:.0} % of its signal is its own, and it takes {:.3} of the sum of squares \
-                     of the residuals away{held_out}",
-                    100.0 * added.evidence.left.min(1.0),
-                    added.gain / (added.gain + found.last_fit().cost).max(f64::MIN_POSITIVE),
+                    "−2 ln L falls by {} on the runs of the fit and by {} on those that took no part; beside a refit of the \
+                     model {:.0} % of its signal is its own",
+                    digits(added.gain),
+                    digits(added.held_out_gain),
+                    100.0 * added.left.min(1.0),
                 ),
             }
         })
         .collect()
 }
 
-/// Of each candidate the smallest size that any of its probes would have shown, most easily seen first by name.
-fn smallest_visible(found: &Search, all: &[Candidate]) -> Vec<SmallestVisible> {
-    let mut best: BTreeMap<String, (f64, String)> = BTreeMap::new();
-    for (name, evidence) in &found.last {
-        let Some(candidate) = all.iter().find(|c| c.name() == *name) else { continue };
+/// Of each candidate the smallest size that this data would have shown, as a rule in half of the cases: its deviation
+/// times the threshold of the search.
+fn smallest_visible(found: &Search) -> Vec<SmallestVisible> {
+    // z at which a candidate of one parameter is as improbable as the threshold asks
+    let z = (-2.0 * found.screen.threshold).max(1.0).sqrt();
+    let mut best: BTreeMap<(String, bool), (f64, String)> = BTreeMap::new();
+    for score in &found.screen.scores {
+        let candidate = &found.candidates[score.candidate];
         let (effect, place) = &candidate.terms[0];
         let specs = effect.parameters(*place);
-        let Some(spec) = specs.iter().find(|s| s.is_linear()).or(specs.first()) else { continue };
-        let probe = candidate.probes.get(evidence.probe).and_then(|probe| probe.first().copied());
-        // of a limit the greatest one that shows is the smallest effect
-        let limit = effect.about().id == "thrust_saturation";
-        let value = match probe.filter(|_| candidate.blended) {
-            Some(at) if limit && evidence.visible <= 1.0 => at,
-            Some(_) if limit => continue,
-            // τ + α (effect(τ) − τ) is, for a small α, the effect at α times the probe
-            Some(at) => evidence.visible * at,
-            None => evidence.visible,
+        let tied = specs.is_empty();
+        let unit = match specs.iter().find(|s| s.is_linear()).or(specs.first()) {
+            Some(spec) => spec.dimension.to_string(),
+            None => crate::units::Dimension::ONE.to_string(),
         };
-        let smaller = |known: f64| if limit { value > known } else { value < known };
-        if value.is_finite() && best.get(name).is_none_or(|(known, _)| smaller(*known)) {
-            best.insert(name.clone(), (value, spec.dimension.to_string()));
+        let Some(std) = score.std.first() else { continue };
+        let probe = candidate.probes.get(score.probe).and_then(|probe| probe.first().copied());
+        // τ + α (effect(τ) − τ) is, for a small α, the effect at α times the probe
+        let value = probe.filter(|_| candidate.blended).map_or(z * std, |at| z * std * at);
+        let key = (candidate.name(), tied);
+        if value.is_finite() && best.get(&key).is_none_or(|(known, _)| value < *known) {
+            best.insert(key, (value, unit));
         }
     }
-    let single = best.into_iter().map(|(id, (value, unit))| SmallestVisible { id, value, unit, tied: false });
-    let mut all: Vec<SmallestVisible> = single.collect();
-    for (name, evidence) in found.rows.iter().filter(|(_, e)| e.visible.is_finite()) {
-        let row =
-            SmallestVisible { id: name.clone(), value: evidence.visible, unit: Dimension::ONE.to_string(), tied: true };
-        // behind the leading product of the same row
-        let at = all.iter().rposition(|s| s.id == *name).map_or(all.len(), |k| k + 1);
-        all.insert(at, row);
-    }
-    all
+    best.into_iter().map(|((id, tied), (value, unit))| SmallestVisible { id, value, unit, tied }).collect()
 }
 
 #[cfg(test)]

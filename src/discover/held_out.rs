@@ -1,95 +1,89 @@
-//! The gap on runs that took no part in the fit: those with the role `validate`, or each run in its turn.
+//! Step 4: runs that took no part must agree.
+//!
+//! ```text
+//! Δ = −2 ln L(held out; θ̂, η̂) without the name less that with it       a name is confirmed where Δ > 0
+//! D = Σ_runs (E²_with − E²_without)                                   and no E 8 s ahead is worse: D ≤ 2 √(Σ (D_run − D̄)²)
+//! ```
+//!
+//! Where no run has the role `validate` each run is predicted by an estimate without it, one Gauss-Newton step from the
+//! estimate of all, which is exact where the innovations are linear in θ.
 
-use std::collections::BTreeMap;
-
-use super::gap::{Gap, gap, motion};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
-use crate::frame::Measured;
+use super::search::Task;
+use crate::estimate::filter_error::{FilterErrorFit, Filtered, cost_of};
+use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
-use crate::run::Run;
 
-/// The gap of `model` on `held`; where there are none, on each of `train` when the model is refitted without it. Runs
-/// marked in `cut` are compared in segments. A model that runs away predicts nothing, and the motion is the gap.
-///
-/// # Errors
-/// As [`gap`].
-pub(super) fn held_out(
-    model: &Model,
-    train: &[Run],
-    held: &[Run],
-    fitting: &OutputErrorOptions,
-    cut: &[bool],
-) -> Result<Gap, OutputErrorError> {
-    let (found, judges) = match held.is_empty() {
-        true => (in_turn(model, train, fitting, cut), train),
-        false => (gap(model, held, fitting, cut), held),
+/// Seconds ahead at which predictions are compared.
+const AHEAD: f64 = 8.0;
+
+/// An error that grows by less than this share is the same.
+const SAME: f64 = 0.05;
+
+/// What held-out runs say of a name.
+#[derive(Debug, Clone)]
+pub(super) struct HeldOut {
+    /// Fall of −2 ln L on them.
+    pub gain: f64,
+    /// Why they do not agree, if they do not.
+    pub against: Option<String>,
+}
+
+/// The model with all parameters held and no values per run.
+pub(super) fn held(model: &Model) -> Model {
+    let mut held = model.clone();
+    for p in &mut held.parameters {
+        p.fixed = true;
+        p.per_run.clear();
+    }
+    held
+}
+
+/// Asks the held-out runs whether `with` predicts them better than `without`.
+pub(super) fn agree(
+    without: &FilterErrorFit,
+    with: &FilterErrorFit,
+    task: &Task<'_>,
+) -> Result<HeldOut, OutputErrorError> {
+    let own_values = with.model.parameters.iter().any(|p| p.spec.per_run);
+    if task.held.is_empty() || own_values {
+        let gain = without.left_out_cost() - with.left_out_cost();
+        let against = (gain <= 0.0)
+            .then(|| "estimated without a run, it predicts that run no better than the model without it".to_string());
+        return Ok(HeldOut { gain, against });
+    }
+    let cost = |fit: &FilterErrorFit| cost_of(&held(&fit.model), task.held, (&fit.noise, fit.limit), task.fitting);
+    let gain = cost(without)? - cost(with)?;
+    if gain.is_nan() || gain <= 0.0 {
+        let against = "runs that took no part are predicted no better with it".to_string();
+        return Ok(HeldOut { gain, against: Some(against) });
+    }
+    let against = worse(without, with, task)?
+        .map(|channel| format!("runs that took no part are predicted worse with it {AHEAD} s ahead, in `{channel}`"));
+    Ok(HeldOut { gain, against })
+}
+
+/// The channel that is predicted worse beyond chance, if there is one.
+fn worse(without: &FilterErrorFit, with: &FilterErrorFit, task: &Task<'_>) -> Result<Option<String>, OutputErrorError> {
+    let errors = |fit: &FilterErrorFit| -> Result<(Vec<String>, Vec<Vec<f64>>), OutputErrorError> {
+        let model = held(&fit.model);
+        let filtered = Filtered::new(&model, task.held, &task.fitting.base)?;
+        let of = |channel: &crate::estimate::filter_error::Channel| {
+            channel.predictions.iter().find(|p| p.ahead == Some(AHEAD)).map_or(0.0, |p| p.squares)
+        };
+        let forecasts = filtered.forecast(&model, &fit.noise, fit.limit);
+        let squares = forecasts.iter().map(|f| f.channels.iter().map(of).collect()).collect();
+        Ok((filtered.problem.dynamics.outputs.clone(), squares))
     };
-    match found {
-        Err(OutputErrorError::Diverges { .. }) => Ok(motion(model, judges)),
-        found => found,
-    }
-}
-
-/// The gap with each run held out in turn and the model refitted on the others; of a single run the last third.
-fn in_turn(model: &Model, runs: &[Run], fitting: &OutputErrorOptions, cut: &[bool]) -> Result<Gap, OutputErrorError> {
-    let mut all = Gap::default();
-    let mut squares: BTreeMap<Measured, f64> = BTreeMap::new();
-    let pairs: Vec<(Vec<Run>, Run)> = match runs {
-        [single] => split(single).into_iter().collect(),
-        several => (0..several.len())
-            .map(|k| {
-                let others = several.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, r)| r.clone()).collect();
-                (others, several[k].clone())
-            })
-            .collect(),
-    };
-    for (k, (others, held)) in pairs.iter().enumerate() {
-        let mut start = model.clone();
-        for parameter in &mut start.parameters {
-            parameter.per_run.clear();
+    let ((outputs, before), (_, after)) = (errors(without)?, errors(with)?);
+    let n = before.len() as f64;
+    for (k, output) in outputs.iter().enumerate() {
+        let difference: Vec<f64> = before.iter().zip(&after).map(|(b, a)| a[k] - b[k]).collect();
+        let (sum, all): (f64, f64) = (difference.iter().sum(), before.iter().map(|b| b[k]).sum());
+        let mean = sum / n;
+        let spread = difference.iter().map(|d| (d - mean).powi(2)).sum::<f64>().sqrt();
+        if sum > 2.0 * spread && sum > all * ((1.0 + SAME) * (1.0 + SAME) - 1.0) {
+            return Ok(Some(output.clone()));
         }
-        let refitted = crate::estimate::output_error::output_error(&start, others, fitting)?;
-        let one = gap(&refitted.model, std::slice::from_ref(held), fitting, &cut[k..=k])?;
-        for (dof, rms) in &one.rms {
-            *squares.entry(dof.clone()).or_default() += rms * rms / pairs.len() as f64;
-        }
-        all.runs.extend(one.runs);
     }
-    all.rms = squares.into_iter().map(|(dof, s)| (dof, s.sqrt())).collect();
-    Ok(all)
-}
-
-/// A run cut into its first two thirds and its last third.
-fn split(run: &Run) -> Option<(Vec<Run>, Run)> {
-    let (begin, end) = run.span()?;
-    let cut = begin + (end - begin) * 2.0 / 3.0;
-    Some((vec![run.between(begin, cut)], run.between(cut, end)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::Coriolis;
-    use crate::frame::Dof;
-    use crate::run::Signal;
-
-    /// An inertia of 1 mg under 1 N with drag that feeds the motion: it runs away, and what is left is the motion, 3 and
-    /// 4 m/s.
-    #[test]
-    fn exact_gap_of_a_model_that_runs_away() {
-        let mut model =
-            Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag", "quadratic_drag"]).unwrap();
-        for (name, value) in [("inertia@surge", 1e-6), ("linear_drag@surge", -1.0), ("quadratic_drag@surge", -1.0)] {
-            model.set(name, value);
-        }
-        let mut run = Run { name: "away.csv".into(), ..Run::default() };
-        let time: std::sync::Arc<[f64]> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
-        let speed: Vec<f64> = (0..200).map(|k| if k % 2 == 0 { 3.0 } else { 4.0 }).collect();
-        run.signals.insert("u".into(), Signal::new(time.clone(), speed));
-        run.signals.insert("tau_u".into(), Signal::new(time, vec![1.0; 200]));
-        let options = OutputErrorOptions::default();
-        let found = held_out(&model, &[], std::slice::from_ref(&run), &options, &[false]).unwrap();
-        assert!((found.rms[&Measured::Velocity(Dof::Surge)] - 12.5f64.sqrt()).abs() < 1e-12, "{found:?}");
-        assert_eq!(found.runs[0].0, "away.csv");
-    }
+    Ok(None)
 }

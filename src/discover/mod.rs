@@ -2,42 +2,33 @@
 
 mod candidate;
 mod carried;
-mod colour;
-mod confirm;
 mod discovery;
 mod enlarged;
-mod evidence;
-mod freedom;
-mod gap;
 mod held_out;
-mod left_open;
-mod left_over;
 mod next;
 mod products;
-mod refit;
 mod residual;
-mod revise;
+mod rules;
 mod score;
+mod screen;
 mod search;
-mod settle;
-mod stand_in;
 mod thin;
+mod verdict;
 mod whereabouts;
 
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
 pub use discovery::{
-    CODES, Discovery, FoundEffect, FoundParameter, GapOfRun, GapStep, LogFinding, SmallestVisible, TIED_ROW, Verdict,
-    discover,
+    CODES, Discovery, FoundEffect, FoundParameter, GapForce, GapOfRun, GapPrediction, GapStep, LogFinding,
+    SmallestVisible, TIED_ROW, discover,
 };
-pub use evidence::{Evidence, INDISTINGUISHABLE, judge};
-pub use gap::{Gap, floor, gap};
-pub use left_open::{left_open, unstable};
 pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};
 pub use score::{Probe, score};
-pub use search::{Added, Search, SearchOptions, Step, search};
+pub use screen::{Score, Screen, screen};
+pub use search::{Added, BehavesLike, Search, SearchOptions, Step};
+pub use verdict::Verdict;
 pub use whereabouts::{Where, whereabouts};
 
 use crate::run::Run;

@@ -136,6 +136,7 @@ mod tests {
     fn tied(id: &str, rivals: &[&str]) -> FoundEffect {
         FoundEffect {
             id: id.into(),
+            common_name: String::new(),
             dofs: Vec::new(),
             parameters: Vec::new(),
             p_value: 0.0,

@@ -35,37 +35,6 @@ pub struct Own {
     pub rr: f64,
 }
 
-/// to += from, element by element; an empty `to` takes `from` as it is.
-fn add(to: &mut Vec<f64>, from: &[f64]) {
-    to.resize(from.len(), 0.0);
-    to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
-}
-
-impl Products {
-    /// Sum over segments.
-    pub(super) fn sum(parts: &[Products]) -> Products {
-        parts.iter().fold(Products::default(), |mut sum, part| {
-            add(&mut sum.zz, &part.zz);
-            add(&mut sum.zr, &part.zr);
-            add(&mut sum.xz, &part.xz);
-            add(&mut sum.raw, &part.raw);
-            sum
-        })
-    }
-}
-
-impl Own {
-    /// Sum over segments.
-    pub(super) fn sum(parts: &[Own]) -> Own {
-        parts.iter().fold(Own::default(), |mut sum, part| {
-            add(&mut sum.xx, &part.xx);
-            add(&mut sum.xr, &part.xr);
-            sum.rr += part.rr;
-            sum
-        })
-    }
-}
-
 /// Products of one batch of segments: for each segment the model's own and those of each group of columns.
 pub(super) struct Summing<'a> {
     pub problem: &'a Problem,

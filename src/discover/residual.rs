@@ -12,7 +12,7 @@
 
 use serde::Serialize;
 
-use crate::estimate::output_error::OutputErrorFit;
+use crate::estimate::filter_error::FilterErrorFit;
 use crate::estimate::{RegressorOptions, Span, regressors_of};
 use crate::frame::Dof;
 use crate::model::Model;
@@ -82,15 +82,16 @@ struct Window {
 }
 
 /// The missing force of each degree of freedom whose balance the log can be put into; others are left out.
-pub fn residuals(fit: &OutputErrorFit, runs: &[Run]) -> Vec<Residual> {
+pub fn residuals(fit: &FilterErrorFit, runs: &[Run]) -> Vec<Residual> {
     fit.model.dofs.iter().filter_map(|dof| of(fit, runs, *dof)).collect()
 }
 
-fn of(fit: &OutputErrorFit, runs: &[Run], dof: Dof) -> Option<Residual> {
+fn of(fit: &FilterErrorFit, runs: &[Run], dof: Dof) -> Option<Residual> {
     let windows = windows(&fit.model, runs, dof)?;
     let unit = if dof.is_rotation() { "N*m" } else { "N" };
     let rms = (windows.iter().map(|w| w.force * w.force).sum::<f64>() / windows.len() as f64).sqrt();
-    let sigma = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.velocity()).map(|k| fit.problem.sigma[k])?;
+    let outputs = &fit.filtered.problem.dynamics.outputs;
+    let sigma = outputs.iter().position(|o| *o == dof.velocity()).map(|k| fit.noise.sensors[k].std)?;
     let noise = fit.model.value(&format!("inertia@{dof}"))?.abs() * sigma * std::f64::consts::SQRT_2 / WINDOW;
     let mut goes_with = dependences(&fit.model, runs, &windows);
     goes_with.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));

@@ -1,68 +1,99 @@
-//! The search: score all candidates, refit the best, keep what the data confirm, and again.
+//! The search, as a section of a paper:
 //!
-//! 1. fit the model by output error on segments;
-//! 2. score every absent effect ([`super::score`]), judge it against chance ([`super::judge`]);
-//! 3. refit the few best in full; the one that lowers the cost most, its number of parameters counted, is added;
-//! 4. drop what is no longer needed: an effect may have stood in for two;
-//! 5. when no candidate is beyond chance, or none of them helps on the run that it has not seen, put the earlier names
-//!    to the test again with the later ones known ([`super::revise`]), and go on from there until nothing changes.
+//! 1. the baseline is fitted by filter error, its noise included;
+//! 2. one pass scores every absent effect ([`super::screen`]);
+//! 3. the best few are refitted with the noise free; the likelihood ratio decides, against the same chance of a false name;
+//! 4. runs that took no part must agree ([`super::held_out`]);
+//! 5. a name needs physics ([`super::rules`]): what helps but breaks a rule is told as "behaves like";
+//! 6. each name is put to the test again once another is known; the noise starts afresh with every name, because a random
+//!    force that was estimated without it would stay inflated and bend the parameters;
+//!
+//! and again from 2 until no candidate is beyond chance.
 
 use std::sync::Arc;
 
-use super::refit::{MISFIT, best};
-use super::revise::{exchange, prune};
-use super::settle::{Settled, settle};
-use super::{Candidate, Evidence, candidates, judge, score};
+use super::candidate::{Candidate, candidates};
+use super::held_out::{HeldOut, agree};
+use super::rules::broken;
+use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use crate::effects::{Effect, Family, Place};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions};
-use crate::estimate::started;
-use crate::model::{Model, Parameter};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
 
 /// How the search is done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchOptions {
-    /// Probability of adding anything when nothing is missing.
+    /// Probability of a name where nothing is missing, before held-out runs are asked.
     pub level: f64,
     /// Greatest number of effects to add.
     pub most: usize,
-    /// Number of candidates that are refitted in full at each step.
-    pub refits: usize,
-    /// Candidates within this fall of the cost, in units of the inflated noise, are possible as well: about three
-    /// standard deviations of the difference of two names for one signal.
-    pub tie: f64,
     /// Families of the catalogue that are searched; users' own effects always are.
     pub families: Vec<Family>,
+    /// Seed of what is drawn by chance.
+    pub seed: u64,
 }
 
 impl Default for SearchOptions {
     fn default() -> SearchOptions {
         let families = vec![Family::Body, Family::Actuator, Family::Environment, Family::Sensor];
-        SearchOptions { level: 0.003, most: 6, refits: 6, tie: 9.0, families }
+        SearchOptions { level: 0.01, most: 5, families, seed: 1 }
     }
 }
+
+/// Candidates that are refitted in full: the truth was among the best four wherever it was known.
+const REFITS: usize = 4;
+
+/// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
+/// chosen after looking.
+const PENALTY: f64 = 4.0;
+
+/// Names within this of −2 ln L are both possible: three deviations of the difference of two names for one signal.
+const TIE: f64 = 9.0;
+
+/// A screened p-value that is this many times too great may be right in full: ln 20.
+const NEARLY: f64 = 3.0;
+
+/// Names that broke a rule and are told.
+const BEHAVES: usize = 2;
 
 /// An effect that was added.
 #[derive(Debug, Clone)]
 pub struct Added {
     /// The candidate.
     pub candidate: Candidate,
-    /// What spoke for it.
-    pub evidence: Evidence,
     /// Names of the others that the data allow.
     pub also_possible: Vec<String>,
-    /// Fall of the cost by the refit, in units of the noise variance.
+    /// Fall of −2 ln L by the refit.
+    pub gain: f64,
+    /// Probability of as much by chance, of all candidates.
+    pub p_value: f64,
+    /// Fall of −2 ln L on the runs that took no part.
+    pub held_out_gain: f64,
+    /// Share of its signal that a refit of the model leaves.
+    pub left: f64,
+}
+
+/// What helped and broke a rule.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct BehavesLike {
+    /// `id`, `id@dof` or `id@dof:other`.
+    pub id: String,
+    /// Which rule, in words.
+    pub why: String,
+    /// Fall of −2 ln L.
     pub gain: f64,
 }
 
-/// One state of the search: the model after `added` effects.
+/// One state of the search.
 #[derive(Debug, Clone)]
 pub struct Step {
     /// Name of what was added; `None` for the baseline.
     pub name: Option<String>,
     /// The fit.
-    pub fit: OutputErrorFit,
+    pub fit: FilterErrorFit,
 }
 
 /// What the search found.
@@ -74,137 +105,244 @@ pub struct Search {
     pub added: Vec<Added>,
     /// Names of effects that were added and dropped again.
     pub removed: Vec<String>,
-    /// Evidence of all candidates at the last step, best first.
-    pub last: Vec<(String, Evidence)>,
-    /// The same of whole rows of −C(ν)ν, which have no parameter of their own.
-    pub rows: Vec<(String, Evidence)>,
-    /// Greatest length of the segments of the last fit, s: shorter than asked for where the model is far from the data.
-    pub segment: f64,
-    /// Longest step of the integrator, s: shorter than asked for where the noise is so small that it would show.
-    pub longest_step: f64,
+    /// What helped and broke a rule, the most helpful first.
+    pub behaves_like: Vec<BehavesLike>,
+    /// Candidates at the last step.
+    pub candidates: Vec<Candidate>,
+    /// Their scores.
+    pub screen: Screen,
 }
 
 impl Search {
     /// The final fit.
-    pub fn last_fit(&self) -> &OutputErrorFit {
-        &self.steps.last().expect("the baseline is a step").fit
+    pub fn last_fit(&self) -> &FilterErrorFit {
+        &self.steps[self.steps.len() - 1].fit
     }
 }
 
-/// Searches for what `baseline` lacks on `runs`; `own` are candidates of the user.
+/// What the search works on.
+pub(super) struct Task<'a> {
+    pub train: &'a [Run],
+    pub held: &'a [Run],
+    pub own: &'a [(Arc<dyn Effect>, Place)],
+    pub fitting: &'a FilterErrorOptions,
+    pub options: &'a SearchOptions,
+}
+
+/// A candidate refitted in full.
+struct Contender {
+    score: Score,
+    fit: FilterErrorFit,
+    gain: f64,
+}
+
+impl Contender {
+    fn worth(&self) -> f64 {
+        self.gain - PENALTY * self.score.parameters as f64
+    }
+}
+
+/// Searches for what `baseline` lacks.
 ///
 /// # Errors
 /// [`OutputErrorError`] when the baseline cannot be fitted.
-pub fn search(
-    baseline: &Model,
-    runs: &[Run],
-    own: &[(Arc<dyn Effect>, Place)],
-    fitting: &OutputErrorOptions,
-    options: &SearchOptions,
-) -> Result<Search, OutputErrorError> {
+pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, OutputErrorError> {
     progress::tell("fitting the baseline", 0, 0);
-    let Settled { fit, options: mut at, mut rough } = settle(baseline, runs, fitting)?;
+    let fit = filter_error(baseline, task.train, &level(task))?;
+    let list = asked(&fit.model, task);
+    let screen = screened(&fit, &list, task)?;
     let mut found = Search {
         steps: vec![Step { name: None, fit }],
         added: Vec::new(),
         removed: Vec::new(),
-        last: Vec::new(),
-        rows: Vec::new(),
-        segment: at.segment,
-        longest_step: at.longest_step,
+        behaves_like: Vec::new(),
+        candidates: list,
+        screen,
     };
-    let mut exchanges = 0;
-    loop {
-        let current = found.last_fit().clone();
-        let list = asked(&current.model, runs, own, options);
-        let (probes, products) = score(&current, runs, &list, &at)?;
-        let mut evidence = judge(&current.problem, &products, &probes);
-        evidence.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
-        // a row as a whole has the name of its leading product
-        let named = |e: &Evidence| (list[e.candidate].name(), e.clone());
-        let (of_products, of_rows): (Vec<&Evidence>, Vec<&Evidence>) =
-            evidence.iter().partition(|e| list[e.candidate].has_parameters());
-        found.rows = of_rows.into_iter().map(named).collect();
-        let scored = of_products.into_iter().map(named).collect();
-        let before = std::mem::replace(&mut found.last, scored);
-        let latest = found.steps.last().and_then(|step| step.name.clone());
-        if let Some(newest) = found.added.last_mut().filter(|a| Some(a.candidate.name()) == latest) {
-            same_as(newest, &before, &found.last, &list);
-        }
-        let room = found.added.len() < options.most;
-        let next = if room { best(&current, runs, &list, &evidence, &at, options) } else { None };
-        let Some((added, mut fit)) = next else {
-            // each exchange lowers the cost by more than a tie, so that this ends; the bound is for rounding
-            exchanges += 1;
-            if exchanges > options.most || !exchange(&mut found, runs, own, &at, options)? {
-                prune(&mut found, runs, &at, 0)?;
-                break;
-            }
-            prune(&mut found, runs, &at, 1)?;
-            continue;
-        };
-        // where nothing better comes of it, it stays as it was found
-        if rough && let Ok(settled) = settle(&fit.model, runs, fitting) {
-            Settled { fit, options: at, rough } = settled;
-        }
-        // a fit that came from values no vehicle has may have gone astray: the log itself starts another
-        if noise_level(&fit) > MISFIT
-            && feeds_motion(&fit.model)
-            && let Ok(anew) = settle(&started(&fit.model, runs), runs, fitting)
-            && noise_level(&anew.fit) < noise_level(&fit)
-        {
-            Settled { fit, options: at, rough } = anew;
-        }
+    while found.added.len() < task.options.most {
+        let Some((added, fit)) = next_name(&mut found, task)? else { break };
+        progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
-        prune(&mut found, runs, &at, 1)?;
+        let earlier = found.added.len() - 1;
+        backward(&mut found, task, earlier);
+        let fit = found.last_fit().clone();
+        let list = asked(&fit.model, task);
+        let screen = screened(&fit, &list, task)?;
+        same_signal(&mut found, &list, &screen);
+        (found.candidates, found.screen) = (list, screen);
     }
-    (found.segment, found.longest_step) = (at.segment, at.longest_step);
+    refine(&mut found, task)?;
+    found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    found.behaves_like.dedup_by(|a, b| a.id == b.id);
+    let named: Vec<String> = found.added.iter().map(|a| a.candidate.name()).collect();
+    found.behaves_like.retain(|b| !named.contains(&b.id));
+    found.behaves_like.truncate(BEHAVES);
     Ok(found)
 }
 
+fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>) -> Result<Screen, OutputErrorError> {
+    progress::tell(format!("judging {} candidates", list.len()), 0, 0);
+    screen(fit, task.train, list, &task.fitting.base, (task.options.level, task.options.seed))
+}
+
 /// The candidates of the families that are searched, and the user's own.
-pub(super) fn asked(
-    model: &Model,
-    runs: &[Run],
-    own: &[(Arc<dyn Effect>, Place)],
-    options: &SearchOptions,
-) -> Vec<Candidate> {
-    let mut list = candidates(model, runs, own);
-    let of_user = |c: &Candidate| own.iter().any(|(effect, _)| effect.about().id == c.terms[0].0.about().id);
-    list.retain(|c| options.families.contains(&c.family()) || of_user(c));
+fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
+    let mut list = candidates(model, task.train, task.own);
+    let of_user = |c: &Candidate| task.own.iter().any(|(effect, _)| effect.about().id == c.terms[0].0.about().id);
+    list.retain(|c| task.options.families.contains(&c.family()) || of_user(c));
     list
 }
 
-/// Whether an inertia or a drag of the model would feed the motion.
-fn feeds_motion(model: &Model) -> bool {
-    let dissipates = |p: &&Parameter| matches!(p.effect.as_str(), "inertia" | "linear_drag" | "quadratic_drag");
-    model.parameters.iter().filter(dissipates).any(|p| !p.fixed && p.value < 0.0)
+/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.
+fn level(task: &Task<'_>) -> FilterErrorOptions {
+    FilterErrorOptions { refine: false, ..task.fitting.clone() }
+}
+
+/// Noise from which a fit with another name starts: forces at half of what they were without it, because a name that is
+/// true takes most of them away.
+fn afresh(noise: &NoiseModel) -> NoiseModel {
+    let mut fresh = noise.clone();
+    fresh.forces.iter_mut().for_each(|f| f.rms *= 0.5);
+    fresh
+}
+
+/// The last fit with its noise refined: forces that are none taken out, sensors coloured where they are. Where there are
+/// colours, every name is put to the test again.
+fn refine(found: &mut Search, task: &Task<'_>) -> Result<(), OutputErrorError> {
+    progress::tell("the noise of the last model", 0, 0);
+    let last = found.last_fit();
+    let refined = filter_error_from(&last.model, task.train, last.noise.clone(), task.fitting)?;
+    let coloured = refined.noise.coloured().next().is_some();
+    if let Some(step) = found.steps.last_mut() {
+        step.fit = refined;
+    }
+    if coloured {
+        backward(found, task, found.added.len());
+    }
+    Ok(())
+}
+
+/// The model with a candidate in it, started where its score says.
+fn with(model: &Model, candidate: &Candidate, score: &Score) -> Option<Model> {
+    let mut model = model.clone();
+    let probe = candidate.probes.get(score.probe).map_or(&[][..], Vec::as_slice);
+    let before = model.parameters.len();
+    candidate.add_to(&mut model, probe).ok()?;
+    let estimates = score.estimate.iter().filter(|_| !candidate.blended);
+    let new = model.parameters[before..].iter_mut();
+    // a shape that has no grid is its own direction
+    let single = candidate.probes.len() == 1;
+    for (parameter, estimate) in new.filter(|p| !p.spec.per_run && (p.spec.is_linear() || single)).zip(estimates) {
+        parameter.value = (parameter.spec.neutral + estimate).clamp(parameter.min, parameter.max);
+    }
+    Some(model)
+}
+
+/// The next name that survives everything, with its fit.
+fn next_name(found: &mut Search, task: &Task<'_>) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
+    let here = found.last_fit().clone();
+    let threshold = found.screen.threshold;
+    // of a candidate its best probe
+    let mut best: Vec<&Score> = Vec::new();
+    for score in &found.screen.scores {
+        if best.iter().all(|known| known.candidate != score.candidate) {
+            best.push(score);
+        }
+    }
+    best.retain(|score| score.log_p < threshold + NEARLY);
+    best.truncate(REFITS);
+    if best.is_empty() {
+        return Ok(None);
+    }
+    let null = here.clone();
+    let (noise, level) = (afresh(&here.noise), level(task));
+    let mut contenders: Vec<Contender> = Vec::new();
+    for (k, score) in best.iter().enumerate() {
+        progress::tell("refitting the best candidates", k, best.len());
+        let Some(model) = with(&here.model, &found.candidates[score.candidate], score) else { continue };
+        let Ok(fit) = filter_error_from(&model, task.train, noise.clone(), &level) else { continue };
+        let gain = null.cost - fit.cost;
+        contenders.push(Contender { score: (*score).clone(), fit, gain });
+    }
+    contenders.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    let tied: Vec<(String, f64)> =
+        contenders.iter().map(|c| (found.candidates[c.score.candidate].name(), c.worth())).collect();
+    for contender in contenders {
+        let candidate = found.candidates[contender.score.candidate].clone();
+        let name = candidate.name();
+        let log_p = log_survival(contender.gain, contender.score.parameters);
+        if log_p > threshold {
+            continue;
+        }
+        let held_out = agree(&null, &contender.fit, task)?;
+        let why = broken(&here.model, &contender.fit.model, &candidate).or(held_out.against.clone());
+        if let Some(why) = why {
+            found.behaves_like.push(BehavesLike { id: name, why, gain: contender.gain });
+            continue;
+        }
+        let also = |(other, worth): &&(String, f64)| *other != name && contender.worth() - worth < TIE;
+        let also_possible = tied.iter().filter(also).map(|(other, _)| other.clone()).collect();
+        let HeldOut { gain: held_out_gain, .. } = held_out;
+        let p_value = p_of_all(log_p, threshold, task.options.level);
+        let left = contender.score.left;
+        let added = Added { candidate, also_possible, gain: contender.gain, p_value, held_out_gain, left };
+        return Ok(Some((added, contender.fit)));
+    }
+    Ok(None)
+}
+
+/// The probability over all candidates: as many independent ones as the threshold stands for.
+fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
+    (level * (log_p - threshold).exp()).min(1.0)
+}
+
+/// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more
+/// has stood in for something else.
+fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
+    let level = level(task);
+    let mut k = 0;
+    while k < count {
+        let name = found.added[k].candidate.name();
+        let fit = found.last_fit();
+        let mut model = fit.model.clone();
+        for (effect, place) in found.added[k].candidate.terms.iter().rev() {
+            if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {
+                model.remove(term);
+            }
+        }
+        let parameters = fit.model.parameters.len() - model.parameters.len();
+        let without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
+        let needed = match &without {
+            Ok(without) => log_survival(without.cost - fit.cost, parameters) <= found.screen.threshold,
+            Err(_) => true,
+        };
+        match (needed, without) {
+            (false, Ok(without)) => {
+                found.added.remove(k);
+                count -= 1;
+                if let Some(last) = found.steps.last_mut() {
+                    last.fit = without;
+                }
+                found.removed.push(name);
+            }
+            _ => k += 1,
+        }
+    }
 }
 
 /// Lists with the effect that was added last those that it has made impossible to tell from the model: what had a signal
 /// of its own before and has none any more is the same effect to this data.
-fn same_as(newest: &mut Added, before: &[(String, Evidence)], now: &[(String, Evidence)], list: &[Candidate]) {
-    for (name, _) in before {
-        let gone = now.iter().all(|(other, _)| other != name) && list.iter().any(|c| c.name() == *name);
-        if gone && !newest.also_possible.contains(name) {
-            newest.also_possible.push(name.clone());
+fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
+    let scored = |screen: &Screen, list: &[Candidate]| -> Vec<String> {
+        screen.scores.iter().filter(|s| s.left >= INDISTINGUISHABLE).map(|s| list[s.candidate].name()).collect()
+    };
+    let (before, after) = (scored(&found.screen, &found.candidates), scored(now, list));
+    let Some(newest) = found.added.last_mut() else { return };
+    for name in before {
+        let gone = !after.contains(&name) && list.iter().any(|c| c.name() == name);
+        if gone && !newest.also_possible.contains(&name) && name != newest.candidate.name() {
+            newest.also_possible.push(name);
         }
     }
-}
-
-/// Fall of the cost less what as many parameters of nothing would bring, in units of the inflated noise.
-pub(super) fn worth(evidence: &Evidence) -> f64 {
-    evidence.explained / evidence.inflation - penalty(evidence.parameters)
-}
-
-/// What a parameter has to bring to be worth it, in units of the inflated noise.
-pub(super) fn penalty(parameters: usize) -> f64 {
-    4.0 * parameters as f64
-}
-
-/// Residual variance over the assumed one.
-pub(super) fn noise_level(fit: &OutputErrorFit) -> f64 {
-    let states = fit.problem.free_states();
-    fit.cost / (fit.samples as f64 - (states * fit.problem.segments.len()) as f64).max(1.0)
 }

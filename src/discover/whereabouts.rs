@@ -1,13 +1,14 @@
 //! Where model and data disagree: in which run and degree of freedom, from when to when, under which conditions.
 //!
-//! Each segment of the fit has its own initial state, so that what is left in it is made in it. A stretch of segments
-//! whose residual stands above the noise is one place; the condition is the quantity whose size in the segments goes
-//! best with the size of the residual (Pearson's correlation over all segments).
+//! The innovations of a filter are made where they stand. A stretch of windows in which they are greater than the filter
+//! expects is one place; the condition is the quantity whose size goes best with theirs (Pearson's correlation over all
+//! windows).
 
 use serde::Serialize;
 
-use crate::estimate::output_error::OutputErrorFit;
+use crate::estimate::filter_error::Forecast;
 use crate::frame::Measured;
+use crate::model::Model;
 use crate::run::Run;
 
 /// A residual counts as above the noise from this multiple of it on.
@@ -30,94 +31,107 @@ pub struct Where {
     pub condition: String,
 }
 
-/// Places at which `fit` disagrees with its runs, the worst first.
-pub fn whereabouts(fit: &OutputErrorFit, runs: &[Run]) -> Vec<Where> {
+/// Length of the windows in which innovations are looked at, s: that of the longest prediction.
+const WINDOW: f64 = 8.0;
+
+/// A window of a run, with the size of the innovations in it.
+struct Window {
+    run: usize,
+    from: f64,
+    to: f64,
+    size: f64,
+}
+
+/// Places at which the model disagrees with `runs`, as its filter sees them: `forecasts` of `runs`, in their order. The
+/// worst first.
+pub fn whereabouts(model: &Model, outputs: &[String], forecasts: &[Forecast], runs: &[Run]) -> Vec<Where> {
     let mut found = Vec::new();
-    for dof in fit.model.measured() {
-        let Some(output) = fit.problem.dynamics.outputs.iter().position(|o| *o == dof.channel()) else { continue };
-        let sizes: Vec<f64> = fit
-            .linearised
-            .iter()
-            .map(|s| (s.squares[output] * fit.problem.dynamics.outputs.len() as f64 / s.samples.max(1) as f64).sqrt())
-            .collect();
-        if sizes.iter().all(|s| *s < ABOVE) {
+    for dof in model.measured() {
+        let Some(output) = outputs.iter().position(|o| *o == dof.channel()) else { continue };
+        let windows = windows(forecasts, output, runs);
+        if windows.iter().all(|w| w.size < ABOVE) {
             continue;
         }
-        let condition = condition(fit, runs, &dof, &sizes);
-        let mut open: Option<(usize, usize, Vec<f64>)> = None;
-        for (k, stretch) in fit.problem.segments.iter().enumerate() {
-            let here = sizes[k] >= ABOVE;
-            let goes_on = open.as_ref().is_some_and(|(track, _, _)| *track == stretch.track);
-            if let (true, Some((_, last, values))) = (here && goes_on, open.as_mut()) {
-                *last = k;
-                values.push(sizes[k]);
-                continue;
-            }
-            if let Some(place) = open.take() {
-                found.push(place_of(fit, &dof, place, &condition));
-            }
-            if here {
-                open = Some((stretch.track, k, vec![sizes[k]]));
+        let condition = condition(model, runs, &dof, &windows);
+        let mut open: Option<Where> = None;
+        for window in &windows {
+            let name = &runs[window.run].name;
+            match open
+                .as_mut()
+                .filter(|place| window.size >= ABOVE && place.run == *name && place.to >= window.from - 1e-6)
+            {
+                Some(place) => {
+                    place.to = window.to;
+                    place.times_noise = place.times_noise.max(window.size);
+                }
+                None => {
+                    found.extend(open.take());
+                    open = (window.size >= ABOVE).then(|| Where {
+                        run: name.clone(),
+                        dof: dof.clone(),
+                        from: window.from,
+                        to: window.to,
+                        times_noise: window.size,
+                        condition: condition.clone(),
+                    });
+                }
             }
         }
-        if let Some(place) = open {
-            found.push(place_of(fit, &dof, place, &condition));
-        }
+        found.extend(open);
     }
     found.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
     found
 }
 
-fn place_of(
-    fit: &OutputErrorFit,
-    dof: &Measured,
-    (track, last, values): (usize, usize, Vec<f64>),
-    condition: &str,
-) -> Where {
-    let first = last + 1 - values.len();
-    let t = &fit.problem.tracks[track];
-    let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
-    Where {
-        run: t.name.clone(),
-        dof: dof.clone(),
-        from: t.time[fit.problem.segments[first].first],
-        to: t.time[fit.problem.segments[last].last],
-        times_noise: rms,
-        condition: condition.to_string(),
+/// Root mean square of the normalised innovations of an output in windows.
+fn windows(forecasts: &[Forecast], output: usize, runs: &[Run]) -> Vec<Window> {
+    let mut all = Vec::new();
+    for forecast in forecasts {
+        let Some(run) = runs.iter().position(|r| r.name == forecast.run) else { continue };
+        let points = forecast.channels.iter().find(|c| c.output == output).map_or(&[][..], |c| &c.next[..]);
+        let mut rest = points;
+        while let Some(first) = rest.first() {
+            let count = rest.iter().take_while(|p| p.time < first.time + WINDOW).count();
+            let (now, later) = rest.split_at(count);
+            let square: f64 = now.iter().map(|p| ((p.measured - p.mean) / p.std).powi(2)).sum();
+            let to = later.first().map_or(now[count - 1].time, |p| p.time);
+            all.push(Window { run, from: first.time, to, size: (square / count as f64).sqrt() });
+            rest = later;
+        }
     }
+    all
 }
 
 /// The sentence that says with what the residual goes.
-fn condition(fit: &OutputErrorFit, runs: &[Run], dof: &Measured, sizes: &[f64]) -> String {
+fn condition(model: &Model, runs: &[Run], dof: &Measured, windows: &[Window]) -> String {
+    let sizes: Vec<f64> = windows.iter().map(|w| w.size).collect();
     let mut best: Option<(f64, String)> = None;
-    for (name, values) in quantities(fit, runs) {
-        let r = correlation(sizes, &values);
+    for (name, values) in quantities(model, runs, windows) {
+        let r = correlation(&sizes, &values);
         if best.as_ref().is_none_or(|(known, _)| r > *known) {
             best = Some((r, name));
         }
     }
     match best {
         Some((r, name)) if r > 0.5 => {
-            format!("{dof}: the disagreement grows with {name} (correlation {r:.2} over segments)")
+            format!("{dof}: the disagreement grows with {name} (correlation {r:.2} over windows of {WINDOW} s)")
         }
         _ => format!("{dof}: the disagreement goes with no single state, command or time"),
     }
 }
 
-/// Mean size of states, commands and their products in each segment, and the time.
-fn quantities(fit: &OutputErrorFit, runs: &[Run]) -> Vec<(String, Vec<f64>)> {
-    let dofs = &fit.model.dofs;
+/// Mean size of states, commands and their products in each window, and the time.
+fn quantities(model: &Model, runs: &[Run], windows: &[Window]) -> Vec<(String, Vec<f64>)> {
+    let dofs = &model.dofs;
+    /// Instants of a window that are looked at.
+    const INSTANTS: usize = 32;
     let mean = |f: &dyn Fn(&Run, f64) -> Option<f64>| -> Vec<f64> {
-        fit.problem
-            .segments
-            .iter()
-            .map(|s| {
-                let track = &fit.problem.tracks[s.track];
-                let run = &runs[track.run];
-                let values: Vec<f64> = track.time[s.first..=s.last].iter().filter_map(|t| f(run, *t)).collect();
-                values.iter().sum::<f64>() / values.len().max(1) as f64
-            })
-            .collect()
+        let of = |w: &Window| {
+            let at = |k: usize| w.from + (w.to - w.from) * (k as f64 + 0.5) / INSTANTS as f64;
+            let values: Vec<f64> = (0..INSTANTS).filter_map(|k| f(&runs[w.run], at(k))).collect();
+            values.iter().sum::<f64>() / values.len().max(1) as f64
+        };
+        windows.iter().map(of).collect()
     };
     let mut all = Vec::new();
     for (i, a) in dofs.iter().enumerate() {

@@ -13,6 +13,7 @@
 mod added_mass_amplitude;
 mod added_mass_coupling;
 mod bias;
+mod common_name;
 mod coriolis;
 mod coulomb_friction;
 mod cross_drag;
@@ -60,6 +61,7 @@ mod wave;
 
 use std::sync::Arc;
 
+pub use common_name::common_name;
 pub use coriolis::{Coriolis, products as coriolis_products};
 pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;

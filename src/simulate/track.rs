@@ -165,19 +165,6 @@ impl Track {
         self.steps_to.push(self.substeps.len());
     }
 
-    /// The same run in steps of half the length.
-    pub(crate) fn finer(&self, dynamics: &Dynamics, theta: &[f64]) -> Track {
-        let halves = |s: &Substep| {
-            let half = Substep { step: 0.5 * s.step, ends_at: None, ..*s };
-            [half, Substep { time: s.time + half.step, ends_at: s.ends_at, ..half }]
-        };
-        let mut finer = self.clone();
-        finer.substeps = self.substeps.iter().flat_map(halves).collect();
-        finer.steps_to = self.steps_to.iter().map(|k| 2 * k).collect();
-        finer.read_inputs(dynamics, theta);
-        finer
-    }
-
     /// Reads the inputs; again whenever a delay among the parameters has changed.
     pub fn read_inputs(&mut self, dynamics: &Dynamics, theta: &[f64]) {
         let width = dynamics.inputs.len();

@@ -14,7 +14,7 @@ pub struct DiscoverTable {
     pub max_effects: usize,
     /// Families that are searched; all by default.
     pub families: Vec<Family>,
-    /// Seed of the bootstrap; that of the campaign when absent.
+    /// Seed of what is drawn by chance; that of the campaign when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
 }

@@ -109,7 +109,7 @@ pub struct Whiteness {
 }
 
 impl Whiteness {
-    fn of(z: &[f64]) -> Whiteness {
+    pub(super) fn of(z: &[f64]) -> Whiteness {
         let mut products = [0.0; LAGS + 1];
         for (lag, sum) in products.iter_mut().enumerate() {
             *sum = z.iter().skip(lag).zip(z).map(|(a, b)| a * b).sum();

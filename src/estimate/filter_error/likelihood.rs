@@ -10,6 +10,8 @@
 //! step of 1e-4, and no second set of equations. c keeps the deviations right where the noise is Gaussian. Åström,
 //! *Automatica* 16 (1980) 551-574; Huber, *Robust Statistics* (1981), ch. 7.
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use statrs::function::erf::erf;
@@ -43,6 +45,13 @@ pub struct Linear {
     pub outliers: usize,
     /// Σ ψ², Σ ψ' and Σ (dρ½/dz)²: what innovations that are held back leave of the information.
     pub held_back: [f64; 3],
+}
+
+impl Linear {
+    /// Rows of the triangular factor, the innovation last.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.r.chunks(self.n)
+    }
 }
 
 /// Deviations beyond which no Gaussian innovation is found in any log.
@@ -115,6 +124,27 @@ impl Filtered {
         }
         fold_priors(&mut global, model, &self.problem.unknowns);
         global
+    }
+
+    /// Products of the columns [∂e/∂θ | e] / √s of every stretch, `n × n`, n one more than the directions.
+    pub(crate) fn products(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Vec<Mat<f64>> {
+        let of = |members: &Vec<usize>| {
+            let noise = std::array::from_fn(|_| noise.clone());
+            let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
+            Machine::widest(Multiplication { batch })
+        };
+        let batches = self.batches();
+        let parts: Vec<Vec<Mat<f64>>> = batches.par_iter().map(of).collect();
+        let mut all: Vec<(usize, Mat<f64>)> =
+            batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
+        all.sort_by_key(|(member, _)| *member);
+        all.into_iter().map(|(_, products)| products).collect()
     }
 
     /// Gradient and information of −ln L by the logarithms `coordinates` of the noise.
@@ -244,6 +274,91 @@ impl Work<LANES> for Linearisation<'_> {
             })
             .collect()
     }
+}
+
+impl Filtered {
+    /// Innovations over their deviations, of every stretch and output; of a stretch `outputs` lists.
+    pub(super) fn innovations(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Vec<Vec<Vec<f64>>> {
+        let of = |members: &Vec<usize>| {
+            let noise = std::array::from_fn(|_| noise.clone());
+            Machine::widest(Listening { batch: self.batch::<LANES>(model, members, noise, mobilities, limit) })
+        };
+        let batches = self.batches();
+        batches.par_iter().map(of).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+}
+
+struct Listening<'a> {
+    batch: Batch<'a, LANES>,
+}
+
+impl Work<LANES> for Listening<'_> {
+    type Output = Vec<Vec<Vec<f64>>>;
+    #[inline(always)]
+    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Vec<Vec<f64>>> {
+        let members = self.batch.stretches.iter().flatten().count();
+        let mut z = vec![vec![Vec::new(); self.batch.problem.dynamics.outputs.len()]; members];
+        let mut take = |at: &Innovation<'_, LANES>| {
+            for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
+                z[lane][at.output].push(at.e[lane] / at.s[lane].sqrt());
+            }
+        };
+        filter(wide, self.batch, false, &mut take);
+        z
+    }
+}
+
+/// Rows that are multiplied at once.
+const ROWS: usize = 256;
+
+struct Multiplication<'a> {
+    batch: Batch<'a, LANES>,
+}
+
+impl Work<LANES> for Multiplication<'_> {
+    type Output = Vec<Mat<f64>>;
+    #[inline(always)]
+    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Mat<f64>> {
+        let Multiplication { batch } = self;
+        let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
+        let n = batch.problem.dynamics.directions.len() + 1;
+        let mut products = vec![Mat::<f64>::zeros(n, n); members];
+        let mut rows = vec![Mat::<f64>::zeros(ROWS, n); members];
+        let mut filled = vec![0; members];
+        let mut take = |at: &Innovation<'_, LANES>| {
+            for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
+                let root = at.s[lane].sqrt();
+                let (value, slope) = temper(at.e[lane] / root, limit);
+                let (row, weight) = (filled[lane], slope / root);
+                for (column, g) in at.gradient.iter().enumerate() {
+                    rows[lane][(row, column)] = g[lane] * weight;
+                }
+                rows[lane][(row, n - 1)] = value;
+                filled[lane] += 1;
+                if filled[lane] == ROWS {
+                    multiply(&mut products[lane], &rows[lane], ROWS);
+                    filled[lane] = 0;
+                }
+            }
+        };
+        filter(wide, batch, true, &mut take);
+        for lane in 0..members {
+            multiply(&mut products[lane], &rows[lane], filled[lane]);
+        }
+        products
+    }
+}
+
+/// products ← products + rowsᵀ rows, of the first `count` rows.
+fn multiply(products: &mut Mat<f64>, rows: &Mat<f64>, count: usize) {
+    let rows = rows.get(..count, ..);
+    matmul(products.as_mut(), Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
 }
 
 struct Scoring<'a> {

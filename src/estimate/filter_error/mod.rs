@@ -28,11 +28,12 @@ mod ud;
 use nalgebra::DMatrix;
 
 pub use forecast::{AHEAD, Channel, Forecast, Point, Prediction, Whiteness};
+pub use likelihood::Linear;
 pub use noise::{Coloured, Coordinate, NoiseModel, RandomForce, SensorNoise};
 pub use options::{FilterErrorOptions, Forces};
 pub use problem::Filtered;
 
-use super::output_error::OutputErrorError;
+use super::output_error::{OutputErrorError, covariance};
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 use crate::run::Run;
@@ -56,6 +57,8 @@ pub struct FilterErrorFit {
     pub samples: usize,
     /// Deviations beyond which innovations are held back; infinite where no outlier was met.
     pub limit: f64,
+    /// Stretches linearised at the estimate.
+    pub linear: Vec<Linear>,
     /// Passes taken.
     pub iterations: usize,
     /// Whether the last steps were small enough.
@@ -72,6 +75,56 @@ impl FilterErrorFit {
     }
 }
 
+impl FilterErrorFit {
+    /// −2 ln L of each run as predicted by an estimate without it, summed: one Gauss-Newton step from the estimate of
+    /// all runs, to second order in the step.
+    ///
+    /// ```text
+    /// r₍ₖ₎ = r_k + J_k δ,    δ = (A − A_k)⁻¹ J_kᵀ r_k        A = JᵀJ of all runs at the estimate
+    /// ```
+    pub fn left_out_cost(&self) -> f64 {
+        let p = self.filtered.problem.unknowns.len();
+        let global = self.filtered.factor(&self.model, &self.linear);
+        let r = DMatrix::from_fn(p, p, |i, j| if i <= j { global.at(i, j)[0] } else { 0.0 });
+        let all = r.transpose() * &r;
+        let tracks: std::collections::BTreeSet<usize> =
+            self.filtered.problem.segments.iter().map(|s| s.track).collect();
+        let own: f64 = self.linear.iter().map(|l| l.cost).sum();
+        let mut more = 0.0;
+        for track in tracks {
+            // rows of this run, over the unknowns
+            let (mut a, mut g) = (DMatrix::<f64>::zeros(p, p), nalgebra::DVector::<f64>::zeros(p));
+            let columns = self.filtered.problem.columns_of(track);
+            let stretches = self.linear.iter().zip(&self.filtered.problem.segments);
+            for (linear, _) in stretches.filter(|(_, s)| s.track == track) {
+                for row in linear.rows() {
+                    let (e, row) = (row[row.len() - 1], &row[..row.len() - 1]);
+                    for (i, to_i) in columns.iter().enumerate() {
+                        g[*to_i] += row[i] * e;
+                        for (j, to_j) in columns.iter().enumerate() {
+                            a[(*to_i, *to_j)] += row[i] * row[j];
+                        }
+                    }
+                }
+            }
+            // unknowns of this run alone are estimated on it, and cost nothing
+            for (k, unknown) in self.filtered.problem.unknowns.iter().enumerate() {
+                if unknown.run.is_some() {
+                    g[k] = 0.0;
+                }
+            }
+            let mut others = &all - &a;
+            for k in 0..p {
+                others[(k, k)] += 1e-9 * all[(k, k)] + f64::MIN_POSITIVE;
+            }
+            let Some(factor) = others.cholesky() else { return f64::INFINITY };
+            let step = factor.solve(&g);
+            more += 2.0 * g.dot(&step) + (&a * &step).dot(&step);
+        }
+        own + more
+    }
+}
+
 /// Fits the free parameters of `model`, which holds their starting values, and the noise to `runs`.
 ///
 /// # Errors
@@ -84,4 +137,59 @@ pub fn filter_error(
     let filtered = Filtered::new(model, runs, &options.base)?;
     let noise = start::noise(&filtered, model, runs, &options.forces);
     steps::maximised(model, filtered, noise, options)
+}
+
+/// Noise from which [`filter_error`] starts.
+///
+/// # Errors
+/// As [`filter_error`].
+pub fn start_noise(model: &Model, runs: &[Run], options: &FilterErrorOptions) -> Result<NoiseModel, OutputErrorError> {
+    Ok(start::noise(&Filtered::new(model, runs, &options.base)?, model, runs, &options.forces))
+}
+
+/// [`filter_error`] from a noise that is known roughly, as of a fit of nearly the same model.
+///
+/// # Errors
+/// [`OutputErrorError`].
+pub fn filter_error_from(
+    model: &Model,
+    runs: &[Run],
+    noise: NoiseModel,
+    options: &FilterErrorOptions,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    steps::maximised(model, Filtered::new(model, runs, &options.base)?, noise, options)
+}
+
+/// −2 ln L of runs that took no part in a fit, under its model and noise; infinite where the model runs away on them.
+///
+/// # Errors
+/// [`OutputErrorError`] where a run lacks what the model reads.
+pub fn cost_of(
+    model: &Model,
+    runs: &[Run],
+    (noise, limit): (&NoiseModel, f64),
+    options: &FilterErrorOptions,
+) -> Result<f64, OutputErrorError> {
+    let filtered = Filtered::new(model, runs, &options.base)?;
+    let Some(mobilities) = filtered.mobilities(model) else { return Ok(f64::INFINITY) };
+    let stretches = filtered.linearise(model, noise, &mobilities, limit, false);
+    let cost: f64 = stretches.iter().map(|s| s.cost).sum();
+    Ok(if cost.is_finite() { cost } else { f64::INFINITY })
+}
+
+/// The Cramér-Rao bound with a random force: covariance of the free parameters of `truth`, row-major in the order of
+/// the unknowns, that no unbiased estimator can beat on `runs` under the true `noise`.
+///
+/// # Errors
+/// [`OutputErrorError`] where a run lacks what the model reads or does not determine a parameter.
+pub fn bound(
+    truth: &Model,
+    runs: &[Run],
+    noise: &NoiseModel,
+    options: &FilterErrorOptions,
+) -> Result<Vec<f64>, OutputErrorError> {
+    let filtered = Filtered::new(truth, runs, &options.base)?;
+    let mobilities = filtered.mobilities(truth).unwrap_or_default();
+    let linear = filtered.linearise(truth, noise, &mobilities, f64::INFINITY, true);
+    covariance::bread(&filtered.problem, truth, &filtered.factor(truth, &linear))
 }

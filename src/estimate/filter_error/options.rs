@@ -48,6 +48,9 @@ pub struct FilterErrorOptions {
     pub iterations: usize,
     /// Converged when a step would lower −2 ln L by less than this.
     pub tolerance: f64,
+    /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
+    /// does. A ratio of likelihoods wants the same noise on both sides.
+    pub refine: bool,
     /// Whether each step is told to who watches.
     pub told: bool,
 }
@@ -55,6 +58,13 @@ pub struct FilterErrorOptions {
 impl Default for FilterErrorOptions {
     fn default() -> FilterErrorOptions {
         let base = OutputErrorOptions::default();
-        FilterErrorOptions { base, forces: Forces::default(), iterations: 60, tolerance: 1e-2, told: false }
+        FilterErrorOptions {
+            base,
+            forces: Forces::default(),
+            iterations: 60,
+            tolerance: 1e-2,
+            refine: true,
+            told: false,
+        }
     }
 }

@@ -73,8 +73,13 @@ impl Filtered {
         self.starts = states.into_iter().enumerate().map(|(k, x)| start(&self.problem, model, k, x)).collect();
     }
 
+    /// The same stretches and beliefs with another compiled model of the same states.
+    pub(crate) fn with_problem(&self, problem: Problem) -> Filtered {
+        Filtered { problem, starts: self.starts.clone() }
+    }
+
     /// M⁻¹ of every stretch, velocities × velocities; `None` where the inertia is singular.
-    pub(super) fn mobilities(&self, model: &Model) -> Option<Vec<DMatrix<f64>>> {
+    pub(crate) fn mobilities(&self, model: &Model) -> Option<Vec<DMatrix<f64>>> {
         let problem = &self.problem;
         let nd = problem.dynamics.velocities().len();
         let of = |(stretch, start): (&Stretch, &Start)| {

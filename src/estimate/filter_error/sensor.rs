@@ -16,6 +16,8 @@ use crate::wide::{Lanes, Wide};
 /// An innovation of each lane.
 #[derive(Debug)]
 pub(super) struct Innovation<'a, const L: usize> {
+    /// Output that was measured.
+    pub output: usize,
     /// 1 in lanes that have a sample, else 0.
     pub present: [f64; L],
     /// e, 0 without a sample.
@@ -169,7 +171,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
             self.gradient(wide, output, &present, sensitivities);
         }
         let gradient = if sensitivities.is_some() { &self.gradient[..] } else { &[] };
-        take(&Innovation { present, e, s, gradient });
+        take(&Innovation { output, present, e, s, gradient });
         let moved = if self.limit.is_finite() {
             std::array::from_fn(|lane| e[lane].clamp(-self.limit * s[lane].sqrt(), self.limit * s[lane].sqrt()))
         } else {

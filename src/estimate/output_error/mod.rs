@@ -20,7 +20,6 @@ mod problem;
 mod resampled;
 mod response;
 mod states;
-mod step_error;
 
 use std::collections::BTreeMap;
 
@@ -33,7 +32,6 @@ pub use problem::{Linearised, Problem, Unknown};
 pub use bound::cramer_rao;
 pub use covariance::StdMethod;
 pub use loss::Loss;
-pub(crate) use step_error::step_error;
 
 use crate::model::Model;
 use crate::progress;

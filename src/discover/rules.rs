@@ -1,0 +1,101 @@
+//! Step 5: a name needs physics.
+//!
+//! ```text
+//! |θ̂ − neutral| > 2 s        of one parameter at least
+//! min < θ̂ < max              dissipation dissipates, a delay is not negative
+//! s < ½ |θ̂|                  of a time constant, a limit or another shape that was searched over a grid
+//! ```
+
+use super::candidate::Candidate;
+use crate::model::{Model, Parameter};
+use crate::units::Dimension;
+
+/// Deviations from what it is without the effect.
+const BEYOND: f64 = 2.0;
+
+/// Deviation of a shape over its value from which on it is not determined.
+const DETERMINED: f64 = 0.5;
+
+/// An amplitude of a wave below this share of the greatest counts as none: a wave is there in every run.
+const FAINT: f64 = 0.2;
+
+/// Which rule the parameters that `candidate` brought break, in words; `None` where they break none.
+pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate) -> Option<String> {
+    let known = |p: &&Parameter| before.parameters.iter().all(|q| q.term != p.term || q.spec.name != p.spec.name);
+    let new: Vec<&Parameter> = after.parameters.iter().filter(known).collect();
+    if new.is_empty() {
+        return None;
+    }
+    let told = |p: &Parameter| {
+        format!("{} = {:.3} ± {:.2} {}", p.spec.name, p.value, p.std.unwrap_or(f64::NAN), p.spec.dimension)
+    };
+    for p in &new {
+        let std = p.std.unwrap_or(f64::INFINITY);
+        if p.value <= p.min || p.value >= p.max {
+            return Some(format!("{} stands at its bound", told(p)));
+        }
+        if p.spec.dimension == Dimension::TIME && p.value < 0.0 {
+            return Some(format!("{} is negative: what the commands cause would come before them", told(p)));
+        }
+        let searched = candidate.probes.len() > 1 && !p.spec.is_linear();
+        if searched && std > DETERMINED * p.value.abs() {
+            return Some(format!("{} is not determined", told(p)));
+        }
+    }
+    let apart = |p: &&Parameter| {
+        let values = if p.per_run.is_empty() { std::slice::from_ref(&p.value) } else { &p.per_run[..] };
+        let std = p.std.unwrap_or(f64::INFINITY);
+        values.iter().any(|v| (v - p.spec.neutral).abs() > BEYOND * std)
+    };
+    if !new.iter().any(apart) {
+        return Some(format!(
+            "{} is within two deviations of nothing",
+            new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
+        ));
+    }
+    faint(&new)
+}
+
+/// A wave that is there in some runs only follows something else that comes and goes.
+fn faint(new: &[&Parameter]) -> Option<String> {
+    let parts: Vec<&[f64]> = new.iter().map(|p| p.per_run.as_slice()).filter(|v| !v.is_empty()).collect();
+    let runs = parts.first()?.len();
+    let amplitude = |run: usize| parts.iter().filter_map(|v| v.get(run)).map(|x| x * x).sum::<f64>().sqrt();
+    let (least, most) =
+        (0..runs).map(amplitude).fold((f64::INFINITY, 0.0), |(l, m), a| (f64::min(l, a), f64::max(m, a)));
+    (least < FAINT * most).then(|| "it is there in some runs only: something that comes and goes".to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::discover::candidates;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    fn told(name: &str, values: &[(f64, f64)]) -> Option<String> {
+        let before = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        let mut run = crate::run::Run::default();
+        for channel in ["u", "tau_u", "theta"] {
+            run.signals.insert(channel.into(), crate::run::Signal::new(vec![0.0, 1.0].into(), vec![0.0, 1.0]));
+        }
+        let candidate = candidates(&before, &[run], &[]).into_iter().find(|c| c.name() == name).unwrap();
+        let mut after = before.clone();
+        candidate.add_to(&mut after, &candidate.probes[0].clone()).unwrap();
+        let new = after.parameters[before.parameters.len()..].iter_mut();
+        for (p, (value, std)) in new.zip(values) {
+            (p.value, p.std) = (*value, Some(*std));
+        }
+        broken(&before, &after, &candidate)
+    }
+
+    #[test]
+    fn names_that_nature_does_not_allow_are_none() {
+        assert_eq!(told("bias@surge", &[(3.0, 1.0)]), None);
+        assert!(told("bias@surge", &[(1.5, 1.0)]).unwrap().contains("within two deviations"));
+        assert_eq!(told("thrust_delay", &[(0.3, 0.05)]), None);
+        assert!(told("thrust_delay", &[(-0.3, 0.05)]).unwrap().contains("negative"));
+        assert!(told("fluid_memory@surge", &[(9.0, 1.0), (59.0, 1166.0)]).unwrap().contains("not determined"));
+        assert!(told("fluid_memory@surge", &[(0.0, 1.0), (5.0, 1.0)]).unwrap().contains("bound"));
+    }
+}

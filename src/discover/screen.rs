@@ -1,0 +1,306 @@
+//! Step 2: one pass of the filter scores every candidate.
+//!
+//! ```text
+//! g = ∂e/∂α /√s at α = 0     what a little of the candidate would change of the innovations e
+//! C = gᵀg − (gᵀG)(GᵀG)⁻¹(Gᵀg),   b = −(gᵀe − (gᵀG)(GᵀG)⁻¹Gᵀe)       G = ∂e/∂θ /√s of what is in the model
+//! α̂ = C⁻¹ b,   z² = bᵀC⁻¹b ~ χ²(k) if nothing is missing
+//! ```
+//!
+//! A name needs the least p-value of all candidates to be below what chance makes of the least one: its quantile is
+//! drawn from N(0, C) of all columns, the candidates' own correlation. Rao, *Proceedings of the Cambridge Philosophical
+//! Society* 44 (1948) 50-57.
+
+use faer::Mat;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::function::gamma::ln_gamma;
+
+use super::candidate::Candidate;
+use super::carried::{available_of, carried_by};
+use super::enlarged::{Planned, enlarge, remembered};
+use crate::chain::Available;
+use crate::dynamics::Dynamics;
+use crate::estimate::filter_error::FilterErrorFit;
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, longest_step};
+use crate::model::Model;
+use crate::navigation::upright::with_quaternion;
+use crate::noise::Noise;
+use crate::run::Run;
+use crate::simulate::{Track, values_in_run};
+
+/// Columns that are filtered together: as many as keep the sensitivities in the second-level cache.
+const CHUNK: usize = 96;
+
+/// A candidate of which a refit of the model leaves less than this share of its signal is the model itself.
+pub(super) const INDISTINGUISHABLE: f64 = 0.003;
+
+/// Draws of the least p-value by chance: the quantile at 1 % is then known to a fifth.
+const DRAWS: usize = 2000;
+
+/// Least p-values are drawn from this stream of the seed.
+const STREAM: u64 = 0x5c0e;
+
+/// What one pass says of a probe of a candidate.
+#[derive(Debug, Clone)]
+pub struct Score {
+    /// Index of the candidate.
+    pub candidate: usize,
+    /// Index of the probe in the candidate.
+    pub probe: usize,
+    /// Number of its parameters, all runs together.
+    pub parameters: usize,
+    /// z².
+    pub statistic: f64,
+    /// ln of the probability of as much by chance, of this candidate alone.
+    pub log_p: f64,
+    /// α̂: how much of it there seems to be.
+    pub estimate: Vec<f64>,
+    /// Deviation of α̂.
+    pub std: Vec<f64>,
+    /// Share of its signal that a refit of the model leaves, 0 to 1.
+    pub left: f64,
+}
+
+/// All candidates scored.
+#[derive(Debug, Clone)]
+pub struct Screen {
+    /// Scores, the least probable by chance first.
+    pub scores: Vec<Score>,
+    /// ln of the p-value that the best candidate is below by chance as often as the level says.
+    pub threshold: f64,
+}
+
+/// ln of the probability that χ² of `k` degrees of freedom exceeds `x`, far beyond where the probability itself is 0.
+pub(super) fn log_survival(x: f64, k: usize) -> f64 {
+    let half = 0.5 * k.max(1) as f64;
+    let p = ChiSquared::new(2.0 * half).map_or(1.0, |chi| chi.sf(x.max(0.0)));
+    if p > 1e-200 { p.ln() } else { -0.5 * x + (half - 1.0) * (0.5 * x).ln() - ln_gamma(half) }
+}
+
+/// Scores `candidates` at a fit to `runs`; `level` is the probability of a name where nothing is missing.
+///
+/// # Errors
+/// [`OutputErrorError`] when a run lacks what a candidate reads.
+pub fn screen(
+    fit: &FilterErrorFit,
+    runs: &[Run],
+    candidates: &[Candidate],
+    fitting: &OutputErrorOptions,
+    (level, seed): (f64, u64),
+) -> Result<Screen, OutputErrorError> {
+    let upright = fit.filtered.problem.dynamics.quaternion().is_some();
+    let runs: Vec<Run> = if upright { runs.iter().map(with_quaternion).collect() } else { runs.to_vec() };
+    let runs = remembered(&fit.model, &runs, candidates, fitting)?;
+    let (big, mut planned) = enlarge(&fit.model, candidates);
+    let carried = carried_by(&fit.filtered.problem, &fit.model, candidates, &super::common_channels(&runs));
+    planned.retain(|plan| carried[plan.candidate]);
+    let mut chunks: Vec<Vec<&Planned>> = vec![Vec::new()];
+    let mut filled = 0;
+    for plan in &planned {
+        if filled + plan.parameters.len() > CHUNK && filled > 0 {
+            chunks.push(Vec::new());
+            filled = 0;
+        }
+        filled += plan.parameters.len();
+        if let Some(last) = chunks.last_mut() {
+            last.push(plan);
+        }
+    }
+    let parts: Vec<(Vec<Score>, Vec<f64>)> = chunks
+        .par_iter()
+        .enumerate()
+        .map(|(k, chunk)| scored(fit, &runs, &big, chunk, fitting, Noise::new(seed, STREAM + k as u64)))
+        .collect::<Result<_, OutputErrorError>>()?;
+    let mut least: Vec<f64> = vec![0.0; DRAWS];
+    let mut scores = Vec::new();
+    for (part, drawn) in parts {
+        scores.extend(part);
+        least.iter_mut().zip(drawn).for_each(|(a, b)| *a = a.min(b));
+    }
+    least.sort_by(f64::total_cmp);
+    scores.sort_by(|a, b| a.log_p.total_cmp(&b.log_p));
+    let at = ((level * DRAWS as f64) as usize).min(DRAWS - 1);
+    Ok(Screen { scores, threshold: least[at] })
+}
+
+/// Scores of one chunk, and draws of its least ln p by chance.
+fn scored(
+    fit: &FilterErrorFit,
+    runs: &[Run],
+    big: &Model,
+    chunk: &[&Planned],
+    fitting: &OutputErrorOptions,
+    noise: Noise,
+) -> Result<(Vec<Score>, Vec<f64>), OutputErrorError> {
+    if chunk.is_empty() {
+        return Ok((Vec::new(), vec![0.0; DRAWS]));
+    }
+    // only this chunk's terms are compiled
+    let own = fit.filtered.problem.dynamics.directions.clone();
+    let columns: Vec<usize> = chunk.iter().flat_map(|p| p.parameters.iter().copied()).collect();
+    let mut model = big.clone();
+    let (base, mut index) = (fit.model.terms.len(), 0);
+    model.terms.retain(|t| {
+        index += 1;
+        index <= base || t.parameters.iter().chain(t.blend.iter()).any(|p| columns.contains(p))
+    });
+    let directions: Vec<usize> = own.iter().copied().chain(columns.iter().copied()).collect();
+    let problem = &fit.filtered.problem;
+    let available = Available { channels: super::common_channels(runs), ..available_of(problem) };
+    let observed = problem.dynamics.outputs.iter().cloned().collect();
+    let dynamics = Dynamics::compile(&model, &available, &observed, &directions);
+    let longest = longest_step(&fit.model, fitting);
+    let tracks = runs
+        .iter()
+        .enumerate()
+        .map(|(k, run)| Track::new(run, k, &dynamics, &values_in_run(&model, k), model.input, longest))
+        .collect::<Result<Vec<_>, _>>()?;
+    let filtered = fit.filtered.with_problem(Problem { dynamics, tracks, ..problem.clone() });
+    let Some(mobilities) = fit.filtered.mobilities(&fit.model) else { return Ok((Vec::new(), vec![0.0; DRAWS])) };
+    let products = filtered.products(&model, &fit.noise, &mobilities, fit.limit);
+    let runs_of: Vec<usize> = problem.segments.iter().map(|s| problem.tracks[s.track].run).collect();
+    Ok(judged(fit, chunk, &products, &runs_of, noise))
+}
+
+/// Columns of the projected system: those of a probe, once, or once a run.
+struct Columns {
+    planned: usize,
+    at: Vec<usize>,
+}
+
+fn judged(
+    fit: &FilterErrorFit,
+    chunk: &[&Planned],
+    products: &[Mat<f64>],
+    runs_of: &[usize],
+    mut noise: Noise,
+) -> (Vec<Score>, Vec<f64>) {
+    let own = fit.filtered.problem.dynamics.directions.len();
+    let unknowns = fit.filtered.problem.unknowns.len();
+    let count = runs_of.iter().max().map_or(0, |r| r + 1);
+    // where each candidate column of a run stands: its own place, or one a run
+    let (mut next, mut list) = (unknowns, Vec::new());
+    let mut places: Vec<(usize, bool)> = Vec::new();
+    for (k, plan) in chunk.iter().enumerate() {
+        let width = plan.parameters.len();
+        for c in 0..width {
+            places.push((next + c * if plan.per_run { count } else { 1 }, plan.per_run));
+        }
+        let all = width * if plan.per_run { count } else { 1 };
+        list.push(Columns { planned: k, at: (next..next + all).collect() });
+        next += all;
+    }
+    let e = next;
+    let mut total = DMatrix::<f64>::zeros(e + 1, e + 1);
+    for (stretch, product) in products.iter().enumerate() {
+        let track = fit.filtered.problem.segments[stretch].track;
+        let mut of: Vec<usize> = fit.filtered.problem.columns_of(track);
+        of.extend(places.iter().map(|(at, per_run)| if *per_run { at + runs_of[stretch] } else { *at }));
+        of.push(e);
+        debug_assert_eq!(of.len(), own + places.len() + 1, "a column for each direction, and the innovation");
+        for (j, to_j) in of.iter().enumerate() {
+            for (i, to_i) in of.iter().enumerate() {
+                total[(*to_i, *to_j)] += product[(i, j)];
+            }
+        }
+    }
+    for (k, unknown) in fit.filtered.problem.unknowns.iter().enumerate() {
+        if let Some((_, std)) = fit.model.parameters[unknown.parameter].prior {
+            total[(k, k)] += 1.0 / (std * std);
+        }
+    }
+    let raw: Vec<f64> = (unknowns..e).map(|k| total[(k, k)]).collect();
+    let Some(projected) = project(&total, unknowns) else { return (Vec::new(), vec![0.0; DRAWS]) };
+    let m = e - unknowns;
+    let c = projected.view((0, 0), (m, m)).into_owned();
+    let b: DVector<f64> = -projected.view((0, m), (m, 1)).column(0).into_owned();
+    let mut scores = Vec::new();
+    let mut factors: Vec<(Vec<usize>, Cholesky<f64, Dyn>)> = Vec::new();
+    for columns in &list {
+        let at: Vec<usize> = columns.at.iter().map(|k| k - unknowns).collect();
+        let share = |k: &usize| if raw[*k] > 0.0 { (c[(*k, *k)].max(0.0) / raw[*k]).sqrt() } else { 0.0 };
+        let left = at.iter().map(share).fold(0.0, f64::max);
+        if left < INDISTINGUISHABLE {
+            continue;
+        }
+        // a column of a run that the candidate does not touch, or that another of its columns is, says nothing
+        let at: Vec<usize> = at.into_iter().filter(|k| share(k) >= INDISTINGUISHABLE).collect();
+        let block = DMatrix::from_fn(at.len(), at.len(), |i, j| c[(at[i], at[j])]);
+        let Some(factor) = block.cholesky() else { continue };
+        let own = DVector::from_fn(at.len(), |i, _| b[at[i]]);
+        let estimate = factor.solve(&own);
+        let statistic = own.dot(&estimate).max(0.0);
+        let inverse = factor.inverse();
+        let plan = chunk[columns.planned];
+        scores.push(Score {
+            candidate: plan.candidate,
+            probe: plan.probe,
+            parameters: at.len(),
+            statistic,
+            log_p: log_survival(statistic, at.len()),
+            estimate: estimate.iter().copied().collect(),
+            std: (0..at.len()).map(|k| inverse[(k, k)].max(0.0).sqrt()).collect(),
+            left,
+        });
+        factors.push((at, factor));
+    }
+    (scores, by_chance(&c, &factors, &mut noise))
+}
+
+/// The system less its projection on the first `own` columns.
+fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
+    let n = total.nrows();
+    let rest = total.view((own, own), (n - own, n - own)).into_owned();
+    if own == 0 {
+        return Some(rest);
+    }
+    let scale: Vec<f64> = (0..own).map(|k| total[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let a = DMatrix::from_fn(own, own, |i, j| total[(i, j)] / (scale[i] * scale[j]));
+    let b = DMatrix::from_fn(own, n - own, |i, j| total[(i, own + j)] / scale[i]);
+    let solved = a.cholesky()?.l().solve_lower_triangular(&b)?;
+    Some(rest - solved.transpose() * solved)
+}
+
+/// ln of the least p-value of all scores, drawn from N(0, C).
+fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noise: &mut Noise) -> Vec<f64> {
+    let m = c.nrows();
+    let scale: Vec<f64> = (0..m).map(|k| c[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    // columns that are others' are drawn as these but for a millionth of their own
+    let correlation =
+        DMatrix::from_fn(m, m, |i, j| c[(i, j)] / (scale[i] * scale[j]) + 1e-6 * f64::from(u8::from(i == j)));
+    let Some(root) = correlation.cholesky().map(|f| f.l()) else { return vec![0.0; DRAWS] };
+    let normal = DMatrix::from_fn(m, DRAWS, |_, _| noise.normal());
+    let drawn = root * normal;
+    (0..DRAWS)
+        .map(|d| {
+            let of = |(at, factor): &(Vec<usize>, Cholesky<f64, Dyn>)| {
+                let own = DVector::from_fn(at.len(), |i, _| drawn[(at[i], d)] * scale[at[i]]);
+                log_survival(own.dot(&factor.solve(&own)), at.len())
+            };
+            factors.iter().map(of).fold(0.0, f64::min)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// −2 ln p of χ²(2) is x itself; the asymptote takes over where the probability is below 1e-200.
+    #[test]
+    fn exact_survival_far_out() {
+        for x in [1.0, 50.0, 900.0, 1000.0, 1e4] {
+            assert!((log_survival(x, 2) + 0.5 * x).abs() < 1e-9 * x, "{x}");
+        }
+        assert!(log_survival(1000.0, 1) < log_survival(1000.0, 3));
+    }
+
+    /// What is left of a column that is a multiple of the model's is nothing; of one at right angles everything.
+    #[test]
+    fn law_projection_takes_out_what_the_model_has() {
+        let x = DMatrix::from_row_slice(4, 3, &[1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 1.0, 1.0, 2.0, -1.0]);
+        let left = project(&(x.transpose() * &x), 1).unwrap();
+        assert!(left[(0, 0)].abs() < 1e-12 && (left[(1, 1)] - 2.0).abs() < 1e-12);
+    }
+}

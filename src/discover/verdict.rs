@@ -1,0 +1,149 @@
+//! Step 7: the verdict, and the sentence that says it.
+//!
+//! The noise model itself is put to the test: predictions 2 and 8 s ahead have to err as the filter expects, and
+//! innovations have to be white. Where they do, what is left is the sensors' noise and a random force; where they do not,
+//! something is left that has no name.
+
+use serde::Serialize;
+
+use super::FoundEffect;
+use super::search::BehavesLike;
+use crate::effects::common_name;
+use crate::estimate::filter_error::{AHEAD, Forecast, Prediction, RandomForce, Whiteness};
+use crate::frame::Dof;
+
+/// The four answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The baseline predicts the data down to the sensors' noise and a random force.
+    NothingMissing,
+    /// With what was added the model does.
+    Explained,
+    /// Something was found, and something is left that no effect of the catalogue explains.
+    PartlyExplained,
+    /// Something is missing that no effect of the catalogue explains.
+    Unexplained,
+}
+
+/// Autocorrelation of innovations below which their colour does no harm, however surely it is seen.
+const HARMLESS: f64 = 0.15;
+
+/// Chance of calling white innovations coloured, all channels together.
+const LEVEL: f64 = 1e-3;
+
+/// Channels in which the noise model fails the test, with how far predictions err; empty where it passes.
+pub(super) fn failing(outputs: &[String], forecasts: &[Forecast]) -> Vec<(String, f64)> {
+    let mut failing = Vec::new();
+    for (output, name) in outputs.iter().enumerate() {
+        let channels = || forecasts.iter().filter_map(|f| f.channels.iter().find(|c| c.output == output));
+        let ahead = |seconds: f64| {
+            let of = channels().filter_map(|c| c.predictions.iter().find(|p| p.ahead == Some(seconds)));
+            of.copied().reduce(|a, b| a.with(&b))
+        };
+        let erring = AHEAD.into_iter().filter_map(ahead).filter(Prediction::errs).map(|p| p.ratio());
+        let whiteness = channels().map(|c| c.whiteness.clone()).reduce(|a: Whiteness, b| a.with(&b));
+        let coloured = whiteness.filter(|w| w.p_value() < LEVEL / outputs.len() as f64 && w.first().abs() > HARMLESS);
+        if let Some(ratio) = erring.reduce(f64::max).or(coloured.map(|_| 1.0)) {
+            failing.push((name.clone(), ratio));
+        }
+    }
+    failing
+}
+
+/// The verdict.
+pub(super) fn verdict(named: bool, passes: bool) -> Verdict {
+    match (named, passes) {
+        (false, true) => Verdict::NothingMissing,
+        (true, true) => Verdict::Explained,
+        (true, false) => Verdict::PartlyExplained,
+        (false, false) => Verdict::Unexplained,
+    }
+}
+
+/// `0.8 N in surge (correlation 1.1 s)`.
+fn force_in_words(forces: &[RandomForce]) -> String {
+    let one = |f: &RandomForce| {
+        let unit = if f.dof.is_rotation() { "N m" } else { "N" };
+        format!("{} {unit} in {} (correlation {} s)", digits(f.rms), f.dof, digits(f.time))
+    };
+    forces.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// Two digits for people.
+pub(super) fn digits(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
+}
+
+/// `the Munk moment (coriolis_yaw)`.
+fn named(id: &str) -> String {
+    format!("{} ({id})", common_name(id))
+}
+
+/// The verdict in plain words. `better` says how much better held-out predictions are with the names, and in which degree
+/// of freedom; `where_from` is the first place of disagreement.
+pub(super) fn sentence(
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    behaves_like: &[BehavesLike],
+    forces: &[RandomForce],
+    better: Option<(Dof, f64)>,
+    failing: &[(String, f64)],
+) -> String {
+    let names: Vec<String> = effects.iter().map(|e| named(&e.id)).collect();
+    let names = match names.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => names.concat(),
+    };
+    let were = if effects.len() > 1 { "were" } else { "was" };
+    let gain = better.map_or(String::new(), |(dof, times)| {
+        format!("; with it held-out {dof} is predicted {} times better", digits(times))
+    });
+    let left = match forces {
+        [] => "the noise of the sensors".to_string(),
+        forces => format!("the sensors and a random force of {}", force_in_words(forces)),
+    };
+    let behaves =
+        behaves_like.first().map_or(String::new(), |b| format!(" It behaves like {}, but {}.", named(&b.id), b.why));
+    let channels: Vec<&str> = failing.iter().map(|(name, _)| name.as_str()).collect();
+    match verdict {
+        Verdict::NothingMissing => match forces {
+            [] => "Nothing is missing: what the model leaves is the noise of the sensors.".into(),
+            forces => format!(
+                "Nothing is missing beyond a random force of {}: turbulence, tether, or unmeasured input.",
+                force_in_words(forces)
+            ),
+        },
+        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}."),
+        Verdict::PartlyExplained => format!(
+            "Partly explained: {names} {were} missing{gain}; something is left in `{}` that no effect of the catalogue explains.",
+            channels.join("`, `")
+        ),
+        Verdict::Unexplained => format!(
+            "Something is missing that is not in the catalogue; it shows in `{}`.{behaves}",
+            channels.join("`, `")
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_verdict_has_its_sentence() {
+        let force = RandomForce { dof: Dof::Surge, rms: 0.8, time: 1.1 };
+        let say =
+            |verdict, forces: &[RandomForce]| sentence(verdict, &[], &[], forces, None, &[("v".to_string(), 2.0)]);
+        assert_eq!(
+            say(Verdict::NothingMissing, &[force]),
+            "Nothing is missing beyond a random force of 0.80 N in surge (correlation 1.1 s): turbulence, tether, or unmeasured input."
+        );
+        assert!(say(Verdict::NothingMissing, &[]).contains("noise of the sensors"));
+        assert!(say(Verdict::Unexplained, &[]).contains("`v`"));
+        assert_eq!(verdict(true, false), Verdict::PartlyExplained);
+    }
+}

@@ -1,0 +1,79 @@
+//! What practitioners call the effects of the catalogue.
+
+/// The common name of an effect: `coriolis_yaw` is the Munk moment. A place behind the id (`@surge`) is told with it; an
+/// id that has no other name is its own words.
+pub fn common_name(name: &str) -> String {
+    let (id, place) = name.split_once('@').unwrap_or((name, ""));
+    let own = NAMES.iter().find(|(known, _)| *known == id).map(|(_, common)| (*common).to_string());
+    let own = own.unwrap_or_else(|| id.replace('_', " "));
+    match place {
+        "" => own,
+        place => format!("{own} in {}", place.replace(':', " from ")),
+    }
+}
+
+const NAMES: &[(&str, &str)] = &[
+    ("inertia", "virtual mass"),
+    ("added_mass_coupling", "coupled added mass"),
+    ("added_mass_amplitude", "added mass that grows with the amplitude"),
+    ("fluid_memory", "wake memory"),
+    ("coriolis_surge", "the Coriolis force in surge"),
+    ("coriolis_sway", "the Coriolis force in sway"),
+    ("coriolis_yaw", "the Munk moment"),
+    ("coriolis_heave", "the Coriolis force in heave"),
+    ("coriolis_roll", "the Coriolis moment in roll"),
+    ("coriolis_pitch", "the Munk moment in pitch"),
+    ("drag_asymmetry", "drag that differs astern"),
+    ("coulomb_friction", "dry friction"),
+    ("linear_cross_damping", "linear cross damping"),
+    ("mixed_drag", "drag that grows with another speed"),
+    ("restoring_surge", "net weight"),
+    ("restoring_sway", "net weight"),
+    ("restoring_heave", "net weight"),
+    ("restoring_roll", "the righting moment"),
+    ("restoring_pitch", "the righting moment"),
+    ("bias", "a constant force"),
+    ("trim_offset", "trim"),
+    ("thrust_interaction_loss", "loss of thrust between thruster and hull"),
+    ("thrust_advance_loss", "loss of thrust with speed"),
+    ("thrust_reverse_loss", "weaker reverse thrust"),
+    ("thrust_deadband", "dead band of the thrusters"),
+    ("thrust_saturation", "saturation of the thrusters"),
+    ("thrust_lag", "rotor lag"),
+    ("thrust_delay", "delay of the thrust"),
+    ("thrust_crosstalk", "thrust from another command"),
+    ("thruster_fault", "a thruster that fails"),
+    ("thruster_loss", "a weak, dead or reversed thruster"),
+    ("thruster_swap", "two thrusters that are exchanged"),
+    ("supply_voltage", "sagging supply voltage"),
+    ("current", "a water current"),
+    ("tether_spring", "the pull of the tether"),
+    ("tether_drag", "drag of the tether"),
+    ("wave", "waves"),
+    ("sensor_gyro_bias", "bias of the gyro"),
+    ("sensor_gyro_scale", "scale of the gyro"),
+    ("sensor_heading_offset", "offset of the compass"),
+    ("sensor_tilt_offset", "offset of the tilt sensor"),
+    ("sensor_compass_magnetic", "magnetic field of the thrusters at the compass"),
+    ("sensor_compass_deviation", "deviation of the compass"),
+    ("sensor_dvl_lever_arm", "lever arm of the DVL"),
+    ("sensor_dvl_misalignment", "misalignment of the DVL"),
+    ("sensor_dvl_scale", "scale of the DVL"),
+    ("sensor_delay", "late logging"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Coriolis, catalogue};
+
+    #[test]
+    fn every_common_name_is_of_an_effect_and_tells_its_place() {
+        let ids: Vec<String> = catalogue(Coriolis::Tied).iter().map(|e| e.about().id.to_string()).collect();
+        let single = ["thruster_loss", "thruster_swap"];
+        assert!(NAMES.iter().all(|(id, _)| ids.iter().any(|known| known == id) || single.contains(id)));
+        assert_eq!(common_name("coriolis_yaw"), "the Munk moment");
+        assert_eq!(common_name("linear_drag@sway"), "linear drag in sway");
+        assert_eq!(common_name("cross_drag@yaw:sway"), "cross drag in yaw from sway");
+    }
+}
