@@ -7,10 +7,12 @@
 //! A [`Track`] is a run made ready: its inputs at every stage of every step, its observations at every sample.
 //! [`integrate`] carries `L` stretches of tracks side by side. [`rk4()`] is the plain scheme for any function.
 
+mod edges;
 mod evaluator;
 mod feed;
 mod free_run;
 mod ode;
+mod reader;
 mod rk4;
 mod single;
 mod track;

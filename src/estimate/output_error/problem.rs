@@ -12,7 +12,7 @@ use crate::chain::{Attitude, Available, StateId, memory_count};
 use crate::dynamics::Dynamics;
 use crate::model::{Model, Term};
 use crate::navigation::upright;
-use crate::run::Run;
+use crate::run::{Run, rounding};
 use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, values_in_run};
 use crate::symbolic::Graph;
 use crate::units::Dimension;
@@ -378,7 +378,8 @@ fn segments(tracks: &[Track], length: f64) -> Vec<Stretch> {
             let mut first = *begin;
             for part in 1..=parts {
                 let until = t.time[*begin] + span * part as f64 / parts as f64;
-                let last = if part == parts { end } else { t.time.partition_point(|x| *x < until - 1e-9).min(end) };
+                let last =
+                    if part == parts { end } else { t.time.partition_point(|x| *x < until - rounding(until)).min(end) };
                 // the sample at a border belongs to the segment that it begins
                 let close = if part == parts { last } else { last.saturating_sub(1) };
                 if close > first {
