@@ -241,3 +241,60 @@ fn a_wall_clock_changes_no_regression() {
         assert!((here.values[k] - far.values[k]).abs() < 1e-2 * here.std(k), "{:?} {:?}", here.values, far.values);
     }
 }
+
+/// u of m u̇ + d u = z, T ż = τ − z from rest, by the closed form over each step of the command.
+fn exact_lagged(t: f64, lag: f64) -> f64 {
+    let (rate, fast) = (DRAG / MASS, 1.0 / lag);
+    let (mut u, mut z) = (0.0, 0.0);
+    for (k, (begin, force)) in STEPS.iter().enumerate() {
+        let end = STEPS.get(k + 1).map_or(f64::INFINITY, |(end, _)| *end).min(t);
+        if end > *begin {
+            let (slow, quick) = ((-rate * (end - begin)).exp(), (-fast * (end - begin)).exp());
+            let share = (z - force) / MASS / (rate - fast);
+            u = force / DRAG + (u - force / DRAG - share) * slow + share * quick;
+            z = force + (z - force) * quick;
+        }
+    }
+    u
+}
+
+fn lagged_run(lag: f64, noise: f64) -> Run {
+    let mut run = run(0.0, 0.0, 0.0);
+    let mut random = Noise::new(8, 0);
+    let signal = &run.signals["u"];
+    let u: Vec<f64> = signal.time().iter().map(|t| exact_lagged(*t, lag) + noise * random.normal()).collect();
+    run.signals.insert("u".into(), Signal::new(signal.shared_time().clone(), u));
+    run
+}
+
+/// A lag is found as it is from starts far above it: steps follow the time constant down. 0.05 s is half a sample.
+#[test]
+fn a_quick_lag_is_found_whatever_the_step() {
+    for lag in [0.05, 0.2] {
+        let mut values = Vec::new();
+        for longest_step in [0.1, 0.03] {
+            let mut model = model(&["thrust_lag"]);
+            model.set("thrust_lag", 0.6);
+            let options = OutputErrorOptions { longest_step, ..options() };
+            let fit = output_error(&model, &[lagged_run(lag, 1e-4)], &options).unwrap();
+            values.push(fit.model.value("thrust_lag").unwrap());
+        }
+        // 1e-4 m/s of noise leaves some 1e-3 s; the scheme at half the time constant 3e-4 of it
+        assert!(values.iter().all(|t| (t - lag).abs() < 2e-3), "{values:?} for {lag}");
+        assert!((values[0] - values[1]).abs() < 5e-4 * lag.max(0.1), "{values:?} hang on the step");
+    }
+}
+
+/// A lag of 1e-5 s is none: the estimate goes to its bound, and is no number that the step has made.
+#[test]
+fn a_lag_of_no_time_goes_to_its_bound() {
+    for longest_step in [0.1, 0.03] {
+        let mut model = model(&["thrust_lag"]);
+        model.set("thrust_lag", 0.3);
+        let p = model.parameter_of("thrust_lag").unwrap();
+        let options = OutputErrorOptions { longest_step, ..options() };
+        let fit = output_error(&model, &[lagged_run(1e-5, 1e-4)], &options).unwrap();
+        let found = &fit.model.parameters[p];
+        assert!(found.value <= found.min, "{} at steps of {longest_step} s", found.value);
+    }
+}

@@ -194,6 +194,11 @@ impl Track {
         finer
     }
 
+    /// Takes steps of at most `longest` s from now on; the inputs have to be read again.
+    pub fn shorten(&mut self, longest: f64) {
+        self.longest = self.longest.min(longest);
+    }
+
     /// Divides the run into steps and reads the inputs; again whenever a delay among the parameters has changed.
     pub fn read_inputs(&mut self, dynamics: &Dynamics, theta: &[f64]) {
         self.divide(theta);
