@@ -75,7 +75,7 @@ fn rows(run: &Run) -> Vec<u64> {
         let mut hasher = DefaultHasher::new();
         first.time()[k].to_bits().hash(&mut hasher);
         // by stamp alone, so that the same rows are taken of every run
-        let taken = hasher.finish() % one_of == 0;
+        let taken = hasher.finish().is_multiple_of(one_of);
         together.iter().for_each(|x| x[k].to_bits().hash(&mut hasher));
         (taken && first.values()[k] != 0.0).then(|| hasher.finish())
     };
