@@ -15,7 +15,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::run::Signal;
+use crate::run::{Signal, rounding};
 
 /// How far the window of a filter reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -128,7 +128,8 @@ fn is_even(times: &[f64]) -> bool {
         return false;
     }
     let step = (times[n - 1] - times[0]) / (n - 1) as f64;
-    times.windows(2).all(|t| (t[1] - t[0] - step).abs() <= 1e-6 * step)
+    let slack = 1e-6 * step + 2.0 * rounding(times[0]);
+    times.windows(2).all(|t| (t[1] - t[0] - step).abs() <= slack)
 }
 
 impl PolynomialFilter {

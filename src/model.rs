@@ -77,6 +77,8 @@ pub struct Parameter {
     pub std: Option<f64>,
     /// Held at its value.
     pub fixed: bool,
+    /// Its value is a start that somebody gave: a search begins there and nowhere else.
+    pub given: bool,
     /// Lower bound.
     pub min: f64,
     /// Upper bound.
@@ -236,6 +238,7 @@ impl Model {
             per_run: Vec::new(),
             std: None,
             fixed: false,
+            given: false,
             min,
             max,
             prior: None,

@@ -8,6 +8,15 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+/// How far time stamps near `t` may be apart and be the same instant, s: nanoseconds that a printed stamp loses, and the
+/// rounding of the number itself, which counts where clocks begin in 1970.
+pub fn rounding(t: f64) -> f64 {
+    1e-9 + 4.0 * f64::EPSILON * t.abs()
+}
+
+/// Beyond three years a stamp is that of a wall clock, not the time since a log began. s
+pub const WALL_CLOCK: f64 = 1e8;
+
 /// What kind of experiment a run is. The staged procedure uses each kind for what it can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -131,6 +140,12 @@ impl Run {
         let signals = self.signals.iter().map(|(name, signal)| (name.clone(), cut(signal))).collect();
         let gaps = self.gaps.iter().copied().filter(|g| *g > from && *g <= to).collect();
         Run { signals, gaps, ..self.clone() }
+    }
+
+    /// Time stamp at which the time of the run is 0, s: the first one where stamps are those of a wall clock, else that of
+    /// the log. In a phase 2πt/T seconds since 1970 would leave nothing of T.
+    pub fn origin(&self) -> f64 {
+        self.span().map_or(0.0, |(first, _)| if first.abs() < WALL_CLOCK { 0.0 } else { first })
     }
 
     /// First and last time stamp over all signals, s; `None` for a run without samples.

@@ -191,6 +191,7 @@ mod tests {
     fn an_effect_without_parameters_has_a_row_of_its_own() {
         let effect = |id: &str, parameters| FoundEffect {
             id: id.into(),
+            common_name: id.into(),
             dofs: Vec::new(),
             parameters,
             p_value: 1e-9,
@@ -202,6 +203,8 @@ mod tests {
         let found = Discovery {
             format: 1,
             verdict: Verdict::Explained,
+            sentence: String::new(),
+            behaves_like: Vec::new(),
             effects: vec![effect("coriolis_yaw", Vec::new()), effect("linear_drag@surge", vec![drag])],
             places: Vec::new(),
             residuals: Vec::new(),

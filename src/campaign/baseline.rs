@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use super::error::Error;
 use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, ParameterTable, Problem};
-use crate::effects::{Effect, FormulaEffect, Observer, Place};
+use crate::effects::{Effect, FormulaEffect, Observer, ParameterKind, Place};
 use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
-use crate::model::{Model, Term, name_of};
+use crate::model::{Model, Parameter, Term, name_of};
+use crate::simulate::QUICKEST;
+use crate::units::Dimension;
 
 /// An effect at a place, as the discovery tries it.
 pub type Own = (Arc<dyn Effect>, Place);
@@ -105,7 +107,7 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
         }
     }
     // the dry mass is a better start than none, where the log gives no acceleration
-    let translation = |p: &&mut crate::model::Parameter| p.place.dof.is_some_and(|dof| !dof.is_rotation());
+    let translation = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| !dof.is_rotation());
     for p in model.parameters.iter_mut().filter(|p| p.effect == "inertia").filter(translation) {
         p.value = file.vehicle.mass.unwrap_or(p.value);
     }
@@ -120,11 +122,24 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
             }
             found = true;
             parameter.fixed = table.fixed;
+            let remembers = model.terms.iter().any(|term| reads(term) && remembers(term));
+            let parameter = &mut model.parameters[k];
+            if let Some(min) =
+                table.min.filter(|min| remembers && parameter.spec.dimension == Dimension::TIME && *min < QUICKEST)
+            {
+                let text = format!("{min} s: no step of the integrator follows a memory shorter than {QUICKEST} s");
+                return Err(wrong(file, &format!("parameter[{i}].min"), &text));
+            }
             parameter.min = table.min.unwrap_or(parameter.min);
             parameter.max = table.max.unwrap_or(parameter.max);
             if let Some(value) = table.value {
                 parameter.value = value;
+                parameter.given = true;
                 parameter.prior = table.std.map(|std| (value, std));
+                if !(parameter.min..=parameter.max).contains(&value) {
+                    let what = outside(parameter, value);
+                    return Err(wrong(file, &format!("parameter[{i}].value"), &what));
+                }
             }
             parameter.value = parameter.value.clamp(parameter.min, parameter.max);
         }
@@ -133,6 +148,27 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
         }
     }
     ties(file, model)
+}
+
+/// Why a value outside the bounds of its parameter cannot stand, and what to do.
+fn outside(parameter: &Parameter, value: f64) -> String {
+    let (symbol, term, unit) = (&parameter.spec.name, &parameter.term, parameter.spec.dimension);
+    let what = format!(
+        "{symbol} of `{term}` = {value} {unit} lies outside its bounds, {} to {}",
+        parameter.min, parameter.max
+    );
+    let quick = parameter.spec.dimension == Dimension::TIME && value < QUICKEST;
+    match (&parameter.spec.kind, quick) {
+        (ParameterKind::Shape { .. }, true) => {
+            format!(
+                "{what}: a memory as short acts at once, and no step of the integrator follows it; leave `{term}` out"
+            )
+        }
+        (ParameterKind::Linear, _) if parameter.min >= 0.0 => {
+            format!("{what}: inertia is above 0 and what dissipates is not below; write `min` to allow it")
+        }
+        _ => format!("{what}; write `min` or `max` to allow it"),
+    }
 }
 
 /// Makes one of parameters that a `tie` says are one: of one effect each of its parameters with its like, of another the
@@ -180,6 +216,11 @@ fn ties(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
 fn meant(table: &ParameterTable, term: &Term) -> bool {
     let place = table.effect.dof.is_none() || table.effect.place() == term.place;
     term.effect.about().id == table.effect.id && place
+}
+
+/// Whether an effect carries a state with a time constant.
+fn remembers(term: &Term) -> bool {
+    matches!(term.effect.about().id, "thrust_lag" | "fluid_memory")
 }
 
 /// A table that means no parameter of the model.
@@ -242,6 +283,28 @@ mod tests {
         assert_eq!((inertia.prior, inertia.min), (Some((20.0, 1.0)), 5.0));
         assert_eq!(model.value("restoring_surge"), Some(10.0));
         assert_eq!(model.weight, 100.0);
+    }
+
+    /// A start and a held value mean what they say, and what cannot be is refused instead of moved.
+    #[test]
+    fn values_outside_their_bounds_are_refused() {
+        let refused = |lines: &str| {
+            let model = MODEL.replace("'linear_drag'", "'linear_drag', 'thrust_lag', 'fluid_memory'");
+            match build(&read(&format!("{model}[[parameter]]\n{lines}\n"))) {
+                Err(error) => error.to_string(),
+                Ok((model, _)) => {
+                    let p = model.parameters.iter().find(|p| p.given).unwrap();
+                    format!("{} {}", p.spec.name, p.value)
+                }
+            }
+        };
+        let lag = refused("effect = 'thrust_lag'\nvalue = 1e-5\nfixed = true");
+        assert!(lag.contains("T_lag") && lag.contains("acts at once"), "{lag}");
+        assert!(refused("effect = 'thrust_lag'\nvalue = 1e-5\nmin = 1e-6").contains("no step of the integrator"));
+        assert!(refused("effect = 'inertia@surge'\nvalue = 0.0").contains("inertia is above 0"));
+        assert!(refused("effect = 'linear_drag'\nvalue = -3.0\nfixed = true").contains("write `min` to allow it"));
+        assert_eq!(refused("effect = 'linear_drag'\nvalue = -3.0\nmin = -10.0"), "k_u -3");
+        assert_eq!(refused("effect = 'thrust_lag'\nvalue = 0.05"), "T_lag 0.05");
     }
 
     #[test]

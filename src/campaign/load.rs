@@ -16,6 +16,7 @@ use super::logs::{self, Logged};
 use super::thrusters;
 use super::vertical;
 use super::window;
+use super::{own_formulas, same_log, scale};
 use crate::effects::channel;
 use crate::estimate::output_error::OutputErrorOptions;
 use crate::finding::{Finding, Severity};
@@ -266,7 +267,11 @@ pub(super) fn assemble(
     if !refused.is_empty() {
         return Err(Error::Refused { findings: refused });
     }
-    own_formulas(&file, &model, &runs)?;
+    own_formulas::check(&file, &model, &runs)?;
+    findings.extend(scale::finding(&model));
+    if whole {
+        findings.extend(same_log::findings(&runs));
+    }
     let (tables, brought) = columns::bring(&mut file, &runs);
     for table in &tables {
         candidates.push(baseline::own(table).map_err(|e| wrong(&file, "effect", &e))?);
@@ -369,21 +374,4 @@ fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
         }
     }
     findings
-}
-
-/// Refuses a user's formula that reads a state which is neither modelled nor logged.
-fn own_formulas(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<(), Error> {
-    let effects = file.effects.iter().enumerate().map(|(i, e)| (format!("effect[{i}].formula"), &e.formula));
-    let observed = file.observed.iter().enumerate().map(|(i, o)| (format!("observe[{i}].formula"), &o.formula));
-    for (at, text) in effects.chain(observed) {
-        let formula = Formula::parse(text).map_err(|e| wrong(file, &at, &e))?;
-        let simulated = |dof: &Dof| [Some(dof.velocity()), dof.is_rotation().then(|| dof.position())];
-        let states: Vec<&str> = model.dofs.iter().flat_map(simulated).flatten().collect();
-        for run in runs.iter().filter(|run| moves(run.kind)) {
-            let known: Vec<&str> =
-                run.signals.keys().map(String::as_str).chain(states.iter().copied()).chain(["t"]).collect();
-            formula.check(known).map_err(|e| wrong(file, &at, &format!("run `{}`: {e}", run.name)))?;
-        }
-    }
-    Ok(())
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::file::RunTable;
 use crate::formula::{Formula, FormulaError};
 use crate::log::check::is_measured;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, rounding};
 
 /// Cuts `run` to the instants from `from` to `to`, s.
 pub(super) fn cut(run: &mut Run, table: &RunTable) {
@@ -58,13 +58,14 @@ pub(super) fn resample(run: &mut Run, rate: f64, held: bool) {
         let (time, x) = (signal.time(), signal.values());
         let (Some(first), Some(last)) = (time.first(), time.last()) else { continue };
         let held = held && is_command(name);
-        let (begin, end) = ((first * rate - 1e-9).ceil() as i64, (last * rate + 1e-9).floor() as i64);
+        let slack = rounding(*last) * rate;
+        let (begin, end) = ((first * rate - slack).ceil() as i64, (last * rate + slack).floor() as i64);
         let (mut stamps, mut values) = (Vec::new(), Vec::new());
         for k in begin..=end {
             let t = k as f64 / rate;
-            let after = time.partition_point(|s| *s <= t + 1e-9).max(1);
+            let after = time.partition_point(|s| *s <= t + rounding(t)).max(1);
             let before = after - 1;
-            let exact = (time[before] - t).abs() <= 1e-9;
+            let exact = (time[before] - t).abs() <= rounding(t);
             let across = |gap: &f64| time[before] < *gap && after < time.len() && *gap <= time[after];
             if !exact && gaps.iter().any(across) {
                 continue;

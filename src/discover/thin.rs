@@ -12,7 +12,7 @@
 use std::sync::Arc;
 
 use crate::estimate::output_error::{LANES, OutputErrorFit};
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, rounding};
 use crate::simulate::{Emission, Stretch, integrate_fast};
 
 /// Distance of the points of the coarse grid, s; a log that is slower keeps its own.
@@ -41,7 +41,10 @@ impl Thin {
             let grid = &mut grids[segment.track];
             let first = grid.len();
             for k in segment.first..=segment.last {
-                let far = grid.get(first..).and_then(<[usize]>::last).is_none_or(|l| time[k] - time[*l] >= step - 1e-9);
+                let far = grid
+                    .get(first..)
+                    .and_then(<[usize]>::last)
+                    .is_none_or(|l| time[k] - time[*l] >= step - rounding(time[k]));
                 if far || k == segment.last {
                     grid.push(k);
                 }

@@ -34,7 +34,7 @@ impl Effect for CoulombFriction {
 
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let dof = place.here();
-        vec![ParameterSpec::linear(format!("c_{}", dof.velocity()), force(dof))]
+        vec![ParameterSpec::linear(format!("c_{}", dof.velocity()), force(dof)).at_least(0.0)]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {

@@ -31,7 +31,7 @@ impl Effect for CubicDrag {
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let dof = place.here();
         let v = dof.velocity();
-        vec![drag(dof, &format!("{v}{v}{v}"), velocity(dof).power(3))]
+        vec![drag(dof, &format!("{v}{v}{v}"), velocity(dof).power(3)).at_least(0.0)]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {

@@ -33,7 +33,11 @@ impl Effect for Inertia {
         let dof = place.here();
         let name = if dof.is_rotation() { format!("I_{}", dof.velocity()) } else { format!("m_{}", dof.velocity()) };
         let sname = format!("{}_{}dot", dof.sname(), dof.velocity());
-        vec![ParameterSpec::linear(name, force(dof).over(velocity(dof)).times(Dimension::TIME)).sname(sname)]
+        vec![
+            ParameterSpec::linear(name, force(dof).over(velocity(dof)).times(Dimension::TIME))
+                .sname(sname)
+                .at_least(ParameterSpec::LEAST_INERTIA),
+        ]
     }
 
     fn momentum<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], momentum: &mut Six<'g>) {

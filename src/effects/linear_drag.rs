@@ -31,7 +31,7 @@ impl Effect for LinearDrag {
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let dof = place.here();
         let v = dof.velocity();
-        vec![drag(dof, v, velocity(dof))]
+        vec![drag(dof, v, velocity(dof)).at_least(0.0)]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {

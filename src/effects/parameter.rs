@@ -90,6 +90,9 @@ impl ParameterSpec {
         ParameterSpec { per_run: true, ..self }
     }
 
+    /// Smallest virtual mass or moment of inertia: above 0, and below that of anything that is driven, kg and kg·m².
+    pub const LEAST_INERTIA: f64 = 1e-6;
+
     /// With a smallest value: less would feed energy to the motion.
     pub fn at_least(self, least: f64) -> ParameterSpec {
         ParameterSpec { least, ..self }

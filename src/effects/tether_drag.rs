@@ -32,7 +32,7 @@ impl Effect for TetherDrag {
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let dof = place.here();
         let dimension = force(dof).over(velocity(dof).power(2)).over(Dimension::LENGTH);
-        vec![ParameterSpec::linear(format!("k_z{0}|{0}|", dof.velocity()), dimension)]
+        vec![ParameterSpec::linear(format!("k_z{0}|{0}|", dof.velocity()), dimension).at_least(0.0)]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {

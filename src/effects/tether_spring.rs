@@ -30,7 +30,7 @@ impl Effect for TetherSpring {
     }
 
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
-        vec![ParameterSpec::linear("k_tether", Dimension::FORCE.over(Dimension::LENGTH))]
+        vec![ParameterSpec::linear("k_tether", Dimension::FORCE.over(Dimension::LENGTH)).at_least(0.0)]
     }
 
     fn tied_to_ground(&self) -> bool {

@@ -126,18 +126,17 @@ fn evaluate(
 ) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut registers: Registers<LANES> = plan.registers();
     let (mut slots, mut readers) = (Vec::new(), Vec::new());
-    let nothing = Run::default();
     for (slot, source) in sources.iter().enumerate() {
-        let (from, late) = match source {
+        let late = match source {
             Source::Parameter(p) => {
                 plan.set(&mut registers, slot, [values[*p]; LANES]);
                 continue;
             }
-            Source::Time => (&nothing, 0.0),
-            Source::Channel { late, .. } => (run, late.map_or(0.0, |p| values[p])),
+            Source::Time => 0.0,
+            Source::Channel { late, .. } => late.map_or(0.0, |p| values[p]),
         };
         slots.push(slot);
-        readers.push(Reader::new(from, source, late, model.input));
+        readers.push(Reader::new(run, source, late, model.input));
     }
     plan.prepare(&mut registers);
     let (mut time, mut rows) = (Vec::new(), vec![Vec::new(); plan.outputs()]);

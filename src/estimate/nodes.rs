@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::balance::Source;
 use crate::model::Interpolation;
 use crate::navigation::unwrap;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, rounding};
 
 /// Instants of the trapezoid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -40,9 +40,6 @@ impl Default for Span {
     }
 }
 
-/// Instants equal to within this part of 1 s (and of themselves) are one: stamps are printed with some digits.
-const SLACK: f64 = 1e-9;
-
 /// A stretch of a run without gap.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
@@ -59,20 +56,23 @@ pub(super) struct Reader {
     near: usize,
     held: bool,
     late: f64,
+    /// Time stamp from which the time of the run is counted, s.
+    origin: f64,
 }
 
 impl Reader {
     /// For a leaf that is read from the run; `late` is the value of its delay, s.
     pub fn new(run: &Run, source: &Source, late: f64, input: Interpolation) -> Reader {
         let name = match source {
-            Source::Channel { name, .. } => name.as_str(),
-            _ => "t",
+            Source::Channel { name, .. } => Some(name.as_str()),
+            _ => None,
         };
-        let samples = run.signal(name).map(|signal| match name {
+        let samples = name.and_then(|name| run.signal(name)).map(|signal| match name.unwrap_or_default() {
             "phi" | "psi" => Signal::new(signal.shared_time().clone(), unwrap(signal.values())),
             _ => signal.clone(),
         });
-        Reader { samples, near: 0, held: input == Interpolation::Hold && name.starts_with("tau_"), late }
+        let held = input == Interpolation::Hold && name.is_some_and(|name| name.starts_with("tau_"));
+        Reader { samples, near: 0, held, late, origin: run.origin() }
     }
 
     /// Whether the value just before an instant may differ from that just after it.
@@ -83,9 +83,9 @@ impl Reader {
     /// Value just after (or, with `before`, just before) `t`.
     pub fn read(&mut self, t: f64, before: bool) -> f64 {
         let t = t - self.late;
-        let Some(signal) = &self.samples else { return t };
+        let Some(signal) = &self.samples else { return t - self.origin };
         let (time, x) = (signal.time(), signal.values());
-        let slack = SLACK * (1.0 + t.abs());
+        let slack = rounding(t);
         let search = if before && self.held { t - slack } else { t + slack };
         while self.near + 1 < time.len() && time[self.near + 1] <= search {
             self.near += 1;
@@ -107,9 +107,9 @@ impl Reader {
         shared.then(|| signal.values())
     }
 
-    /// Whether it reads the instant itself.
+    /// Whether it reads the time stamp itself.
     pub fn is_time(&self) -> bool {
-        self.samples.is_none()
+        self.samples.is_none() && self.origin.abs() <= 0.0
     }
 
     /// The part of `from..to` over which the channel has samples.
@@ -138,7 +138,7 @@ pub(super) fn stretches(run: &Run, own: &Signal, readers: &[Reader], nodes: Node
     for edge in edges.windows(2) {
         let covers = readers.iter().map(|r| r.cover(edge[0], edge[1]));
         let (from, to) = covers.fold((edge[0], edge[1]), |(a, b), (c, d)| (a.max(c), b.min(d)));
-        let slack = SLACK * (1.0 + if from.is_finite() { from.abs() } else { 0.0 });
+        let slack = rounding(if from.is_finite() { from } else { 0.0 });
         let time = own.time();
         let first = time.partition_point(|t| *t < edge[0] || *t < from - slack);
         let end = time.partition_point(|t| *t < edge[1] && *t <= to + slack);
@@ -148,7 +148,7 @@ pub(super) fn stretches(run: &Run, own: &Signal, readers: &[Reader], nodes: Node
         let stamps = time[first..end].to_vec();
         let others: Vec<&Reader> = match nodes {
             Nodes::Own => Vec::new(),
-            Nodes::Every => readers.iter().filter(|r| r.stamps() != own.time()).collect(),
+            Nodes::Every => readers.iter().filter(|r| r.late.abs() > 0.0 || r.stamps() != own.time()).collect(),
         };
         found.push(merge(stamps, &others));
     }
@@ -165,7 +165,7 @@ fn merge(own: Vec<f64>, others: &[&Reader]) -> Stretch {
     let mut next = extra.into_iter().peekable();
     let mut stretch = Stretch { time: Vec::with_capacity(own.len()), own: Vec::with_capacity(own.len()) };
     for t in own {
-        let slack = SLACK * (1.0 + t.abs());
+        let slack = rounding(t);
         while let Some(e) = next.next_if(|e| *e <= t + slack) {
             let last = stretch.time.last().copied();
             // before the first own stamp nothing is wanted; equal to one, it is there already

@@ -230,7 +230,7 @@ impl<'a> Reading<'a> {
                 }
                 Source::Time => {
                     slots.push(slot);
-                    readers.push(Reader::new(&Run::default(), source, 0.0, model.input));
+                    readers.push(Reader::new(run, source, 0.0, model.input));
                 }
                 Source::Channel { late, .. } => {
                     slots.push(slot);

@@ -12,7 +12,8 @@ use crate::run::Run;
 /// Length of the windows that rows span, s: long beside the noise, short beside the motion.
 const WINDOW: f64 = 1.0;
 
-/// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed keep their values.
+/// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
+/// somebody gave, keep their values.
 pub fn started(model: &Model, runs: &[Run]) -> Model {
     let mut plain = model.clone();
     for k in (0..plain.terms.len()).rev() {
@@ -28,7 +29,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     let Ok((plain, _)) = integral_least_squares(&all, &plain, options) else {
         return rough(started, runs);
     };
-    for parameter in started.parameters.iter_mut().filter(|p| !p.fixed) {
+    for parameter in started.parameters.iter_mut().filter(|p| !p.fixed && !p.given) {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
         {
@@ -68,12 +69,12 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
     for dof in model.dofs.clone() {
         for drag in ["linear_drag", "quadratic_drag"] {
             let index = model.parameter_of(&format!("{drag}@{dof}"));
-            if let Some(p) = index.map(|i| &mut model.parameters[i]).filter(|p| !p.fixed && p.value < 0.0) {
+            if let Some(p) = index.map(|i| &mut model.parameters[i]).filter(|p| !p.fixed && !p.given && p.value < 0.0) {
                 p.value = 0.0_f64.clamp(p.min, p.max);
             }
         }
         let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
-        if model.parameters[index].fixed {
+        if model.parameters[index].fixed || model.parameters[index].given {
             continue;
         }
         let greatest = |channel: &str| {
@@ -113,6 +114,10 @@ mod tests {
         let inertia = |model: &Model| model.parameters[model.parameter_of("inertia@roll").unwrap()].value;
         let raised = rough(model.clone(), std::slice::from_ref(&run));
         assert!((inertia(&raised) - 1.2).abs() < 1e-12, "{}", inertia(&raised));
+        let index = model.parameter_of("inertia@roll").unwrap();
+        model.parameters[index].given = true;
+        assert_eq!(inertia(&started(&model, std::slice::from_ref(&run))), 1e-3, "a start that is given is a start");
+        model.parameters[index].given = false;
         model.set("inertia@roll", 5.0);
         assert_eq!(inertia(&rough(model, &[run])), 5.0);
     }

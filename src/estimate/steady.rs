@@ -12,7 +12,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, rounding};
 
 /// What counts as steady.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -78,9 +78,9 @@ pub fn steady_windows(run: &Run, channel: &str, force: Option<&str>, options: St
     let end = time[time.len() - 1];
     let mut windows = Vec::new();
     let mut k = 0;
-    while k < time.len() && time[k] + options.length <= end * (1.0 + 1e-12) {
+    while k < time.len() && time[k] + options.length <= end + rounding(end) {
         let from = time[k];
-        let shortest = time.partition_point(|t| *t < from + options.length * (1.0 - 1e-9)).min(time.len() - 1);
+        let shortest = time.partition_point(|t| *t < from + options.length - rounding(from)).min(time.len() - 1);
         if !steady(from, time[shortest]) {
             k += 1;
             continue;
@@ -144,7 +144,7 @@ fn greatest(x: &[f64]) -> f64 {
 }
 
 fn part(signal: &Signal, from: f64, to: f64) -> (&[f64], &[f64]) {
-    let (time, slack) = (signal.time(), 1e-9 * (1.0 + to.abs()));
+    let (time, slack) = (signal.time(), rounding(to));
     let range = time.partition_point(|t| *t < from - slack)..time.partition_point(|t| *t <= to + slack);
     (&time[range.clone()], &signal.values()[range])
 }

@@ -7,9 +7,7 @@
 use super::iso8601;
 use super::number;
 use super::options::{TimeFormat, TimeUnit};
-
-/// Beyond three years a stamp is a wall clock, not the time since a log began. s
-const WALL_CLOCK: f64 = 1e8;
+use crate::run::WALL_CLOCK;
 
 /// Why a cell is no time stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,10 +7,12 @@
 //! A [`Track`] is a run made ready: its inputs at every stage of every step, its observations at every sample.
 //! [`integrate`] carries `L` stretches of tracks side by side. [`rk4()`] is the plain scheme for any function.
 
+mod edges;
 mod evaluator;
 mod feed;
 mod free_run;
 mod ode;
+mod reader;
 mod rk4;
 mod single;
 mod track;
@@ -21,3 +23,7 @@ pub use free_run::{Trajectory, free_run, in_reach, memory_start, values_at, valu
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, Stretch, integrate, integrate_fast};
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};
+
+/// Shortest time constant that a memory of the model may have, s. The scheme follows it in steps of half of it; what is
+/// quicker acts at once beside the samples of any log.
+pub const QUICKEST: f64 = 0.02;

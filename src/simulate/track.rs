@@ -1,16 +1,19 @@
 //! A run made ready for the integrator.
 //!
-//! The grid is the union of the time stamps of the observed channels. Between two grid points the step is divided so
-//! that no substep is longer than the limit; every substep has its inputs at its beginning, middle and end, with what
-//! the run's interpolation says there: for held inputs the end of a step still has the sample of its beginning.
+//! The grid is the union of the time stamps of the observed channels. Between two grid points the step is divided where
+//! commands have edges, as late as a delay brings them, and so that no substep is longer than the limit. Every substep has
+//! its inputs at its beginning, middle and end, with what the run's interpolation says there: for held inputs the end of a
+//! step still has the sample of its beginning.
 
 use std::collections::BTreeSet;
 
 use thiserror::Error;
 
+use super::edges::Between;
+use super::reader::{Channel, Input};
 use crate::dynamics::Dynamics;
 use crate::model::Interpolation;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, rounding};
 use crate::symbolic::Leaf;
 
 /// Marks an instant at which a channel has no sample.
@@ -86,15 +89,10 @@ pub struct Track {
     pub inputs: Vec<f64>,
     /// Inputs at each grid point.
     pub inputs_at: Vec<f64>,
-    channels: Vec<Channel>,
-    interpolation: Interpolation,
-}
-
-/// Where an input comes from.
-#[derive(Debug, Clone)]
-enum Channel {
-    Time,
-    Samples(Signal),
+    sources: Vec<Input>,
+    longest: f64,
+    /// Parts into which each step is divided beyond that.
+    parts: usize,
 }
 
 impl Track {
@@ -111,17 +109,25 @@ impl Track {
         interpolation: Interpolation,
         longest: f64,
     ) -> Result<Track, TrackError> {
-        let channels = dynamics
-            .inputs
-            .iter()
-            .map(|(_, name)| match run.signal(name) {
-                Some(signal) if !signal.is_empty() => Ok(Channel::Samples(signal.clone())),
-                _ if name == "t" => Ok(Channel::Time),
-                _ => Err(TrackError::MissingChannel { run: run.name.clone(), channel: name.clone() }),
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+        let between = if interpolation == Interpolation::Hold { Between::Held } else { Between::Line };
+        let sought = |leaf: Leaf| match leaf {
+            Leaf::Delayed { input, delay } => {
+                dynamics.inputs.iter().any(|(other, _)| *other == Leaf::DelayedRate { input, delay })
+            }
+            leaf => matches!(leaf, Leaf::DelayedRate { .. }),
+        };
+        let source = |(leaf, name): &(Leaf, String)| {
+            let channel = match run.signal(name) {
+                Some(signal) if !signal.is_empty() => Channel::Samples(signal.clone()),
+                _ if name == "t" => Channel::Time(run.origin()),
+                _ => return Err(TrackError::MissingChannel { run: run.name.clone(), channel: name.clone() }),
+            };
+            Ok(Input::new(*leaf, channel, name.starts_with("tau_").then_some(between), sought(*leaf)))
+        };
+        let sources = dynamics.inputs.iter().map(source).collect::<Result<Vec<_>, _>>()?;
         let observed: Vec<Option<&Signal>> = dynamics.outputs.iter().map(|name| run.signal(name)).collect();
-        let time = grid(&observed, &channels);
+        let commands = dynamics.inputs.iter().filter_map(|(_, name)| run.signal(name));
+        let time = grid(&observed, commands);
         if time.len() < 2 {
             return Err(TrackError::TooShort { run: run.name.clone(), samples: time.len() });
         }
@@ -136,49 +142,64 @@ impl Track {
             steps_to: Vec::new(),
             inputs: Vec::new(),
             inputs_at: Vec::new(),
-            channels,
-            interpolation,
+            sources,
+            longest,
+            parts: 1,
             time,
         };
-        track.divide(longest);
         track.read_inputs(dynamics, theta);
         Ok(track)
     }
 
-    fn divide(&mut self, longest: f64) {
+    /// Divides the intervals of the grid at the edges of the commands, and what is left into steps that are short enough.
+    fn divide(&mut self, theta: &[f64]) {
+        let mut stops: Vec<f64> = self.sources.iter().flat_map(|source| source.stops(theta)).collect();
+        stops.sort_unstable_by(f64::total_cmp);
+        let mut stops = stops.into_iter().peekable();
+        self.substeps.clear();
+        self.steps_to.clear();
         self.steps_to.push(0);
         for k in 1..self.time.len() {
-            let (begin, end) = (self.time[k - 1], self.time[k]);
             self.steps_to.push(self.substeps.len());
-            if self.starts.binary_search(&k).is_ok() {
-                continue;
+            let (mut begin, end) = (self.time[k - 1], self.time[k]);
+            let inside = self.starts.binary_search(&k).is_err();
+            while let Some(stop) = stops.next_if(|stop| *stop < end - rounding(end)) {
+                if inside && stop > begin + rounding(begin) {
+                    self.step(begin, stop);
+                    begin = stop;
+                }
             }
-            // a step that is longer by rounding alone is not divided
-            let parts = ((end - begin) / longest * (1.0 - 1e-9)).ceil().max(1.0) as usize;
-            let step = (end - begin) / parts as f64;
-            self.substeps.extend((0..parts).map(|i| Substep {
-                time: begin + step * i as f64,
-                step,
-                ends_at: (i + 1 == parts).then_some(k),
-            }));
+            if inside {
+                self.step(begin, end);
+                let last = self.substeps.len() - 1;
+                self.substeps[last].ends_at = Some(k);
+            }
         }
         self.steps_to.push(self.substeps.len());
     }
 
-    /// Reads the inputs; again whenever a delay among the parameters has changed.
+    /// Steps of equal length from one instant to another.
+    fn step(&mut self, begin: f64, end: f64) {
+        // a step that is longer by rounding alone is not divided
+        let parts = ((end - begin) / self.longest * (1.0 - 1e-9)).ceil().max(1.0) as usize * self.parts;
+        let step = (end - begin) / parts as f64;
+        let substep = |i| Substep { time: begin + step * i as f64, step, ends_at: None };
+        self.substeps.extend((0..parts).map(substep));
+    }
+
+    /// Takes steps of at most `longest` s from now on; the inputs have to be read again.
+    pub fn shorten(&mut self, longest: f64) {
+        self.longest = self.longest.min(longest);
+    }
+
+    /// Divides the run into steps and reads the inputs; again whenever a delay among the parameters has changed.
     pub fn read_inputs(&mut self, dynamics: &Dynamics, theta: &[f64]) {
+        self.divide(theta);
         let width = dynamics.inputs.len();
         let mut inputs = vec![0.0; self.substeps.len() * 3 * width];
         let mut at_grid = vec![0.0; self.time.len() * width];
-        for (slot, (leaf, name)) in dynamics.inputs.iter().enumerate() {
-            let (rate, late) = match *leaf {
-                Leaf::Delayed { delay, .. } => (false, theta[usize::from(delay)]),
-                Leaf::DelayedRate { delay, .. } => (true, theta[usize::from(delay)]),
-                Leaf::Rate(_) => (true, 0.0),
-                _ => (false, 0.0),
-            };
-            let held = self.interpolation == Interpolation::Hold && name.starts_with("tau_");
-            let mut reader = Reader { channel: &self.channels[slot], near: 0, held, rate };
+        for (slot, source) in self.sources.iter().enumerate() {
+            let (mut reader, late) = (source.reader(), source.late(theta));
             for (k, s) in self.substeps.iter().enumerate() {
                 let (begin, end) = (s.time - late, s.time + s.step - late);
                 let row = &mut inputs[k * 3 * width..(k + 1) * 3 * width];
@@ -186,61 +207,13 @@ impl Track {
                 row[width + slot] = reader.after(begin + 0.5 * s.step);
                 row[2 * width + slot] = reader.before(end);
             }
-            reader.near = 0;
+            let mut reader = source.reader();
             for (k, t) in self.time.iter().enumerate() {
                 at_grid[k * width + slot] = reader.after(t - late);
             }
         }
         self.inputs = inputs;
         self.inputs_at = at_grid;
-    }
-}
-
-/// Reads one channel at instants that mostly grow.
-struct Reader<'a> {
-    channel: &'a Channel,
-    near: usize,
-    held: bool,
-    rate: bool,
-}
-
-impl Reader<'_> {
-    /// Value just after `t`.
-    fn after(&mut self, t: f64) -> f64 {
-        self.read(t, false)
-    }
-
-    /// Value just before `t`.
-    fn before(&mut self, t: f64) -> f64 {
-        self.read(t, true)
-    }
-
-    fn read(&mut self, t: f64, before: bool) -> f64 {
-        let Channel::Samples(signal) = self.channel else {
-            return if self.rate { 1.0 } else { t };
-        };
-        let (time, x) = (signal.time(), signal.values());
-        // an instant that differs from a sample by rounding alone is that sample's
-        let slack = 1e-9 * (1.0 + t.abs());
-        let t_search = if before { t - slack } else { t + slack };
-        while self.near + 1 < time.len() && time[self.near + 1] <= t_search {
-            self.near += 1;
-        }
-        while self.near > 0 && time[self.near] > t_search {
-            self.near -= 1;
-        }
-        let k = self.near;
-        if k + 1 >= time.len() || t_search < time[0] {
-            let end = if t_search < time[0] { x[0] } else { x[time.len() - 1] };
-            return if self.rate { 0.0 } else { end };
-        }
-        let slope = (x[k + 1] - x[k]) / (time[k + 1] - time[k]);
-        match (self.rate, self.held) {
-            (true, true) => 0.0,
-            (true, false) => slope,
-            (false, true) => x[k],
-            (false, false) => x[k] + slope * (t - time[k]),
-        }
     }
 }
 
@@ -260,13 +233,10 @@ fn affordable(run: &Run, time: &[f64], starts: &[usize], longest: f64) -> Result
 }
 
 /// Union of the observed channels' time stamps; that of the commands where nothing is observed.
-fn grid(observed: &[Option<&Signal>], channels: &[Channel]) -> Vec<f64> {
+fn grid<'a>(observed: &[Option<&'a Signal>], commands: impl Iterator<Item = &'a Signal>) -> Vec<f64> {
     let mut stamps: Vec<&[f64]> = observed.iter().flatten().map(|s| s.time()).collect();
     if stamps.is_empty() {
-        stamps.extend(channels.iter().filter_map(|c| match c {
-            Channel::Samples(signal) => Some(signal.time()),
-            Channel::Time => None,
-        }));
+        stamps.extend(commands.map(Signal::time));
     }
     let shared = stamps.windows(2).all(|w| std::ptr::eq(w[0], w[1]) || w[0] == w[1]);
     if let (true, Some(first)) = (shared, stamps.first()) {
@@ -274,7 +244,7 @@ fn grid(observed: &[Option<&Signal>], channels: &[Channel]) -> Vec<f64> {
     }
     let union: BTreeSet<u64> = stamps.iter().flat_map(|s| s.iter()).map(|t| ordered(*t)).collect();
     let mut time: Vec<f64> = union.into_iter().map(from_ordered).collect();
-    time.dedup_by(|b, a| *b - *a <= 1e-9 * (1.0 + a.abs()));
+    time.dedup_by(|b, a| *b - *a <= rounding(*a));
     time
 }
 
@@ -295,7 +265,7 @@ fn on_grid(observed: &[Option<&Signal>], time: &[f64]) -> Vec<f64> {
         let Some(signal) = signal else { continue };
         let mut k = 0;
         for (t, x) in signal.time().iter().zip(signal.values()) {
-            while k + 1 < time.len() && time[k + 1] <= t + 1e-9 * (1.0 + t.abs()) {
+            while k + 1 < time.len() && time[k + 1] <= t + rounding(*t) {
                 k += 1;
             }
             table[k * width + column] = *x;
@@ -322,31 +292,12 @@ fn starts(time: &[f64], gaps: &[f64]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    fn reader(channel: &Channel, held: bool, rate: bool) -> Reader<'_> {
-        Reader { channel, near: 0, held, rate }
-    }
-
-    #[test]
-    fn held_inputs_keep_their_sample_to_the_end_of_the_step() {
-        let signal = Signal::new(vec![0.0, 0.5, 1.0].into(), vec![1.0, 3.0, 2.0]);
-        let channel = Channel::Samples(signal);
-        let mut held = reader(&channel, true, false);
-        assert_eq!([held.after(0.0), held.after(0.25), held.before(0.5), held.after(0.5)], [1.0, 1.0, 1.0, 3.0]);
-        let mut linear = reader(&channel, false, false);
-        assert_eq!(
-            [linear.after(0.25), linear.before(0.5), linear.after(0.75), linear.after(9.0)],
-            [2.0, 3.0, 2.5, 2.0]
-        );
-        let mut slope = reader(&channel, false, true);
-        assert_eq!([slope.after(0.0), slope.before(0.5), slope.after(0.5), slope.after(2.0)], [4.0, 4.0, -2.0, 0.0]);
-    }
-
     #[test]
     fn grid_is_the_union_of_the_sensors_stamps() {
         let fast = Signal::new(vec![-0.1, 0.0, 0.1, 0.2].into(), vec![1.0; 4]);
         let slow = Signal::new(vec![0.05, 0.2 + 1e-12].into(), vec![2.0; 2]);
         let observed = [Some(&fast), Some(&slow)];
-        let time = grid(&observed, &[]);
+        let time = grid(&observed, std::iter::empty());
         assert_eq!(time, [-0.1, 0.0, 0.05, 0.1, 0.2]);
         let table = on_grid(&observed, &time);
         let slow_column: Vec<bool> = table.chunks(2).map(|row| row[1].is_nan()).collect();

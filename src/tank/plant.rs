@@ -110,13 +110,27 @@ impl<'a> Plant<'a> {
         self.observation.evaluate(&self.state, &input)
     }
 
-    /// Sails on to the instant `end` in steps of at most `longest`.
+    /// Sails on to the instant `end` in steps of at most `longest`, none of which reaches across a tick of the command, as
+    /// late as a delay brings it.
     pub(super) fn sail(&mut self, end: f64, longest: f64) {
-        let begin = self.time;
-        let parts = ((end - begin) / longest * (1.0 - 1e-9)).ceil().max(1.0);
-        let h = (end - begin) / parts;
-        for i in 0..parts as usize {
-            self.step(begin + h * i as f64, h);
+        let mut stops = Vec::new();
+        for late in self.dynamics.delays().iter().map(|p| self.theta[*p]).chain([0.0]) {
+            let ticks = |t: f64| (t - late) / self.commands.period;
+            let (first, last) = (ticks(self.time).floor() as i64, ticks(end).ceil() as i64);
+            stops.extend((first..=last).map(|k| k as f64 * self.commands.period + late));
+        }
+        let inside = |stop: &f64| *stop > self.time + 1e-9 && *stop < end - 1e-9;
+        stops.retain(inside);
+        stops.sort_unstable_by(f64::total_cmp);
+        stops.push(end);
+        let mut begin = self.time;
+        for stop in stops {
+            let parts = ((stop - begin) / longest * (1.0 - 1e-9)).ceil().max(1.0);
+            let h = (stop - begin) / parts;
+            for i in 0..parts as usize {
+                self.step(begin + h * i as f64, h);
+            }
+            begin = stop;
         }
         self.time = end;
     }

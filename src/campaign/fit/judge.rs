@@ -5,6 +5,9 @@ use crate::finding::Finding;
 use crate::model::Model;
 use crate::vehicle::Vehicle;
 
+/// Virtual mass over dry mass that no vehicle has: a flat plate that moves broadside drags some four times its own along.
+const MOST_TIMES_DRY: f64 = 6.0;
+
 /// Says what cannot be, stands at a bound, or is hardly seen.
 pub(super) fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding>) {
     for p in model.parameters.iter().filter(|p| !p.fixed) {
@@ -18,6 +21,14 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding
         if let Some((least, words)) = least.filter(|(least, _)| p.value < least - 2.0 * std) {
             let text = format!(
                 "{shown} lies below {words} ({least}): a sign, a frame or the scale of thrust is wrong, or this data does not show it"
+            );
+            warnings.push(Finding::new(&codes::UNPHYSICAL, text));
+        }
+        let dry = vehicle.mass.filter(|_| p.effect == "inertia" && p.place.dof.is_some_and(|dof| !dof.is_rotation()));
+        if let Some(mass) = dry.filter(|mass| p.value - 2.0 * std > MOST_TIMES_DRY * mass) {
+            let text = format!(
+                "{shown} is {:.0} times the dry mass ({mass}): the scale of thrust is wrong, or this data does not show it",
+                p.value / mass
             );
             warnings.push(Finding::new(&codes::UNPHYSICAL, text));
         }

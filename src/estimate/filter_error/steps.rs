@@ -18,7 +18,7 @@ use super::options::{FilterErrorOptions, Forces};
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered};
 use crate::estimate::output_error::{
-    OutputErrorError, covariance, damped_step, move_by, prior_cost, read_inputs, value,
+    OutputErrorError, covariance, damped_step, longest_step, move_by, prior_cost, read_inputs, value,
 };
 use crate::model::Model;
 use crate::progress;
@@ -56,6 +56,8 @@ struct Search<'a> {
     /// Shortest and longest correlation time, s.
     times: (f64, f64),
     damping: f64,
+    /// Longest step of the integrator, s.
+    step_length: f64,
     passes: usize,
 }
 
@@ -108,6 +110,7 @@ impl<'a> Search<'a> {
             floors,
             stated,
             damping: 1e-6,
+            step_length: longest_step(model, &options.base),
             passes: 0,
             filtered,
         };
@@ -184,6 +187,14 @@ impl<'a> Search<'a> {
         let unknowns = self.filtered.problem.unknowns.clone();
         if unknowns.is_empty() {
             return 0.0;
+        }
+        // a time constant that has become quicker than the steps would be found by their size
+        let longest = longest_step(&self.model, &self.options.base);
+        if longest < self.step_length {
+            self.step_length = longest;
+            self.filtered.problem.tracks.iter_mut().for_each(|track| track.shorten(longest));
+            read_inputs(&mut self.filtered.problem, &self.model);
+            self.renew();
         }
         let delays = self.filtered.problem.dynamics.delays();
         let factor = self.filtered.factor(&self.model, &self.current);

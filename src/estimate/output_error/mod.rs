@@ -176,6 +176,7 @@ pub(crate) fn fit_from(
     let mut model = model.clone();
     let unknowns = problem.unknowns.clone();
     let delays = problem.dynamics.delays();
+    let mut step_length = longest_step(&model, options);
     let mut current = problem.linearise(&model, &x0);
     let mut cost = total(&current) + prior_cost(&model, &unknowns);
     if !cost.is_finite() {
@@ -208,7 +209,12 @@ pub(crate) fn fit_from(
         }
         let taken: Vec<f64> = unknowns.iter().map(|u| value(&trial, *u) - value(&model, *u)).collect();
         let states = states::follow(&problem, &current, &x0, &taken, &held);
-        if unknowns.iter().zip(&taken).any(|(u, d)| delays.contains(&u.parameter) && *d != 0.0) {
+        let late = unknowns.iter().zip(&taken).any(|(u, d)| delays.contains(&u.parameter) && *d != 0.0);
+        // a time constant that has become quicker than the steps would be found by their size
+        let longest = longest_step(&trial, options);
+        if late || longest < step_length {
+            step_length = step_length.min(longest);
+            problem.tracks.iter_mut().for_each(|track| track.shorten(step_length));
             read_inputs(&mut problem, &trial);
         }
         let next = problem.linearise(&trial, &states);

@@ -1,0 +1,137 @@
+//! Users' formulas held against the model and the logs before anything is made of them.
+//!
+//! ```text
+//! [formula] · [unit of the parameter] = N, N·m in rotation
+//! ```
+//!
+//! A formula of states, forces and time alone has a unit; a further column of a log has none that is known, and a sum of
+//! unlike units has numbers with hidden units in it: neither is judged.
+
+use super::baseline::wrong;
+use super::error::Error;
+use super::file::{CampaignFile, EffectTable};
+use super::load::moves;
+use crate::formula::Formula;
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::{Run, Signal};
+use crate::symbolic::{Graph, Leaf};
+use crate::units::Dimension;
+
+/// Refuses a user's formula that reads a state which is neither modelled nor logged, has another unit than its parameter
+/// says, or gives no number somewhere in a log.
+///
+/// # Errors
+/// [`Error::File`] with the place in the campaign file.
+pub(super) fn check(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<(), Error> {
+    let effects = file.effects.iter().enumerate().map(|(i, e)| (format!("effect[{i}].formula"), &e.formula));
+    let observed = file.observed.iter().enumerate().map(|(i, o)| (format!("observe[{i}].formula"), &o.formula));
+    for (at, text) in effects.chain(observed) {
+        let formula = Formula::parse(text).map_err(|e| wrong(file, &at, &e))?;
+        let simulated = |dof: &Dof| [Some(dof.velocity()), dof.is_rotation().then(|| dof.position())];
+        let states: Vec<&str> = model.dofs.iter().flat_map(simulated).flatten().collect();
+        for run in runs.iter().filter(|run| moves(run.kind)) {
+            let known: Vec<&str> =
+                run.signals.keys().map(String::as_str).chain(states.iter().copied()).chain(["t"]).collect();
+            formula.check(known).map_err(|e| wrong(file, &at, &format!("run `{}`: {e}", run.name)))?;
+            if let Some(text) = no_number(&formula, run) {
+                return Err(wrong(file, &at, &text));
+            }
+        }
+    }
+    for (i, table) in file.effects.iter().enumerate() {
+        if let Some(text) = wrong_unit(table) {
+            return Err(wrong(file, &format!("effect[{i}].unit"), &text));
+        }
+    }
+    Ok(())
+}
+
+/// Where a formula gives no finite number along a log; `None` where it does everywhere, or reads what is not logged.
+fn no_number(formula: &Formula, run: &Run) -> Option<String> {
+    let read: Vec<&Signal> = formula.names().into_iter().filter_map(|name| run.signal(name)).collect();
+    let stamps: Vec<f64> = read.iter().max_by_key(|signal| signal.len())?.time().to_vec();
+    let values = formula.over(run, &stamps).ok()?;
+    let bad = values.iter().position(|x| !x.is_finite())?;
+    let said: Vec<String> = formula
+        .names()
+        .into_iter()
+        .filter_map(|name| Some(format!("{name} = {:.6}", run.signal(name)?.at(stamps[bad]))))
+        .collect();
+    let how = if values[bad].is_nan() { "is no number (NaN)" } else { "is infinite" };
+    Some(format!(
+        "run `{}`: the formula {how} at t = {} s, where {}; a root or a logarithm needs a positive argument and a divisor \
+         must not be 0: guard it, as with max(x, 0)",
+        run.name,
+        stamps[bad],
+        said.join(", ")
+    ))
+}
+
+/// Why formula and unit make no force; `None` where they do or where nobody can tell.
+fn wrong_unit(table: &EffectTable) -> Option<String> {
+    let formula = Formula::parse(&table.formula).ok()?;
+    let graph = Graph::new();
+    let names: Vec<&str> = formula.names().into_iter().collect();
+    let units: Vec<Dimension> = names.iter().map(|name| known_unit(name)).collect::<Option<_>>()?;
+    let leaf = |name: &str| {
+        let k = names.iter().position(|n| *n == name).unwrap_or_default();
+        graph.leaf(Leaf::Input(k as u16), units.get(k).copied().unwrap_or(Dimension::ONE))
+    };
+    let found = formula.lower(&graph, &leaf).dimension().ok()?;
+    let force = if table.dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE };
+    let wanted = force.over(found);
+    (wanted != table.unit).then(|| {
+        format!(
+            "`{}` is in {found}, and times a parameter in {} that is {}, not {force}: the unit of the parameter is {wanted}",
+            table.formula,
+            table.unit,
+            found.times(table.unit)
+        )
+    })
+}
+
+/// Unit of a state, a force or the time; `None` for a column of the log.
+fn known_unit(name: &str) -> Option<Dimension> {
+    let of = |dof: Dof| {
+        let rotation = dof.is_rotation();
+        let velocity = if rotation { Dimension::RATE } else { Dimension::VELOCITY };
+        let position = if rotation { Dimension::ONE } else { Dimension::LENGTH };
+        let force = if rotation { Dimension::MOMENT } else { Dimension::FORCE };
+        [(dof.velocity(), velocity), (dof.position(), position), (dof.force(), force)]
+    };
+    let known = Dof::ALL.into_iter().flat_map(of).find(|(known, _)| *known == name);
+    known.map(|(_, unit)| unit).or_else(|| (name == "t").then_some(Dimension::TIME))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::EffectRole;
+    use super::*;
+
+    fn table(formula: &str, unit: Dimension) -> EffectTable {
+        EffectTable { id: "own".into(), dof: Dof::Surge, formula: formula.into(), unit, role: EffectRole::Baseline }
+    }
+
+    #[test]
+    fn a_unit_that_makes_no_force_is_told_with_the_right_one() {
+        let drag = Dimension::new(1, -1, 0);
+        assert_eq!(wrong_unit(&table("u*abs(u)", drag)), None);
+        let told = wrong_unit(&table("u*abs(u)*r", drag)).unwrap();
+        assert!(told.contains("the unit of the parameter is kg*s/m"), "{told}");
+        // a column has no unit, and a sum of unlike ones has numbers with units of their own
+        assert_eq!(wrong_unit(&table("wind^2*cos(psi)", Dimension::FORCE)), None);
+        assert_eq!(wrong_unit(&table("u^2 + 0.1*u", Dimension::FORCE)), None);
+    }
+
+    #[test]
+    fn a_formula_without_a_number_is_told_with_the_instant() {
+        let mut run = Run { name: "a.csv".into(), ..Run::default() };
+        run.signals.insert("u".into(), Signal::new(vec![0.0, 1.0, 2.0].into(), vec![0.5, 0.1, -0.2]));
+        let of = |text: &str| no_number(&Formula::parse(text).unwrap(), &run);
+        assert!(of("sqrt(u)").unwrap().contains("NaN) at t = 2 s, where u = -0.2"), "{:?}", of("sqrt(u)"));
+        assert!(of("1/(u - 0.1)").unwrap().contains("infinite at t = 1 s"));
+        assert_eq!(of("sqrt(max(u, 0))"), None);
+        assert_eq!(of("sqrt(v)"), None, "what is not logged is not judged");
+    }
+}

@@ -1,0 +1,107 @@
+//! Edges of the commands: where the integrator has to stop, and how a delay that is to be found moves them.
+//!
+//! ```text
+//! held:       u(t) = u_k                                              e_k ≤ t < e_{k+1}
+//! softened:   u(t) = u_{k−1} + (u_k − u_{k−1}) (t − e_k + w/2)/w       |t − e_k| ≤ w/2
+//! ```
+//!
+//! A step of the integrator that reaches across an edge reads it a part of the step too early or too late; so none does.
+//! The derivative of u(t − T) by the delay T is −u̇(t − T): that of a held command is a pulse at every edge, which the
+//! scheme would meet at no instant. Where T is to be found, edges are therefore as wide as w, far below the time constants
+//! of a vehicle and far above the rounding of time stamps, and centred, so that they come neither early nor late.
+
+use crate::run::Signal;
+
+/// w: width of a softened edge, s.
+const WIDTH: f64 = 1e-3;
+
+/// Two samples of a line that are this close are an edge that was written as a line, s.
+const STEEP: f64 = 1e-5;
+
+/// What a command does between its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Between {
+    /// It keeps the earlier sample.
+    Held,
+    /// It follows the straight line.
+    Line,
+}
+
+/// Instants at which a command begins and ends an edge.
+pub(super) fn edges(signal: &Signal, between: Between) -> Vec<f64> {
+    let (time, _, steep) = as_line(signal, between);
+    steep.into_iter().flat_map(|k| [time[k - 1], time[k]]).collect()
+}
+
+/// A command as a line whose edges are [`WIDTH`] wide, less where samples are as close, and where they begin and end.
+pub(super) fn softened(signal: &Signal, between: Between) -> (Signal, Vec<f64>) {
+    let (sharp, values, steep) = as_line(signal, between);
+    let mut time = sharp.clone();
+    let mut borders = Vec::with_capacity(2 * steep.len());
+    for k in steep {
+        let centre = 0.5 * (sharp[k - 1] + sharp[k]);
+        let before = k.checked_sub(2).map_or(f64::INFINITY, |i| centre - sharp[i]);
+        let after = sharp.get(k + 1).map_or(f64::INFINITY, |t| t - centre);
+        let half = (0.5 * WIDTH).min(0.25 * before).min(0.25 * after);
+        (time[k - 1], time[k]) = (centre - half, centre + half);
+        borders.extend([time[k - 1], time[k]]);
+    }
+    (Signal::new(time.into(), values), borders)
+}
+
+/// A command as the corners of a line, held ones with an edge of no width, and which corners end an edge.
+fn as_line(signal: &Signal, between: Between) -> (Vec<f64>, Vec<f64>, Vec<usize>) {
+    let (given, x) = (signal.time(), signal.values());
+    let (mut time, mut values, mut steep) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..given.len() {
+        let changes = k > 0 && x[k].to_bits() != x[k - 1].to_bits();
+        if changes && between == Between::Held {
+            time.push(given[k]);
+            values.push(x[k - 1]);
+        }
+        if changes && (between == Between::Held || given[k] - given[k - 1] <= STEEP) {
+            steep.push(time.len());
+        }
+        time.push(given[k]);
+        values.push(x[k]);
+    }
+    (time, values, steep)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn signal(time: &[f64], values: &[f64]) -> Signal {
+        Signal::new(time.into(), values)
+    }
+
+    #[test]
+    fn a_held_command_has_an_edge_where_it_changes() {
+        let held = signal(&[0.0, 0.5, 1.0, 1.5], &[1.0, 1.0, 3.0, 2.0]);
+        assert_eq!(edges(&held, Between::Held), [1.0, 1.0, 1.5, 1.5]);
+        assert!(edges(&held, Between::Line).is_empty());
+        let (soft, borders) = softened(&held, Between::Held);
+        assert_eq!(borders, [0.9995, 1.0005, 1.4995, 1.5005]);
+        let near = |t: f64, value: f64| assert!((soft.at(t) - value).abs() < 1e-9, "{} at {t}", soft.at(t));
+        for (t, value) in [(0.2, 1.0), (0.99, 1.0), (1.0, 2.0), (1.01, 3.0), (1.45, 3.0), (1.6, 2.0)] {
+            near(t, value);
+        }
+    }
+
+    #[test]
+    fn an_edge_that_was_written_as_a_line_is_one() {
+        let line = signal(&[0.0, 1.0 - 1e-6, 1.0, 2.0], &[0.0, 0.0, 4.0, 5.0]);
+        assert_eq!(edges(&line, Between::Line), [1.0 - 1e-6, 1.0]);
+        let (soft, _) = softened(&line, Between::Line);
+        assert!((soft.at(1.0 - 0.5e-6) - 2.0).abs() < 1e-9 && (soft.at(1.5) - 4.5).abs() < 1e-3);
+    }
+
+    /// Commands at 4 kHz: edges are narrower than [`WIDTH`] and stay in order.
+    #[test]
+    fn close_edges_stay_apart() {
+        let time: Vec<f64> = (0..9).map(|k| 2.5e-4 * f64::from(k)).collect();
+        let (soft, borders) = softened(&signal(&time, &[0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]), Between::Held);
+        assert!(borders.windows(2).all(|w| w[0] < w[1]) && soft.time().windows(2).all(|w| w[0] < w[1]));
+    }
+}
