@@ -5,6 +5,7 @@ use std::fmt;
 use crate::commands::Input;
 use crate::dof::Dof;
 use crate::instrument::Instrument;
+use crate::trials::Manoeuvre;
 use crate::vehicle::Vehicle;
 use crate::water::Sea;
 
@@ -80,6 +81,9 @@ pub struct Campaign {
     pub commands: Commands,
     /// Who drives.
     pub pilots: Pilots,
+    /// What is done in the runs, in turn; the usual where there is none: each degree of freedom alone, zig-zags, all at
+    /// once.
+    pub manoeuvres: Vec<Manoeuvre>,
     /// Whether the first run is one at bollard pull, on load cells.
     pub bollard: bool,
     /// Instruments.
@@ -115,6 +119,7 @@ impl Campaign {
             input: Input::Hold,
             commands: Commands::Wrench,
             pilots: Pilots::Open,
+            manoeuvres: Vec::new(),
             bollard: false,
             instruments: Suite::default().instruments(dofs),
             force: RandomForce::default(),

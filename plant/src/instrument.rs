@@ -232,6 +232,11 @@ impl<'a> Working<'a> {
         self.instrument
     }
 
+    /// Whether what it measures depends on the command of the instant.
+    pub fn sees_command(&self) -> bool {
+        self.instrument.magnetic != 0.0 || self.instrument.channels.iter().any(|c| c.name.starts_with("load"))
+    }
+
     /// The newest sample of channel `k` whose stamp is not after `t`.
     pub fn newest(&self, k: usize, t: f64) -> Option<f64> {
         let index = self.stamps.iter().rposition(|stamp| *stamp <= t + 1e-9)?;

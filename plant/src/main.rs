@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use hydrosysid_plant::trials::Manoeuvre;
 use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, PlantError, Suite, Vehicle, hide};
 
 const HELP: &str = "\
@@ -16,6 +17,8 @@ vehicle
   --spread SHARE                coefficients about the typical ones   (0.15)
 runs
   --runs N  --duration S  --lead-in S  --pilots open|closed|mixed  --bollard
+  --manoeuvres LIST             in turn: a degree of freedom, zigzag, multisine, random, steps, constant, controlled,
+                                bollard   (each alone, a zig-zag, all at once; the last third validates)
   --command-rate HZ  --input hold|linear  --commands wrench|thrusters
 random force
   --force PERCENT               root mean square, of that of the command   (0)
@@ -112,6 +115,10 @@ fn set(key: &str, value: &str, campaign: &mut Campaign, suite: &mut Suite) -> Re
                 "mixed" => Pilots::Mixed,
                 _ => return Err(wrong("open, closed or mixed")),
             }
+        }
+        "--manoeuvres" => {
+            let one = |name: &str| Manoeuvre::named(name).ok_or_else(|| wrong("names as --help lists them"));
+            campaign.manoeuvres = value.split(',').map(one).collect::<Result<_, _>>()?;
         }
         "--command-rate" => campaign.command_rate = number()?,
         "--input" => {

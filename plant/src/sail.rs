@@ -180,6 +180,7 @@ impl Voyage<'_> {
         let mut truth = Vec::new();
         let mut wrenches = Vec::new();
         let mut anchor: Option<Vector3<f64>> = None;
+        // one tick beyond the last stamp, for the samples at the end
         for tick in -lead..=last {
             let (from, to) = (stamp(tick), stamp(tick + 1));
             let seen = seen(&working, from, &x);
@@ -192,10 +193,6 @@ impl Voyage<'_> {
                 truth.push((from, x));
                 wrenches.push(commands.believed().into());
                 anchor.get_or_insert(Vector3::new(x[0], x[1], x[2]));
-            }
-            if tick == last {
-                // the last samples are those at the end
-                break;
             }
             let delay = plant.actuation.delay;
             let mut edges = vec![from, to];
@@ -228,7 +225,9 @@ impl Voyage<'_> {
                 };
                 x = integrate(&ready, x, &interval, step, |done| {
                     for one in &mut working {
-                        while one.due() <= done.to + 1e-9 {
+                        // what depends on the command sees the one that is given at that very instant
+                        let until = if one.sees_command() { done.to - 1e-9 } else { done.to + 1e-9 };
+                        while one.due() <= until {
                             let t = one.due();
                             let state = done.at(t);
                             let held = self.trial.kind == Kind::Bollard;

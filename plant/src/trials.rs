@@ -15,6 +15,8 @@ pub enum Kind {
     Oscillatory,
     /// A zig-zag.
     Zigzag,
+    /// A steady speed.
+    ConstantVelocity,
     /// Anything else under way.
     Free,
     /// Held, on load cells.
@@ -27,6 +29,7 @@ impl Kind {
         match self {
             Kind::Oscillatory => "oscillatory",
             Kind::Zigzag => "zigzag",
+            Kind::ConstantVelocity => "constant_velocity",
             Kind::Free => "free",
             Kind::Bollard => "bollard",
         }
@@ -50,87 +53,122 @@ pub struct Trial {
 
 /// What is done in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Plan {
-    /// A sine of so much of the rated force about an offset.
+pub enum Manoeuvre {
+    /// A sine in one degree of freedom of so much of the rated force, about an offset.
     Alone(Dof, f64, f64),
+    /// A zig-zag with so much of the rated moment.
     Zigzag(f64),
-    Everything,
-    Coins,
+    /// Three sines in each degree of freedom.
+    Multisine,
+    /// Coins in each degree of freedom, as a pseudo-random binary sequence.
+    Random,
+    /// Steps in each degree of freedom, one after the other.
+    Steps,
+    /// A constant force ahead: constant velocity after a while.
+    Constant(f64),
+    /// PID on what is measured.
+    Controlled,
+    /// Held, on load cells.
+    Bollard,
+}
+
+impl Manoeuvre {
+    /// The manoeuvre of this name: a degree of freedom, `zigzag`, `multisine`, `random`, `steps`, `constant`,
+    /// `controlled`, `bollard`.
+    pub fn named(name: &str) -> Option<Manoeuvre> {
+        Some(match name {
+            "zigzag" => Manoeuvre::Zigzag(0.65),
+            "multisine" => Manoeuvre::Multisine,
+            "random" => Manoeuvre::Random,
+            "steps" => Manoeuvre::Steps,
+            "constant" => Manoeuvre::Constant(0.6),
+            "controlled" => Manoeuvre::Controlled,
+            "bollard" => Manoeuvre::Bollard,
+            _ => Manoeuvre::Alone(Dof::from_name(name)?, 0.6, 0.0),
+        })
+    }
 }
 
 /// The runs of a campaign.
 pub fn trials(campaign: &Campaign, vehicle: &Vehicle) -> Vec<Trial> {
-    let plans = |validates: bool| plans(&campaign.dofs, validates);
     let held_out = if campaign.runs > 1 { (campaign.runs / 3).max(1) } else { 0 };
     let training = campaign.runs - held_out;
     (0..campaign.runs)
         .map(|k| {
             let validates = k >= training;
-            let list = plans(validates);
-            let plan = list[(if validates { k - training } else { k }) % list.len()];
-            let mut random = Random::new(campaign.seed, 0x7000 + k as u64);
+            let (list, place) = match &campaign.manoeuvres {
+                list if !list.is_empty() => (list.clone(), k),
+                _ => (usual(&campaign.dofs, validates), if validates { k - training } else { k }),
+            };
             let closed = match campaign.pilots {
                 Pilots::Open => false,
                 Pilots::Closed => true,
                 Pilots::Mixed => k % 2 == 1,
             };
-            let (kind, laws) = if campaign.bollard && k == 0 {
-                (Kind::Bollard, everything(campaign, vehicle, &mut random))
-            } else if closed {
-                (Kind::Free, controlled(campaign, vehicle, &mut random))
-            } else {
-                open(plan, campaign, vehicle, &mut random)
+            let manoeuvre = match list[place % list.len()] {
+                Manoeuvre::Bollard => Manoeuvre::Bollard,
+                _ if campaign.bollard && k == 0 => Manoeuvre::Bollard,
+                _ if closed => Manoeuvre::Controlled,
+                open => open,
             };
+            let mut random = Random::new(campaign.seed, 0x7000 + k as u64);
+            let (kind, laws) = laws(manoeuvre, campaign, vehicle, &mut random);
             Trial { kind, validates, laws, heading: random.between(-PI, PI), depth: random.between(8.0, 12.0) }
         })
         .collect()
 }
 
 /// What the runs of a campaign with these degrees of freedom do, in turn.
-fn plans(dofs: &[Dof], validates: bool) -> Vec<Plan> {
+fn usual(dofs: &[Dof], validates: bool) -> Vec<Manoeuvre> {
     let has = |dof: Dof| dofs.contains(&dof);
     let steers = has(Dof::Surge) && has(Dof::Yaw);
     let mut list = Vec::new();
     if validates {
         if steers {
-            list.push(Plan::Zigzag(-0.6));
+            list.push(Manoeuvre::Zigzag(-0.6));
         }
-        list.extend([Plan::Everything, Plan::Coins]);
+        list.extend([Manoeuvre::Multisine, Manoeuvre::Random]);
         return list;
     }
     if has(Dof::Surge) {
-        list.push(Plan::Alone(Dof::Surge, 0.45, 0.5));
+        list.push(Manoeuvre::Alone(Dof::Surge, 0.45, 0.5));
     }
     for dof in dofs {
-        list.push(Plan::Alone(*dof, if *dof == Dof::Surge { 0.6 } else { 0.9 }, 0.0));
+        list.push(Manoeuvre::Alone(*dof, if *dof == Dof::Surge { 0.6 } else { 0.9 }, 0.0));
     }
     if dofs.len() > 3 {
         // ten runs are enough: surge ahead stands in the others
         list.remove(0);
     }
     if steers {
-        list.push(Plan::Zigzag(0.65));
+        list.push(Manoeuvre::Zigzag(0.65));
     }
-    list.push(Plan::Everything);
+    list.push(Manoeuvre::Multisine);
     list
 }
 
-fn open(plan: Plan, campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> (Kind, Vec<(Dof, Law)>) {
+fn laws(manoeuvre: Manoeuvre, campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> (Kind, Vec<(Dof, Law)>) {
     let rated = vehicle.rated.map(|f| f * random.between(0.9, 1.05));
-    match plan {
-        Plan::Alone(dof, share, offset) => {
+    match manoeuvre {
+        Manoeuvre::Alone(dof, share, offset) => {
             let i = dof.index();
             let period = [12.0, 14.0, 13.0, 7.0, 8.0, 17.0][i] * random.between(0.85, 1.3);
             let sine = Sine { amplitude: share * rated[i], period, phase: 0.0 };
             (Kind::Oscillatory, vec![(dof, Law::Sines(offset * rated[i], vec![sine]))])
         }
-        Plan::Zigzag(turn) => {
+        Manoeuvre::Zigzag(turn) => {
             let ahead = Law::Sines(random.between(0.4, 0.6) * rated[0], Vec::new());
             let turns = Law::Zigzag { moment: turn * rated[5], bound: FRAC_PI_3 };
             (Kind::Zigzag, vec![(Dof::Surge, ahead), (Dof::Yaw, turns)])
         }
-        Plan::Everything => (Kind::Free, everything(campaign, vehicle, random)),
-        Plan::Coins => {
+        Manoeuvre::Multisine => (Kind::Free, everything(campaign, vehicle, random)),
+        Manoeuvre::Steps => (Kind::Free, steps(campaign, vehicle, random)),
+        Manoeuvre::Constant(share) => {
+            (Kind::ConstantVelocity, vec![(Dof::Surge, Law::Sines(share * rated[0], Vec::new()))])
+        }
+        Manoeuvre::Controlled => (Kind::Free, controlled(campaign, vehicle, random)),
+        Manoeuvre::Bollard => (Kind::Bollard, everything(campaign, vehicle, random)),
+        Manoeuvre::Random => {
             let law = |dof: &Dof| {
                 let offset = if *dof == Dof::Surge { 0.2 * rated[0] } else { 0.0 };
                 let hold = random.between(1.5, 4.0);
@@ -139,6 +177,20 @@ fn open(plan: Plan, campaign: &Campaign, vehicle: &Vehicle, random: &mut Random)
             (Kind::Free, campaign.dofs.iter().map(law).collect())
         }
     }
+}
+
+/// Four levels in one degree of freedom while the others rest, then in the next.
+fn steps(campaign: &Campaign, vehicle: &Vehicle, random: &mut Random) -> Vec<(Dof, Law)> {
+    let hold = random.between(3.0, 5.0);
+    let count = campaign.dofs.len();
+    let law = |(n, dof): (usize, &Dof)| {
+        let mut levels = vec![0.0; 4 * count];
+        for (k, share) in [0.4, 0.8, -0.5, 0.2].into_iter().enumerate() {
+            levels[4 * n + k] = share * vehicle.rated[dof.index()];
+        }
+        (*dof, Law::Steps(levels, hold))
+    };
+    campaign.dofs.iter().enumerate().map(law).collect()
 }
 
 /// Three sines in each degree of freedom.
