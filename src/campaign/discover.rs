@@ -17,14 +17,8 @@ use crate::model::{Model, Parameter};
 pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let table = &campaign.file.discover;
     let usual = DiscoverTable::default();
-    let mut options = SearchOptions { families: table.families.clone(), ..SearchOptions::default() };
-    // what the file does not ask for is left as the search was calibrated
-    if table.level.to_bits() != usual.level.to_bits() {
-        options.level = table.level;
-    }
-    if table.max_effects != usual.max_effects {
-        options.most = table.max_effects;
-    }
+    let (level, most, families) = (table.level, table.max_effects, table.families.clone());
+    let options = SearchOptions { level, most, families, ..SearchOptions::default() };
     let mut runs = campaign.motion(None);
     let faults = faults(&runs, &campaign.model.dofs);
     for fault in &faults {

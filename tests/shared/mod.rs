@@ -2,9 +2,13 @@
 
 use std::path::PathBuf;
 
-/// The reference data of this name, `None` (said on standard output) where it is not at hand.
+/// The reference data of this name, `None` where it is not at hand: the test then says on standard error that it was
+/// skipped, whether its output is captured or not.
 ///
 /// The folder is `HYDROSYSID_SHARED`, else `shared` beside the repository.
+///
+/// # Panics
+/// Where `CI` is `true`: there the data is at hand, and a test that is skipped holds nothing.
 pub fn path(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("HYDROSYSID_SHARED")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
@@ -12,6 +16,10 @@ pub fn path(name: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    println!("skipped: no reference data at {}", path.display());
+    let test = std::thread::current().name().unwrap_or("a test").to_string();
+    let text = format!("{test}: skipped, no reference data at {} (HYDROSYSID_SHARED names its folder)", path.display());
+    assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "{text}");
+    // not by `eprintln!`, which the test harness keeps to itself where a test passes
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{text}\n").as_bytes());
     None
 }
