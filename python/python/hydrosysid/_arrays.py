@@ -32,7 +32,8 @@ def numbers(values: Any, name: str) -> NDArray[np.float64]:
         raise UsageError(f"{name} holds dates or durations: only time stamps (t) can; give numbers")
     try:
         if np.ma.isMaskedArray(given):
-            return np.asarray(given.astype(np.float64).filled(np.nan))
+            masked: Any = given
+            return np.asarray(masked.astype(np.float64).filled(np.nan))
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise UsageError(f"{name}: {error}") from None
