@@ -47,6 +47,7 @@ mod output_error;
 mod outputs;
 mod paper;
 mod plan;
+mod refusals;
 mod regressor;
 mod report;
 mod resampling;

@@ -63,10 +63,12 @@ fn sentinel(values: &[f64], kept: &[bool], measured: bool) -> Option<f64> {
         let distance = if extreme < a { a - extreme } else { extreme - b };
         let far = distance / (b - a);
         let known = is_known_code(extreme);
+        // single samples beyond all measure are told as such
+        let alone = |count: usize| {
+            (999.0..1e20).contains(&extreme.abs()) || (count < 3 && (99.0..999.0).contains(&extreme.abs()))
+        };
         let repeated = count >= 3 && far > 5.0 || count >= 2 && known && far > 1.0;
-        b > a
-            && (measured && repeated
-                || known && far > 5.0 && (extreme.abs() >= 999.0 || extreme.abs() >= 99.0 && count < 3))
+        b > a && (measured && repeated || alone(count) && known && far > 5.0)
     })
 }
 
