@@ -59,7 +59,12 @@ fn reading_options_mean_what_they_say() {
     // one log in which every option finds something: a gap in it, a code, a repeated stamp, a short last row, a comment
     const LOG: &str =
         "t,u,v,psi,V1\n#1\n0,1,1,0.1,1\n0.1,,2,0.2,2\n0.2,3,-99,0.3,3\n0.2,3,-99,0.3,3\n0.1,1,1,0.1,1\n0.4,4,4";
-    const PLAIN: &str = "t,u,v,psi,w\n0,1,1,0.1,1\n1,2,2,0.2,1\n2,3,3,0.3,2\n3,4,4,0.4,2\n4,5,5,0.5,3\n5,6,6,0.6,3\n6,7,7,0.7,4\n7,8,8,0.8,4\n";
+    // w is written twice for each of its samples
+    let row = |k: i32| {
+        let x = 0.1 * f64::from(k);
+        format!("{k},{:.6},{:.6},{:.6},{:.6}\n", x.sin(), x.cos(), 0.1 * x, (0.2 * f64::from(k / 2)).sin())
+    };
+    let plain = "t,u,v,psi,w\n".to_string() + &(0..60).map(row).collect::<String>();
     let cases = [
         case("delimiter", "','", "';'"),
         case("decimal", "'.'", "','").beside("delimiter = ';'"),
@@ -82,7 +87,7 @@ fn reading_options_mean_what_they_say() {
         case.holds(|options| {
             let options: LogOptions = toml::from_str(options).expect("they are options");
             let outcome = |text: &str| format!("{:?}", log::read_from(text.as_bytes(), "log", &options, &["t", "u"]));
-            [LOG, PLAIN, &PLAIN.replace(',', ";")].map(outcome).join("\n")
+            [LOG, &plain, &plain.replace(',', ";")].map(outcome).join("\n")
         });
     }
     // the two that say what a channel is measured against are a campaign's business
