@@ -42,7 +42,6 @@ mod multirate;
 mod observe;
 mod ode_ref;
 mod ode_vehicle;
-mod options;
 mod output_error;
 mod outputs;
 mod paper;
