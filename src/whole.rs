@@ -1,18 +1,28 @@
 //! A file is there whole or not at all: it is written beside its place first, then put under its name.
+//!
+//! A symbolic link stays a link: the file that it leads to is replaced, and keeps its permissions. What is no file (a
+//! device, a pipe) is written to as it is, and never replaced by a file.
 
 use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufWriter, Error, ErrorKind, Result, Write};
+use std::path::{Path, PathBuf};
+
+/// Most links that are followed to a file that is not there yet, as many as Linux follows.
+const MOST_LINKS: usize = 40;
 
 /// Makes the file at `path` of what `fill` writes; what was there is replaced when all of it is written, not before.
 ///
 /// # Errors
 /// Those of the system and of `fill`; then nothing is left, and what was there stays.
-pub(crate) fn write(
-    path: &Path,
-    fill: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
-) -> std::io::Result<()> {
+pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let path = &destination(path)?;
+    let there = fs::metadata(path).ok();
+    if there.as_ref().is_some_and(|there| !there.is_file()) {
+        let mut file = BufWriter::new(OpenOptions::new().write(true).open(path)?);
+        fill(&mut file)?;
+        return file.flush();
+    }
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}", std::process::id()));
@@ -20,6 +30,9 @@ pub(crate) fn write(
     let written = File::create(&beside).map(BufWriter::new).and_then(|mut file| {
         fill(&mut file)?;
         file.flush()?;
+        if let Some(there) = there {
+            fs::set_permissions(&beside, there.permissions())?;
+        }
         file.get_ref().sync_all()?;
         fs::rename(&beside, path)
     });
@@ -29,9 +42,42 @@ pub(crate) fn write(
     })
 }
 
+/// Where links at `path` lead, whether there is a file or not.
+fn destination(path: &Path) -> Result<PathBuf> {
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        match fs::read_link(&path) {
+            // an absolute target takes the place of the folder
+            Ok(target) => path = path.parent().unwrap_or(Path::new("")).join(target),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(Error::new(ErrorKind::InvalidInput, "too many symbolic links"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_to_the_file_that_is_written_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = std::env::temp_dir().join(format!("hydrosysid_links_{}", std::process::id()));
+        fs::create_dir_all(folder.join("elsewhere")).unwrap();
+        let (link, file) = (folder.join("link"), folder.join("elsewhere/model.toml"));
+        symlink("second", &link).unwrap();
+        symlink("elsewhere/model.toml", folder.join("second")).unwrap();
+        write(&link, |out| out.write_all(b"first")).unwrap();
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
+        write(&link, |out| out.write_all(b"second")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"second");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+        symlink("round", folder.join("round")).unwrap();
+        assert!(write(&folder.join("round"), |_| Ok(())).is_err());
+        fs::remove_dir_all(&folder).unwrap();
+    }
 
     #[test]
     fn what_fails_half_way_leaves_what_was_there_and_nothing_else() {
@@ -41,7 +87,7 @@ mod tests {
         write(&path, |file| file.write_all(b"first")).unwrap();
         let half = write(&path, |file| {
             file.write_all(b"second, as far as")?;
-            Err(std::io::Error::other("the disk is full"))
+            Err(Error::other("the disk is full"))
         });
         assert_eq!(half.unwrap_err().to_string(), "the disk is full");
         assert_eq!(fs::read(&path).unwrap(), b"first");

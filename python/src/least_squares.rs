@@ -1,6 +1,12 @@
 //! Linear least squares on NumPy arrays.
 
-use hydrosysid::estimate::{Blocks, LeastSquaresOptions, Names, least_squares_with};
+use std::borrow::Cow;
+use std::ops::Range;
+
+use hydrosysid::estimate::{
+    Blocks, LeastSquaresOptions, Names, least_squares_filled, least_squares_rows, least_squares_with,
+};
+use numpy::ndarray::s;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -8,7 +14,7 @@ use pyo3::types::PyDict;
 use crate::error;
 use crate::work::{detached, interruptible};
 
-/// Solves H θ = y.
+/// Solves H θ = y. H is read where it lies, whatever its order in memory.
 #[pyfunction]
 pub fn least_squares<'py>(
     py: Python<'py>,
@@ -16,22 +22,26 @@ pub fn least_squares<'py>(
     y: PyReadonlyArray1<'py, f64>,
     names: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (h, y) = (h.as_array(), y.as_slice()?);
-    let columns: Vec<Vec<f64>> = h.columns().into_iter().map(|column| column.to_vec()).collect();
-    let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let (h, y) = (h.as_array(), y.as_array());
+    let y = y.as_slice().map_or_else(|| Cow::Owned(y.to_vec()), Cow::Borrowed);
     let names = Names { columns: names, response: None };
     let options = LeastSquaresOptions { names, ..LeastSquaresOptions::default() };
-    let (fit, residuals) = detached(py, || {
-        let fit = least_squares_with(&slices, y, &options)?;
-        let residuals = fit.residuals(&slices, y)?;
-        Ok::<_, hydrosysid::estimate::LeastSquaresError>((fit, residuals))
+    let by_columns: Option<Vec<&[f64]>> = (0..h.ncols()).map(|j| h.slice_move(s![.., j]).to_slice()).collect();
+    let fit = detached(py, || match (by_columns, h.to_slice()) {
+        (Some(columns), _) => least_squares_with(&columns, &y, &options),
+        (None, Some(rows)) => least_squares_rows(rows, h.ncols(), &y, &options),
+        (None, None) => {
+            let fill = |rows: Range<usize>, j: usize, to: &mut [f64]| {
+                to.iter_mut().zip(rows).for_each(|(to, i)| *to = h[[i, j]]);
+            };
+            least_squares_filled(h.ncols(), &fill, &y, &options)
+        }
     })?
     .map_err(|e| error::data(py, &e))?;
     let result = PyDict::new(py);
     result.set_item("coefficients", PyArray1::from_vec(py, fit.coefficients))?;
     result.set_item("standard_errors", PyArray1::from_vec(py, fit.standard_errors))?;
     result.set_item("covariance", PyArray2::from_vec2(py, &fit.covariance)?)?;
-    result.set_item("residuals", PyArray1::from_vec(py, residuals))?;
     result.set_item("residual_std", fit.residual_std)?;
     result.set_item("r_squared", fit.r_squared)?;
     result.set_item("condition_number", fit.condition_number)?;

@@ -46,7 +46,7 @@ pub fn export_model<'py>(
         let result = detached(py, || export::export(&PathBuf::from(model), target, &options))?;
         return made(py, result);
     }
-    let file: ModelFile = toml::from_str(model).map_err(|e| error::usage(py, &e))?;
+    let file = ModelFile::from_text(model, Path::new("a fit")).map_err(|e| error::usage(py, &e))?;
     let result = detached(py, || export::export_model(&file, Path::new("a fit"), target, &options))?;
     made(py, result)
 }
@@ -54,7 +54,7 @@ pub fn export_model<'py>(
 /// The difference of two models (TOML) as JSON.
 #[pyfunction]
 pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) -> PyResult<String> {
-    let read = |text: &str| -> PyResult<ModelFile> { toml::from_str(text).map_err(|e| error::usage(py, &e)) };
+    let read = |text: &str| ModelFile::from_text(text, Path::new("a model")).map_err(|e| error::usage(py, &e));
     let (a, b) = (read(a)?, read(b)?);
     error::to_json(&detached(py, || difference(&a, &b, names))?)
 }

@@ -43,7 +43,7 @@ pub fn plan_model<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Commands<'py>)> {
     let request = asked(py, request)?;
-    let file: ModelFile = toml::from_str(model).map_err(|e| error::usage(py, &e))?;
+    let file: ModelFile = ModelFile::from_text(model, Path::new("a model")).map_err(|e| error::usage(py, &e))?;
     let source = PlanSource::of_file(&file, Path::new("model.toml")).map_err(|e| error::usage(py, &e))?;
     let made = interruptible(py, progress, || campaign::plan(&source, &request, &rehearsed(request.rehearse)))?;
     told(py, &made.map_err(|e| error::campaign(py, &e))?)

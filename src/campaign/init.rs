@@ -8,6 +8,7 @@ use std::path::Path;
 use super::error::Error;
 use crate::frame::Dof;
 use crate::log::{self, LogOptions};
+use crate::vehicle::Vehicle;
 
 /// What is known of the vehicle, SI; what is absent is written as a comment.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -26,11 +27,26 @@ pub struct InitFacts {
     pub length: Option<f64>,
 }
 
+impl InitFacts {
+    /// Refuses figures that cannot be.
+    ///
+    /// # Errors
+    /// [`Error::Asked`] for one that is not positive and finite.
+    fn validate(&self) -> Result<(), Error> {
+        let InitFacts { mass, volume, weight, buoyancy, length, .. } = *self;
+        let vehicle = Vehicle { mass, volume, weight, buoyancy, length, ..Vehicle::default() };
+        vehicle.validate().map_err(|e| Error::Asked(e.to_string()))
+    }
+}
+
 /// The text of a campaign over `logs`: each a path to read and the text that is to stand in the campaign.
 ///
 /// # Errors
-/// [`Error::Log`] for a log that cannot be read at all.
+/// [`Error::Log`] for a log that cannot be read at all, [`Error::Asked`] for a figure that is not positive and finite.
 pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -> Result<String, Error> {
+    facts.validate()?;
+    // a TOML string: Rust escapes other characters in other ways
+    let quoted = |text: &str| toml::Value::from(text).to_string();
     let mut dofs: Vec<Dof> = Dof::ALL.to_vec();
     let mut driven: Vec<Dof> = Vec::new();
     let mut runs = String::new();
@@ -49,8 +65,8 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
         let kind = if towed { "bollard" } else { "free" };
         let _ = write!(
             runs,
-            "\n[[run]]\nfile = {:?}   # {} rows, {last:.1} s\nkind = \"{kind}\"   # bollard | towing | constant_velocity | oscillatory | zigzag | free\nrole = \"{}\"   # train | validate: takes no part in the fit\n",
-            shown,
+            "\n[[run]]\nfile = {}   # {} rows, {last:.1} s\nkind = \"{kind}\"   # bollard | towing | constant_velocity | oscillatory | zigzag | free\nrole = \"{}\"   # train | validate: takes no part in the fit\n",
+            quoted(shown),
             read.rows,
             if logs.len() > 2 && shown == &logs[logs.len() - 1].1 { "validate" } else { "train" },
         );
@@ -78,8 +94,8 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
         ("length", facts.length, "characteristic length, m; volume^(1/3) when absent"),
     ];
     let mut text = format!(
-        "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units.\nformat = 1\n\n[vehicle]\nname = {:?}\n",
-        facts.name
+        "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units.\nformat = 1\n\n[vehicle]\nname = {}\n",
+        quoted(&facts.name)
     );
     for (key, value, meaning) in figures {
         let _ = match value {
@@ -100,7 +116,9 @@ pub fn init(logs: &[(&Path, String)], facts: &InitFacts, options: &LogOptions) -
         let (own, plain) = (toml::Table::try_from(options), toml::Table::try_from(&usual));
         if let (Ok(own), Ok(plain)) = (own, plain) {
             let changed: toml::Table = own.into_iter().filter(|(key, value)| plain.get(key) != Some(value)).collect();
-            text += &changed.to_string();
+            // under its heading, so that a table in it gets its whole name
+            let section = toml::Table::from_iter([("log".to_string(), toml::Value::from(changed))]).to_string();
+            text += section.strip_prefix("[log]\n").unwrap_or(&section);
         }
     }
     text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";

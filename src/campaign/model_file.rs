@@ -2,6 +2,8 @@
 //!
 //! TOML, or JSON where the name ends in `.json`. It is written by `fit` and read back by `simulate` and `compare`.
 
+mod check;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +20,7 @@ use crate::envelope::Envelope;
 use crate::model::Model;
 use crate::plan::Instruments;
 use crate::run::Run;
+use crate::text_file;
 use crate::thrust::efficiency::Efficiency;
 use crate::units::Dimension;
 use crate::vehicle::{Vehicle, Water};
@@ -118,6 +121,18 @@ pub enum ModelFileError {
         /// The file.
         file: PathBuf,
     },
+    /// A value that no fit writes.
+    #[error("{}{}: {key}: {message}", .file.display(), place.map(|(line, column)| format!(":{line}:{column}")).unwrap_or_default())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// Line and column, from 1; `None` in JSON.
+        place: Option<(usize, usize)>,
+        /// The key.
+        key: String,
+        /// What is wrong with it.
+        message: String,
+    },
     /// A format that this version does not know.
     #[error("{}: format {found} is not known: this version reads format 1", .file.display())]
     Format {
@@ -191,17 +206,30 @@ impl ModelFile {
     /// [`ModelFileError`].
     pub fn read(path: &Path) -> Result<ModelFile, ModelFileError> {
         let file = path.to_path_buf();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| ModelFileError::CannotRead { file: file.clone(), kind: e.kind() })?;
+        let text =
+            text_file::read(path).map_err(|e| ModelFileError::CannotRead { file: file.clone(), kind: e.kind() })?;
+        ModelFile::from_text(&text, path)
+    }
+
+    /// Reads the text of a model file as though it were that of `path`.
+    ///
+    /// # Errors
+    /// [`ModelFileError`].
+    pub fn from_text(text: &str, path: &Path) -> Result<ModelFile, ModelFileError> {
+        let file = path.to_path_buf();
         let syntax = |message: String| ModelFileError::Syntax { file: file.clone(), message };
         // a campaign has runs, a model says which version wrote it
         let campaign = |table: toml::Table| table.contains_key("run") && !table.contains_key("hydrosysid");
         let model: ModelFile = match is_json(path) {
-            true => serde_json::from_str(&text).map_err(|e| syntax(e.to_string()))?,
+            true => serde_json::from_str(text).map_err(|e| syntax(e.to_string()))?,
             false if text.parse().is_ok_and(campaign) => return Err(ModelFileError::Campaign { file }),
-            false => toml::from_str(&text).map_err(|e| syntax(e.to_string()))?,
+            false => toml::from_str(text).map_err(|e| syntax(e.to_string()))?,
         };
-        if model.format == FORMAT { Ok(model) } else { Err(ModelFileError::Format { file, found: model.format }) }
+        if model.format != FORMAT {
+            return Err(ModelFileError::Format { file, found: model.format });
+        }
+        check::check(&model, text, path)?;
+        Ok(model)
     }
 
     /// The text of the file of this name: JSON where it ends in `.json`, else TOML.

@@ -135,7 +135,7 @@ impl Published {
     /// [`Error::Parameters`] naming the file and the key.
     pub fn read(path: &Path, campaign: &Campaign) -> Result<Published, Error> {
         let failed = |message: String| Error::Parameters { file: path.to_path_buf(), message };
-        let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+        let text = crate::text_file::read(path).map_err(|e| failed(e.to_string()))?;
         Published::parse(&text, path, campaign)
     }
 

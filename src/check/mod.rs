@@ -141,6 +141,8 @@ fn place(finding: &Finding) -> (Topic, Light) {
         (Topic::Consistency, Light::Red)
     } else if is(&[reading::NON_PHYSICAL]) {
         (Topic::Commands, Light::Red)
+    } else if is(&[reading::NO_COMMAND]) {
+        (Topic::Commands, Light::Amber)
     } else if is(&[reading::GAP]) {
         (Topic::Clock, Light::Amber)
     } else if is(&[reading::TIME_UNIT]) {

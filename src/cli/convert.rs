@@ -8,6 +8,7 @@ use super::output::Output;
 use super::verbs::reading;
 use crate::campaign;
 use crate::log::{self, LogOptions};
+use crate::text_file;
 
 /// Ends of the names of logs that only the Python package reads, and the extra that it needs for them.
 const ELSEWHERE: [(&str, &str); 12] = [
@@ -46,7 +47,7 @@ fn reads(log: &Path) -> Result<(), Failure> {
 /// The options of a map file, with those that were typed beside it.
 fn mapped(map: Option<&Path>, typed: &Reading) -> Result<LogOptions, Failure> {
     let Some(path) = map else { return reading(typed) };
-    let read = std::fs::read_to_string(path);
+    let read = text_file::read(path);
     let text = read.map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
     let of = |text: &str| toml::from_str::<toml::Table>(text);
     let mut table = of(&text).map_err(|e| Failure::Argument(format!("{}: {}", path.display(), e.message())))?;

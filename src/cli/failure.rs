@@ -20,6 +20,9 @@ pub(super) enum Failure {
     /// An output is there already.
     #[error("{} exists: choose another name, or replace it with --force", .0.display())]
     Exists(PathBuf),
+    /// An output over what the call reads.
+    #[error("{}: this call reads that file, and no output replaces it: choose another name", .0.display())]
+    Input(PathBuf),
     /// An output cannot be written.
     #[error("{} cannot be written: {source}", .file.display())]
     Write {

@@ -12,6 +12,7 @@ mod discovered;
 mod export;
 mod failure;
 mod fitted;
+mod inputs;
 mod message;
 mod monitor;
 mod output;
@@ -24,6 +25,8 @@ mod table;
 mod verbs;
 
 use std::ffi::OsString;
+use std::io::Write;
+use std::num::NonZero;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -42,23 +45,29 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(told) => {
-            // a closed pipe is nobody's fault here
-            let _ = told.print();
-            return u8::try_from(told.exit_code()).unwrap_or(2);
+            // a reader that has gone is nobody's fault here, a full disk is told
+            let is_lost = told.print().and_then(|()| std::io::stdout().flush());
+            let is_lost = is_lost.is_err_and(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
+            return if is_lost { 2 } else { u8::try_from(told.exit_code()).unwrap_or(2) };
         }
     };
-    let output = Output::new(&arguments.shared);
+    let output = Output::new(&arguments.shared, inputs::of(&arguments.verb));
     if let Some(jobs) = arguments.shared.jobs {
         // the pool is made at its first use; where one is there already, it stays as it is
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.min(cores())).build_global();
     }
-    match dispatch(&arguments, &output) {
+    match dispatch(&arguments, &output).and_then(|()| output.finish()) {
         Ok(()) => 0,
         Err(failure) => {
             message::failure(&failure, &output);
             failure.exit_code()
         }
     }
+}
+
+/// Cores that this process may use: more threads would only take memory.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZero::get)
 }
 
 /// One line a verb.

@@ -1,6 +1,7 @@
 //! Where results go: standard output, files written whole or not at all, and progress on a terminal.
 
-use std::io::{IsTerminal, Write};
+use std::cell::RefCell;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,6 +11,7 @@ use serde::Serialize;
 
 use super::arguments::Shared;
 use super::failure::Failure;
+use super::inputs;
 use crate::finding::{Finding, Severity};
 use crate::progress::{Watch, is_watched, watched};
 use crate::whole;
@@ -20,14 +22,19 @@ pub(super) struct Output {
     pub strict: bool,
     force: bool,
     quiet: bool,
+    /// Files that the call reads.
+    inputs: Vec<PathBuf>,
+    /// Why standard output did not take everything.
+    lost: RefCell<Option<std::io::Error>>,
 }
 
 impl Output {
-    pub fn new(shared: &Shared) -> Output {
+    pub fn new(shared: &Shared, inputs: Vec<PathBuf>) -> Output {
         if shared.no_color {
             ColorChoice::Never.write_global();
         }
-        Output { json: shared.json.clone(), strict: shared.strict, force: shared.force, quiet: shared.quiet }
+        let Shared { strict, force, quiet, .. } = *shared;
+        Output { json: shared.json.clone(), strict, force, quiet, inputs, lost: RefCell::default() }
     }
 
     /// Whether JSON takes standard output.
@@ -35,16 +42,32 @@ impl Output {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
-    /// Text for people, on standard output. A reader that has gone is no error.
+    /// Text for people, on standard output.
     pub fn print(&self, text: &str) {
         if !self.quiet && !self.json_on_stdout() {
-            let _ = writeln!(anstream::stdout(), "{text}");
+            self.keep(writeln!(anstream::stdout(), "{text}"));
         }
+    }
+
+    /// Keeps why standard output did not take what it was given: a full disk. A reader that has gone is no error.
+    fn keep(&self, written: std::io::Result<()>) {
+        if let Err(error) = written
+            && error.kind() != ErrorKind::BrokenPipe
+        {
+            self.lost.borrow_mut().get_or_insert(error);
+        }
+    }
+
+    /// Whether standard output took everything.
+    pub fn finish(&self) -> Result<(), Failure> {
+        self.keep(anstream::stdout().flush());
+        let failed = |source| Failure::Write { file: "standard output".into(), source };
+        self.lost.take().map_or(Ok(()), |source| Err(failed(source)))
     }
 
     /// What the call was for, on standard output whatever is quiet.
     pub fn hand_over(&self, text: &str) {
-        let _ = write!(anstream::stdout(), "{text}");
+        self.keep(write!(anstream::stdout(), "{text}"));
     }
 
     /// A remark on standard error.
@@ -62,8 +85,19 @@ impl Output {
     /// Refuses, before any work, an output that must not be replaced.
     pub fn may_write(&self, path: Option<&Path>) -> Result<(), Failure> {
         let json = self.json.as_deref().filter(|_| !self.json_on_stdout());
-        let there = [path, json].into_iter().flatten().find(|p| !self.force && p.exists());
-        there.map_or(Ok(()), |p| Err(Failure::Exists(p.to_path_buf())))
+        [path, json].into_iter().flatten().try_for_each(|path| self.may_replace(path))
+    }
+
+    /// Refuses to replace a file without `--force`, and what the call reads at all.
+    fn may_replace(&self, path: &Path) -> Result<(), Failure> {
+        if inputs::hold(&self.inputs, path) {
+            return Err(Failure::Input(path.to_path_buf()));
+        }
+        // to write to a device or a pipe replaces nothing
+        match !self.force && (path.is_file() || path.is_dir()) {
+            true => Err(Failure::Exists(path.to_path_buf())),
+            false => Ok(()),
+        }
     }
 
     /// Writes the JSON that was asked for.
@@ -81,9 +115,7 @@ impl Output {
     /// Writes a file whole or not at all, and over another only where `--force` asks for it.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         let failed = |source| Failure::Write { file: path.to_path_buf(), source };
-        if !self.force && path.exists() {
-            return Err(Failure::Exists(path.to_path_buf()));
-        }
+        self.may_replace(path)?;
         whole::write(path, |file| file.write_all(bytes)).map_err(failed)
     }
 

@@ -15,6 +15,7 @@ use crate::frame::Dof;
 use crate::log;
 use crate::nearest::nearest;
 use crate::plan::{Manoeuvre, Push};
+use crate::text_file;
 
 /// The runs of a plan as a file: written by `--output`, read by `--runs`.
 #[derive(Debug, Serialize, Deserialize)]
@@ -57,12 +58,12 @@ pub(super) fn plan(a: &typed::Plan, output: &Output) -> Result<(), Failure> {
 /// The model of a model file, or the fit of a campaign.
 fn source(a: &typed::Plan, output: &Output) -> Result<PlanSource, Failure> {
     let read = |source| Failure::Read { file: a.source.clone(), source };
-    let text = std::fs::read_to_string(&a.source).map_err(read)?;
+    let text = text_file::read(&a.source).map_err(read)?;
     // a model says which version wrote it, a campaign never does
     let json = a.source.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let is_model = json || text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("hydrosysid"));
     if is_model {
-        return Ok(PlanSource::of_file(&ModelFile::read(&a.source)?, &a.source)?);
+        return Ok(PlanSource::of_file(&ModelFile::from_text(&text, &a.source)?, &a.source)?);
     }
     let loaded = load(&a.source, &a.loading, output)?;
     let busy = output.busy("fitting");
@@ -83,7 +84,7 @@ fn limits(typed: &[(String, f64)]) -> Result<BTreeMap<Dof, f64>, Failure> {
 
 /// The runs of a plan file.
 fn told(path: &Path) -> Result<Vec<Manoeuvre>, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
+    let text = text_file::read(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
     let wrong = |e: &dyn std::fmt::Display| Failure::Argument(format!("{}: {e}", path.display()));
     let file: PlanFile = toml::from_str(&text).map_err(|e| wrong(&e))?;
     if file.format != 1 {

@@ -155,7 +155,7 @@ pub trait Effect: Debug + Send + Sync {
     }
 
     /// Whether it acts from a place on the ground, as an anchor does. Everything else is the same seen from the ground and
-    /// from water that moves over it (Galilei), which `tests/laws.rs` holds for the whole catalogue.
+    /// from water that moves over it (Galilei), which `tests/all/laws.rs` holds for the whole catalogue.
     fn tied_to_ground(&self) -> bool {
         false
     }

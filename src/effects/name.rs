@@ -62,6 +62,11 @@ impl EffectName {
     pub fn dofs(&self) -> impl Iterator<Item = Dof> {
         self.dof.into_iter().chain(self.other)
     }
+
+    /// Whether two names mean, at one place at least, the same effect.
+    pub fn overlaps(&self, other: &EffectName) -> bool {
+        self.id == other.id && (self.dof.is_none() || other.dof.is_none() || self.place() == other.place())
+    }
 }
 
 impl FromStr for EffectName {

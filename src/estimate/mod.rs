@@ -28,5 +28,5 @@ pub use streamed::Streamed;
 
 pub use crate::least_squares::{
     Blocks, Draws, Fit, LeastSquaresError, LeastSquaresOptions, Names, RSquared, Refinement, StdMethod, Tall,
-    least_squares, least_squares_rows, least_squares_with,
+    least_squares, least_squares_filled, least_squares_rows, least_squares_with,
 };

@@ -42,6 +42,7 @@ use crate::campaign::file::{CampaignErrors, CampaignFile, ReadOptions};
 use crate::campaign::{ModelFile, ModelFileError};
 use crate::finding::Finding;
 use crate::model::Model;
+use crate::text_file;
 
 /// What a target may need besides the model.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -166,17 +167,21 @@ struct Source<'a> {
 /// [`ExportError`].
 pub fn export(path: &Path, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
     check(options)?;
+    // once: the file may be a pipe
+    let bytes = text_file::read_bytes(path)
+        .map_err(|e| ModelFileError::CannotRead { file: path.to_path_buf(), kind: e.kind() })?;
+    let text = String::from_utf8_lossy(&bytes);
     if target.takes_campaign() {
         let read = ReadOptions { look_for_files: false, allow_outside: true, ..ReadOptions::default() };
-        let campaign = match CampaignFile::read(path, &read) {
-            Err(_) if ModelFile::read(path).is_ok() => {
+        let campaign = match CampaignFile::from_bytes(&bytes, path, &read) {
+            Err(_) if ModelFile::from_text(&text, path).is_ok() => {
                 return Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"));
             }
             read => read?,
         };
         return thrusters::export(path, &campaign, target, options);
     }
-    let file = match ModelFile::read(path) {
+    let file = match ModelFile::from_text(&text, path) {
         Err(ModelFileError::Campaign { .. }) => {
             return Err(wrong_file(path, target, "model: fit the campaign with --model FILE, and export that"));
         }

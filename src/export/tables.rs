@@ -9,6 +9,8 @@
 
 use std::fmt::Write;
 
+use csv::Terminator;
+
 use super::body::Body;
 use super::header::{Draft, one_line};
 use super::number::number;
@@ -16,6 +18,7 @@ use super::{Export, ExportError, ExportOptions, Source, Target, losses};
 use crate::campaign::{FitParameter, described};
 use crate::frame::Dof;
 use crate::model::Parameter;
+use crate::spreadsheet::{self, harmless};
 use crate::vehicle::Vehicle;
 
 pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
@@ -30,7 +33,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     );
     let told = losses::named(&source.file.efficiency);
     if !told.is_empty() {
-        head.push(format!("The values go with forces that act, by losses of thrust: {told}"));
+        head.push(format!("The values go with forces that act, by losses of thrust: {}", one_line(&told)));
     }
     let vehicle = Vehicle { mass: options.mass.or(source.file.vehicle.mass), ..source.file.vehicle.clone() };
     let row = |p: &Parameter| sname(p, described(p, None, &vehicle, &[]), &vehicle, options.inertia);
@@ -76,39 +79,33 @@ fn place(p: &FitParameter) -> String {
 }
 
 fn csv(head: &[String], rows: &[FitParameter]) -> String {
-    let mut text: String = head.iter().map(|line| format!("# {}\n", plain_cells(line))).collect();
-    text += "effect,dof,symbol,value,std,unit,sname,sname_value,fixed\n";
-    for p in rows {
-        let std = p.std.map(number).unwrap_or_default();
-        let (sname, value) = (p.sname.clone().unwrap_or_default(), p.sname_value.map(number).unwrap_or_default());
-        let words = [&p.effect, &place(p), &p.name, &p.unit, &sname].map(|word| cell(word));
-        let [effect, place, name, unit, sname] = words;
-        let figures = (number(p.value), p.fixed);
-        let _ = writeln!(text, "{effect},{place},{name},{},{std},{unit},{sname},{value},{}", figures.0, figures.1);
-    }
-    text
-}
-
-/// Whether a spreadsheet would take a cell of this text for a formula.
-fn is_formula(text: &str) -> bool {
-    text.starts_with(['=', '+', '-', '@'])
-}
-
-/// A cell of words: quoted where CSV asks for it, and never a formula to a spreadsheet (an apostrophe stands before it).
-fn cell(word: &str) -> String {
-    let word = one_line(word);
-    match (is_formula(&word), word.contains([',', ';', '"'])) {
-        (false, false) => word,
-        (formula, _) => format!("\"{}{}\"", if formula { "'" } else { "" }, word.replace('"', "\"\"")),
-    }
+    let text: String = head.iter().map(|line| format!("# {}\n", plain_cells(line))).collect();
+    let names = ["effect", "dof", "symbol", "value", "std", "unit", "sname", "sname_value", "fixed"];
+    let word = |word: &str| harmless(&one_line(word)).into_owned();
+    let row = |p: &FitParameter| {
+        let [std, sname_value] = [p.std, p.sname_value].map(|x| x.map(number).unwrap_or_default());
+        vec![
+            word(&p.effect),
+            word(&place(p)),
+            word(&p.name),
+            number(p.value),
+            std,
+            word(&p.unit),
+            word(p.sname.as_deref().unwrap_or_default()),
+            sname_value,
+            p.fixed.to_string(),
+        ]
+    };
+    let table = std::iter::once(names.map(str::to_string).to_vec()).chain(rows.iter().map(row));
+    text + &spreadsheet::csv(table, Terminator::Any(b'\n'))
 }
 
 /// A line of a comment in which no cell is a formula to a spreadsheet, which knows nothing of comments.
 fn plain_cells(line: &str) -> String {
     let mut out = String::new();
     for part in line.split_inclusive([',', ';']) {
-        out += if is_formula(part) { "'" } else { "" };
-        out += part;
+        // behind a comma stands a blank where this program wrote it
+        out += &if part.starts_with(' ') { part.into() } else { harmless(part) };
     }
     out
 }
@@ -213,10 +210,6 @@ mod tests {
 
     #[test]
     fn no_cell_is_a_formula() {
-        assert_eq!(
-            ["=1+1", "a,b", "say \"x\"", "-k", "k_u|u|"].map(cell),
-            ["\"'=1+1\"", "\"a,b\"", "\"say \"\"x\"\"\"", "\"'-k\"", "k_u|u|"]
-        );
         assert_eq!(plain_cells("boat,=cmd(),b;@x, y"), "boat,'=cmd(),b;'@x, y");
     }
 }

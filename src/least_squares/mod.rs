@@ -29,7 +29,8 @@ pub(crate) use resample::{REFITTING, resample};
 pub use sandwich::StdMethod;
 pub(crate) use singular::singular_ratio;
 pub use solve::{
-    Fit, LeastSquaresOptions, RSquared, Refinement, least_squares, least_squares_rows, least_squares_with,
+    Fit, LeastSquaresOptions, RSquared, Refinement, least_squares, least_squares_filled, least_squares_rows,
+    least_squares_with,
 };
 pub use system::{LeastSquaresError, Names};
 pub use tall::Tall;

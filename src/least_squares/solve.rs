@@ -9,6 +9,8 @@
 //! By Householder QR with pivoting on columns scaled by powers of two; HᵀH is never formed. Small or badly conditioned
 //! systems are refined with residuals in twice the precision. Long ones are folded block by block.
 
+use std::ops::Range;
+
 use faer::Mat;
 
 use super::gram::{Gram, WELL_CONDITIONED};
@@ -291,6 +293,34 @@ fn whole(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, 
     solved.into_fit(&pivoted, Frame { w, exponents, y_exponent }, names)
 }
 
+/// Solves H θ = y for an H that lies in memory in any order: `fill(rows, j, to)` writes these rows of column j. Long
+/// systems are read where they lie, block by block.
+///
+/// # Errors
+/// As [`least_squares_with`].
+pub fn least_squares_filled(
+    columns: usize,
+    fill: &(impl Fn(Range<usize>, usize, &mut [f64]) + Sync),
+    y: &[f64],
+    options: &LeastSquaresOptions,
+) -> Result<Fit, LeastSquaresError> {
+    let entries = columns * y.len();
+    if columns > 0 && entries > TALL && options.refinement != Refinement::Always {
+        let fit = Tall::of_filled(columns, fill, y, &options.names)?.fit()?;
+        if !options.refinement.is_due(entries, fit.condition_number_scaled) {
+            return Ok(fit);
+        }
+    }
+    let column = |j: usize| {
+        let mut values = vec![0.0; y.len()];
+        fill(0..y.len(), j, &mut values);
+        values
+    };
+    let turned: Vec<Vec<f64>> = (0..columns).map(column).collect();
+    let slices: Vec<&[f64]> = turned.iter().map(Vec::as_slice).collect();
+    least_squares_with(&slices, y, options)
+}
+
 /// Solves H θ = y for an H by rows, as NumPy keeps it: `h` holds n·p values.
 ///
 /// # Errors
@@ -307,9 +337,15 @@ pub fn least_squares_rows(
     if !h.len().is_multiple_of(columns) {
         return Err(LeastSquaresError::Width { found: h.len(), expected: columns });
     }
-    let turned: Vec<Vec<f64>> = (0..columns).map(|j| h.iter().skip(j).step_by(columns).copied().collect()).collect();
-    let slices: Vec<&[f64]> = turned.iter().map(Vec::as_slice).collect();
-    least_squares_with(&slices, y, options)
+    if h.len() != columns * y.len() {
+        let (column, found) = (options.names.column(0), h.len() / columns);
+        return Err(LeastSquaresError::Length { column, found, expected: y.len() });
+    }
+    let fill = |rows: Range<usize>, j: usize, to: &mut [f64]| {
+        let lines = h[rows.start * columns..rows.end * columns].chunks_exact(columns);
+        to.iter_mut().zip(lines).for_each(|(to, line)| *to = line[j]);
+    };
+    least_squares_filled(columns, &fill, y, options)
 }
 
 /// Σ(y − ȳ)² or Σy² of the scaled right-hand side.
@@ -358,6 +394,12 @@ mod tests {
         let flat: Vec<f64> = X.iter().flat_map(|x| [1.0, *x]).collect();
         let options = LeastSquaresOptions::default();
         assert_eq!(least_squares_rows(&flat, 2, &Y, &options), least_squares(&[&[1.0; 5], &X], &Y));
+        // long enough for several parts, the last of them broken off
+        let long: Vec<f64> = (0..300_000).map(|k| f64::from(k % 977).sin() + f64::from(k) * 1e-6).collect();
+        let columns: Vec<Vec<f64>> = (0..3).map(|j| long.iter().skip(j).step_by(3).copied().collect()).collect();
+        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let y: Vec<f64> = (0..100_000).map(|k| f64::from(k).cos()).collect();
+        assert_eq!(least_squares_rows(&long, 3, &y, &options), least_squares(&slices, &y));
         let wrong = least_squares_rows(&flat[1..], 2, &Y, &options).unwrap_err();
         assert_eq!(wrong, LeastSquaresError::Width { found: 9, expected: 2 });
     }

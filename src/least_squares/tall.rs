@@ -7,6 +7,8 @@
 //! θ, its deviations, R², rank and condition numbers all follow from R, z and ρ. Factors of parts merge into that of the
 //! whole, so that parts may be folded side by side: their borders are fixed, and so is the order in which they merge.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::factor::{BLOCK, scaled, size, solve};
@@ -184,9 +186,47 @@ impl Tall {
             let (found, expected) = (h[j].len(), y.len());
             return Err(LeastSquaresError::Length { column: names.column(j), found, expected });
         }
-        let parts: Vec<Result<Tall, LeastSquaresError>> =
-            (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect();
-        let mut whole = Tall::new(h.len(), names.clone())?;
+        Tall::merged(h.len(), names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
+    }
+
+    /// Folds a system that lies in memory in any order, on all cores: `fill` writes some rows of a column of H. The result
+    /// is that of [`Tall::of`] to the bit.
+    ///
+    /// # Errors
+    /// As [`Tall::push`].
+    pub fn of_filled(
+        columns: usize,
+        fill: &(impl Fn(Range<usize>, usize, &mut [f64]) + Sync),
+        y: &[f64],
+        names: &Names,
+    ) -> Result<Tall, LeastSquaresError> {
+        let height = (BLOCK / (columns + 1)).next_multiple_of(LANES);
+        let part = |k: usize| {
+            let range = k * PART..((k + 1) * PART).min(y.len());
+            let mut part = Tall::new(columns, names.clone())?;
+            let mut block = vec![0.0; columns * height];
+            part.rows = range.start;
+            for begin in range.clone().step_by(height) {
+                let rows = begin..(begin + height).min(range.end);
+                for (j, column) in block.chunks_exact_mut(height).enumerate() {
+                    fill(rows.clone(), j, &mut column[..rows.len()]);
+                }
+                let filled = block.chunks_exact(height).map(|column| &column[..rows.len()]);
+                let whole: Vec<&[f64]> = filled.chain([&y[rows.clone()]]).collect();
+                part.take(&whole)?;
+            }
+            part.rows = range.len();
+            Ok(part)
+        };
+        Tall::merged(columns, names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
+    }
+
+    fn merged(
+        columns: usize,
+        names: &Names,
+        parts: Vec<Result<Tall, LeastSquaresError>>,
+    ) -> Result<Tall, LeastSquaresError> {
+        let mut whole = Tall::new(columns, names.clone())?;
         for part in parts {
             whole.merge(part?)?;
         }

@@ -37,6 +37,7 @@ codes! {
     SATURATION = "L113" "saturation" Warning "A column stays at its largest or smallest value for long: a limit of the sensor or of the actuator.";
     NON_PHYSICAL = "L114" "non-physical" Warning "A quick fit gives a negative inertia or drag: most likely a sign or a frame is wrong.";
     FRAME = "L115" "frame" Warning "The vehicle would be upside down: body_frame and earth_frame do not fit the angles.";
+    NO_COMMAND = "L116" "no-command" Warning "All commands are zero: no force is known. If the vehicle was driven, its commands are in other columns.";
 
     IGNORED = "L201" "ignored-columns" Note "Columns that are not numbers, or not in every row, and that nobody asked for.";
     NO_FINAL_NEWLINE = "L202" "no-final-newline" Note "The last row is without its line end; its fields are complete.";

@@ -49,7 +49,16 @@ impl Quantity {
         const DEGREE: f64 = std::f64::consts::PI;
         match self {
             Quantity::Time => {
-                const { &[unit("s", 1.0, 1.0), unit("ms", 1.0, 1e3), unit("us", 1.0, 1e6), unit("ns", 1.0, 1e9)] }
+                const {
+                    &[
+                        unit("s", 1.0, 1.0),
+                        unit("ms", 1.0, 1e3),
+                        unit("us", 1.0, 1e6),
+                        unit("ns", 1.0, 1e9),
+                        unit("min", 60.0, 1.0),
+                        unit("h", 3600.0, 1.0),
+                    ]
+                }
             }
             Quantity::Position => const { &[unit("m", 1.0, 1.0)] },
             Quantity::Angle => const { &[unit("rad", 1.0, 1.0), unit("deg", DEGREE, 180.0)] },

@@ -170,13 +170,17 @@ choice! {
         Us,
         /// Nanosecond.
         Ns,
+        /// Minute.
+        Min,
+        /// Hour.
+        H,
     }
 }
 
 impl TimeUnit {
     /// How many of the unit make one second.
     pub const fn per_second(self) -> f64 {
-        [1.0, 1e3, 1e6, 1e9][self as usize]
+        [1.0, 1e3, 1e6, 1e9, 1.0 / 60.0, 1.0 / 3600.0][self as usize]
     }
 
     /// The unit of this name.
@@ -186,6 +190,8 @@ impl TimeUnit {
             "ms" => Some(TimeUnit::Ms),
             "us" | "µs" | "μs" => Some(TimeUnit::Us),
             "ns" => Some(TimeUnit::Ns),
+            "min" => Some(TimeUnit::Min),
+            "h" => Some(TimeUnit::H),
             _ => None,
         }
     }
@@ -315,7 +321,7 @@ pub enum OptionsError {
         sign: i8,
     },
     /// Time is not scaled.
-    #[error("columns.t: time takes a unit (s, ms, us, ns), no scale and no sign")]
+    #[error("columns.t: time takes a unit (s, ms, us, ns, min, h), no scale and no sign")]
     TimeScale,
     /// A unit the column does not have.
     #[error("columns.{column}: unit = {unit:?} is not one of {accepted}")]

@@ -4,8 +4,11 @@
 //! such a file is read back with `missing = "no_sample"`.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
+
+use csv::{Terminator, WriterBuilder};
 
 use super::columns::quantity;
 use super::read::LogFile;
@@ -61,37 +64,35 @@ pub fn write_signals(
     sink: &mut impl Write,
 ) -> std::io::Result<()> {
     let signals: Vec<(&str, &Signal)> = signals.iter().map(|(name, s)| (name.as_str(), s)).collect();
-    write!(sink, "t [s]")?;
+    let mut table = WriterBuilder::new().terminator(Terminator::Any(b'\n')).from_writer(sink);
+    table.write_field("t [s]")?;
     for (name, _) in &signals {
         let usual = quantity(name).and_then(|q| q.units().first()).map(|unit| unit.name);
-        let header = match units.get(*name).copied().or(usual) {
+        table.write_field(match units.get(*name).copied().or(usual) {
             Some(unit) => format!("{name} [{unit}]"),
             None => (*name).to_string(),
-        };
-        write!(sink, ",{}", field(&header))?;
+        })?;
     }
-    writeln!(sink)?;
+    table.write_record(None::<&[u8]>)?;
     // merge of the time stamps: at each instant the signals whose next sample it is
     let mut next = vec![0; signals.len()];
+    let mut digits = String::new();
     loop {
         let stamps = signals.iter().zip(&next).filter_map(|((_, s), k)| s.time().get(*k));
-        let Some(t) = stamps.copied().min_by(f64::total_cmp) else { return Ok(()) };
-        write!(sink, "{t:?}")?;
+        let Some(t) = stamps.copied().min_by(f64::total_cmp) else { return table.flush() };
+        let mut put = |x: Option<f64>| {
+            digits.clear();
+            let _ = x.map(|x| write!(digits, "{x:?}"));
+            table.write_field(&digits)
+        };
+        put(Some(t))?;
         for ((_, signal), k) in signals.iter().zip(&mut next) {
-            if signal.time().get(*k).is_some_and(|s| s.to_bits() == t.to_bits()) {
-                write!(sink, ",{:?}", signal.values()[*k])?;
-                *k += 1;
-            } else {
-                write!(sink, ",")?;
-            }
+            let there = signal.time().get(*k).is_some_and(|s| s.to_bits() == t.to_bits());
+            put(there.then(|| signal.values()[*k]))?;
+            *k += usize::from(there);
         }
-        writeln!(sink)?;
+        table.write_record(None::<&[u8]>)?;
     }
-}
-
-/// A field, quoted where CSV asks for it.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }
 
 #[cfg(test)]

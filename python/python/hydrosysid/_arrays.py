@@ -1,7 +1,12 @@
-"""Arrays at the door: converted once, refused with a message that names them."""
+"""Arrays at the door: converted once, refused with a message that names them.
+
+NumPy turns masked, complex and dated arrays into doubles that mean something else: the value under a mask, the real
+part, a count of ticks. Here a masked value is NaN, dates are time stamps or nothing, and complex numbers are refused.
+"""
 
 from __future__ import annotations
 
+import datetime
 from typing import Any
 
 import numpy as np
@@ -10,6 +15,89 @@ from numpy.typing import NDArray
 from ._errors import DataError, UsageError
 
 Vector = NDArray[np.float64]
+DATED = (np.datetime64, np.timedelta64, datetime.date, datetime.timedelta)
+
+
+def numbers(values: Any, name: str) -> NDArray[np.float64]:
+    """An array of doubles, NaN where a value is masked; the array itself where it is one.
+
+    Raises:
+        UsageError: no numbers.
+    """
+    given = _given(values, name)
+    inside = {type(value) for value in given.flat} if given.dtype.kind == "O" else {given.dtype.type}
+    if any(issubclass(kind, complex | np.complexfloating) for kind in inside):
+        raise UsageError(f"{name} holds complex numbers: give its real part or its absolute value")
+    if any(issubclass(kind, DATED) for kind in inside):
+        raise UsageError(f"{name} holds dates or durations: only time stamps (t) can; give numbers")
+    try:
+        if np.ma.isMaskedArray(given):
+            masked: Any = given
+            return np.asarray(masked.astype(np.float64).filled(np.nan))
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{name}: {error}") from None
+
+
+def _given(values: Any, name: str) -> NDArray[Any]:
+    try:
+        return np.asanyarray(values)
+    except (TypeError, ValueError) as error:  # rows of unequal length
+        raise UsageError(f"{name}: {error}") from None
+
+
+def stamps_of(values: Any, name: str = "t") -> NDArray[Any]:
+    """Time stamps as an array; instants and durations of Python become those of NumPy, in universal time."""
+    given = _given(values, name)
+    if given.dtype.kind != "O" or not given.size:
+        return given
+    utc = datetime.UTC
+    inside = list(given.flat)
+    if all(isinstance(stamp, datetime.datetime) for stamp in inside):
+        plain = [s if s.tzinfo is None else s.astimezone(utc).replace(tzinfo=None) for s in inside]
+        return np.array(plain, dtype="datetime64[us]")
+    if all(isinstance(stamp, datetime.timedelta) for stamp in inside):
+        return np.array(inside, dtype="timedelta64[us]")
+    return given
+
+
+def is_dated(values: Any) -> bool:
+    """Whether these are instants of a calendar."""
+    return stamps_of(values).dtype.kind == "M"
+
+
+def seconds(values: Any, name: str, origin: np.datetime64 | None = None) -> NDArray[np.float64]:
+    """Time stamps in seconds: numbers as they are, durations, and instants of a calendar since `origin`.
+
+    >>> seconds(np.array([0, 250], dtype="timedelta64[ms]"), "t").tolist()
+    [0.0, 0.25]
+
+    Raises:
+        UsageError: instants where there is no origin; no numbers.
+        DataError: a stamp that is none (NaT), or masked.
+    """
+    given = stamps_of(values, name)
+    if given.dtype.kind not in "mM":
+        return numbers(values, name)
+    without = np.isnat(given) | np.ma.getmaskarray(given)
+    if without.any():
+        raise DataError(f"{name}[{int(np.argmax(without))}] is no time stamp: leave that sample out")
+    if given.dtype.kind == "M" and origin is None:
+        raise UsageError(f"{name} holds dates, and this run counts seconds: give seconds")
+    passed = np.asarray(given) - origin if given.dtype.kind == "M" else np.asarray(given)
+    return np.asarray(passed.astype("timedelta64[ns]").astype(np.int64) / 1e9)
+
+
+def shaped(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:
+    """An array of doubles of so many dimensions, in the order in which it lies; whether they are finite is not asked.
+
+    Raises:
+        UsageError: no numbers, or another shape.
+    """
+    found = numbers(values, name)
+    if found.ndim != dimensions:
+        raise UsageError(f"{name} has the shape {found.shape}: {dimensions} dimension(s) are expected")
+    return found if found.flags.aligned else found.copy()
 
 
 def array(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:
@@ -19,18 +107,12 @@ def array(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:
         UsageError: no numbers, or another shape.
         DataError: a value is not finite.
     """
-    try:
-        found = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise UsageError(f"{name}: {error}") from None
-    if np.ndim(values) != dimensions:  # ascontiguousarray makes a list of a single number
-        raise UsageError(f"{name} has the shape {np.shape(values)}: {dimensions} dimension(s) are expected")
-    bad = ~np.isfinite(found)
-    if bad.any():
-        place = tuple(int(i) for i in np.argwhere(bad)[0])
+    found = shaped(values, name, dimensions)
+    if not np.isfinite(found).all():
+        place = tuple(int(i) for i in np.argwhere(~np.isfinite(found))[0])
         where = place[0] if dimensions == 1 else place
         raise DataError(f"{name}[{where}] is {found[place]}: only finite numbers can be used")
-    return found
+    return np.ascontiguousarray(found)
 
 
 def increasing(time: Vector, name: str) -> None:

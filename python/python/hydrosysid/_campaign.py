@@ -13,6 +13,7 @@ from ._own_effect import OwnEffect, prepared
 from ._plain import build
 from ._progress import Listener, Progress, listener
 from ._run import Run
+from ._settings import settings
 from ._view import html_table
 
 
@@ -73,7 +74,7 @@ class Campaign:
             **tables,
             "run": listed,
         }
-        text = json.dumps({key: value for key, value in whole.items() if value or key == "vehicle"})
+        text = json.dumps(settings({key: value for key, value in whole.items() if value or key == "vehicle"}))
         self._make(("runs", text, kept))
 
     @classmethod

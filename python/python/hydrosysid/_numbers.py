@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import array
-from ._errors import UsageError
+from ._arrays import array, shaped
+from ._errors import DataError, UsageError
 from ._result import Result
 from ._view import Rows, known_and_unknown
 
@@ -34,8 +35,8 @@ class LeastSquares(Result):
         condition_number_scaled: cond(H) with columns of unit length.
         rank: rank of H: p, since less is an error.
         covariance: (HᵀH)⁻¹ σ̂², (p, p).
-        residuals: e = y − H θ̂, (n).
         names: names of the columns.
+        system: H and y, which residuals are made of when they are first asked for.
     """
 
     coefficients: Array
@@ -46,10 +47,30 @@ class LeastSquares(Result):
     condition_number_scaled: float
     rank: int
     covariance: Array
-    residuals: Array
     names: tuple[str, ...]
+    system: tuple[Array, Array] = field(repr=False, metadata={"own": True})
 
     title: ClassVar[str] = "Least squares"
+
+    @cached_property
+    def residuals(self) -> Array:
+        """e = y − H θ̂, (n)."""
+        h, y = self.system
+        found = y - h @ self.coefficients
+        freedom = len(y) - len(self.coefficients)
+        expected, rounding = self.residual_std * np.sqrt(freedom), 1e-10 * np.linalg.norm(y)
+        if not abs(np.linalg.norm(found) - expected) <= 1e-6 * expected + rounding:
+            raise UsageError("H or y was changed since they were fitted: residuals are those of other numbers")
+        return np.asarray(found)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, the residuals among them."""
+        return super().to_dict() | {"residuals": self.residuals.tolist()}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # what a system of other rows would say of a copy: its residuals are kept, and H is not
+        kept = {key: value for key, value in vars(self).items() if key != "system"}
+        return (_solved, (kept | {"residuals": self.residuals},))
 
     def rows(self) -> Rows:
         """One row a coefficient, with its 95 % interval."""
@@ -86,8 +107,14 @@ class LeastSquares(Result):
         return known_and_unknown(ax, [(n, c, s, "") for n, c, s in columns if c != 0.0 and s > 0.0], style)
 
 
+def _solved(kept: dict[str, Any]) -> LeastSquares:
+    solved = object.__new__(LeastSquares)
+    vars(solved).update(kept, system=(np.empty((0, len(kept["coefficients"]))), np.empty(0)))
+    return solved
+
+
 def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None) -> LeastSquares:
-    """Solves H θ = y by Householder QR; HᵀH is never formed.
+    """Solves H θ = y by Householder QR; HᵀH is never formed. Arrays of doubles are read where they lie, in any order.
 
     Args:
         H: columns of regressors, (n, p).
@@ -102,7 +129,7 @@ def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None
     >>> fit.coefficients.round(12).tolist()
     [1.4, 0.8]
     """
-    h, right = array(H, "H", 2), array(y, "y")
+    h, right = shaped(H, "H", 2), shaped(y, "y")
     called = tuple(names) if names is not None else tuple(f"column {k}" for k in range(h.shape[1]))
     if len(called) != h.shape[1]:
         raise UsageError(f"{len(called)} names for the {h.shape[1]} columns of H")
@@ -110,7 +137,14 @@ def least_squares(H: ArrayLike, y: ArrayLike, names: Sequence[str] | None = None
         raise UsageError(f"H has {h.shape[0]} rows, y has {len(right)}")
     if h.shape[1] == 0:
         raise UsageError("H has no column: nothing to estimate")
-    return LeastSquares(names=called, **_native.least_squares(h, right, list(called)))
+    try:
+        solved = _native.least_squares(h, right, list(called))
+    except DataError:
+        # the same said of the arrays as they were given, where it is a value that is not finite
+        array(h, "H", 2)
+        array(right, "y")
+        raise
+    return LeastSquares(names=called, system=(h, right), **solved)
 
 
 def rk4(f: Callable[[float, Array], ArrayLike], t: ArrayLike, y0: ArrayLike, substeps: int = 1) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import types
 import typing
 from collections.abc import Mapping
@@ -68,14 +67,3 @@ def _optional(field: dataclasses.Field[Any]) -> bool:
 
 def _absent(value: Any) -> bool:
     return value is None or value is False or (isinstance(value, dict | tuple) and not value)
-
-
-def toml_text(table: Mapping[str, Any]) -> str:
-    """A mapping of texts, numbers, lists and mappings as TOML; JSON's texts, numbers and lists are TOML's too."""
-
-    def value(entry: Any) -> str:
-        if isinstance(entry, Mapping):
-            return "{" + ", ".join(f"{json.dumps(str(key))} = {value(v)}" for key, v in entry.items()) + "}"
-        return json.dumps(plain(entry), ensure_ascii=False)
-
-    return "".join(f"{json.dumps(str(key))} = {value(entry)}\n" for key, entry in table.items())

@@ -164,7 +164,7 @@ class Readers:
         names = arrays.keys() if isinstance(arrays, Mapping) else getattr(arrays.dtype, "names", None)
         if not names:
             raise UsageError("from_numpy takes a mapping of arrays, a structured array, or the path of a file of such")
-        return _table("arrays", {name: np.asarray(arrays[name]) for name in names}, columns, options)
+        return _table("arrays", {name: np.asanyarray(arrays[name]) for name in names}, columns, options)
 
 
 def _options(columns: Columns | None, options: Mapping[str, Any]) -> tuple[ColumnMap, dict[str, Any]]:

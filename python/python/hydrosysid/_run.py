@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import array, increasing
+from ._arrays import array, increasing, is_dated, numbers, seconds, stamps_of
 from ._errors import DataError, Finding, UsageError
 from ._files import write
 from ._plain import build
@@ -30,12 +30,14 @@ class Run(Readers):
 
     Args:
         data: channels by name; keywords add to it.
-        t: time stamps, s, of all channels that have none of their own.
+        t: time stamps, s, of all channels that have none of their own; or dates (datetime64), of which the first
+            becomes 0, or durations (timedelta64).
         name: name shown to people.
         kind: ``bollard``, ``towing``, ``constant_velocity``, ``oscillatory``, ``zigzag`` or ``free``.
         role: ``train`` takes part in the fit, ``validate`` does not.
         gaps: time stamps at which a gap ends; nothing is integrated across one.
-        missing: what NaN means: ``error``, or ``no_sample`` where a sensor has no new sample at this instant.
+        missing: what NaN and masked values mean: ``error``, or ``no_sample`` where a sensor has no new sample at this
+            instant.
         units: units of commands that are not in V: ``{"V1": "us"}``, or ``"1"``; a pulse in us becomes a command by the
             thruster's ``neutral`` and ``span``.
         channels: values, one a time stamp, or a pair (time stamps, values).
@@ -84,12 +86,13 @@ class Run(Readers):
         ):
             if word not in words:
                 raise UsageError(f"run {name!r}: {what} = {word!r} is none of {', '.join(words)}")
-        time = None if stamps is None else _time(stamps, f"run {name!r}: t")
+        origin = _origin([stamps, *(values[0] for values in given.values() if _is_pair(values))], f"run {name!r}")
+        time = None if stamps is None else _time(stamps, f"run {name!r}: t", origin)
         signals = {}
         for channel, values in given.items():
             label = f"run {name!r}: {channel}"
-            if isinstance(values, tuple) and len(values) == 2 and np.ndim(values[0]) == 1:
-                own, values = _time(values[0], f"{label} (its time)"), values[1]
+            if _is_pair(values):
+                own, values = _time(values[0], f"{label} (its time)", origin), values[1]
             elif time is not None:
                 own = time
             else:
@@ -101,7 +104,8 @@ class Run(Readers):
             if channel not in signals or not COMMAND.fullmatch(channel) or unit not in UNITS:
                 text = f"units[{channel!r}] = {unit!r}: a command V1, V2, … that is there has one of {', '.join(UNITS)}"
                 raise UsageError(f"run {name!r}: {text}")
-        self._set(name, kind, role, tuple(float(g) for g in gaps), signals, (), dict(units or {}))
+        ends = tuple(seconds(list(gaps), f"run {name!r}: gaps", origin).tolist())
+        self._set(name, kind, role, ends, signals, (), dict(units or {}))
 
     def _set(
         self,
@@ -181,6 +185,9 @@ class Run(Readers):
 
     def with_channels(self, channels: Mapping[str, tuple[Any, Any]]) -> Run:
         """The same run with further channels, each a pair (time stamps, values); one of the same name is replaced."""
+        for channel, values in channels.items():
+            if _is_pair(values) and is_dated(values[0]):
+                seconds(values[0], f"{channel} (its time)")
         added = Run(channels, name=self.name)
         run = object.__new__(Run)
         run._set(
@@ -274,15 +281,30 @@ def _unpickled(
     return run
 
 
-def _time(values: Any, label: str) -> Array:
-    time = _frozen(array(values, label))
+def _is_pair(values: Any) -> bool:
+    return isinstance(values, tuple) and len(values) == 2 and np.ndim(values[0]) == 1
+
+
+def _origin(stamps: list[Any], label: str) -> np.datetime64 | None:
+    """The first of all instants of a calendar, which becomes t = 0; stamps of a run are all such or none."""
+    given = [stamps_of(values) for values in stamps if values is not None]
+    dated = [values for values in given if values.dtype.kind == "M" and values.size]
+    if not dated:
+        return None
+    if len(dated) < len([values for values in given if values.size]):
+        raise UsageError(f"{label}: some time stamps are dates and some are not: give one kind")
+    return np.datetime64(min(np.min(values[~np.isnat(values)], initial=values.flat[0]) for values in dated))
+
+
+def _time(values: Any, label: str, origin: np.datetime64 | None = None) -> Array:
+    time = _frozen(array(seconds(values, label, origin), label))
     increasing(time, label)
     return time
 
 
 def _signal(time: Array, values: Any, label: str, no_sample: bool) -> tuple[Array, Array]:
     if no_sample:
-        raw = np.asarray(values, dtype=np.float64)
+        raw = numbers(values, label)
         there = ~np.isnan(raw)
         if raw.shape == time.shape:
             time, values = _frozen(time[there]), raw[there]

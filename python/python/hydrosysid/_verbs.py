@@ -19,10 +19,11 @@ from ._fit import Fit
 from ._forces import Forces
 from ._models import ModelDifference, Monitored, PublishedComparison
 from ._motion import Comparison, Simulation
-from ._plain import build, plain, toml_text
+from ._plain import build, plain
 from ._planning import Plan
 from ._progress import Listener, Progress, listener
 from ._run import Run
+from ._settings import toml_text
 
 Source = Campaign | str | PathLike[str]
 Model = Fit | str | PathLike[str]

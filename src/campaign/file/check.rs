@@ -165,7 +165,7 @@ impl Check<'_> {
         for (i, name) in model.effects.iter().enumerate() {
             let path = format!("model.effects[{i}]");
             self.name(&path, name);
-            if let Some(first) = model.effects[..i].iter().position(|other| overlap(name, other)) {
+            if let Some(first) = model.effects[..i].iter().position(|other| name.overlaps(other)) {
                 self.twice(&path, &format!("model.effects[{first}]"), format_args!("`{name}`"));
             }
         }
@@ -225,11 +225,14 @@ impl Check<'_> {
 
     fn parameters(&mut self) {
         let parameters = &self.campaign.parameters;
+        if let Some(i) = super::tie_cycle(parameters) {
+            self.report.at(&format!("parameter[{i}].tie"), Problem::TieCycle);
+        }
         for (i, p) in parameters.iter().enumerate() {
             let path = |key: &str| format!("parameter[{i}].{key}");
             self.name(&path("effect"), &p.effect);
             let same = |o: &super::ParameterTable| {
-                overlap(&o.effect, &p.effect) && (o.name == p.name || o.name.is_none() || p.name.is_none())
+                o.effect.overlaps(&p.effect) && (o.name == p.name || o.name.is_none() || p.name.is_none())
             };
             if let Some(first) = parameters[..i].iter().position(same) {
                 let what = format!("the parameter of `{}`", p.effect);
@@ -426,9 +429,4 @@ impl Check<'_> {
         let written = forms.into_iter().find(|path| self.report.source.locate(path).is_some());
         written.unwrap_or_else(|| format!("run[{i}].file"))
     }
-}
-
-/// Whether two names mean, at one place at least, the same effect.
-fn overlap(a: &EffectName, b: &EffectName) -> bool {
-    a.id == b.id && (a.dof.is_none() || b.dof.is_none() || a.place() == b.place())
 }

@@ -2,15 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::discover::SearchOptions;
 use crate::effects::Family;
 
 /// Options of the discovery.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DiscoverTable {
-    /// Chance of a false name that is accepted, over all candidates together. 0.01: a false name is worse than none.
+    /// Chance of a false name that is accepted, over all candidates together. 0.003, that of the search: a false name is worse than none.
     pub level: f64,
-    /// Most effects that may be added. 5: a longer chain of names is no explanation.
+    /// Most effects that may be added. 6, that of the search: a longer chain of names is no explanation.
     pub max_effects: usize,
     /// Families that are searched; all by default.
     pub families: Vec<Family>,
@@ -21,8 +22,8 @@ pub struct DiscoverTable {
 
 impl Default for DiscoverTable {
     fn default() -> DiscoverTable {
-        let families = vec![Family::Body, Family::Actuator, Family::Environment, Family::Sensor];
-        DiscoverTable { level: 0.01, max_effects: 5, families, seed: None }
+        let SearchOptions { level, most, families, .. } = SearchOptions::default();
+        DiscoverTable { level, max_effects: most, families, seed: None }
     }
 }
 

@@ -252,6 +252,9 @@ pub enum Problem {
         /// Last instant, s.
         to: f64,
     },
+    /// Ties that go round.
+    #[error("this tie leads back to its own parameter: leave one of them free")]
+    TieCycle,
     /// Nothing to work on.
     #[error("no run: add a [[run]] table with at least `file`")]
     NoRuns,
@@ -300,6 +303,8 @@ pub enum Problem {
 pub(in crate::campaign) fn io_text(kind: std::io::ErrorKind) -> String {
     match kind {
         std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::FileTooLarge => "larger than 64 MiB: this is no campaign and no model".into(),
+        std::io::ErrorKind::InvalidData => "this is not UTF-8 text".into(),
         other => std::io::Error::from(other).to_string(),
     }
 }

@@ -24,6 +24,7 @@ pub use discover::DiscoverTable;
 pub(super) use error::io_text;
 pub use error::{CampaignError, CampaignErrors, Location, Problem};
 pub use fit::{Estimator, FitTable};
+pub(super) use model::tie_cycle;
 pub use model::{EffectRole, EffectTable, ModelTable, ObserveTable, ParameterTable};
 pub use noise::{ForceNoise, ForceWord, NoiseTable};
 pub use report::Source;
@@ -32,6 +33,7 @@ pub use runs::{RunFile, RunTable};
 use crate::effects::{Coriolis, catalogue};
 use crate::log::LogOptions;
 use crate::procedure::StagedOptions;
+use crate::text_file;
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
@@ -141,7 +143,7 @@ impl CampaignFile {
     /// # Errors
     /// All that is wrong with it, up to [`CampaignErrors::MOST`] things.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
-        let bytes = std::fs::read(path).map_err(|error| unreadable(path, error.kind()))?;
+        let bytes = text_file::read_bytes(path).map_err(|error| unreadable(path, error.kind()))?;
         CampaignFile::from_bytes(&bytes, path, options)
     }
 

@@ -56,6 +56,20 @@ pub struct ParameterTable {
     pub tie: Option<EffectName>,
 }
 
+/// The first table whose tie leads, from effect to effect, back to itself.
+pub(in crate::campaign) fn tie_cycle(tables: &[ParameterTable]) -> Option<usize> {
+    let next = |name: &EffectName| tables.iter().position(|t| t.tie.is_some() && t.effect == *name);
+    let leads_back = |start: usize| {
+        let mut at = Some(start);
+        // a way without a circle is no longer than the list
+        (0..tables.len()).any(|_| {
+            at = at.and_then(|at| next(tables[at].tie.as_ref()?));
+            at == Some(start)
+        })
+    };
+    (0..tables.len()).find(|start| leads_back(*start))
+}
+
 /// An `[[effect]]` table: a user's own effect, a force of `formula` times its one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,8 +5,10 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use toml::de::DeTable;
+
 use super::error::{CampaignError, CampaignErrors, Location, Problem};
-use super::tree::{Spot, quoted};
+use super::tree::{Spot, quoted, spots};
 use crate::nearest::nearest;
 
 /// A campaign's text and where every key stands in it.
@@ -20,6 +22,18 @@ pub struct Source {
 }
 
 impl Source {
+    /// The keys of a text of TOML.
+    pub fn of(file: &Path, text: &str) -> Source {
+        let (root, _) = DeTable::parse_recoverable(text);
+        Source { file: file.to_path_buf(), text: text.into(), spots: spots(root.get_ref()) }
+    }
+
+    /// As [`Source::locate`], or of the nearest table above it that is in the file.
+    pub fn locate_near(&self, path: &str) -> Option<Location> {
+        let above = path.rsplit_once(['.', '[']).map(|(above, _)| above);
+        self.locate(path).or_else(|| self.locate_near(above?))
+    }
+
     /// Where a key's value stands, by its path: `effect[0].formula`, `run[3].where`. `None` for a key that is not in
     /// the file.
     pub fn locate(&self, path: &str) -> Option<Location> {
@@ -67,14 +81,9 @@ impl Report {
 
     /// Notes a problem with the value at a path, or with the nearest table above it that is in the file.
     pub fn at(&mut self, path: &str, problem: Problem) {
-        let mut error = self.source.error_at(path, problem);
-        let mut above = path;
-        while error.location.is_none() {
-            let Some((shorter, _)) = above.rsplit_once(['.', '[']) else { break };
-            above = shorter;
-            error.location = self.source.locate(above);
-        }
-        self.errors.push(error);
+        let error = self.source.error_at(path, problem);
+        let location = self.source.locate_near(path);
+        self.errors.push(CampaignError { location, ..error });
     }
 
     /// Notes a problem of the file as a whole, told at its first byte.

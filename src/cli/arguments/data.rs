@@ -6,6 +6,11 @@ use clap::Args;
 
 use super::{Loading, Reading};
 
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
+    number.ok_or_else(|| "a finite number above 0".into())
+}
+
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml"
@@ -21,19 +26,19 @@ pub(in crate::cli) struct Init {
     #[arg(long, default_value = "vehicle")]
     pub name: String,
     /// Dry mass, kg.
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", value_parser = positive)]
     pub mass: Option<f64>,
     /// Displaced volume, m3.
-    #[arg(long, value_name = "M3")]
+    #[arg(long, value_name = "M3", value_parser = positive)]
     pub volume: Option<f64>,
     /// Weight in air, N.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = positive)]
     pub weight: Option<f64>,
     /// Buoyancy, N.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = positive)]
     pub buoyancy: Option<f64>,
     /// Characteristic length, m.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = positive)]
     pub length: Option<f64>,
     #[command(flatten)]
     pub reading: Reading,

@@ -52,7 +52,7 @@ pub(super) struct Shared {
     /// No colours; the environment variable NO_COLOR does the same.
     #[arg(long, global = true)]
     pub no_color: bool,
-    /// Number of threads; all cores when absent.
+    /// Number of threads, at most that of the cores; all cores when absent.
     #[arg(short, long, value_name = "N", global = true, value_parser = threads)]
     pub jobs: Option<usize>,
 }

@@ -1,29 +1,34 @@
 //! Single values far from all others: codes for "no value", and spikes.
 
 use super::super::codes;
+use super::super::columns::quantity;
 use super::super::number::short;
 use super::plausible::limit;
 use super::statistics::{median, quantile, range};
 use super::{Seen, is_measured};
 use crate::run::Signal;
 
-/// Sentinels and outliers of a measured channel.
+/// Sentinels of a measured channel or a command, outliers of a measured one.
 pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
-    if !is_measured(name) || signal.len() < 8 {
+    if quantity(name).is_none() || signal.len() < 8 {
         return Vec::new();
     }
     let mut kept = vec![true; signal.len()];
     let mut seen = Vec::new();
-    while let Some(code) = sentinel(signal.values(), &kept) {
+    while let Some(code) = sentinel(signal.values(), &kept, is_measured(name)) {
         let at: Vec<usize> =
             (0..kept.len()).filter(|&k| kept[k] && signal.values()[k].to_bits() == code.to_bits()).collect();
         at.iter().for_each(|&k| kept[k] = false);
         let text = format!(
-            "{name} is exactly {code:?} in {} samples and nowhere near it otherwise: a code for no value; \
+            "{name} is exactly {code:?} in {} and nowhere near it otherwise: a code for no value; \
              set missing_values = [\"{code:?}\"] (as the file writes it, before any change of unit) with missing = \"drop\" or \"no_sample\"",
-            at.len()
+            if at.len() == 1 { "1 sample".to_string() } else { format!("{} samples", at.len()) }
         );
         seen.push(Seen::new(codes::SENTINEL, &[name], at.first().map(|&k| signal.time()[k]), text));
+    }
+    if !is_measured(name) {
+        // a command may jump as it likes
+        return seen;
     }
     let spikes = spikes(name, signal.values(), &kept);
     if let Some(&first) = spikes.first() {
@@ -43,9 +48,10 @@ fn is_known_code(x: f64) -> bool {
         || x.abs() >= 1e20
 }
 
-/// An extreme value that comes back to the bit and is far from the rest: at least its whole range for a known code
-/// that comes twice, five times the range for any other that comes three times.
-fn sentinel(values: &[f64], kept: &[bool]) -> Option<f64> {
+/// An extreme value that is far from the rest: five times its whole range for a known code of 999 or more, or of 99
+/// that stands alone; and in a measured channel, where it comes back to the bit, the whole range for a known code that comes twice, five times the
+/// range for any other that comes three times.
+fn sentinel(values: &[f64], kept: &[bool], measured: bool) -> Option<f64> {
     let rest = |without: f64| {
         let kept = values.iter().zip(kept).filter(|(x, k)| **k && x.to_bits() != without.to_bits());
         range(kept.map(|(x, _)| *x))
@@ -56,7 +62,13 @@ fn sentinel(values: &[f64], kept: &[bool]) -> Option<f64> {
         let Some((a, b)) = rest(extreme) else { return false };
         let distance = if extreme < a { a - extreme } else { extreme - b };
         let far = distance / (b - a);
-        b > a && (count >= 3 && far > 5.0 || count >= 2 && is_known_code(extreme) && far > 1.0)
+        let known = is_known_code(extreme);
+        // single samples beyond all measure are told as such
+        let alone = |count: usize| {
+            (999.0..1e20).contains(&extreme.abs()) || (count < 3 && (99.0..999.0).contains(&extreme.abs()))
+        };
+        let repeated = count >= 3 && far > 5.0 || count >= 2 && known && far > 1.0;
+        b > a && (measured && repeated || alone(count) && known && far > 5.0)
     })
 }
 
@@ -102,6 +114,16 @@ mod tests {
             assert_eq!(seen.len(), 1, "{code}");
             assert!(seen[0].code == codes::SENTINEL && seen[0].text.contains(&format!("{code:?} in {count}")));
         }
+    }
+
+    #[test]
+    fn one_known_code_is_enough_in_sensors_and_commands() {
+        for name in ["u", "tau_u", "V1"] {
+            let seen = check(name, &swing(|k, x| if k == 50 { -9999.0 } else { x }));
+            assert_eq!((seen.len(), seen[0].code), (1, codes::SENTINEL), "{name}");
+            assert!(seen[0].text.contains("in 1 sample") && seen[0].text.contains("missing_values = [\"-9999.0\"]"));
+        }
+        assert!(check("tau_u", &swing(|k, x| if k % 20 < 10 { 99.0 } else { x })).is_empty(), "a level of the command");
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod repeat;
 pub mod sign;
 pub mod statistics;
 pub mod time;
+pub mod time_unit;
 
 use std::collections::BTreeMap;
 
@@ -49,6 +50,9 @@ pub fn is_velocity(name: &str) -> bool {
 /// All checks. `time` is that of the rows, s; `units` those of the signals, where they are known.
 pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<String, &'static str>) -> Vec<Seen> {
     let mut seen = time::check(time);
+    if seen.iter().all(|s| s.code != codes::TIME_UNIT) {
+        seen.extend(time_unit::check(time, signals));
+    }
     seen.extend(time::check_sensors(time, signals));
     let said = |s: &Seen| s.channels.iter().all(|c| units.get(c) == Some(&"us"));
     seen.extend(plausible::check(signals).into_iter().filter(|s| !said(s)));

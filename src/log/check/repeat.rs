@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::codes;
+use super::super::columns::{Quantity, quantity};
 use super::super::number::short;
 use super::statistics::range;
 use super::{Seen, is_measured, is_velocity};
@@ -33,6 +34,7 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         );
         seen.push(Seen::new(codes::HELD, &names, None, text));
     }
+    seen.extend(idle(signals));
     for (name, x, time) in long().filter(|(n, ..)| is_measured(n) || Dof::ALL.iter().any(|d| d.force() == *n)) {
         if let Some((first, limit, samples)) = saturated(x) {
             let text =
@@ -41,6 +43,25 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         }
     }
     seen
+}
+
+/// Commands of which none is ever anything but zero. Under load cells a vehicle is pulled, and needs none.
+fn idle(signals: &BTreeMap<String, Signal>) -> Option<Seen> {
+    let is_force = |name: &str| matches!(quantity(name), Some(Quantity::Force | Quantity::Moment | Quantity::Command));
+    let load = |name: &str| name == "force" || Dof::ALL.iter().any(|d| d.load() == name);
+    let commands: Vec<(&str, &Signal)> =
+        signals.iter().filter(|(name, _)| is_force(name)).map(|(name, s)| (name.as_str(), s)).collect();
+    let zero = |s: &Signal| s.values().iter().all(|x| *x == 0.0);
+    if commands.is_empty() || !commands.iter().all(|(name, s)| !load(name) && s.len() >= FEWEST && zero(s)) {
+        return None;
+    }
+    let names: Vec<&str> = commands.iter().map(|(name, _)| *name).collect();
+    let text = format!(
+        "all commands are zero ({}): no force is known, and only the motion of a vehicle that was let go can be fitted; \
+         if it was driven, name the columns that hold its commands (columns.tau_u, columns.V1, …)",
+        names.join(", ")
+    );
+    Some(Seen::new(codes::NO_COMMAND, &names, None, text))
 }
 
 /// Lengths of the stretches of equal values.
@@ -121,6 +142,16 @@ mod tests {
         let seen = run(&[("u", &|_| 0.4), ("v", &|_| 0.0), ("r", &wave)]);
         assert_eq!((seen.len(), seen[0].code), (1, codes::CONSTANT));
         assert_eq!(seen[0].channels, ["u", "v"]);
+    }
+
+    #[test]
+    fn commands_that_are_all_zero_are_noticed() {
+        let zero = |_: usize| 0.0;
+        let seen = run(&[("u", &wave), ("tau_u", &zero), ("tau_r", &zero)]);
+        assert_eq!((seen.len(), seen[0].code), (1, codes::NO_COMMAND));
+        assert_eq!(seen[0].channels, ["tau_r", "tau_u"]);
+        assert!(run(&[("u", &wave), ("tau_u", &wave), ("tau_r", &zero)]).is_empty());
+        assert!(run(&[("u", &wave), ("load_u", &wave), ("tau_u", &zero)]).is_empty());
     }
 
     #[test]

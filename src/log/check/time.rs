@@ -90,7 +90,7 @@ pub fn check(time: &[f64]) -> Vec<Seen> {
         let hint = if step >= STEPS.1 {
             "if the stamps are not seconds set time_unit = \"ms\", \"us\" or \"ns\""
         } else {
-            "if the stamps are in minutes or hours convert them to seconds"
+            "if the stamps are in minutes or hours set time_unit = \"min\" or \"h\""
         };
         let text = format!("the usual step of t is {} s, which is implausible; {hint}", short(step, 6));
         seen.push(Seen::new(codes::TIME_UNIT, &["t"], None, text));

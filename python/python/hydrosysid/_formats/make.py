@@ -102,6 +102,8 @@ def _samples(
     """Name, stamps, ticks a second and SI values of a channel; and the unit that it has."""
     entry, field = columns.columns[name], address[1]
     parts = _parts(source, address[0], field, name)
+    if any(stream.fields[part].dtype.kind in "mMc" for part in parts):
+        raise UsageError(f"{source.name}: columns.{name} = {entry.name!r} holds dates or complex numbers, no values")
     if len(parts) == 1:
         values = stream.fields[field].astype(np.float64)
     else:
@@ -139,6 +141,9 @@ def _finite(source: Source, name: str, stamps: NDArray[Any], values: Array) -> N
         k = int(np.argmax(bad))
         hint = "; missing = 'no_sample' leaves such samples out" if np.isnan(values[k]) else ""
         raise DataError(f"{source.name}: {name}, sample {k + 1} is {values[k]}, and {bad.sum() - 1} more{hint}")
+    lost = ~np.isfinite(stamps)
+    if lost.any():
+        raise DataError(f"{source.name}: {name}, sample {int(np.argmax(lost)) + 1} has no time stamp: leave it out")
     step = np.flatnonzero(np.diff(stamps) <= 0)
     if len(step):
         k = int(step[0]) + 1

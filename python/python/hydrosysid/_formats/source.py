@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import DataError
+
 Array = NDArray[np.float64]
-PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +65,8 @@ def ticks(times: NDArray[Any], unit: str | None) -> tuple[NDArray[Any], float]:
     (array([1719830400100000000]), 1000000000.0)
     """
     if times.dtype.kind in "mM":
+        if np.isnat(times).any():
+            raise DataError(f"sample {int(np.argmax(np.isnat(times))) + 1} has no time stamp (NaT): leave it out")
         return times.astype(times.dtype.kind + "8[ns]").astype(np.int64), 1e9
     if times.dtype.kind in "iu":
         return times.astype(np.int64), PER_SECOND[unit or "s"]

@@ -23,7 +23,12 @@ def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap)
     Raises:
         UsageError: no time stamps.
     """
-    plain = {key: values for key, values in arrays.items() if values.ndim == 1 and values.dtype.kind in "biufmM"}
+    plain = {
+        key: unmasked(values) for key, values in arrays.items() if values.ndim == 1 and values.dtype.kind in "biufmM"
+    }
+    for channel, entry in columns.columns.items():
+        if entry.name in arrays and arrays[entry.name].dtype.kind == "c":
+            raise UsageError(f"{name}: columns.{channel} = {entry.name!r} holds complex numbers: give their real part")
     # t is time wherever it is, under its own name or another
     own = next((key for key in plain if key == "t" or key.startswith(("t [", "t["))), None)
     given = columns.columns.get("t", None if own is None else ColumnSource(own))
@@ -45,6 +50,16 @@ def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap)
         return {"": Stream(stamps, per_second, {field: plain[field] for field in wanted[""]})}
 
     return Source(name, {"": tuple(f for f in fields if plain[f].dtype.kind in "biuf" or columns.columns)}, read)
+
+
+def unmasked(values: NDArray[Any]) -> NDArray[Any]:
+    """The array, NaN or NaT where a value is masked."""
+    if not np.ma.isMaskedArray(values):
+        return values
+    masked: Any = values
+    if values.dtype.kind in "mM":
+        return np.asarray(masked.filled(np.array("NaT", dtype=values.dtype)))
+    return np.asarray(masked.astype(np.float64).filled(np.nan)) if np.ma.is_masked(masked) else np.asarray(masked)
 
 
 def of_pandas(frame: Any) -> dict[str, NDArray[Any]]:

@@ -1,0 +1,91 @@
+//! What types cannot say of a model file: numbers that are none, a covariance that is none, parameters told twice.
+
+use std::path::Path;
+
+use super::super::file::{Source, tie_cycle};
+use super::{ModelFile, ModelFileError};
+
+/// Refuses what no fit writes, with its place in `text`.
+///
+/// # Errors
+/// [`ModelFileError::Value`] for the first such thing.
+pub(super) fn check(file: &ModelFile, text: &str, path: &Path) -> Result<(), ModelFileError> {
+    let Err((key, message)) = numbers(file).and_then(|()| covariance(file)).and_then(|()| parameters(file)) else {
+        return Ok(());
+    };
+    // JSON has no places: the key says where
+    let location = (!super::is_json(path)).then(|| Source::of(path, text).locate_near(&key)).flatten();
+    let place = location.map(|at| (at.line, at.column));
+    Err(ModelFileError::Value { file: path.to_path_buf(), place, key, message })
+}
+
+/// A key and what is wrong with its value.
+type Wrong = (String, String);
+
+fn finite(key: impl FnOnce() -> String, value: f64) -> Result<(), Wrong> {
+    match value.is_finite() {
+        true => Ok(()),
+        false => Err((key(), format!("{value} is not a finite number"))),
+    }
+}
+
+/// All numbers are finite, standard deviations not negative, figures of vehicle and water positive.
+fn numbers(file: &ModelFile) -> Result<(), Wrong> {
+    for (i, p) in file.parameters.iter().enumerate() {
+        finite(|| format!("parameter[{i}].value"), p.value)?;
+        for (run, value) in &p.per_run {
+            finite(|| format!("parameter[{i}].per_run.{run}"), *value)?;
+        }
+        if let Some(std) = p.std {
+            let key = || format!("parameter[{i}].std");
+            finite(key, std)?;
+            if std < 0.0 {
+                return Err((key(), format!("{std:?}: a standard deviation is not negative")));
+            }
+        }
+    }
+    for (channel, range) in &file.envelope {
+        for (k, value) in range.iter().enumerate() {
+            finite(|| format!("envelope.{channel}[{k}]"), *value)?;
+        }
+    }
+    file.vehicle.validate().map_err(|e| ("vehicle".to_string(), e.to_string()))?;
+    file.water.validate().map_err(|e| ("water".to_string(), e.to_string()))
+}
+
+/// A row and a column for each parameter, no variance below 0.
+fn covariance(file: &ModelFile) -> Result<(), Wrong> {
+    let count = file.parameters.len();
+    let size =
+        |rows: usize| format!("{rows}, and there are {count} parameters: a covariance has a row and a column for each");
+    if file.covariance.len() != count {
+        return Err(("covariance".into(), format!("its number of rows is {}", size(file.covariance.len()))));
+    }
+    for (i, row) in file.covariance.iter().enumerate() {
+        if row.len() != count {
+            return Err((format!("covariance[{i}]"), format!("its number of columns is {}", size(row.len()))));
+        }
+        for (j, value) in row.iter().enumerate() {
+            finite(|| format!("covariance[{i}][{j}]"), *value)?;
+        }
+        if row[i] < 0.0 {
+            return Err((format!("covariance[{i}][{i}]"), format!("{:?}: a variance is not negative", row[i])));
+        }
+    }
+    Ok(())
+}
+
+/// Each parameter once, and no tie that leads back to itself.
+fn parameters(file: &ModelFile) -> Result<(), Wrong> {
+    let list = &file.parameters;
+    for (i, p) in list.iter().enumerate() {
+        if list[..i].iter().any(|other| (&other.effect, &other.name) == (&p.effect, &p.name)) {
+            let text = format!("`{}` of `{}` stands here for the second time: keep one", p.name, p.effect);
+            return Err((format!("parameter[{i}].effect"), text));
+        }
+    }
+    match tie_cycle(&file.tied) {
+        None => Ok(()),
+        Some(i) => Err((format!("tied[{i}].tie"), "this tie leads back to its own parameter: leave one free".into())),
+    }
+}

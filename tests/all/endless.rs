@@ -1,0 +1,113 @@
+//! Inputs that never end, that can be read only once, or that hold one line of gigabytes.
+#![cfg(target_os = "linux")]
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// Most address space of a call, KiB: 200 MiB, code and stacks included.
+const ROOM: u64 = 200 << 10;
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("hydrosysid-endless-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("the temporary folder can be made");
+        Folder(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Runs the command with no more memory than [`ROOM`]; more than that would abort it.
+fn run(arguments: &[&str]) -> Output {
+    let script = format!("ulimit -v {ROOM}; exec \"$0\" \"$@\" -j 1");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script, env!("CARGO_BIN_EXE_hydrosysid")]).args(arguments);
+    // one heap for all threads: each further one reserves 64 MiB
+    shell.env("MALLOC_ARENA_MAX", "1").env("NO_COLOR", "1").output().expect("the shell starts")
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every verb that takes a file refuses this one with a message.
+fn is_refused(path: &str) {
+    let calls: [&[&str]; 8] = [
+        &["check", path],
+        &["convert", path, "/dev/null"],
+        &["init", path],
+        &["fit", path],
+        &["compare", path, path],
+        &["export", path, "--to", "csv"],
+        &["plan", path],
+        &["monitor", path, path],
+    ];
+    for arguments in calls {
+        let output = run(arguments);
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments:?}: {:?} {}", output.status, told(&output));
+        assert!(told(&output).contains("error") && told(&output).len() < 4000, "{arguments:?}: {}", told(&output));
+    }
+}
+
+#[test]
+fn a_device_without_end_is_refused() {
+    is_refused("/dev/zero");
+}
+
+#[test]
+fn a_sparse_file_of_gigabytes_is_refused() {
+    let folder = Folder::new("sparse");
+    let path = folder.path("log.csv");
+    File::create(&path).and_then(|file| file.set_len(8 << 30)).expect("the temporary folder can be written");
+    is_refused(&path);
+    assert!(told(&run(&["check", &path])).contains("a NUL byte"));
+}
+
+#[test]
+fn a_line_of_a_hundred_megabytes_is_refused() {
+    let folder = Folder::new("line");
+    for (name, first) in [("header.csv", ""), ("row.csv", "t,u,v,r,tau_u,tau_v,tau_r\n0,1,1,1,1,1,1\n")] {
+        let path = folder.path(name);
+        let mut file = File::create(&path).expect("the temporary folder can be written");
+        file.write_all(first.as_bytes()).expect("it can be written");
+        (0..100).for_each(|_| file.write_all(&vec![b'7'; 1 << 20]).expect("it can be written"));
+        is_refused(&path);
+        let told = told(&run(&["check", &path]));
+        assert!(told.contains("max_line_bytes") && told.contains("777") && told.contains("^^^"), "{told}");
+    }
+}
+
+#[test]
+fn a_pipe_is_read_once_and_its_line_still_shown() {
+    let folder = Folder::new("pipe");
+    let pipe = folder.path("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("it starts").success());
+    let text = "t,u,v,r,tau_u,tau_v,tau_r\n0,1,1,1,1,1,1\n1,\"1\",1,wrong,1,1,1\n2,1,1,1,1,1,1\n";
+    let campaign = folder.path("campaign.toml");
+    for verb in [&["check", &pipe] as &[&str], &["convert", &pipe, "/dev/null"], &["init", &pipe, "-o", &campaign]] {
+        let writer = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::write(pipe, text)
+        });
+        let output = run(verb);
+        writer.join().expect("it writes").expect("it is read to its end");
+        let told = told(&output);
+        assert_eq!(output.status.code(), Some(1), "{verb:?}: {told}");
+        let lines: Vec<&str> = told.lines().collect();
+        let shown = lines.iter().position(|line| line.contains("1,\"1\",1,wrong,1,1,1")).expect("the line is shown");
+        assert_eq!(lines[shown].find("wrong"), lines[shown + 1].find("^^^^^"), "{told}");
+    }
+}

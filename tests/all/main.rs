@@ -1,0 +1,66 @@
+//! All integration tests in one binary: linked once, a module a topic. `cargo test --test all NAME` runs those of a topic.
+
+mod exported;
+mod ode_reference;
+mod shared;
+mod surge;
+mod swim;
+#[path = "../../examples/staged/table.rs"]
+#[allow(dead_code)] // the page of the example shows more
+mod table;
+
+mod any_bytes;
+mod attitude;
+mod badlogs;
+mod bollard_tables;
+mod book;
+mod campaign_file;
+mod check;
+mod cli;
+mod columns;
+mod current;
+mod discovery;
+mod endless;
+mod escaping;
+mod export;
+mod export_gazebo;
+mod export_losses;
+mod export_range;
+mod export_tables;
+mod export_urdf;
+mod export_uuv;
+mod forces;
+mod glider;
+mod identifiability;
+mod laws;
+mod laws_of_motion;
+mod log_faults;
+mod log_kinds;
+mod log_spec;
+mod monitor;
+mod multirate;
+mod observe;
+mod ode_ref;
+mod ode_vehicle;
+mod output_error;
+mod outputs;
+mod paper;
+mod plan;
+mod refusals;
+mod regressor;
+mod report;
+mod resampling;
+mod results;
+mod rooms;
+mod same_numbers;
+mod sampled_input;
+mod six_degrees;
+mod skipped;
+mod staged;
+mod stages;
+mod strd;
+mod t200;
+mod terminal;
+mod threads;
+mod ties;
+mod upright;

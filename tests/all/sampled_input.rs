@@ -1,0 +1,126 @@
+//! Inputs that are given as samples: what a step reads at its beginning, middle and end decides the order. Both classic
+//! mistakes (the last stage of a held input reads the next sample; the middle stages read the left one) cost an order
+//! and show here.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use crate::ode_reference::{number, numbers, read};
+use hydrosysid::chain::Available;
+use hydrosysid::dynamics::Dynamics;
+use hydrosysid::effects::Coriolis;
+use hydrosysid::frame::Dof;
+use hydrosysid::model::{Interpolation, Model};
+use hydrosysid::run::{Run, Signal};
+use hydrosysid::simulate::{Track, free_run};
+use serde_json::Value;
+
+/// Mass, linear and quadratic drag in one degree of freedom.
+fn model(dof: Dof, values: [f64; 3]) -> Model {
+    let effects = ["inertia", "linear_drag", "quadratic_drag"];
+    let mut model = Model::with_effects(&[dof], Coriolis::Tied, &effects).expect("catalogue effects");
+    for (effect, value) in effects.iter().zip(values) {
+        assert!(model.set(&format!("{effect}@{dof}"), value));
+    }
+    model
+}
+
+fn laurs() -> Model {
+    model(Dof::Surge, [841.93, 82.3, 309.07])
+}
+
+/// Velocity at the instants of the samples, from rest, each interval in `substeps`.
+fn simulate(model: &Model, time: &[f64], tau: &[f64], input: Interpolation, substeps: f64) -> Vec<f64> {
+    let dof = model.dofs[0];
+    let stamps: Arc<[f64]> = time.into();
+    let mut run = Run::default();
+    run.signals.insert(dof.force().into(), Signal::new(stamps.clone(), tau.to_vec()));
+    run.signals.insert(dof.velocity().into(), Signal::new(stamps, vec![0.0; time.len()]));
+    let available = Available { channels: run.signals.keys().cloned().collect(), ..Available::default() };
+    let observed: BTreeSet<String> = [dof.velocity().to_string()].into();
+    let dynamics = Dynamics::compile(model, &available, &observed, &[]);
+    let theta = model.values();
+    let longest = (time[1] - time[0]) / substeps;
+    let track = Track::new(&run, 0, &dynamics, &theta, input, longest).expect("the run has every channel");
+    free_run(&dynamics, &track, &theta, &[0.0], 0, time.len() - 1).outputs
+}
+
+fn stamps(n: usize, step: f64) -> Vec<f64> {
+    (0..n).map(|k| step * k as f64).collect()
+}
+
+fn worst(found: &[f64], exact: &[f64]) -> f64 {
+    found.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// 64 steps a sample: 16 leave up to 5e-10 here, and the fourth order makes that 2e-12.
+#[test]
+fn exact_held_and_linear_samples() {
+    let Some(file) = read("input_reference.json") else { return };
+    let surge = |case: &str, input| {
+        let (tau, exact) = (numbers(&file[case]["tau"]), numbers(&file[case]["u_ref"]));
+        let found = simulate(&laurs(), &stamps(tau.len(), number(&file[case]["dt"])), &tau, input, 64.0);
+        worst(&found, &exact)
+    };
+    for (case, input) in [("zoh_samples", Interpolation::Hold), ("foh_samples", Interpolation::Linear)] {
+        let error = surge(case, input);
+        assert!(error < 5e-12, "{case}: {error}");
+    }
+    assert!(surge("zoh_samples", Interpolation::Linear) > 0.01, "the two differ");
+    let case = &file["linear_yaw_samples"];
+    let tau = numbers(&case["tau"]);
+    let yaw = model(Dof::Yaw, [number(&case["I"]), number(&case["kr"]), 0.0]);
+    for (name, input) in [("r_zoh", Interpolation::Hold), ("r_foh", Interpolation::Linear)] {
+        let found = simulate(&yaw, &stamps(tau.len(), number(&case["dt"])), &tau, input, 64.0);
+        assert!(worst(&found, &numbers(&case[name])) < 5e-12, "{name}");
+    }
+}
+
+fn sine(t: f64) -> f64 {
+    145.3 * (std::f64::consts::TAU * t / 28.0).sin() + 185.7
+}
+
+/// Velocity after 28 s with `n` samples of the sinusoidal command.
+fn at_28_s(n: usize, input: Interpolation, substeps: f64) -> f64 {
+    let time = stamps(n + 1, 28.0 / n as f64);
+    let tau: Vec<f64> = time.iter().map(|t| sine(*t)).collect();
+    simulate(&laurs(), &time, &tau, input, substeps)[n]
+}
+
+/// Errors against the continuous input (order 1 held, 2 linear) and against the exact sampled problem (order 4 both) are
+/// those that a right scheme was measured to have, to the digits that are printed (1 %).
+#[test]
+fn exact_orders_of_sampled_inputs() {
+    let Some(file) = read("input_reference.json") else { return };
+    let tables = &file["rk4_input_modes"]["tables"];
+    let continuous = number(&file["continuous_input_u28"]);
+    let hold = |table: &str, error: &dyn Fn(usize) -> f64| {
+        let Value::Object(table) = &tables[table] else { panic!("the table {table} is there") };
+        for (n, expected) in numbers(&table["n"]).into_iter().zip(numbers(&table["error"])) {
+            let found = error(n as usize);
+            // below that it is rounding over some hundred steps
+            assert!((found - expected).abs() < 0.01 * expected + 2e-14, "{n} samples: {found} against {expected}");
+        }
+    };
+    use Interpolation::{Hold, Linear};
+    hold("ZOH, held over step, vs continuous input", &|n| (at_28_s(n, Hold, 1.0) - continuous).abs());
+    hold("linear interpolation vs continuous input", &|n| (at_28_s(n, Linear, 1.0) - continuous).abs());
+    // with 32 steps a sample the sampled problem itself is solved to 1e-6 of the error of one step
+    hold("ZOH, held over step, vs exact ZOH problem", &|n| (at_28_s(n, Hold, 1.0) - at_28_s(n, Hold, 32.0)).abs());
+    hold("linear interpolation vs exact FOH problem", &|n| (at_28_s(n, Linear, 1.0) - at_28_s(n, Linear, 32.0)).abs());
+}
+
+/// Steps shorter than the samples: errors on a log of 28 samples, measured against 64 steps a sample.
+#[test]
+fn exact_substeps_on_a_fixed_log() {
+    let Some(file) = read("input_reference.json") else { return };
+    let table = &file["rk4_input_modes"]["substeps_on_fixed_log"];
+    for (name, input) in [("zoh", Interpolation::Hold), ("foh", Interpolation::Linear)] {
+        let exact = at_28_s(28, input, 64.0);
+        for (parts, expected) in numbers(&table["substeps"]).into_iter().zip(numbers(&table["error"][name])) {
+            let found = (at_28_s(28, input, parts) - exact).abs();
+            // the reference of 64 steps has itself 1/256 of the error of 16
+            assert!((found - expected).abs() < 0.01 * expected + 1e-14, "{name}, {parts}: {found} against {expected}");
+        }
+    }
+}
