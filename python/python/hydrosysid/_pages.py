@@ -100,9 +100,7 @@ def export(
             it cannot hold, or a version that would not read the file.
     """
     text, is_file = (source.model, False) if isinstance(source, Fit) else (fspath(source), True)
-    told, content = _native.export_model(
-        text, is_file, to, link, mass, inertia, dict(at or {}), acting, target_version
-    )
+    told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}), acting, target_version)
     made = build(Export, json.loads(told) | {"content": content})
     if path is not None:
         Path(path).write_bytes(content)
