@@ -10,37 +10,18 @@
 
 use std::fmt::Write;
 
-use super::body::split;
+use super::body::{Body, split};
 use super::coefficients::{Coefficients, Matrix, Tensor, coefficients};
 use super::header::Draft;
 use super::losses::Losses;
 use super::number::{number, numbers};
+use super::stability::{self, longest_step};
 use super::{Export, ExportError, ExportOptions, Source, Target};
 
 pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
-    let found = coefficients(source.model);
     let mut draft = Draft::new(target);
-    draft.left_out(&found);
-    draft.not_modelled(&found);
-    let parts = split(&found, &source.file.vehicle, options, &mut draft.warnings)?;
-    draft.cancelled(&found, &parts.rest);
-    let head = draft.head(
-        source,
-        &[
-            "Signs: M_RB, M_A positive; D, D_n positive where they brake; g(eta) on the left, as Fossen writes it",
-            "Axes: forward-starboard-down at the body origin, SI units; eta = (x, y, z, phi, theta, psi), z-y-x angles",
-            "M nu_dot + C(nu) nu + D nu + D_n(nu) nu + g(eta) = tau + tau_0 + N(nu)",
-        ],
-    );
-    let pieces = Pieces {
-        rigid: parts.body.matrix(),
-        added: parts.added,
-        linear: std::array::from_fn(|i| std::array::from_fn(|j| -found.linear[i][j])),
-        absolute: entries(&found.absolute, -1.0),
-        product: entries(&parts.rest, 1.0),
-        found: &found,
-        losses: &source.losses,
-    };
+    let pieces = Pieces::new(source, options, &mut draft)?;
+    let head = draft.head(source, &[&CONVENTIONS[..], &[&pieces.stability()]].concat());
     let text = match target {
         Target::FossenPython => python(&head, &pieces),
         _ => matlab(&head, &pieces),
@@ -48,14 +29,60 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     Ok(draft.finish(text.into_bytes()))
 }
 
-struct Pieces<'a> {
-    rigid: Matrix,
-    added: Matrix,
-    linear: Matrix,
-    absolute: Vec<([usize; 3], f64)>,
-    product: Vec<([usize; 3], f64)>,
-    found: &'a Coefficients,
-    losses: &'a Losses,
+/// Signs and axes of a file of Fossen's equations.
+pub(super) const CONVENTIONS: [&str; 3] = [
+    "Signs: M_RB, M_A positive; D, D_n positive where they brake; g(eta) on the left, as Fossen writes it",
+    "Axes: forward-starboard-down at the body origin, SI units; eta = (x, y, z, phi, theta, psi), z-y-x angles",
+    "M nu_dot + C(nu) nu + D nu + D_n(nu) nu + g(eta) = tau + tau_0 + N(nu)",
+];
+
+/// A model in the pieces of Fossen's equations.
+pub(super) struct Pieces {
+    /// The rigid body.
+    pub body: Body,
+    /// M_A.
+    pub added: Matrix,
+    /// D.
+    pub linear: Matrix,
+    /// D_n.
+    pub absolute: Vec<([usize; 3], f64)>,
+    /// N.
+    pub product: Vec<([usize; 3], f64)>,
+    /// What else there is of the model.
+    pub found: Coefficients,
+    /// Losses of thrust.
+    pub losses: Losses,
+    /// Longest step of Euler's rule, s.
+    pub longest_step: f64,
+}
+
+impl Pieces {
+    /// The pieces of a model; what they do not hold is told to `draft`.
+    ///
+    /// # Errors
+    /// As [`split`].
+    pub fn new(source: &Source<'_>, options: &ExportOptions, draft: &mut Draft) -> Result<Pieces, ExportError> {
+        let found = coefficients(source.model);
+        draft.left_out(&found);
+        draft.not_modelled(&found);
+        let parts = split(&found, &source.file.vehicle, options, &mut draft.warnings)?;
+        draft.cancelled(&found, &parts.rest);
+        Ok(Pieces {
+            body: parts.body,
+            added: parts.added,
+            linear: std::array::from_fn(|i| std::array::from_fn(|j| -found.linear[i][j])),
+            absolute: entries(&found.absolute, -1.0),
+            product: entries(&parts.rest, 1.0),
+            longest_step: longest_step(&found, &parts, &source.file.envelope),
+            found,
+            losses: source.losses,
+        })
+    }
+
+    /// The line of the heading that says how long a step may be.
+    pub fn stability(&self) -> String {
+        stability::told(self.longest_step)
+    }
 }
 
 /// Entries that are not 0.
@@ -71,7 +98,8 @@ fn entries(tensor: &Tensor, sign: f64) -> Vec<([usize; 3], f64)> {
     list
 }
 
-fn python(head: &[String], p: &Pieces<'_>) -> String {
+/// The Python module.
+pub(super) fn python(head: &[String], p: &Pieces) -> String {
     // a name may hold quotes and backslashes
     let head = head.join("\n").replace('\\', "/").replace('"', "'");
     let matrix = |m: &Matrix| {
@@ -85,7 +113,7 @@ fn python(head: &[String], p: &Pieces<'_>) -> String {
     };
     let r = &p.found.restoring;
     let mut text = format!("\"\"\"{head}\n\"\"\"\n\nimport numpy as np\n\n");
-    let _ = write!(text, "M_RB = {}\n\nM_A = {}\n\nM = M_RB + M_A\n\n", matrix(&p.rigid), matrix(&p.added));
+    let _ = write!(text, "M_RB = {}\n\nM_A = {}\n\nM = M_RB + M_A\n\n", matrix(&p.body.matrix()), matrix(&p.added));
     let _ = write!(text, "D = {}\n\n", matrix(&p.linear));
     let _ = write!(text, "# D_n(nu)[i, j] += d |nu_k| for each (i, j, k): d\nQUADRATIC = {}\n\n", table(&p.absolute));
     let _ = write!(text, "# N(nu)[i] += n nu_j nu_k for each (i, j, k): n\nPRODUCTS = {}\n\n", table(&p.product));
@@ -167,7 +195,7 @@ def nu_dot(eta, nu, tau):
     return np.linalg.solve(M, force)
 "#;
 
-fn matlab(head: &[String], p: &Pieces<'_>) -> String {
+fn matlab(head: &[String], p: &Pieces) -> String {
     let matrix = |m: &Matrix| {
         let rows: Vec<String> = m.iter().map(|row| format!("  {}", numbers(row, " "))).collect();
         format!("[\n{}\n]", rows.join(";\n"))
@@ -184,7 +212,7 @@ fn matlab(head: &[String], p: &Pieces<'_>) -> String {
     for line in head {
         let _ = writeln!(text, "% {line}");
     }
-    let _ = write!(text, "vehicle.M_RB = {};\nvehicle.M_A = {};\n", matrix(&p.rigid), matrix(&p.added));
+    let _ = write!(text, "vehicle.M_RB = {};\nvehicle.M_A = {};\n", matrix(&p.body.matrix()), matrix(&p.added));
     let _ = write!(text, "vehicle.M = vehicle.M_RB + vehicle.M_A;\nvehicle.D = {};\n", matrix(&p.linear));
     let _ = write!(text, "% force -D_n(i, j, k) nu_j |nu_k|\n{}", cells("D_n", &p.absolute));
     let _ = write!(text, "% force +N(i, j, k) nu_j nu_k\n{}", cells("N", &p.product));

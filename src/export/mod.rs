@@ -10,6 +10,7 @@
 
 pub mod body;
 mod buoyancy;
+mod c_header;
 pub mod codes;
 pub mod coefficients;
 mod fossen;
@@ -18,13 +19,16 @@ mod header;
 mod linear;
 mod losses;
 mod mat;
+mod mujoco;
 mod number;
 mod range;
+mod stability;
 mod tables;
 mod target;
 mod thrusters;
 mod urdf;
 mod uuv;
+mod vehicle_simulator;
 mod version;
 mod xml;
 
@@ -214,6 +218,9 @@ pub fn export_model(
         Target::Uuv => uuv::export(&source, options),
         Target::Urdf => urdf::export(&source, options),
         Target::FossenPython | Target::FossenMatlab => fossen::export(&source, target, options),
+        Target::CHeader => c_header::export(&source, options),
+        Target::VehicleSimulator => vehicle_simulator::export(&source, options),
+        Target::Mujoco => mujoco::export(&source, options),
         Target::LinearJson | Target::LinearPython | Target::LinearMat => linear::export(&source, target, options),
         Target::Latex | Target::Csv => tables::export(&source, target, options),
         Target::GazeboThrusters | Target::Ardusub => {

@@ -16,10 +16,17 @@ pub enum Target {
     Uuv,
     /// URDF with the `<hydrodynamics>` of the Robotic Decision Making Laboratory's library.
     Urdf,
+    /// MuJoCo: an MJCF and a callback for passive forces.
+    Mujoco,
+    /// A vehicle class of PythonVehicleSimulator, and of HoloOcean.
+    #[serde(rename = "python-vehicle-simulator")]
+    VehicleSimulator,
     /// Matrices of Fossen's equations, Python.
     FossenPython,
     /// Matrices of Fossen's equations, MATLAB.
     FossenMatlab,
+    /// Fossen's equations as a header of C.
+    CHeader,
     /// Linear model as JSON.
     LinearJson,
     /// Linear model for python-control.
@@ -36,14 +43,17 @@ pub enum Target {
 
 impl Target {
     /// All, in the order in which they are listed.
-    pub const ALL: [Target; 13] = [
+    pub const ALL: [Target; 16] = [
         Target::Gazebo,
         Target::GazeboAddedMass,
         Target::GazeboThrusters,
         Target::Uuv,
         Target::Urdf,
+        Target::Mujoco,
+        Target::VehicleSimulator,
         Target::FossenPython,
         Target::FossenMatlab,
+        Target::CHeader,
         Target::LinearJson,
         Target::LinearPython,
         Target::LinearMat,
@@ -60,6 +70,9 @@ impl Target {
             Target::GazeboThrusters => "gazebo-thrusters",
             Target::Uuv => "uuv",
             Target::Urdf => "urdf",
+            Target::Mujoco => "mujoco",
+            Target::VehicleSimulator => "python-vehicle-simulator",
+            Target::CHeader => "c-header",
             Target::FossenPython => "fossen-python",
             Target::FossenMatlab => "fossen-matlab",
             Target::LinearJson => "linear-json",
@@ -88,6 +101,9 @@ impl Target {
             Target::GazeboThrusters => "gz-sim 7 and later, Thruster system",
             Target::Uuv => "uuv_simulator 0.6, DAVE for Gazebo classic: underwater object plugin, model `fossen`",
             Target::Urdf => "URDF with the <hydrodynamics> of the library `hydrodynamics` (auv_controllers, blue)",
+            Target::Mujoco => "MuJoCo 3 and 4, Python bindings: MJCF and passive-force callback",
+            Target::VehicleSimulator => "PythonVehicleSimulator (2021 to 2025), HoloOcean 2 (fossen_dynamics)",
+            Target::CHeader => "C99 and C++",
             Target::FossenPython => "Python 3 with NumPy",
             Target::FossenMatlab => "MATLAB R2016b and later, GNU Octave",
             Target::LinearJson => "JSON, format 1",

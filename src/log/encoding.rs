@@ -7,10 +7,12 @@ pub enum Opening {
     Text(usize),
     /// Something else, by name: `UTF-16`, `gzip`.
     Other(&'static str),
+    /// A log in another format, by name, and the extra of the Python package that reads it.
+    Log(&'static str, &'static str),
 }
 
 /// Marks of files that are not CSV text. UTF-32 comes before UTF-16, whose mark it begins with.
-const MARKS: [(&[u8], &str); 11] = [
+const MARKS: [(&[u8], &str); 9] = [
     (b"\xff\xfe\0\0", "UTF-32"),
     (b"\0\0\xfe\xff", "UTF-32"),
     (b"\xff\xfe", "UTF-16"),
@@ -20,9 +22,32 @@ const MARKS: [(&[u8], &str); 11] = [
     (b"\x28\xb5\x2f\xfd", "zstd"),
     (b"\xfd7zXZ\0", "xz"),
     (b"BZh", "bzip2"),
-    (b"\x89HDF\r\n\x1a\n", "HDF5"),
-    (b"PAR1", "Parquet"),
 ];
+
+/// First bytes of logs in other formats, whatever their names.
+const LOGS: [(&[u8], &str, &str); 14] = [
+    (b"\xa3\x95", "an ArduPilot DataFlash log", "ardupilot"),
+    (b"ULog\x01\x12\x35", "a PX4 ULog", "px4"),
+    (b"\x89MCAP0\r\n", "an MCAP log", "ros"),
+    (b"#ROSBAG V", "a ROS 1 bag", "ros"),
+    (b"SQLite format 3\0", "a ROS 2 bag or another SQLite file", "ros"),
+    (b"MATLAB 5.0 MAT-file", "a MAT file", "mat"),
+    (b"MATLAB 7.3 MAT-file", "a MAT file of version 7.3", "mat"),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "xarray"),
+    (b"PAR1", "a Parquet file", "parquet"),
+    (b"ARROW1", "an Arrow file", "arrow"),
+    (b"CDF\x01", "a netCDF file", "xarray"),
+    (b"CDF\x02", "a netCDF file", "xarray"),
+    (b"CDF\x05", "a netCDF file", "xarray"),
+    (b"\x93NUMPY", "a NumPy file", "all"),
+];
+
+/// A MAVLink telemetry log: before each message its time, µs since 1970 in eight bytes, greatest first.
+fn is_telemetry(bytes: &[u8]) -> bool {
+    let Some((head, [0xfe | 0xfd, ..])) = bytes.split_first_chunk::<8>() else { return false };
+    // from 2000 to 2100
+    (946_684_800_000_000..4_102_444_800_000_000).contains(&u64::from_be_bytes(*head))
+}
 
 /// Looks at the first bytes of a file.
 pub fn opening(bytes: &[u8]) -> Opening {
@@ -31,6 +56,12 @@ pub fn opening(bytes: &[u8]) -> Opening {
     }
     if let Some((_, name)) = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)) {
         return Opening::Other(name);
+    }
+    if let Some((_, name, extra)) = LOGS.iter().find(|(mark, ..)| bytes.starts_with(mark)) {
+        return Opening::Log(name, extra);
+    }
+    if is_telemetry(bytes) {
+        return Opening::Log("a MAVLink telemetry log", "ardupilot");
     }
     // ASCII in UTF-16 without a mark: every other byte is NUL.
     match bytes {
@@ -51,6 +82,11 @@ mod tests {
         assert_eq!(opening(b"t\0,\0u\0"), Opening::Other("UTF-16"));
         assert_eq!(opening(b"\0t\0,"), Opening::Other("UTF-16"));
         assert_eq!(opening(b"\x1f\x8b\x08"), Opening::Other("gzip"));
+        assert_eq!(opening(b"\xa3\x95\x80\x80"), Opening::Log("an ArduPilot DataFlash log", "ardupilot"));
+        // 2024-07-01 in µs, then MAVLink 2
+        let telemetry = [&1_719_830_400_123_456_u64.to_be_bytes()[..], b"\xfd\x09\0\0"].concat();
+        assert_eq!(opening(&telemetry), Opening::Log("a MAVLink telemetry log", "ardupilot"));
+        assert_eq!(opening(b"\0\0\0\0\0\0\0\x01\xfd"), Opening::Text(0), "an hour after 1970");
         assert_eq!(opening(b"\xff\xfe\0\0t\0\0\0"), Opening::Other("UTF-32"));
     }
 }

@@ -64,6 +64,13 @@ impl Faults {
                 let text = format!("this is {name}, not UTF-8 text; convert or unpack it first");
                 (codes::ENCODING, None, None, text)
             }
+            Broken::OtherLog(name, extra) => {
+                let text = format!(
+                    "this is {name}, not CSV: the Python package turns it into CSV (pip install 'hydrosysid[{extra}]', \
+                     hydrosysid convert LOG --map map.toml -o log.csv)"
+                );
+                (codes::OTHER_FORMAT, None, None, text)
+            }
             Broken::Nul(line) => {
                 let text = "a NUL byte: a block that was never written, as after a power loss, or not text at all; \
                             cut these bytes out, or cut the file here";

@@ -21,6 +21,8 @@ const BLOCK: usize = 1 << 18;
 pub enum Broken {
     /// The bytes are something else than text: its name.
     NotText(&'static str),
+    /// A log in another format: its name, and the extra of the Python package that reads it.
+    OtherLog(&'static str, &'static str),
     /// A NUL byte.
     Nul(u64),
     /// Not UTF-8: line and the first such byte.
@@ -142,6 +144,7 @@ impl<R: Read> Records<R> {
         records.fill()?;
         match encoding::opening(&records.buffer) {
             Opening::Other(name) => return Err(Broken::NotText(name)),
+            Opening::Log(name, extra) => return Err(Broken::OtherLog(name, extra)),
             Opening::Text(mark) => records.position = mark,
         }
         Ok(records)

@@ -6,7 +6,6 @@
 
 use crate::exported::engine::{Forces, GRAVITY, Link, Seen, assert_within};
 use crate::exported::*;
-use hydrosysid::campaign::ModelFile;
 use hydrosysid::export::{Export, ExportOptions, Target};
 use hydrosysid::frame::Dof;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -103,19 +102,9 @@ fn moved(export: &Export, step: f64) -> Vec<Vector6<f64>> {
     link(child(document.root(), "inertial")).run([step, STEP, SECONDS], &|t| force(&samples, t), &mut plugin)
 }
 
-fn coupled() -> ModelFile {
-    floating(&[
-        ("linear_cross_damping@sway:yaw", 12.0),
-        ("linear_cross_damping@surge:pitch", 9.0),
-        ("cross_drag@pitch:heave", 11.0),
-        ("mixed_drag@heave:surge", 40.0),
-        ("drag_asymmetry@heave", 60.0),
-    ])
-}
-
 #[test]
 fn the_system_moves_as_the_model_in_both_forms() {
-    let file = coupled();
+    let file = floating(&EVERY_COUPLING);
     let options = ExportOptions { inertia: Some([20.0, 25.0, 40.0]), ..ExportOptions::default() };
     let truth = truth(&file);
     for target in [Target::GazeboAddedMass, Target::Gazebo] {

@@ -9,9 +9,10 @@ use crate::effects::Family;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DiscoverTable {
-    /// Chance of a false name that is accepted, over all candidates together. 0.003, that of the search: a false name is worse than none.
+    /// Chance of a false name that is accepted, over all candidates together. 0.01, that of the search: a false name is worse
+    /// than none.
     pub level: f64,
-    /// Most effects that may be added. 6, that of the search: a longer chain of names is no explanation.
+    /// Most effects that may be added. 5, that of the search: a longer chain of names is no explanation.
     pub max_effects: usize,
     /// Families that are searched; all by default.
     pub families: Vec<Family>,

@@ -122,8 +122,19 @@ pub fn floating(more: &[(&str, f64)]) -> ModelFile {
     terms.extend(more);
     let mut file = file(&Dof::ALL, &terms, Coriolis::Tied);
     file.vehicle.cg = Some([0.05, 0.0, 0.03]);
+    file.vehicle.name = "floating".into();
+    file.covariance.clear();
     file
 }
+
+/// Couplings beside those of [`floating`] that functions hold, of every kind that coefficients have.
+pub const EVERY_COUPLING: [(&str, f64); 5] = [
+    ("linear_cross_damping@sway:yaw", 12.0),
+    ("linear_cross_damping@surge:pitch", 9.0),
+    ("cross_drag@pitch:heave", 11.0),
+    ("mixed_drag@heave:surge", 40.0),
+    ("drag_asymmetry@heave", 60.0),
+];
 
 /// Couplings of every kind that a simulator of coefficients may hold.
 pub const COUPLED: [(&str, f64); 5] = [

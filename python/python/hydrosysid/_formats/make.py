@@ -46,6 +46,8 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
     for clock in sorted({streams[stream].clock for stream, _ in chosen.values()}):
         names = sorted(name for name, (stream, _) in chosen.items() if streams[stream].clock == clock)
         findings.append(found("L211", f"{source.name}: {', '.join(names)}: {clock}"))
+    for stream, reason in source.left_out.items():
+        findings.append(found("L215", f"{source.name}: {stream} is left out, it cannot be decoded: {reason}"))
     turned = _to_body(source, columns, seconds, findings)
     made = Run(turned, **({"name": source.name} | run))
     made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings), _commands(units))
@@ -73,6 +75,9 @@ def _address(source: Source, name: str, entry: ColumnSource) -> tuple[str, str]:
             return "", entry.name
         if stream and entry.name.startswith(f"{stream}:"):
             return stream, entry.name[len(stream) + 1 :]
+    for stream, reason in source.left_out.items():
+        if entry.name.startswith(f"{stream}:"):
+            raise DataError(f"{source.name}: columns.{name}: {stream} cannot be decoded: {reason}")
     raise UsageError(f"{source.name}: columns.{name} = {entry.name!r} is not there; there are {source.listed()}")
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import DataError, UsageError
-from .extras import needed
+from .extras import MissingExtra, needed
 from .messages import Message, source_of
 from .source import Source
 
@@ -23,15 +23,24 @@ def open_mcap(path: Path, clock: str) -> Source:
         DataError: it is no MCAP log, or its messages are in another encoding.
     """
     reader = needed("mcap.reader", "ros", "MCAP logs")
+    left_out: dict[str, str] = {}
     decoders: dict[tuple[str, int], Callable[[bytes], Any]] = {}
 
     def every(topics: frozenset[str] | None) -> Iterator[tuple[str, int, Callable[[bytes], Any], bytes]]:
         with path.open("rb") as file:
             for schema, channel, message in reader.make_reader(file).iter_messages(topics=topics):
                 key = (channel.message_encoding, schema.id if schema else 0)
-                if key not in decoders:
-                    decoders[key] = _decoder(path, channel.message_encoding, schema)
-                yield channel.topic, message.log_time, decoders[key], message.data
+                if channel.topic in left_out:
+                    continue
+                try:
+                    if key not in decoders:
+                        decoders[key] = _decoder(path, channel.message_encoding, schema)
+                except MissingExtra:
+                    raise
+                except Exception as error:  # one topic of an unknown encoding keeps no other from being read
+                    left_out[channel.topic] = str(error).removeprefix(f"{path}: ")
+                else:
+                    yield channel.topic, message.log_time, decoders[key], message.data
 
     def messages(topics: frozenset[str]) -> Iterator[Message]:
         for topic, at, decode, raw in every(topics):
@@ -42,16 +51,24 @@ def open_mcap(path: Path, clock: str) -> Source:
         for topic, at, decode, raw in every(None):
             if topic not in seen:
                 seen.add(topic)
-                yield topic, at, decode(raw)
+                try:
+                    message = decode(raw)
+                except Exception as error:
+                    left_out[topic] = f"{type(error).__name__} {error}"
+                else:
+                    yield topic, at, message
 
     if not path.exists():
         raise UsageError(f"{path}: there is no such log")
     try:
-        return source_of(str(path), list(first()), messages, clock)
+        source = source_of(str(path), list(first()), messages, clock, left_out)
     except (UsageError, DataError):
         raise
     except Exception as error:  # the library raises errors of many kinds for files that are none of its own
         raise DataError(f"{path}: this is no MCAP log that can be read: {error}") from None
+    if left_out and not source.contents:
+        raise DataError(f"{path}: " + "; ".join(f"{topic}: {reason}" for topic, reason in left_out.items()))
+    return source
 
 
 def _decoder(path: Path, encoding: str, schema: Any) -> Callable[[bytes], Any]:

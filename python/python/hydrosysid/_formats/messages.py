@@ -21,6 +21,7 @@ def source_of(
     first: Iterable[Message],
     messages: Callable[[frozenset[str]], Iterator[Message]],
     clock: str,
+    left_out: Mapping[str, str] | None = None,
 ) -> Source:
     """A source of messages.
 
@@ -29,6 +30,7 @@ def source_of(
         first: the first message of each stream, which says what fields it has.
         messages: the messages of these streams, in the order of the file.
         clock: ``header``: time stamps of the messages where they have a header; ``log``: those of the recording.
+        left_out: streams that cannot be decoded, each with the reason.
     """
     getters: dict[str, Getters] = {stream: dict(number_fields(message)) for stream, _, message in first}
 
@@ -38,7 +40,7 @@ def source_of(
             for (stream, fields), gathered in zip(wanted.items(), _gathered(wanted, messages), strict=True)
         }
 
-    return Source(name, {stream: tuple(fields) for stream, fields in getters.items()}, read)
+    return Source(name, {stream: tuple(fields) for stream, fields in getters.items()}, read, left_out or {})
 
 
 def _gathered(

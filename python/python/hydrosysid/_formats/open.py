@@ -1,4 +1,4 @@
-"""Which format a file is in, by its name, and how it is opened."""
+"""Which format a file is in, by its first bytes or else by its name, and how it is opened."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from .extras import needed
 from .mcap_log import open_mcap
 from .rosbag import open_rosbag
 from .source import Source
+from .telemetry import open_telemetry
 from .ulog import open_ulog
 
 Opened = tuple[Source, ColumnMap]
@@ -76,6 +77,7 @@ FORMATS: dict[str, Callable[[Path, ColumnMap], Opened]] = {
     ".bag": lambda path, columns: (open_rosbag(path, columns.clock), columns),
     ".db3": lambda path, columns: (open_rosbag(path, columns.clock), columns),
     ".mcap": lambda path, columns: (open_mcap(path, columns.clock), columns),
+    ".tlog": lambda path, columns: (open_telemetry(path), columns),
     ".bin": lambda path, columns: (open_dataflash(path), columns),
     ".ulg": lambda path, columns: (open_ulog(path), columns),
     ".mat": open_mat,
@@ -87,15 +89,47 @@ FORMATS: dict[str, Callable[[Path, ColumnMap], Opened]] = {
     ".npy": open_numpy,
 }
 """How a file is opened, by the end of its name; a folder is a ROS 2 bag, everything else is CSV."""
+SIGNATURES: tuple[tuple[bytes, str], ...] = (
+    (b"\xa3\x95", ".bin"),
+    (b"FMT, 128, 89, FMT,", ".bin"),
+    (b"ULog\x01\x12\x35", ".ulg"),
+    (b"\x89MCAP0\r\n", ".mcap"),
+    (b"#ROSBAG V", ".bag"),
+    (b"SQLite format 3\0", ".db3"),
+    (b"MATLAB 5.0 MAT-file", ".mat"),
+    (b"MATLAB 7.3 MAT-file", ".mat"),
+    (b"PAR1", ".parquet"),
+    (b"ARROW1", ".feather"),
+    (b"\x93NUMPY", ".npy"),
+)
+"""First bytes of logs, whatever their names, and the format that they are of."""
+YEARS = range(946_684_800_000_000, 4_102_444_800_000_000)
+"""From 2000 to 2100, µs since 1970."""
+
+
+def _format(path: Path) -> str | None:
+    """The format of a file, as the end of a name in `FORMATS`: by its first bytes, else by its name."""
+    begin = b""
+    if path.is_file():
+        with path.open("rb") as file:
+            begin = file.read(32)
+    known = next((name for mark, name in SIGNATURES if begin.startswith(mark)), None)
+    if known is None and begin[8:9] in (b"\xfe", b"\xfd") and int.from_bytes(begin[:8], "big") in YEARS:
+        known = ".tlog"
+    end = path.suffix.lower()
+    return known or (end if end in FORMATS else None)
 
 
 def is_known(path: Path) -> bool:
-    """Whether the file is in one of these formats, judged by its name."""
-    return path.is_dir() or path.suffix.lower() in FORMATS
+    """Whether the file is in one of these formats, by its first bytes or its name."""
+    return path.is_dir() or _format(path) is not None
 
 
 def open_source(path: Path, columns: ColumnMap) -> Opened:
     """Opens a file in one of these formats."""
     if path.is_dir():
         return open_rosbag(path, columns.clock), columns
-    return FORMATS[path.suffix.lower()](path, columns)
+    known = _format(path)
+    if known is None:
+        raise UsageError(f"{path}: this is in none of the formats {', '.join(sorted(FORMATS))}")
+    return FORMATS[known](path, columns)

@@ -36,15 +36,27 @@ def open_rosbag(path: Path, clock: str) -> Source:
             for connection, at, raw in bag.messages(connections=connections):
                 yield connection.topic, at, bag.deserialize(raw, connection.msgtype)
 
+    left_out: dict[str, str] = {}
+
     def first() -> Iterator[Message]:
         with opened() as bag:
             for connection in bag.connections:
                 for _, at, raw in bag.messages(connections=[connection]):
-                    yield connection.topic, at, bag.deserialize(raw, connection.msgtype)
+                    # one topic of an unknown type keeps no other from being read
+                    try:
+                        message = bag.deserialize(raw, connection.msgtype)
+                    except Exception as error:
+                        left_out[connection.topic] = f"{connection.msgtype}: {type(error).__name__} {error}"
+                    else:
+                        yield connection.topic, at, message
                     break
 
     # the library raises errors of many kinds for files that are none of its own
     try:
-        return source_of(str(path), list(first()), messages, clock)
+        source = source_of(str(path), list(first()), messages, clock, left_out)
     except Exception as error:
         raise DataError(f"{path}: this is no bag that can be read: {error}") from None
+    if left_out and not source.contents:
+        told = "; ".join(f"{topic} ({reason})" for topic, reason in left_out.items())
+        raise DataError(f"{path}: no topic of this bag can be decoded: {told}")
+    return source

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter, itemgetter
 from typing import Any
 
@@ -41,11 +41,13 @@ class Source:
         name: the file, for messages.
         contents: names of the fields of each stream; the one stream of a plain table is called ``""``.
         read: reads the fields that are asked for, by stream.
+        left_out: streams that cannot be decoded, each with the reason.
     """
 
     name: str
     contents: Mapping[str, tuple[str, ...]]
     read: Callable[[Mapping[str, frozenset[str]]], Mapping[str, Stream]]
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     def address(self, stream: str, field: str) -> str:
         """How a map writes a field: ``STREAM:FIELD``, or ``FIELD`` in a plain table."""

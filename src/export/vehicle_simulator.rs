@@ -1,0 +1,92 @@
+//! A vehicle class of PythonVehicleSimulator, which HoloOcean's Fossen dynamics take as well.
+//!
+//! ```text
+//! [ν, u_actual] = vehicle.dynamics(η, ν, u_actual, u_control, sampleTime)       u_control: six forces and moments
+//! ```
+//!
+//! One Runge-Kutta step of the velocities with the attitude held; the simulator turns the attitude by the new ones.
+//! Sources: PythonVehicleSimulator, `lib/mainLoop.py`, `vehicles/remus100.py`; HoloOcean 2, `fossen_dynamics`
+//! (`FossenInterface.update`), whose `dynamics` gives ν̇ and which turns NWU to NED itself.
+
+use super::fossen::{CONVENTIONS, Pieces, python};
+use super::header::Draft;
+use super::number::number;
+use super::{Export, ExportError, ExportOptions, Source, Target};
+
+pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
+    let mut draft = Draft::new(Target::VehicleSimulator);
+    let pieces = Pieces::new(source, options, &mut draft)?;
+    let own = [
+        "Put the file into vehicles/, or import it, and hand identified() to simulate(N, sampleTime, vehicle)",
+        "Control: six forces and moments, N and N m; override stepInput(t), or set tau",
+        "A current, V_current (m/s) and beta_current (rad), is the same everywhere",
+        "HoloOcean: fossen_model_keys[\"identified\"] = IdentifiedHoloOcean; it turns NWU to NED itself, and its state is that",
+        "of the centre of mass: the body origin of the model has to be there",
+        "Limits: no walls, no surface, no tether; roll and pitch below 90 degrees",
+    ];
+    let stability = pieces.stability();
+    let head = draft.head(source, &[&CONVENTIONS[..], &own[..], &[&stability]].concat());
+    let length = source.file.vehicle.characteristic_length().unwrap_or(1.0);
+    let name = if source.file.vehicle.name.is_empty() { "a vehicle" } else { &source.file.vehicle.name };
+    let name = name.replace('\\', "/").replace('"', "'").replace(['\n', '\r'], " ");
+    let text = python(&head, &pieces)
+        + &CLASS.replace("{name}", &name).replace("{length}", &number(length)).replace(
+            "{longest}",
+            &if pieces.longest_step.is_finite() { number(pieces.longest_step) } else { "float(\"inf\")".into() },
+        );
+    Ok(draft.finish(text.into_bytes()))
+}
+
+const CLASS: &str = r#"
+
+# s: longest sample time at which explicit Euler is stable at the speeds of the fit
+LONGEST_STEP = {longest}
+
+
+class identified:
+    """The vehicle for PythonVehicleSimulator."""
+
+    def __init__(self, controlSystem="stepInput", tau=(0.0,) * 6, V_current=0.0, beta_current=0.0):
+        self.name = "{name}"
+        self.L = {length}
+        self.controlMode = controlSystem
+        self.controlDescription = "Forces and moments in body axes"
+        self.controls = ["Surge (N)", "Sway (N)", "Heave (N)", "Roll (N m)", "Pitch (N m)", "Yaw (N m)"]
+        self.dimU = 6
+        self.nu = np.zeros(6)
+        self.u_actual = np.zeros(6)
+        self.tau = np.array(tau, dtype=float)
+        self.V_c = V_current
+        self.beta_c = beta_current
+
+    def stepInput(self, t):
+        """Forces and moments at a time."""
+        return self.tau
+
+    def acceleration(self, eta, nu, u_control):
+        """nu_dot, the velocity through the water in place of that over ground."""
+        u_c, v_c = self.V_c * np.cos(self.beta_c - eta[5]), self.V_c * np.sin(self.beta_c - eta[5])
+        current = np.array([u_c, v_c, 0.0, 0.0, 0.0, 0.0])
+        turning = np.array([nu[5] * v_c, -nu[5] * u_c, 0.0, 0.0, 0.0, 0.0])
+        return turning + nu_dot(eta, np.asarray(nu, dtype=float) - current, u_control)
+
+    def dynamics(self, eta, nu, u_actual, u_control, sampleTime):
+        """The velocities and forces a sample later."""
+        nu, tau, h = np.asarray(nu, dtype=float), np.asarray(u_control, dtype=float), sampleTime
+        a = self.acceleration(eta, nu, tau)
+        b = self.acceleration(eta, nu + 0.5 * h * a, tau)
+        c = self.acceleration(eta, nu + 0.5 * h * b, tau)
+        d = self.acceleration(eta, nu + h * c, tau)
+        return nu + h / 6.0 * (a + 2.0 * b + 2.0 * c + d), tau
+
+
+class IdentifiedHoloOcean(identified):
+    """The vehicle for HoloOcean, which asks for accelerations and integrates them itself."""
+
+    config_fnc = None
+
+    def dynamics(self, eta, nu, u_actual, u_control, sampleTime):
+        """nu_dot and the forces that act on it."""
+        tau = np.asarray(u_control, dtype=float)
+        return self.acceleration(eta, nu, tau), tau
+"#;

@@ -1,0 +1,99 @@
+//! The header of C, compiled by the C compiler of the machine, for a minute.
+
+#[allow(dead_code)] // the tests of motion use the rest
+mod exported;
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+
+use exported::engine::assert_within;
+use exported::*;
+use hydrosysid::campaign::ModelFile;
+use hydrosysid::export::{ExportOptions, Target};
+use hydrosysid::frame::Dof;
+use nalgebra::Vector6;
+
+/// Integrates the header's equations with the kinematics of z-y-x angles by RK4 at 0.02 s, forces linear between samples.
+const MAIN: &str = r#"
+#include <stdio.h>
+#include "vehicle.h"
+static void rate(const double x[12], const double tau[6], double out[12])
+{
+    const double *n = x + 6;
+    const double phi = x[3], theta = x[4];
+    out[0] = out[1] = out[2] = 0.0;
+    out[3] = n[3] + (n[4] * sin(phi) + n[5] * cos(phi)) * tan(theta);
+    out[4] = n[4] * cos(phi) - n[5] * sin(phi);
+    out[5] = (n[4] * sin(phi) + n[5] * cos(phi)) / cos(theta);
+    hydrosysid_nu_dot(x, n, tau, out + 6);
+}
+int main(void)
+{
+    double x[12] = {0}, k[4][12], y[12], tau[6];
+    const double h = STEP / 5, at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1, 2, 2, 1};
+    for (int n = 0; n < COUNT; ++n) {
+        for (int i = 0; i < 6; ++i) printf("%.12g ", x[6 + i]);
+        printf("\n");
+        for (int s = 0; s < 5; ++s) {
+            for (int stage = 0; stage < 4; ++stage) {
+                const double share = (s + at[stage]) / 5;
+                for (int i = 0; i < 6; ++i) tau[i] = forces[n][i] * (1 - share) + forces[n + 1][i] * share;
+                for (int i = 0; i < 12; ++i) y[i] = x[i] + (stage ? at[stage] * h * k[stage - 1][i] : 0);
+                rate(y, tau, k[stage]);
+            }
+            for (int i = 0; i < 12; ++i)
+                for (int stage = 0; stage < 4; ++stage) x[i] += h / 6 * weight[stage] * k[stage][i];
+        }
+    }
+    return 0;
+}
+"#;
+
+/// Velocities by the compiled header; `None` where there is no compiler.
+fn moved(file: &ModelFile, name: &str) -> Option<Vec<Vector6<f64>>> {
+    let options = ExportOptions { inertia: Some([20.0, 25.0, 28.0]), ..ExportOptions::default() };
+    let export = made(file, Target::CHeader, &options);
+    assert!(export.lost.is_empty(), "{:?}", export.lost);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let samples = samples(&Dof::ALL);
+    let count = (SECONDS / STEP).round() as usize + 1;
+    let mut main = format!("#define STEP {STEP}\n#define COUNT {count}\nstatic const double forces[][6] = {{\n");
+    for row in &samples {
+        let _ = writeln!(main, "{{{}}},", row.map(|x| x.to_string()).join(", "));
+    }
+    main += "};\n";
+    std::fs::write(folder.join("vehicle.h"), &export.bytes).expect("written");
+    std::fs::write(folder.join("main.c"), main + MAIN).expect("written");
+    let strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1"];
+    let built = Command::new("cc").args(strict).args(["main.c", "-o", "main", "-lm"]).current_dir(&folder).output();
+    let Ok(built) = built else {
+        println!("skipped: there is no C compiler `cc` here");
+        return None;
+    };
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let output = Command::new(folder.join("main")).output().expect("it runs");
+    let row = |line: &str| {
+        let mut row = Vector6::zeros();
+        for (cell, word) in row.iter_mut().zip(line.split_whitespace()) {
+            *cell = word.parse().expect("a number");
+        }
+        row
+    };
+    Some(String::from_utf8_lossy(&output.stdout).lines().map(row).collect())
+}
+
+#[test]
+fn the_compiled_header_moves_as_the_model() {
+    let file = floating(&EVERY_COUPLING);
+    let Some(path) = moved(&file, "header") else { return };
+    // the same scheme on the same equations, written with eleven digits
+    assert_within(&path, &truth(&file), 1e-6);
+}
+
+#[test]
+fn the_python_tests_move_the_same_vehicle() {
+    let text = include_str!("../python/tests/floating.toml");
+    assert_eq!(toml::from_str::<ModelFile>(text).expect("it is a model file"), floating(&EVERY_COUPLING));
+}
