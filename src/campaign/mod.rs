@@ -35,6 +35,7 @@ mod resample;
 mod simulate;
 mod stream;
 mod thrusters;
+mod vehicles;
 mod vertical;
 mod window;
 
@@ -54,7 +55,7 @@ pub use identifiability::{
     Believable, Correlation, Direction, Group, Identifiability, OtherLength, OtherWindow, ProfileOf,
 };
 pub use inertia_amplitude::{InertiaAgainstAmplitude, InertiaOfRun};
-pub use init::{InitFacts, init};
+pub use init::{InitFacts, InitRequest, Learned, Scaffold, init};
 pub use load::{Campaign, LoadOptions, Options};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
 pub use monitor::{Monitored, monitor, new_logs};
@@ -65,3 +66,4 @@ pub use resample::{Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};
 pub use stream::{fit_streamed, too_large_to_keep};
 pub use thrusters::FittedCurve;
+pub use vehicles::{KnownVehicle, SuitedModel, VehicleFile, known_vehicles, vehicle};

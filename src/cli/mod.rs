@@ -12,6 +12,7 @@ mod discovered;
 mod export;
 mod failure;
 mod fitted;
+mod init;
 mod message;
 mod monitor;
 mod output;
@@ -21,6 +22,7 @@ mod scatter;
 mod shell;
 mod show;
 mod table;
+mod vehicles;
 mod verbs;
 
 use std::ffi::OsString;
@@ -65,7 +67,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
 fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
     match &arguments.verb {
         Verb::Demo(a) => show::demo(a, output),
-        Verb::Init(a) => verbs::init(a, output),
+        Verb::Init(a) => init::init(a, output),
         Verb::Check(a) => check::check(a, output),
         Verb::Convert(a) => convert::convert(a, output),
         Verb::Fit(a) => verbs::fit(a, output),
@@ -77,6 +79,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Report(a) => show::report(a, output),
         Verb::Export(a) => export::export(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
+        Verb::Vehicles => vehicles::vehicles(output),
         Verb::Explain(a) => catalogue::explain(a, output),
         Verb::Completions(a) => shell::completions(a, output),
         Verb::Man => shell::man(output),

@@ -126,7 +126,7 @@ fn every_table_is_read() {
     assert_eq!(c.discover.families, [Family::Body, Family::Actuator]);
     assert_eq!((c.runs[0].kind, c.runs[0].role), (RunKind::Oscillatory, Role::Train));
     assert_eq!(c.runs[0].condition.as_deref(), Some("abs(theta) > 0.2"));
-    assert_eq!(c.runs[1].files[1], RunFile { file: "imu.csv".into(), clock_offset: 0.12 });
+    assert_eq!(c.runs[1].files[1], RunFile { file: "imu.csv".into(), clock_offset: 0.12, log: None });
     assert_eq!(c.path_of(&c.runs[0].files[0]), Path::new("./surge_p28.csv"));
 }
 
@@ -193,7 +193,7 @@ fn wrong_types_say_what_is_wanted() {
     refused(
         "'a.csv'",
         "3",
-        &["9:8: run[0].file: integer 3 where a path, a table {file, clock_offset}, or a list of them is wanted"],
+        &["9:8: run[0].file: integer 3 where a path, a table {file, clock_offset, log}, or a list of them is wanted"],
     );
     refused("'a.csv'", "'a.csv'\nrole = 3", &["10:8: run[0].role: another type where a word in quotes is wanted"]);
     refused("[[run]]", "[run]", &["8:1: run: a table where a list of tables, with [[ ]], is wanted"]);
