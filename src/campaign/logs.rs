@@ -130,6 +130,7 @@ pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     let all = match kind {
         RunKind::Bollard => Vec::new(),
         RunKind::Towing => vec!["t"],
+        RunKind::Bench => vec!["t", "force"],
         _ if file.thrusters.is_empty() => log::required(&file.model.dofs),
         _ => std::iter::once("t").chain(velocities).collect(),
     };

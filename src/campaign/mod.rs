@@ -5,6 +5,7 @@
 //! line and Python call the same ones.
 
 mod baseline;
+mod bench;
 mod check;
 pub mod codes;
 mod columns;
@@ -40,6 +41,7 @@ mod vertical;
 mod window;
 
 pub use baseline::Own;
+pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};
 pub use compare::{Comparison, compare};
 pub use components::{Components, RunComponents, components};

@@ -4,6 +4,7 @@
 //! Exit codes: 0 done, 1 the data was refused or the work not possible with it, 2 wrong use.
 
 mod arguments;
+mod bench;
 mod catalogue;
 mod check;
 mod compare;

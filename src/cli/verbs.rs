@@ -25,6 +25,9 @@ pub(super) fn load(path: &Path, loading: &Loading, output: &Output) -> Result<Ca
 
 pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     output.may_write(a.model.as_deref())?;
+    if let Some(result) = super::bench::alone(a, output)? {
+        return result.hand_over(output);
+    }
     let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
     super::fitted::print(&fitted, output);
     plot::of_model(a.plotting.plot.as_deref(), &loaded.under(&fitted.efficiency), &fitted.model, output)?;

@@ -188,6 +188,17 @@ fn unknown_words_name_the_nearest() {
 }
 
 #[test]
+fn thrusters_without_a_place_are_told_once() {
+    let head = "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia']\n[[run]]\nfile = 'a.csv'\n";
+    let thruster = |k: usize| format!("[[thruster]]\nname = '{k}'\nforward = {{a = 1, b = 0}}\n");
+    let text: String = std::iter::once(head.to_string()).chain((1..=8).map(thruster)).collect();
+    let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+    let errors = CampaignFile::from_bytes(text.as_bytes(), Path::new("c.toml"), &options).unwrap_err().errors;
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(errors[0].to_string().contains("8 thrusters"), "{}", errors[0]);
+}
+
+#[test]
 fn wrong_types_say_what_is_wanted() {
     refused("189", "'heavy'", &["4:8: vehicle.mass: string \"heavy\" where a number is wanted"]);
     refused(

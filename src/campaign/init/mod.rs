@@ -8,7 +8,6 @@ mod dives;
 mod geometry;
 mod layout;
 mod meaning;
-mod motion;
 mod reading;
 mod text;
 mod units;

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use super::commands::{self, Kind};
-use super::motion::{self, Moved};
 use super::reading::Understood;
 use super::{InitRequest, geometry};
 use crate::campaign::vehicles::{KnownVehicle, with_turned_thruster};
+use crate::check::motion::{self, Moved};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
 use crate::run::Signal;
@@ -140,7 +140,7 @@ impl Draft<'_> {
         let mut dofs = Vec::new();
         let (mut measured_all, mut driven_all) = (Vec::new(), Vec::new());
         for dof in Dof::ALL {
-            let moved = self.logs.iter().filter_map(|l| l.log.as_ref()).map(|log| motion::of(log, dof)).max();
+            let moved = self.logs.iter().filter_map(|l| l.log.as_ref()).map(|log| motion::of(&log.signals, dof)).max();
             let moved = moved.unwrap_or(Moved::Unmeasured);
             let driven = self.logs.iter().any(|log| self.drives(log, dof, thrusters));
             if moved > Moved::Unmeasured {
@@ -213,6 +213,7 @@ impl Draft<'_> {
             let reads = |id: &str| match id {
                 id if id.starts_with("rudder") => logged("rudder"),
                 id if id.starts_with("stern_plane") => logged("stern_plane"),
+                "propeller_advance" => logged("propeller_n"),
                 _ => true,
             };
             effects.extend(model.effects.iter().filter(|e| reads(&e.id)).map(ToString::to_string));
@@ -278,7 +279,9 @@ impl Draft<'_> {
     fn roles(&self, chosen: &Chosen) -> Vec<String> {
         let moves = |dive: &[usize]| -> BTreeSet<Dof> {
             let of = |dof: &Dof| {
-                dive.iter().filter_map(|k| self.logs[*k].log.as_ref()).any(|l| motion::of(l, *dof) == Moved::Moves)
+                dive.iter()
+                    .filter_map(|k| self.logs[*k].log.as_ref())
+                    .any(|l| motion::of(&l.signals, *dof) == Moved::Moves)
             };
             chosen.dofs.iter().copied().filter(of).collect()
         };

@@ -21,7 +21,14 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
 pub fn source(channel: &str, header: &str, unit: Option<&str>, sign: i8) -> (ColumnSource, String) {
     let mut source = ColumnSource { sign, ..ColumnSource::from(header) };
     let mut how = if sign < 0 { "; it counts upwards, so sign = -1".to_string() } else { String::new() };
-    let (Some(quantity), Some(unit)) = (columns::quantity(channel), unit) else { return (source, how) };
+    let Some(unit) = unit else { return (source, how) };
+    let Some(quantity) = columns::quantity(channel) else {
+        // a further channel in a unit that some quantity is read in becomes SI too
+        if columns::split_header(header).1.is_none() && columns::any_unit(unit).is_some() {
+            source.unit = Some(unit.to_string());
+        }
+        return (source, how);
+    };
     let bracketed = columns::split_header(header).1.and_then(|u| quantity.unit(u));
     if let Some(known) = quantity.unit(unit) {
         let usual = quantity.units().first().is_some_and(|u| u.name == known.name);

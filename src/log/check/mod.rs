@@ -48,7 +48,7 @@ pub fn is_velocity(name: &str) -> bool {
 
 /// All checks. `time` is that of the rows, s; `units` those of the signals, where they are known.
 pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<String, &'static str>) -> Vec<Seen> {
-    let mut seen = time::check(time);
+    let mut seen = time::check(time, signals);
     seen.extend(time::check_sensors(time, signals));
     let said = |s: &Seen| s.channels.iter().all(|c| units.get(c) == Some(&"us"));
     seen.extend(plausible::check(signals).into_iter().filter(|s| !said(s)));

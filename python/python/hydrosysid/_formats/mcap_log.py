@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,21 @@ def open_mcap(path: Path, clock: str) -> Source:
     reader = needed("mcap.reader", "ros", "MCAP logs")
     decoders: dict[tuple[str, int], Callable[[bytes], Any]] = {}
 
+    unknown: dict[str, str] = {}
+
     def every(topics: frozenset[str] | None) -> Iterator[tuple[str, int, Callable[[bytes], Any], bytes]]:
         with path.open("rb") as file:
             for schema, channel, message in reader.make_reader(file).iter_messages(topics=topics):
                 key = (channel.message_encoding, schema.id if schema else 0)
+                if channel.topic in unknown:
+                    continue
+                # a topic that cannot be decoded is left out; the others are read
                 if key not in decoders:
-                    decoders[key] = _decoder(path, channel.message_encoding, schema)
+                    try:
+                        decoders[key] = _decoder(path, channel.message_encoding, schema)
+                    except Exception as error:
+                        unknown[channel.topic] = str(error)
+                        continue
                 yield channel.topic, message.log_time, decoders[key], message.data
 
     def messages(topics: frozenset[str]) -> Iterator[Message]:
@@ -47,7 +57,11 @@ def open_mcap(path: Path, clock: str) -> Source:
     if not path.exists():
         raise UsageError(f"{path}: there is no such log")
     try:
-        return source_of(str(path), list(first()), messages, clock)
+        begun = list(first())
+        if unknown and not begun:
+            raise DataError(next(iter(unknown.values())))
+        source = source_of(str(path), begun, messages, clock)
+        return replace(source, notes=tuple(f"{topic} left out: {why}" for topic, why in unknown.items()))
     except (UsageError, DataError):
         raise
     except Exception as error:  # the library raises errors of many kinds for files that are none of its own

@@ -6,6 +6,7 @@ A stream is a topic. A bag is a file (``.bag``, ``.db3``, ``.mcap``) or the fold
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,15 +37,25 @@ def open_rosbag(path: Path, clock: str) -> Source:
             for connection, at, raw in bag.messages(connections=connections):
                 yield connection.topic, at, bag.deserialize(raw, connection.msgtype)
 
+    unknown: list[str] = []
+
     def first() -> Iterator[Message]:
         with opened() as bag:
             for connection in bag.connections:
                 for _, at, raw in bag.messages(connections=[connection]):
-                    yield connection.topic, at, bag.deserialize(raw, connection.msgtype)
+                    # a topic of a type that nobody has defined is left out; the others are read
+                    try:
+                        decoded = bag.deserialize(raw, connection.msgtype)
+                    except Exception as error:
+                        kind = f"{connection.msgtype}: {type(error).__name__} {error}"
+                        unknown.append(f"{connection.topic} left out, its type cannot be read ({kind})")
+                        break
+                    yield connection.topic, at, decoded
                     break
 
     # the library raises errors of many kinds for files that are none of its own
     try:
-        return source_of(str(path), list(first()), messages, clock)
+        source = source_of(str(path), list(first()), messages, clock)
+        return replace(source, notes=tuple(unknown))
     except Exception as error:
         raise DataError(f"{path}: this is no bag that can be read: {error}") from None

@@ -39,11 +39,13 @@ class Source:
         name: the file, for messages.
         contents: names of the fields of each stream; the one stream of a plain table is called ``""``.
         read: reads the fields that are asked for, by stream.
+        notes: what was left out on opening, and why.
     """
 
     name: str
     contents: Mapping[str, tuple[str, ...]]
     read: Callable[[Mapping[str, frozenset[str]]], Mapping[str, Stream]]
+    notes: tuple[str, ...] = ()
 
     def address(self, stream: str, field: str) -> str:
         """How a map writes a field: ``STREAM:FIELD``, or ``FIELD`` in a plain table."""
