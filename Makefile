@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 # other packages, in an environment of their own
 PEERS  := target/peers
 
-.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-peer blind-short plan coverage staged bench clean
+.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage staged bench clean
 
 test: test-rust test-python test-browser
 
@@ -61,15 +61,9 @@ $(PEERS)/bin/python: benches/peers/requirements.txt
 	$(PEERS)/bin/python -m pip install --quiet -r benches/peers/requirements.txt
 	touch $@
 
-# pysindy on the same campaigns, two seeds a row; its rows come into the table by the next `make blind`.
-blind-peer: $(PEERS)/bin/python
-	rm -rf target/blind-campaigns
-	cargo run --release --example blind -- --seeds 2 --campaigns target/blind-campaigns
-	OPENBLAS_NUM_THREADS=1 $(PEERS)/bin/python benches/peers/pysindy_blind.py target/blind-campaigns --write target/blind-pysindy.jsonl
-
 # The same over two seeds a row, printed and not written.
 blind-short:
-	cargo run --release --example blind -- --seeds 2 --records target/blind-short.jsonl
+	cargo run --release --example blind -- --seeds 2
 
 # The table of plans against simulated campaigns; see docs/plan.md.
 plan:

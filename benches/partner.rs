@@ -17,6 +17,7 @@ use hydrosysid::chain::Available;
 use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
+use hydrosysid::estimate::filter_error::FilterErrorOptions;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
 use hydrosysid::estimate::{Blocks, Names, Refinement, RegressorOptions, folded, regressors_of, started};
 use hydrosysid::frame::Dof;
@@ -145,7 +146,8 @@ impl Works {
 
     fn find(&self) -> String {
         let campaign = blind(&BlindOptions::default()).expect("the tank sails");
-        let fitting = OutputErrorOptions { position: true, ..OutputErrorOptions::default() };
+        let base = OutputErrorOptions { position: true, ..OutputErrorOptions::default() };
+        let fitting = FilterErrorOptions { base, ..FilterErrorOptions::default() };
         let (cpu, wall) = (ProcessTime::now(), Instant::now());
         let model = campaign.model().expect("a model");
         let found = discover(&model, &campaign.runs, &[], &fitting, &SearchOptions::default()).expect("a fit");

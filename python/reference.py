@@ -28,7 +28,7 @@ returns the axes. Results and campaigns pickle. `progress=` takes `True` for a b
 Ctrl-C ends long work.
 """
 GROUPS = {
-    "Campaigns and logs": ["Campaign", "Run", "OwnEffect", "tank_campaign", "init", "convert"],
+    "Campaigns and logs": ["Campaign", "Run", "OwnEffect", "tank_campaign", "init", "vehicles", "convert"],
     "Verbs": [
         *["check", "fit", "simulate", "force_components", "compare", "compare_published", "compare_models"],
         *[

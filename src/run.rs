@@ -31,6 +31,8 @@ pub enum RunKind {
     Oscillatory,
     /// Turning moment that flips when the heading reaches a bound.
     Zigzag,
+    /// One thruster on a bench: its command and its force over time.
+    Bench,
     /// Anything else.
     #[default]
     Free,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, Estimator, ReadOptions};
 use hydrosysid::campaign::{
-    self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, ModelFileError, Published,
+    self, Campaign, Fit, FitOptions, InitFacts, InitRequest, LoadOptions, ModelFile, ModelFileError, Published,
 };
 use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
@@ -294,23 +294,34 @@ pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> 
     written.map_err(|e| error::usage(py, &e))
 }
 
-/// The text of a campaign file over logs: each a path to read and the text that is to stand in the campaign.
+/// The text of a campaign file over logs (each a path to read and the text that is to stand in the campaign), and the
+/// files that it needs beside it. `figures`: mass, volume, weight, buoyancy, length.
 #[pyfunction]
-#[pyo3(signature = (logs, name, mass, volume, weight, buoyancy, length, log_options))]
-#[allow(clippy::too_many_arguments)] // the package calls it by keyword
 pub fn init_campaign(
     py: Python<'_>,
     logs: Vec<(PathBuf, String)>,
     name: String,
-    mass: Option<f64>,
-    volume: Option<f64>,
-    weight: Option<f64>,
-    buoyancy: Option<f64>,
-    length: Option<f64>,
+    figures: [Option<f64>; 5],
+    vehicle: Option<String>,
     log_options: &str,
-) -> PyResult<String> {
-    let facts = InitFacts { name, mass, volume, weight, buoyancy, length };
-    let options = options(py, log_options)?;
-    let logs: Vec<(&Path, String)> = logs.iter().map(|(path, shown)| (path.as_path(), shown.clone())).collect();
-    detached(py, || campaign::init(&logs, &facts, &options))?.map_err(|e| error::campaign(py, &e))
+    learned: &str,
+) -> PyResult<(String, Vec<(PathBuf, String)>)> {
+    let [mass, volume, weight, buoyancy, length] = figures;
+    let request = InitRequest {
+        logs,
+        facts: InitFacts { name, mass, volume, weight, buoyancy, length },
+        vehicle,
+        options: options(py, log_options)?,
+        learned: serde_json::from_str(learned).map_err(|e| error::usage(py, &e))?,
+    };
+    let made = detached(py, || campaign::init(&request))?.map_err(|e| error::campaign(py, &e))?;
+    Ok((made.text, made.companions))
+}
+
+/// The vehicles that come with the program: name, their tables, as JSON.
+#[pyfunction]
+pub fn known_vehicles() -> PyResult<String> {
+    let all: Vec<(String, campaign::VehicleFile)> =
+        campaign::known_vehicles().into_iter().map(|known| (known.id, known.file)).collect();
+    error::to_json(&all)
 }

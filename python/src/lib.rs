@@ -25,7 +25,7 @@ mod _native {
     use super::attitude::{euler, to_body};
     #[pymodule_export]
     use super::campaign::{
-        NativeCampaign, check_campaign, fit_streamed, init_campaign, tank_campaign, too_large_to_keep,
+        NativeCampaign, check_campaign, fit_streamed, init_campaign, known_vehicles, tank_campaign, too_large_to_keep,
     };
     #[pymodule_export]
     use super::catalogue::{codes_explained, effects, regressors};

@@ -135,7 +135,7 @@ def test_init_report_and_explain_are_functions_too(folder: Path) -> None:
     assert len(hs.Campaign.from_file(folder / "new.toml").runs) == 2
     with pytest.raises(hs.UsageError, match="exists"):
         hs.init([folder / "surge_1.csv"], folder / "new.toml")
-    with pytest.raises(hs.UsageError, match="campaign's folder"):
+    with pytest.raises(hs.UsageError, match="no such log"):
         hs.init(["/surge_1.csv"], folder / "other.toml")
     page = hs.report(folder / "campaign.toml", folder / "r.html", discovery=False)
     assert "small: identification" in page.read_text(encoding="utf-8")

@@ -175,6 +175,24 @@ def test_an_mcap_of_json(tmp_path: Path) -> None:
     assert run["V1"][0].tolist() == [0.0, 0.1, 0.2, 0.3, 0.4]
 
 
+def test_a_topic_of_an_unknown_type_is_left_out_and_named(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.mcap"
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        schema = writer.register_schema("any", "jsonschema", b"{}")
+        known = writer.register_channel("/thrust", "json", schema)
+        other = writer.register_channel("/secret", "protobuf", schema)
+        for k in range(5):
+            writer.add_message(other, START + k * 10**8, b"\x00\x01", START + k * 10**8)
+            data = json.dumps({"pwm": [1500 + k, 1500]}).encode()
+            writer.add_message(known, START + k * 10**8, data, START + k * 10**8)
+        writer.finish()
+    run = hs.Run.from_mcap(path, columns={"V1": {"name": "/thrust:pwm[0]", "unit": "us"}})
+    assert run["V1"][1].tolist() == [1500.0 + k for k in range(5)]
+    assert any("/secret left out" in f.message for f in run.findings), [f.message for f in run.findings]
+
+
 def test_what_is_not_there_is_named(tmp_path: Path) -> None:
     bag = write_bag(tmp_path, "sqlite")
     with pytest.raises(hs.UsageError, match=r"/dvl:twist\.linear\.x"):

@@ -13,6 +13,7 @@ codes! {
     VERTICAL = "M019" "vertical" Error "A run goes through a pitch of 90 degrees, where Euler angles are singular, and does not log what a quaternion needs: phi, theta and psi at the same instants, in every run. Log them, or cut the stretch with where = \"abs(theta) < 1.4\".";
     NO_TRAINING = "M008" "no-training-run" Error "No run takes part in the fit: at least one needs role = \"train\".";
     NOT_STREAMED = "M010" "not-streamed" Error "A fit by --stream keeps no log, and this run asks for something that needs it whole.";
+    BENCH = "M220" "bench" Warning "A bench run shows nothing of its thruster: it needs a command that changes and at least 50 rows of `force`.";
     BOLLARD = "M011" "bollard-table" Error "A bollard table gives no curve of a thruster: it needs a command and a force in each row, at least three rows each way in which this thruster alone is driven, and thrust that grows with the command.";
     RESAMPLE = "M009" "resample" Error "Resampling would make more than a thousand samples of each: the rate or the unit of time is wrong.";
 

@@ -42,6 +42,14 @@ pub enum Error {
         /// What is wrong, with the key.
         message: String,
     },
+    /// There is no such vehicle, or its file cannot be used: wrong use.
+    #[error("vehicle {name}: {message}")]
+    Vehicle {
+        /// Name or path that was asked for.
+        name: String,
+        /// What is wrong.
+        message: String,
+    },
     /// The model cannot be: wrong use.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -69,7 +77,9 @@ impl Error {
     /// Whether the call was wrong (exit code 2), not the data (exit code 1).
     pub fn is_wrong_use(&self) -> bool {
         match self {
-            Error::File(_) | Error::Model(_) | Error::Asked(_) | Error::Parameters { .. } => true,
+            Error::File(_) | Error::Model(_) | Error::Asked(_) | Error::Parameters { .. } | Error::Vehicle { .. } => {
+                true
+            }
             Error::Log { source, .. } => !matches!(source, LogError::Refused { .. }),
             _ => false,
         }

@@ -37,6 +37,9 @@ pub(super) fn apply(
     thrusters: &[Thruster],
     efficiency: &Efficiency,
 ) -> Result<(), Vec<Finding>> {
+    if logged.run.kind == RunKind::Bench {
+        return super::bench::commanded(logged, thrusters);
+    }
     let name = logged.run.name.clone();
     let refuse =
         |code, column: Option<&str>, text: String| vec![Finding::at(code, &name, None, column, &text).of_run(&name)];

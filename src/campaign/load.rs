@@ -63,6 +63,8 @@ pub struct Campaign {
     pub model: Model,
     /// The runs, in the order of the file: SI units, forces that act, derived channels in place.
     pub runs: Vec<Run>,
+    /// Runs of a thruster on a bench; no verb about motion reads them.
+    pub benches: Vec<Run>,
     /// The user's own effects that the discovery may add, and those that columns of the log brought.
     pub candidates: Vec<Own>,
     /// Which columns brought candidates.
@@ -196,7 +198,7 @@ pub(super) fn with_nominal_forces(mut runs: Vec<Run>) -> Vec<Run> {
 
 /// Whether a vehicle moves freely in a run of this kind.
 pub(super) fn moves(kind: RunKind) -> bool {
-    !matches!(kind, RunKind::Bollard | RunKind::Towing)
+    !matches!(kind, RunKind::Bollard | RunKind::Towing | RunKind::Bench)
 }
 
 /// Names of the runs: their first file; a number behind it where two are of one file.
@@ -234,7 +236,7 @@ pub(super) fn assemble(
     model.input = if !mixed && held.first() == Some(&true) { Interpolation::Hold } else { Interpolation::Linear };
     let thrusters::Curves { curves, mut findings, sources: tables_of_thrust } = thrusters::fit(&mut file)?;
     sources.extend(tables_of_thrust);
-    let (mut runs, mut refused) = (Vec::new(), Vec::new());
+    let (mut runs, mut benches, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     let mut position = true;
     let driven = baseline::driven_by_formulas(&file);
     let whole = !logged.iter().any(|logged| logged.piece);
@@ -254,7 +256,7 @@ pub(super) fn assemble(
             refused
                 .push(Finding::at(&codes::NOTHING_LEFT, &logged.run.name, None, None, text).of_run(&logged.run.name));
         }
-        runs.push(logged.run);
+        if logged.run.kind == RunKind::Bench { benches.push(logged.run) } else { runs.push(logged.run) }
     }
     if whole {
         derived::add(&mut runs, &file.vehicle, &model.dofs);
@@ -294,6 +296,7 @@ pub(super) fn assemble(
         water: file.water,
         model,
         runs,
+        benches,
         candidates,
         brought,
         curves,

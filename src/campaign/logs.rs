@@ -1,6 +1,7 @@
 //! From the logs of one `[[run]]` to one run: read, brought to one clock, put together.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::baseline;
@@ -8,8 +9,10 @@ use super::codes;
 use super::error::Error;
 use super::file::{CampaignFile, RunTable};
 use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::log::codes::MISSING_COLUMN;
 use crate::log::options::PositionSource;
-use crate::log::{self, LogError, LogOptions};
+use crate::log::{self, LogError, LogFile, LogOptions};
 use crate::run::{Run, RunKind, Signal};
 
 /// A run as its logs say it.
@@ -37,17 +40,28 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
     // of several logs none holds everything, so that what is absent is told when they are together
     let alone = table.files.len() == 1;
     let needed = needed(file, table.kind);
+    let mut first_origin = None;
     for one in &table.files {
         let required: Vec<&str> = needed.iter().copied().filter(|c| alone || *c == "t").collect();
-        let read = read_one(&file.path_of(one), options, &required)
+        let options = one.log.as_ref().unwrap_or(options);
+        let read = read_one(&file.path_of(one), options, &required, &file.model.dofs)
             .map_err(|source| Error::Log { run: name.to_string(), source })?;
+        // logs of wall clocks each begin at 0: what was subtracted brings them together again
+        let apart = match (read.origin, first_origin) {
+            (Some(own), Some(first)) => own - first,
+            (own, _) => {
+                first_origin = own;
+                0.0
+            }
+        };
+        let offset = one.clock_offset + apart;
         let findings = read.warnings.into_iter().chain(read.notes).map(|f| f.of_run(name));
         logged.findings.extend(findings);
-        logged.run.gaps.extend(read.gaps.iter().map(|t| t + one.clock_offset));
+        logged.run.gaps.extend(read.gaps.iter().map(|t| t + offset));
         logged.units.extend(read.units);
         let mut clocks = Clocks::new();
         for (channel, signal) in read.signals {
-            let signal = shifted(&signal, one.clock_offset, &mut clocks);
+            let signal = shifted(&signal, offset, &mut clocks);
             if logged.run.signals.insert(channel.clone(), signal).is_some() {
                 let text = format!("the run has `{channel}` from another log already; keep one of them");
                 let finding = Finding::at(&codes::TWICE, &one.file, None, Some(&channel), &text).of_run(name);
@@ -61,6 +75,7 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         let absent: Vec<Finding> = needed
             .into_iter()
             .filter(|c| *c != "t" && !logged.run.signals.contains_key(*c))
+            .filter(|c| !Dof::ALL.iter().any(|dof| dof.velocity() == *c && told_by_pose(&logged.run.signals, *dof)))
             .map(|c| {
                 Finding::at(&codes::NOT_ON_CHANNEL, name, None, Some(c), "none of the run's logs has it").of_run(name)
             })
@@ -72,8 +87,35 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
     Ok(logged)
 }
 
-fn read_one(path: &std::path::Path, options: &LogOptions, required: &[&str]) -> Result<log::LogFile, LogError> {
-    log::read(path, options, required)
+/// Reads a log that must have the columns `required`; of the velocities those may be absent that the log tells by
+/// positions or angles.
+fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) -> Result<LogFile, LogError> {
+    let refused = match log::read(path, options, required) {
+        Err(error) if error.findings().iter().any(|f| f.code == MISSING_COLUMN.code) => error,
+        other => return other,
+    };
+    let absent = |column: &str| {
+        refused.findings().iter().any(|f| f.code == MISSING_COLUMN.code && f.column.as_deref() == Some(column))
+    };
+    let posed: Vec<Dof> = dofs.iter().copied().filter(|dof| absent(dof.velocity())).collect();
+    let fewer: Vec<&str> = required.iter().copied().filter(|c| !posed.iter().any(|dof| dof.velocity() == *c)).collect();
+    match log::read(path, options, &fewer) {
+        Ok(log) if posed.iter().all(|dof| told_by_pose(&log.signals, *dof)) => Ok(log),
+        _ => Err(refused),
+    }
+}
+
+/// Whether positions and angles tell the motion in `dof` where its velocity is not logged: an angle its rate, the depth
+/// the heave, north and east with the heading surge and sway.
+pub(super) fn told_by_pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> bool {
+    let needed: &[&str] = match dof {
+        Dof::Surge | Dof::Sway => &["x", "y", "psi"],
+        Dof::Heave => &["z"],
+        Dof::Roll => &["phi"],
+        Dof::Pitch => &["theta"],
+        Dof::Yaw => &["psi"],
+    };
+    needed.iter().all(|name| signals.contains_key(*name))
 }
 
 /// Columns that a run of this kind must have: time and velocities, and the forces unless thrusters give them. A
@@ -88,6 +130,7 @@ pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     let all = match kind {
         RunKind::Bollard => Vec::new(),
         RunKind::Towing => vec!["t"],
+        RunKind::Bench => vec!["t", "force"],
         _ if file.thrusters.is_empty() => log::required(&file.model.dofs),
         _ => std::iter::once("t").chain(velocities).collect(),
     };

@@ -5,6 +5,7 @@
 //! line and Python call the same ones.
 
 mod baseline;
+mod bench;
 mod check;
 pub mod codes;
 mod columns;
@@ -39,10 +40,12 @@ mod scale;
 mod simulate;
 mod stream;
 mod thrusters;
+mod vehicles;
 mod vertical;
 mod window;
 
 pub use baseline::Own;
+pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};
 pub use compare::{Comparison, compare};
 pub use components::{Components, RunComponents, components};
@@ -58,7 +61,7 @@ pub use identifiability::{
     Believable, Correlation, Direction, Group, Identifiability, OtherLength, OtherWindow, ProfileOf,
 };
 pub use inertia_amplitude::{InertiaAgainstAmplitude, InertiaOfRun};
-pub use init::{InitFacts, init};
+pub use init::{InitFacts, InitRequest, Learned, Scaffold, init};
 pub use load::{Campaign, LoadOptions, Options};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
 pub use monitor::{Monitored, monitor, new_logs};
@@ -70,3 +73,4 @@ pub use resample::{Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};
 pub use stream::{fit_streamed, too_large_to_keep};
 pub use thrusters::FittedCurve;
+pub use vehicles::{KnownVehicle, SuitedModel, VehicleFile, known_vehicles, vehicle};

@@ -39,7 +39,7 @@ pub fn new_logs(
     let here = std::env::current_dir().unwrap_or_default();
     let run = |path: &&Path| RunTable {
         // absolute: the campaign has no folder
-        files: vec![RunFile { file: here.join(path).display().to_string(), clock_offset: 0.0 }],
+        files: vec![RunFile { file: here.join(path).display().to_string(), ..RunFile::default() }],
         kind: RunKind::Free,
         role: Role::Validate,
         ..RunTable::default()

@@ -19,6 +19,7 @@ use super::difference::{COVER, two_sided};
 use super::error::Error;
 use super::fit::described;
 use super::load::Campaign;
+use super::vehicles::vehicle;
 use crate::compare::Disagreement;
 use crate::effects::catalogue;
 use crate::envelope::Envelope;
@@ -129,12 +130,19 @@ pub struct PublishedParameter {
 }
 
 impl Published {
-    /// Reads a file of published parameters for the model of a campaign.
+    /// Reads a file of published parameters for the model of a campaign; the name of a vehicle that comes with the program,
+    /// or a vehicle file, stands for its `[published]`.
     ///
     /// # Errors
     /// [`Error::Parameters`] naming the file and the key.
     pub fn read(path: &Path, campaign: &Campaign) -> Result<Published, Error> {
         let failed = |message: String| Error::Parameters { file: path.to_path_buf(), message };
+        let name = path.to_string_lossy();
+        if !path.exists() || vehicle(&name).is_ok_and(|known| known.file.published.is_some()) {
+            let known = vehicle(&name).map_err(|e| failed(e.to_string()))?;
+            let published = known.file.published.ok_or_else(|| failed("the vehicle has no [published]".into()))?;
+            return Published::parse(&published.to_string(), path, campaign);
+        }
         let text = crate::text_file::read(path).map_err(|e| failed(e.to_string()))?;
         Published::parse(&text, path, campaign)
     }

@@ -115,7 +115,7 @@ struct Folding<'a> {
 
 impl Folding<'_> {
     fn run(&mut self, table: &RunTable, name: &str) -> Result<(), Error> {
-        let options = table.log.as_ref().unwrap_or(&self.file.log);
+        let options = table.files[0].log.as_ref().or(table.log.as_ref()).unwrap_or(&self.file.log);
         let wrong = |source| Error::Log { run: name.to_string(), source };
         let rows = Rows::open(&self.file.path_of(&table.files[0]), options, &needed(self.file, table.kind));
         let mut pieces = Pieces::new(rows.map_err(wrong)?, self.length);
@@ -173,7 +173,8 @@ impl Folding<'_> {
 
 /// What cannot be done with pieces.
 fn refuse_what_needs_all(file: &CampaignFile, table: &RunTable, name: &str) -> Result<(), Error> {
-    let options = table.log.as_ref().unwrap_or(&file.log);
+    let own = table.files.first().and_then(|file| file.log.as_ref());
+    let options = own.or(table.log.as_ref()).unwrap_or(&file.log);
     let (model, _): (Model, _) = super::baseline::build(file)?;
     let whole = |channel: &str| {
         let amplitude = Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == channel);

@@ -13,6 +13,7 @@ use super::lag;
 use super::rates::number_of;
 use super::samples::{Samples, windows};
 use crate::frame::Dof;
+use crate::navigation::unwrap;
 use crate::run::Run;
 
 /// Shortest window, s.
@@ -85,10 +86,23 @@ pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
     Vec::new()
 }
 
+/// The velocity in `dof`; where none is logged the change of angle or depth from sample to sample, at its middle.
+fn velocity(run: &Run, dof: Dof) -> Option<Samples> {
+    if let Some(signal) = run.signal(dof.velocity()) {
+        return Samples::of(signal);
+    }
+    let pose = run.signal(dof.position()).filter(|_| !matches!(dof, Dof::Surge | Dof::Sway))?;
+    let turned = if dof.is_rotation() { unwrap(pose.values()) } else { pose.values().to_vec() };
+    let time = pose.time();
+    let middle = time.windows(2).map(|t| 0.5 * (t[0] + t[1])).collect();
+    let slope = (1..time.len()).map(|k| (turned[k] - turned[k - 1]) / (time[k] - time[k - 1])).collect();
+    Samples::new(middle, slope)
+}
+
 impl Balance {
     /// The balance that this run has of `dof`; `None` without velocity, command or enough windows.
     pub fn new(run: &Run, dof: Dof) -> Option<Balance> {
-        let nu = Samples::of(run.signal(dof.velocity())?)?;
+        let nu = velocity(run, dof)?;
         let names = commands(run, dof);
         let of_command = |n: &String| run.signal(n).and_then(|s| Samples::new(s.time().to_vec(), s.values().to_vec()));
         let commands: Vec<Samples> = names.iter().filter_map(of_command).collect();

@@ -84,6 +84,38 @@ fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     (scale > 0.0).then(|| sum(&|x, y| x * y) / scale)
 }
 
+/// Channel that is 1 where the log's mode says that a controller steers, 0 elsewhere.
+pub const MODE: &str = "closed_loop";
+
+/// Stretches in which the log itself says that a controller steers.
+pub fn judge_modes(run: &Run) -> Vec<Found> {
+    let Some(mode) = run.signal(MODE).filter(|s| !s.is_empty()) else { return Vec::new() };
+    let (time, steers) = (mode.time(), mode.values());
+    let mut stretches: Vec<(f64, f64)> = Vec::new();
+    for k in 0..steers.len() {
+        match (steers[k] >= 0.5, stretches.last_mut()) {
+            (true, Some(last)) if k > 0 && steers[k - 1] >= 0.5 => last.1 = time[k],
+            (true, _) => stretches.push((time[k], time[k])),
+            _ => {}
+        }
+    }
+    if stretches.is_empty() {
+        return Vec::new();
+    }
+    let total: f64 = stretches.iter().map(|(a, b)| b - a).sum();
+    let first = stretches[0];
+    let text = format!(
+        "by the modes of the log a controller steers for {} s in {} stretch{}, first from {} to {} s: there the command \
+         follows the motion; leave it out with where = \"{MODE} < 0.5\", or fit with force noise and trust it less",
+        short(total, 4),
+        stretches.len(),
+        if stretches.len() == 1 { "" } else { "es" },
+        short(first.0, 6),
+        short(first.1, 6)
+    );
+    vec![Found::new(&codes::MODE_CLOSED_LOOP, &[MODE], text)]
+}
+
 /// Loops that are closed.
 pub fn judge(loops: &[Loop]) -> Vec<Found> {
     let closed = loops.iter().filter(|l| l.spread < HELD && l.correlation < FOLLOWS);

@@ -17,6 +17,7 @@ pub mod factor;
 pub mod fit;
 pub mod geodetic;
 pub mod lag;
+pub mod motion;
 pub mod options;
 pub mod path;
 pub mod rates;
@@ -79,12 +80,14 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     found.extend(excitation::judge(run, &excitation, &options.dofs));
     let loops = closed_loop::measure(run);
     found.extend(closed_loop::judge(&loops));
+    found.extend(closed_loop::judge_modes(run));
+    found.extend(motion::judge(run));
 
     let examined = |topic: Topic| match topic {
         Topic::Consistency => !agreements.is_empty(),
         Topic::Commands => !answers.is_empty(),
         Topic::Excitation => !excitation.is_empty() || !options.dofs.is_empty(),
-        Topic::Loop => !loops.is_empty(),
+        Topic::Loop => !loops.is_empty() || run.signals.contains_key(closed_loop::MODE),
         Topic::Reading => false,
         Topic::Clock | Topic::Sampling | Topic::Values => !rates.is_empty(),
     };

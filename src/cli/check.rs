@@ -14,7 +14,7 @@ use crate::check::{Light, Topic};
 
 pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
-    let campaigns = a.files.iter().filter(|f| f.extension().is_some_and(|e| e == "toml")).count();
+    let campaigns = a.files.iter().filter(|f| f.is_dir() || f.extension().is_some_and(|e| e == "toml")).count();
     let busy = output.busy("reading logs");
     let found = match (campaigns, a.files.as_slice()) {
         (1, [campaign]) => campaign::check_campaign(campaign, LoadOptions { allow_outside: a.campaign.allow_outside })?,

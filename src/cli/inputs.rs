@@ -25,7 +25,7 @@ pub(super) fn of(verb: &Verb) -> Vec<PathBuf> {
         }
         Verb::Report(a) => found.extend([Some(&a.campaign), a.params.as_ref()].into_iter().flatten().cloned()),
         Verb::Export(a) => found.extend(a.file.clone()),
-        Verb::Demo(_) | Verb::Effects(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => {}
+        Verb::Demo(_) | Verb::Effects(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man | Verb::Vehicles => {}
     }
     found
 }

@@ -4,6 +4,7 @@
 //! Exit codes: 0 done, 1 the data was refused or the work not possible with it, 2 wrong use.
 
 mod arguments;
+mod bench;
 mod catalogue;
 mod check;
 mod compare;
@@ -12,6 +13,7 @@ mod discovered;
 mod export;
 mod failure;
 mod fitted;
+mod init;
 mod inputs;
 mod message;
 mod monitor;
@@ -22,6 +24,7 @@ mod scatter;
 mod shell;
 mod show;
 mod table;
+mod vehicles;
 mod verbs;
 
 use std::ffi::OsString;
@@ -74,7 +77,7 @@ fn cores() -> usize {
 fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
     match &arguments.verb {
         Verb::Demo(a) => show::demo(a, output),
-        Verb::Init(a) => verbs::init(a, output),
+        Verb::Init(a) => init::init(a, output),
         Verb::Check(a) => check::check(a, output),
         Verb::Convert(a) => convert::convert(a, output),
         Verb::Fit(a) => verbs::fit(a, output),
@@ -86,6 +89,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Report(a) => show::report(a, output),
         Verb::Export(a) => export::export(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
+        Verb::Vehicles => vehicles::vehicles(output),
         Verb::Explain(a) => catalogue::explain(a, output),
         Verb::Completions(a) => shell::completions(a, output),
         Verb::Man => shell::man(output),

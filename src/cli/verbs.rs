@@ -8,7 +8,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::table;
 use super::{plot, scatter};
-use crate::campaign::{self, Campaign, Fit, FitOptions, InitFacts, LoadOptions, ModelFile, Simulation};
+use crate::campaign::{self, Campaign, Fit, FitOptions, LoadOptions, ModelFile, Simulation};
 use crate::log::{self, LogOptions};
 use crate::run::{Run, Signal};
 
@@ -23,44 +23,11 @@ pub(super) fn load(path: &Path, loading: &Loading, output: &Output) -> Result<Ca
     Ok(output.working("reading logs", || Campaign::load(path, options))??)
 }
 
-pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
-    output.may_write(a.output.as_deref())?;
-    let options = reading(&a.reading)?;
-    let folder = a.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-    let mut logs = Vec::new();
-    for path in &a.logs {
-        let shown = path.strip_prefix(folder).unwrap_or(path);
-        if shown.is_absolute() || shown.starts_with("..") {
-            let text = format!(
-                "{}: a log lies in the campaign's folder or below it; write the campaign there with --output",
-                path.display()
-            );
-            return Err(Failure::Argument(text));
-        }
-        logs.push((path.as_path(), shown.display().to_string()));
-    }
-    let facts = InitFacts {
-        name: a.name.clone(),
-        mass: a.mass,
-        volume: a.volume,
-        weight: a.weight,
-        buoyancy: a.buoyancy,
-        length: a.length,
-    };
-    let text = output.working("reading logs", || campaign::init(&logs, &facts, &options))??;
-    match &a.output {
-        None if !output.json_on_stdout() => output.hand_over(&text),
-        None => {}
-        Some(path) => {
-            output.write(path, text.as_bytes())?;
-            output.print(&format!("{} written; read it through, then: hydrosysid check {0}", path.display()));
-        }
-    }
-    output.json(&serde_json::json!({"format": 1, "file": a.output, "campaign": text}))
-}
-
 pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     output.may_write(a.model.as_deref())?;
+    if let Some(result) = super::bench::alone(a, output)? {
+        return result.hand_over(output);
+    }
     let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
     super::fitted::print(&fitted, output);
     plot::of_model(a.plotting.plot.as_deref(), &loaded.under(&fitted.efficiency), &fitted.model, output)?;

@@ -12,6 +12,15 @@ use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal};
 
+/// Effects that no data can tell from the one that speaks for them, and that are therefore not asked: a late log is a late
+/// command.
+const SPOKEN_FOR: [(&str, &str); 1] = [("thrust_delay", "sensor_delay")];
+
+/// Names for which a candidate speaks.
+pub(super) fn spoken_for(name: &str) -> impl Iterator<Item = String> {
+    SPOKEN_FOR.into_iter().filter(move |(speaker, _)| *speaker == name).map(|(_, other)| other.to_string())
+}
+
 /// One thing that may be missing.
 #[derive(Debug, Clone)]
 pub struct Candidate {
@@ -118,8 +127,7 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         .flat_map(|effect| places_for(effect.as_ref(), model, runs).into_iter().map(|p| (effect.clone(), p)));
     for (effect, place) in places.chain(own.iter().cloned()) {
         let about = effect.about();
-        // a late log is a late command: one class, and the command speaks for it
-        if present.contains(&name_of(about.id, place)) || about.id == "sensor_delay" {
+        if present.contains(&name_of(about.id, place)) || SPOKEN_FOR.iter().any(|(_, other)| *other == about.id) {
             continue;
         }
         if !readable(effect.as_ref(), place, runs) {

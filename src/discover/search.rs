@@ -12,7 +12,7 @@
 
 use std::sync::Arc;
 
-use super::candidate::{Candidate, candidates};
+use super::candidate::{Candidate, candidates, spoken_for};
 use super::held_out::{HeldOut, agree};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
@@ -282,7 +282,7 @@ fn next_name(found: &mut Search, task: &Task<'_>) -> Result<Option<(Added, Filte
             continue;
         }
         let also = |(other, worth): &&(String, f64)| *other != name && contender.worth() - worth < TIE;
-        let also_possible = tied.iter().filter(also).map(|(other, _)| other.clone()).collect();
+        let also_possible = tied.iter().filter(also).map(|(other, _)| other.clone()).chain(spoken_for(&name)).collect();
         let HeldOut { gain: held_out_gain, .. } = held_out;
         let p_value = p_of_all(log_p, threshold, task.options.level);
         let left = contender.score.left;

@@ -21,6 +21,8 @@ mod cubic_drag;
 mod current;
 mod drag_asymmetry;
 mod effect;
+mod fin_drag;
+mod fin_lift;
 mod fluid_memory;
 mod formula_effect;
 mod inertia;
@@ -31,6 +33,7 @@ mod mixed_drag;
 mod name;
 mod observer;
 mod parameter;
+mod propeller_advance;
 mod quadratic_drag;
 mod restoring_force;
 mod restoring_moment;
@@ -108,6 +111,11 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(thruster_fault::ThrusterFault),
         Arc::new(thrust_advance_loss::ThrustAdvanceLoss),
         Arc::new(thrust_crosstalk::ThrustCrosstalk),
+        Arc::new(propeller_advance::PropellerAdvance),
+        Arc::new(fin_lift::FinLift(fin_lift::Fin::Rudder)),
+        Arc::new(fin_lift::FinLift(fin_lift::Fin::SternPlane)),
+        Arc::new(fin_drag::FinDrag(fin_lift::Fin::Rudder)),
+        Arc::new(fin_drag::FinDrag(fin_lift::Fin::SternPlane)),
         Arc::new(current::Current),
         Arc::new(tether_spring::TetherSpring),
         Arc::new(tether_drag::TetherDrag),

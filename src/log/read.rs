@@ -158,7 +158,7 @@ fn collect<R: Read>(
         );
     }
     if timed {
-        log.gaps = check::time::gaps(&time).into_iter().map(|k| time[k]).collect();
+        log.gaps = check::time::row_gaps(&time, &log.signals).into_iter().map(|k| time[k]).collect();
         for (name, gaps) in check::time::sensor_gaps(&time, &log.signals) {
             log.gaps.extend(gaps.into_iter().map(|k| log.signals[name].time()[k]));
         }

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// The ids of the catalogue, as users and other programs know them.
-const IDS: [&str; 49] = [
+const IDS: [&str; 54] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -48,6 +48,11 @@ const IDS: [&str; 49] = [
     "thrust_crosstalk",
     "thruster_fault",
     "supply_voltage",
+    "propeller_advance",
+    "rudder_force",
+    "stern_plane_force",
+    "rudder_drag",
+    "stern_plane_drag",
     "current",
     "tether_spring",
     "tether_drag",

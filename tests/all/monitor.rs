@@ -245,7 +245,7 @@ fn a_log_without_a_heading_is_searched_for_what_needs_none() {
         &baseline,
         &runs,
         &[],
-        &OutputErrorOptions::default(),
+        &hydrosysid::estimate::filter_error::FilterErrorOptions::default(),
         &hydrosysid::discover::SearchOptions::default(),
     )
     .expect("a current needs the heading, and is left out");

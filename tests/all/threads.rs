@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::effects::Coriolis;
+use hydrosysid::estimate::filter_error::FilterErrorOptions;
 use hydrosysid::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
 use hydrosysid::estimate::{
     LeastSquaresOptions, Refinement, RegressorOptions, least_squares_with, regressors_of, started,
@@ -85,7 +86,8 @@ fn exact_output_error_bootstrap_and_monte_carlo() {
 
 #[test]
 fn exact_discovery() {
-    let (campaign, model, options) = campaign(30.0);
+    let (campaign, model, base) = campaign(30.0);
+    let options = FilterErrorOptions { base, ..FilterErrorOptions::default() };
     let found = alike(|| {
         let found = discover(&model, &campaign.runs, &[], &options, &SearchOptions::default()).expect("a fit");
         // doubles are printed so that they are read back as they are

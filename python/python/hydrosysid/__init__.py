@@ -59,10 +59,11 @@ if TYPE_CHECKING:
     from ._motion import Comparison, Disagreement, SimulatedRun, Simulation
     from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
     from ._own_effect import OwnEffect
-    from ._pages import demo, export, init, report, tank_campaign
+    from ._pages import demo, export, report, tank_campaign
     from ._planning import Plan, PlannedParameter, PlannedRun, Push
     from ._resampling import Resampling, Scatter, block_bootstrap
     from ._run import Run
+    from ._scaffold import init, vehicles
     from ._thruster import Estimate, ThrustDirection, ThrusterFit, fit_thruster
     from ._verbs import (
         check,
@@ -164,6 +165,7 @@ __all__ = [
     "rk4",
     "simulate",
     "tank_campaign",
+    "vehicles",
 ]
 
 # where each public name is at home
@@ -188,10 +190,11 @@ _HOMES = {
     "_motion": "Comparison Disagreement SimulatedRun Simulation",
     "_numbers": "LeastSquares least_squares polynomial_filter rk4",
     "_own_effect": "OwnEffect",
-    "_pages": "demo export init report tank_campaign",
+    "_pages": "demo export report tank_campaign",
     "_planning": "Plan PlannedParameter PlannedRun Push",
     "_resampling": "Resampling Scatter block_bootstrap",
     "_run": "Run",
+    "_scaffold": "init vehicles",
     "_thruster": "Estimate ThrustDirection ThrusterFit fit_thruster",
     "_verbs": (
         "check compare compare_models compare_published cross_validate discover fit force_components "

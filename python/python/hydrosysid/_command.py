@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import signal
 import sys
 import tempfile
@@ -15,7 +16,11 @@ from ._errors import DataError, HydrosysidError, UsageError
 from ._files import may_write, write
 from ._formats import is_known
 from ._run import Run
+from ._scaffold import campaign_file, init
 from ._series import mcap_of
+
+FIGURES = ("mass", "volume", "weight", "buoyancy", "length")
+"""Dry figures of a vehicle that `init` takes."""
 
 
 def main() -> int:
@@ -28,6 +33,9 @@ def main() -> int:
 def run_with(arguments: list[str]) -> int:
     """Runs the command with these arguments; returns its exit code: 0 done, 1 the data was refused, 2 wrong use."""
     try:
+        logs = _other_logs(arguments)
+        if logs is not None:
+            return _init(logs)
         foreign = _other_format(arguments)
         if foreign is not None:
             return _convert(foreign)
@@ -38,6 +46,57 @@ def run_with(arguments: list[str]) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1 if isinstance(error, DataError) else 2
     return _native.command(["hydrosysid", *arguments])
+
+
+def _other_logs(arguments: list[str]) -> argparse.Namespace | None:
+    """What was typed for `init`, where one of its logs is in a format that the crate does not read."""
+    if "init" not in arguments or "--help" in arguments or "-h" in arguments:
+        return None
+    parser = argparse.ArgumentParser(prog="hydrosysid", add_help=False, exit_on_error=False, allow_abbrev=False)
+    parser.add_argument("verb")
+    parser.add_argument("logs", type=Path, nargs="+")
+    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--vehicle")
+    parser.add_argument("--name", default="")
+    for figure in FIGURES:
+        parser.add_argument(f"--{figure}", type=float)
+    parser.add_argument("--log", dest="options", action="append", default=[])
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("-j", "--jobs")
+    for flag in ("--strict", "--force", "--no-color"):
+        parser.add_argument(flag, action="store_true")
+    parser.add_argument("-q", "--quiet", action="store_true")
+    try:
+        typed, unknown = parser.parse_known_args(arguments)
+    except argparse.ArgumentError:
+        return None  # the crate says what is wrong
+    return typed if not unknown and typed.verb == "init" and any(map(is_known, typed.logs)) else None
+
+
+def _init(typed: argparse.Namespace) -> int:
+    if typed.output is None:
+        raise UsageError("say with -o which folder or campaign file to write")
+    try:
+        options = tomllib.loads("\n".join(typed.options))
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"--log: {error}") from None
+    json_file = typed.json if typed.json is not None and str(typed.json) != "-" else None
+    if json_file is not None:
+        may_write(json_file, typed.force)
+    figures = {figure: getattr(typed, figure) for figure in FIGURES}
+    text = init(
+        typed.logs, typed.output, vehicle=typed.vehicle, name=typed.name, force=typed.force, **figures, **options
+    )
+    file, guesses = campaign_file(typed.output), text.count("# guessed:")
+    result = json.dumps({"format": 1, "file": str(file), "campaign": text, "guesses": guesses}, indent=2)
+    if json_file is not None:
+        write(json_file, result.encode(), typed.force)
+    elif typed.json is not None:
+        print(result)
+    if not typed.quiet and (typed.json is None or json_file is not None):
+        place = typed.output if typed.output == file else file.parent
+        print(f"{file} written, with {guesses} guesses to read through (`# guessed:`); then: hydrosysid check {place}")
+    return 0
 
 
 def _other_format(arguments: list[str]) -> argparse.Namespace | None:

@@ -29,6 +29,7 @@ __all__ = [
     "fit_streamed",
     "fit_thruster",
     "init_campaign",
+    "known_vehicles",
     "least_squares",
     "model_difference",
     "plan_campaign",
@@ -103,15 +104,14 @@ def fit_thruster(
     reference_supply: float | None,
 ) -> dict[str, Any]: ...
 def init_campaign(
-    logs: Sequence[tuple[_Path, str]],
+    logs: Sequence[tuple[str | PathLike[str], str]],
     name: str,
-    mass: float | None,
-    volume: float | None,
-    weight: float | None,
-    buoyancy: float | None,
-    length: float | None,
+    figures: Sequence[float | None],
+    vehicle: str | None,
     log_options: str,
-) -> str: ...
+    learned: str,
+) -> tuple[str, list[tuple[str, str]]]: ...
+def known_vehicles() -> str: ...
 def least_squares(h: _Array, y: _Array, names: Sequence[str]) -> dict[str, Any]: ...
 def plan_campaign(
     campaign: NativeCampaign, request: str, progress: _Progress

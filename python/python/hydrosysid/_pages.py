@@ -1,10 +1,10 @@
-"""The verbs that write files: `init`, `export`, `report`, `tank_campaign`, `demo`."""
+"""The verbs that write files: `export`, `report`, `tank_campaign`, `demo`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -18,53 +18,6 @@ from ._models import Export
 from ._plain import build
 from ._progress import Progress, listener
 from ._verbs import Model, Published, Source, published
-
-
-def init(
-    logs: Iterable[str | PathLike[str]],
-    output: str | PathLike[str] | None = None,
-    *,
-    name: str = "vehicle",
-    mass: float | None = None,
-    volume: float | None = None,
-    weight: float | None = None,
-    buoyancy: float | None = None,
-    length: float | None = None,
-    force: bool = False,
-    **log: Any,
-) -> str:
-    """The text of a commented campaign file from a set of logs and what is known of the vehicle.
-
-    Args:
-        logs: CSV logs; they lie in the campaign's folder or below it.
-        output: file to write, whole or not at all.
-        name: name of the vehicle.
-        mass: dry mass, kg.
-        volume: displaced volume, m³.
-        weight: weight in air, N.
-        buoyancy: buoyancy, N.
-        length: characteristic length, m.
-        force: replace a file that is there.
-        log: reading options of ``[log]``.
-
-    Raises:
-        DataError: a log that cannot be read.
-        UsageError: a log outside the folder, or `output` exists.
-    """
-    folder = Path() if output is None else may_write(output, force).parent
-    shown = []
-    for log_file in logs:
-        path = Path(log_file)
-        try:
-            inside = path.resolve().relative_to(folder.resolve()).as_posix()
-        except ValueError:
-            text = "a log lies in the campaign's folder or below it; write the campaign there"
-            raise UsageError(f"{path}: {text}") from None
-        shown.append((fspath(path), inside))
-    text = _native.init_campaign(shown, name, mass, volume, weight, buoyancy, length, json.dumps(log))
-    if output is not None:
-        write(output, text.encode(), force)
-    return text
 
 
 def export(

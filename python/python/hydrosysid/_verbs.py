@@ -282,6 +282,8 @@ def _model_text(source: Campaign | Model) -> str | None:
         return None
     if isinstance(source, Fit):
         return source.model
+    if Path(source).is_dir():
+        return None
     text = Path(source).read_text(encoding="utf-8")
     # a model says which version wrote it, a campaign never does
     return text if "hydrosysid" in tomllib.loads(text) else None
@@ -295,7 +297,9 @@ def check(
     progress: Progress = None,
     **log: Any,
 ) -> Check:
-    """Checks a campaign (a ``.toml`` file) or bare logs before anything is fitted; what is refused is a result.
+    """Checks a campaign (a ``.toml`` file, or a folder with one) or bare logs before anything is fitted.
+
+    What is refused is a result.
 
     Args:
         source: a campaign file, a log, or several logs.
@@ -305,7 +309,7 @@ def check(
         log: the reading options of ``[log]`` for bare logs.
     """
     if isinstance(source, str | PathLike):
-        if Path(source).suffix == ".toml":
+        if Path(source).suffix == ".toml" or Path(source).is_dir():
             with listener(progress) as tell:
                 return build(Check, json.loads(_native.check_campaign(fspath(source), allow_outside, tell)))
         source = [source]

@@ -408,6 +408,9 @@ impl Check<'_> {
             }
             for (k, log) in run.files.iter().enumerate() {
                 let place = self.place_of(i, k);
+                if let Some(own) = &log.log {
+                    self.log(&format!("{place}.log"), own);
+                }
                 if log.file.trim().is_empty() {
                     self.report.at(&place, Problem::Empty { right: "the path of a log" });
                 } else if self.options.look_for_files

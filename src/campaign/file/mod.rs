@@ -138,13 +138,19 @@ impl Default for ReadOptions {
 }
 
 impl CampaignFile {
-    /// Reads and checks a campaign file.
+    /// Reads and checks a campaign file; a folder stands for the `campaign.toml` in it.
     ///
     /// # Errors
     /// All that is wrong with it, up to [`CampaignErrors::MOST`] things.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
-        let bytes = text_file::read_bytes(path).map_err(|error| unreadable(path, error.kind()))?;
-        CampaignFile::from_bytes(&bytes, path, options)
+        let path = CampaignFile::at(path);
+        let bytes = text_file::read_bytes(&path).map_err(|error| unreadable(&path, error.kind()))?;
+        CampaignFile::from_bytes(&bytes, &path, options)
+    }
+
+    /// The campaign file that a path stands for: of a folder the `campaign.toml` in it.
+    pub fn at(path: &Path) -> PathBuf {
+        if path.is_dir() { path.join("campaign.toml") } else { path.to_path_buf() }
     }
 
     /// Checks the bytes of a campaign file as though they were read from `path`.

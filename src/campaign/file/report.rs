@@ -146,10 +146,32 @@ impl Report {
     pub fn into_errors(self) -> CampaignErrors {
         let Report { source, mut errors } = self;
         errors.sort_by_key(|e| e.location.as_ref().map_or(0, |l| l.span.start));
+        thrusters_as_one(&mut errors);
         let more = errors.len() > CampaignErrors::MOST;
         errors.truncate(CampaignErrors::MOST);
         CampaignErrors { file: source.file, text: source.text, errors, more }
     }
+}
+
+/// Says once that several thrusters lack a place or an axis, at the first of them.
+fn thrusters_as_one(errors: &mut Vec<CampaignError>) {
+    let lacks = |e: &CampaignError| {
+        let place = matches!(&e.problem, Problem::MissingKey { key, .. } if key == "position" || key == "axis");
+        place && e.key.starts_with("thruster")
+    };
+    let count = errors.iter().filter(|e| lacks(e)).count();
+    let Some(first) = errors.iter().position(lacks).filter(|_| count > 1) else { return };
+    errors[first].problem = Problem::Unreadable {
+        message: format!(
+            "{count} thrusters, this the first, lack `position` (m) or `axis`, in body axes forward, starboard, down: \
+             measure them, or take them from a vehicle: hydrosysid init LOG --vehicle NAME"
+        ),
+    };
+    let mut k = 0;
+    errors.retain(|e| {
+        k += 1;
+        k - 1 == first || !lacks(e)
+    });
 }
 
 /// What serde says, taken apart. Its wording is stable enough to be its interface: the tests of this room hold it.

@@ -56,11 +56,15 @@ pub struct RunFile {
     /// Seconds added to its time stamps, to bring them to the clock of the run's first log.
     #[serde(default, skip_serializing_if = "is_default")]
     pub clock_offset: f64,
+    /// Reading options of this log, those of the run already taken over where it says nothing; `None` when it says
+    /// nothing at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log: Option<LogOptions>,
 }
 
 impl From<&str> for RunFile {
     fn from(file: &str) -> RunFile {
-        RunFile { file: file.to_string(), clock_offset: 0.0 }
+        RunFile { file: file.to_string(), ..RunFile::default() }
     }
 }
 
@@ -74,7 +78,7 @@ impl<'de> Deserialize<'de> for Written {
             type Value = Written;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a path or a table {file, clock_offset}")
+                f.write_str("a path or a table {file, clock_offset, log}")
             }
 
             fn visit_str<E: Error>(self, file: &str) -> Result<Written, E> {
@@ -91,7 +95,7 @@ impl<'de> Deserialize<'de> for Written {
 
 impl Serialize for Written {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if is_default(&self.0.clock_offset) {
+        if is_default(&self.0.clock_offset) && self.0.log.is_none() {
             serializer.serialize_str(&self.0.file)
         } else {
             self.0.serialize(serializer)
@@ -116,7 +120,7 @@ mod files {
             type Value = Vec<RunFile>;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a path, a table {file, clock_offset}, or a list of them")
+                f.write_str("a path, a table {file, clock_offset, log}, or a list of them")
             }
 
             fn visit_str<E: Error>(self, file: &str) -> Result<Vec<RunFile>, E> {
@@ -143,7 +147,7 @@ mod tests {
     #[test]
     fn a_file_may_be_a_path_a_table_or_a_list() {
         let files = |text: &str| toml::from_str::<RunTable>(text).unwrap().files;
-        let late = RunFile { file: "imu.csv".into(), clock_offset: -0.25 };
+        let late = RunFile { file: "imu.csv".into(), clock_offset: -0.25, log: None };
         assert_eq!(files("file = 'a.csv'"), [RunFile::from("a.csv")]);
         assert_eq!(files("file = { file = 'imu.csv', clock_offset = -0.25 }"), std::slice::from_ref(&late));
         let both = files("file = ['a.csv', { file = 'imu.csv', clock_offset = -0.25 }]");

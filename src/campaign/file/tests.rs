@@ -126,7 +126,7 @@ fn every_table_is_read() {
     assert_eq!(c.discover.families, [Family::Body, Family::Actuator]);
     assert_eq!((c.runs[0].kind, c.runs[0].role), (RunKind::Oscillatory, Role::Train));
     assert_eq!(c.runs[0].condition.as_deref(), Some("abs(theta) > 0.2"));
-    assert_eq!(c.runs[1].files[1], RunFile { file: "imu.csv".into(), clock_offset: 0.12 });
+    assert_eq!(c.runs[1].files[1], RunFile { file: "imu.csv".into(), clock_offset: 0.12, log: None });
     assert_eq!(c.path_of(&c.runs[0].files[0]), Path::new("./surge_p28.csv"));
 }
 
@@ -188,12 +188,23 @@ fn unknown_words_name_the_nearest() {
 }
 
 #[test]
+fn thrusters_without_a_place_are_told_once() {
+    let head = "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia']\n[[run]]\nfile = 'a.csv'\n";
+    let thruster = |k: usize| format!("[[thruster]]\nname = '{k}'\nforward = {{a = 1, b = 0}}\n");
+    let text: String = std::iter::once(head.to_string()).chain((1..=8).map(thruster)).collect();
+    let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+    let errors = CampaignFile::from_bytes(text.as_bytes(), Path::new("c.toml"), &options).unwrap_err().errors;
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(errors[0].to_string().contains("8 thrusters"), "{}", errors[0]);
+}
+
+#[test]
 fn wrong_types_say_what_is_wanted() {
     refused("189", "'heavy'", &["4:8: vehicle.mass: string \"heavy\" where a number is wanted"]);
     refused(
         "'a.csv'",
         "3",
-        &["9:8: run[0].file: integer 3 where a path, a table {file, clock_offset}, or a list of them is wanted"],
+        &["9:8: run[0].file: integer 3 where a path, a table {file, clock_offset, log}, or a list of them is wanted"],
     );
     refused("'a.csv'", "'a.csv'\nrole = 3", &["10:8: run[0].role: another type where a word in quotes is wanted"]);
     refused("[[run]]", "[run]", &["8:1: run: a table where a list of tables, with [[ ]], is wanted"]);

@@ -137,19 +137,42 @@ fn walk_value<'i>(
     }
 }
 
-/// Gives every run with a `log` of its own the options of the campaign's `[log]` that it does not set itself.
+/// Gives every run with a `log` of its own the options of the campaign's `[log]` that it does not set itself, and every
+/// file of a run with one those of the run.
 pub(super) fn inherit_log(root: &mut DeTable<'_>) {
-    let Some(DeValue::Table(common)) = root.get("log").map(Spanned::get_ref).cloned() else {
-        return;
+    let common = match root.get("log").map(Spanned::get_ref) {
+        Some(DeValue::Table(common)) => Some(common.clone()),
+        _ => None,
     };
     let Some(DeValue::Array(runs)) = root.get_mut("run").map(Spanned::get_mut) else {
         return;
     };
     for run in runs.iter_mut() {
         let DeValue::Table(run) = run.get_mut() else { continue };
-        if let Some(DeValue::Table(own)) = run.get_mut("log").map(Spanned::get_mut) {
-            overlay(own, &common);
+        let of_run = inherited(run, common.as_ref());
+        match run.get_mut("file").map(Spanned::get_mut) {
+            Some(DeValue::Table(file)) => drop(inherited(file, of_run.as_ref())),
+            Some(DeValue::Array(files)) => {
+                for file in files.iter_mut() {
+                    if let DeValue::Table(file) = file.get_mut() {
+                        inherited(file, of_run.as_ref());
+                    }
+                }
+            }
+            _ => {}
         }
+    }
+}
+
+/// Overlays the `log` of a table on that of what it belongs to; what then holds there.
+fn inherited<'i>(table: &mut DeTable<'i>, common: Option<&DeTable<'i>>) -> Option<DeTable<'i>> {
+    match (table.get_mut("log").map(Spanned::get_mut), common) {
+        (Some(DeValue::Table(own)), Some(common)) => {
+            overlay(own, common);
+            Some(own.clone())
+        }
+        (Some(DeValue::Table(own)), None) => Some(own.clone()),
+        (_, common) => common.cloned(),
     }
 }
 

@@ -13,18 +13,21 @@ fn positive(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml"
+    after_help = "Examples:\n  hydrosysid init dive.csv --vehicle bluerov2 -o dive\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml\n  hydrosysid init imu.csv dvl.csv thrusters.csv -o dive --log 'columns.t = \"time\"'\n\nEvery guess stands in the file as a comment that begins with `# guessed:`. Logs outside the campaign's folder are\ncopied into it. With the Python package the logs may be ROS bags, .mcap, .BIN, .tlog, .ulg, .mat or .parquet too."
 )]
 pub(in crate::cli) struct Init {
-    /// Logs.
+    /// Logs; several of one dive are put together.
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
-    /// Campaign file to write; standard output when absent.
-    #[arg(short, long, value_name = "FILE")]
+    /// Folder to write, or campaign file (.toml); standard output when absent.
+    #[arg(short, long, value_name = "FOLDER|FILE")]
     pub output: Option<PathBuf>,
+    /// Vehicle that comes with the program (`hydrosysid vehicles`), or a vehicle file.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub vehicle: Option<String>,
     /// Name of the vehicle.
-    #[arg(long, default_value = "vehicle")]
-    pub name: String,
+    #[arg(long)]
+    pub name: Option<String>,
     /// Dry mass, kg.
     #[arg(long, value_name = "KG", value_parser = positive)]
     pub mass: Option<f64>,
@@ -40,6 +43,9 @@ pub(in crate::cli) struct Init {
     /// Characteristic length, m.
     #[arg(long, value_name = "M", value_parser = positive)]
     pub length: Option<f64>,
+    /// What the reader of another format has learned from the log (TOML); written by the Python package.
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub learned: Option<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
 }
@@ -49,7 +55,7 @@ pub(in crate::cli) struct Init {
     after_help = "Examples:\n  hydrosysid check campaign.toml\n  hydrosysid check dive.csv --log 'delimiter = \";\"' --log 'decimal = \",\"'"
 )]
 pub(in crate::cli) struct Check {
-    /// A campaign (.toml), or logs.
+    /// A campaign (.toml, or the folder that holds campaign.toml), or logs.
     #[arg(required = true, value_name = "CAMPAIGN|LOG")]
     pub files: Vec<PathBuf>,
     /// Columns that a bare log must have, separated by commas.

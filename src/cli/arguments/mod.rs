@@ -25,7 +25,7 @@ const STYLES: Styles = Styles::styled()
 /// Identification of underwater vehicles: from logs to a model that can be trusted.
 #[derive(Debug, Parser)]
 #[command(name = "hydrosysid", version, styles = STYLES, subcommand_required = true, arg_required_else_help = true,
-    after_help = "Examples:\n  hydrosysid init run1.csv run2.csv --mass 189 -o campaign.toml\n  hydrosysid check campaign.toml\n  hydrosysid fit campaign.toml --model model.toml\n  hydrosysid compare campaign.toml --model model.toml\n\nExit codes: 0 done, 1 the data was refused, 2 wrong use.")]
+    after_help = "Examples:\n  hydrosysid init dive.csv --vehicle bluerov2 -o dive\n  hydrosysid check dive\n  hydrosysid report dive\n  hydrosysid fit dive --model model.toml\n\nExit codes: 0 done, 1 the data was refused, 2 wrong use.")]
 pub(super) struct Arguments {
     #[command(flatten)]
     pub shared: Shared,
@@ -92,6 +92,8 @@ pub(super) enum Verb {
     Export(Export),
     /// List the effects that a model may hold, or tell all of one.
     Effects(Effects),
+    /// List the vehicles that come with the program.
+    Vehicles,
     /// Tell what the code of a warning or an error means.
     Explain(Explain),
     /// Write completions for a shell.

@@ -134,7 +134,8 @@ pub(in crate::cli) struct Compare {
     /// Fit each run alone and simulate its model on every other run: the cross-validation matrix.
     #[arg(long, conflicts_with_all = ["other", "model", "params", "series", "plot"])]
     pub cross: bool,
-    /// Published parameters to hold against the runs and the own model: TOML with format, convention, [parameters].
+    /// Published parameters to hold against the runs and the own model: TOML with format, convention, [parameters]; or a
+    /// vehicle of `hydrosysid vehicles`.
     #[arg(long, value_name = "FILE", conflicts_with = "series")]
     pub params: Option<PathBuf>,
     #[command(flatten)]

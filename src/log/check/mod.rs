@@ -49,7 +49,7 @@ pub fn is_velocity(name: &str) -> bool {
 
 /// All checks. `time` is that of the rows, s; `units` those of the signals, where they are known.
 pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<String, &'static str>) -> Vec<Seen> {
-    let mut seen = time::check(time);
+    let mut seen = time::check(time, signals);
     if seen.iter().all(|s| s.code != codes::TIME_UNIT) {
         seen.extend(time_unit::check(time, signals));
     }

@@ -11,6 +11,9 @@ use crate::run::Signal;
 
 /// A step this many times the usual one is a gap: single lost samples are not.
 const GAP: f64 = 5.0;
+/// A pause shorter than this is no gap however fast the sensor, s: within it no vehicle changes its motion so that a line
+/// across would mislead. A recorder that holds its breath for some milliseconds cuts nothing.
+const PAUSE: f64 = 0.2;
 /// Usual steps beyond these are no vehicle's log, s: a sample every 5 s shows no dynamics, 10 kHz is no sensor.
 const STEPS: (f64, f64) = (1e-4, 5.0);
 
@@ -19,10 +22,18 @@ pub fn usual_step(time: &[f64]) -> Option<f64> {
     median(time.windows(2).map(|w| w[1] - w[0]))
 }
 
-/// Indices of the stamps at which a gap ends: steps of more than five times the median.
+/// Indices of the stamps at which a gap ends: steps of more than five times the median, and more than 0.2 s.
 pub fn gaps(time: &[f64]) -> Vec<usize> {
     let Some(step) = usual_step(time) else { return Vec::new() };
-    (1..time.len()).filter(|&k| time[k] - time[k - 1] > GAP * step).collect()
+    (1..time.len()).filter(|&k| time[k] - time[k - 1] > (GAP * step).max(PAUSE)).collect()
+}
+
+/// Gaps of the rows of a log. Where sensors of their own rates stand side by side the rows are no clock of anybody, and
+/// each sensor is judged by its own stamps alone.
+pub fn row_gaps(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<usize> {
+    let mut measured = signals.iter().filter(|(name, _)| is_measured(name)).peekable();
+    let one_clock = measured.peek().is_none() || measured.any(|(_, s)| s.len() == time.len());
+    if one_clock { gaps(time) } else { Vec::new() }
 }
 
 /// Gaps of sensors with time stamps of their own, by channel: indices into the channel's stamps. Fixes of the horizontal
@@ -73,10 +84,10 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
 }
 
 /// Both checks of the rows.
-pub fn check(time: &[f64]) -> Vec<Seen> {
+pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let mut seen = Vec::new();
     let Some(step) = usual_step(time) else { return seen };
-    let gaps = gaps(time);
+    let gaps = row_gaps(time, signals);
     if let Some(&first) = gaps.first() {
         let more = if gaps.len() > 1 { format!(" ({} gaps in all)", gaps.len()) } else { String::new() };
         let text = format!(
@@ -106,8 +117,26 @@ mod tests {
     fn a_lost_sample_is_no_gap_and_an_hour_is() {
         assert!(gaps(&[0.0, 0.1, 0.3, 0.4, 0.5]).is_empty());
         assert_eq!(gaps(&[0.0, 0.1, 0.2, 3600.3, 3600.4]), [3]);
-        let seen = check(&[0.0, 0.1, 0.2, 3600.3, 3600.4]);
+        let seen = check(&[0.0, 0.1, 0.2, 3600.3, 3600.4], &BTreeMap::new());
         assert!(seen.len() == 1 && seen[0].text.contains("3600.1") && seen[0].time == Some(3600.3));
+    }
+
+    #[test]
+    fn a_pause_of_milliseconds_cuts_nothing() {
+        // 400 Hz with a pause of 13 ms each quarter second, and one of half a second
+        let mut t = 0.0;
+        let mut time = Vec::new();
+        for k in 0..4000 {
+            t += if k == 2000 {
+                0.5
+            } else if k % 100 == 0 {
+                0.013
+            } else {
+                0.0025
+            };
+            time.push(t);
+        }
+        assert_eq!(gaps(&time), [2000]);
     }
 
     #[test]
@@ -133,9 +162,9 @@ mod tests {
 
     #[test]
     fn milliseconds_are_noticed() {
-        let seen = check(&[0.0, 50.0, 100.0]);
+        let seen = check(&[0.0, 50.0, 100.0], &BTreeMap::new());
         assert!(seen[0].code == codes::TIME_UNIT && seen[0].text.contains("50 s"));
-        assert!(check(&[0.0, 1.0, 2.0]).is_empty());
-        assert!(check(&[3.0]).is_empty());
+        assert!(check(&[0.0, 1.0, 2.0], &BTreeMap::new()).is_empty());
+        assert!(check(&[3.0], &BTreeMap::new()).is_empty());
     }
 }

@@ -79,5 +79,29 @@ def open_dataflash(path: Path) -> Source:
     return Source(str(path), contents, read)
 
 
+def told(path: Path) -> tuple[dict[str, float], list[tuple[float, int]]]:
+    """What a DataFlash log says of the vehicle: its parameters, and when (s) it went into which mode, the end last."""
+    library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
+    with path.open("rb") as file:
+        text = b"FMT," in file.read(8000)
+    parameters: dict[str, float] = {}
+    modes: list[tuple[float, int]] = []
+    end = 0.0
+    log = (library.DFReader_text if text and path.suffix.lower() == ".log" else library.DFReader_binary)(str(path))
+    try:
+        while (message := log.recv_match(type=["PARM", "MODE", "RCOU"])) is not None:
+            stamp = _time(message)
+            at = getattr(message, stamp) / TIMES[stamp] if stamp else end
+            if message.get_type() == "PARM":
+                parameters[str(message.Name)] = float(message.Value)
+            elif message.get_type() == "MODE":
+                modes.append((at, int(message.ModeNum)))
+            else:
+                end = at
+    finally:
+        log.close()
+    return parameters, ([*modes, (end, -1)] if modes else [])
+
+
 def _time(message: Any) -> str | None:
     return next((t for t in TIMES if t in message.get_fieldnames()), None)

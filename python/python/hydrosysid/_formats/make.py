@@ -27,7 +27,7 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
         UsageError: a field that is not there; the message lists those that are.
         DataError: time that does not increase, values that are missing.
     """
-    findings: list[Finding] = []
+    findings: list[Finding] = [found("L201", f"{source.name}: {note}") for note in source.notes]
     columns = columns if columns.columns else _own_names(source, columns)
     chosen = {name: _address(source, name, entry) for name, entry in columns.columns.items() if name != "t"}
     if not chosen:

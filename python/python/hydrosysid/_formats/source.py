@@ -49,6 +49,11 @@ class Source:
     read: Callable[[Mapping[str, frozenset[str]]], Mapping[str, Stream]]
     left_out: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was left out on opening, and why."""
+        return tuple(f"{stream} left out: {why}" for stream, why in self.left_out.items())
+
     def address(self, stream: str, field: str) -> str:
         """How a map writes a field: ``STREAM:FIELD``, or ``FIELD`` in a plain table."""
         return f"{stream}:{field}" if stream else field

@@ -1,14 +1,11 @@
 //! The header of C, compiled by the C compiler of the machine, for a minute.
 
-#[allow(dead_code)] // the tests of motion use the rest
-mod exported;
-
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-use exported::engine::assert_within;
-use exported::*;
+use crate::exported::engine::assert_within;
+use crate::exported::*;
 use hydrosysid::campaign::ModelFile;
 use hydrosysid::export::{ExportOptions, Target};
 use hydrosysid::frame::Dof;
@@ -94,6 +91,6 @@ fn the_compiled_header_moves_as_the_model() {
 
 #[test]
 fn the_python_tests_move_the_same_vehicle() {
-    let text = include_str!("../python/tests/floating.toml");
+    let text = include_str!("../../python/tests/floating.toml");
     assert_eq!(toml::from_str::<ModelFile>(text).expect("it is a model file"), floating(&EVERY_COUPLING));
 }

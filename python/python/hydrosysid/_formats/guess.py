@@ -1,0 +1,219 @@
+"""Which field of a log of another format is which channel: what autopilots, ROS and MAVLink call things.
+
+Each rule is ``stream pattern, field pattern, channel, options``; the first that matches a channel wins. Patterns are
+those of `fnmatch`; ``[`` and ``]`` of a name are written ``(`` and ``)`` there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Any
+
+from .source import Source
+
+Rule = tuple[str, str, str, Mapping[str, Any]]
+DEG: Mapping[str, Any] = {"unit": "deg"}
+NED: Mapping[str, Any] = {"frame": "ned"}
+PULSE: Mapping[str, Any] = {"unit": "us"}
+PLAIN: Mapping[str, Any] = {}
+
+ARDUPILOT: list[Rule] = [
+    ("ATT*", "Roll", "phi", DEG),
+    ("ATT*", "Pitch", "theta", DEG),
+    ("ATT*", "Yaw", "psi", DEG),
+    ("IMU(0)", "GyrX", "p", PLAIN),
+    ("IMU(0)", "GyrY", "q", PLAIN),
+    ("IMU(0)", "GyrZ", "r", PLAIN),
+    ("XKF1(0)", "PD", "z", PLAIN),
+    ("NKF1(0)", "PD", "z", PLAIN),
+    ("CTUN", "Alt", "z", {"sign": -1}),
+    ("BAT(0)", "Volt", "supply_V", PLAIN),
+    ("BAT", "Volt", "supply_V", PLAIN),
+]
+AIDED: list[Rule] = [
+    (stream, name, channel, NED if channel in "uvw" else PLAIN)
+    for stream in ("XKF1(0)", "NKF1(0)")
+    for name, channel in (("VN", "u"), ("VE", "v"), ("VD", "w"), ("PN", "x"), ("PE", "y"))
+]
+MAVLINK: list[Rule] = [
+    ("*ATTITUDE", "roll", "phi", PLAIN),
+    ("*ATTITUDE", "pitch", "theta", PLAIN),
+    ("*ATTITUDE", "yaw", "psi", PLAIN),
+    ("*ATTITUDE", "rollspeed", "p", PLAIN),
+    ("*ATTITUDE", "pitchspeed", "q", PLAIN),
+    ("*ATTITUDE", "yawspeed", "r", PLAIN),
+    ("*VFR_HUD", "alt", "z", {"sign": -1}),
+    ("*GLOBAL_POSITION_INT", "relative_alt", "z", {"sign": -1, "scale": 1e-3}),
+    ("*SYS_STATUS", "voltage_battery", "supply_V", {"scale": 1e-3}),
+    ("*BATTERY_STATUS", "voltages(0)", "supply_V", {"scale": 1e-3}),
+    *[("*SERVO_OUTPUT_RAW", f"servo{k}_raw", f"V{k}", PULSE) for k in range(1, 17)],
+]
+PX4: list[Rule] = [
+    *[
+        ("vehicle_attitude", f"q.{angle}", channel, PLAIN)
+        for angle, channel in (("roll", "phi"), ("pitch", "theta"), ("yaw", "psi"))
+    ],
+    *[("vehicle_angular_velocity", f"xyz({k})", channel, PLAIN) for k, channel in enumerate("pqr")],
+    *[("vehicle_local_position", f"v{a}", channel, NED) for a, channel in zip("xyz", "uvw", strict=True)],
+    *[("vehicle_local_position", a, a, PLAIN) for a in "xyz"],
+    ("battery_status*", "voltage_v", "supply_V", PLAIN),
+    *[("actuator_motors*", f"control({k})", f"V{k + 1}", {"unit": "1"}) for k in range(12)],
+    *[("actuator_outputs*", f"output({k})", f"V{k + 1}", PULSE) for k in range(16)],
+]
+ROS: list[Rule] = [
+    *[
+        ("*", f"*{path}orientation.{angle}", channel, PLAIN)
+        for path in ("pose.pose.", "pose.", "")
+        for angle, channel in (("roll", "phi"), ("pitch", "theta"), ("yaw", "psi"))
+    ],
+    *[("*", f"*twist.twist.linear.{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
+    *[("*dvl*", f"*velocity.{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
+    *[("*dvl*", f"*linear.{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
+    *[("*dvl*", f"v{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
+    *[("*", f"*angular_velocity.{a}", channel, PLAIN) for a, channel in zip("xyz", "pqr", strict=True)],
+    *[("*", f"*twist.twist.angular.{a}", channel, PLAIN) for a, channel in zip("xyz", "pqr", strict=True)],
+    *[("*", f"*pose.pose.position.{a}", a, PLAIN) for a in "xyz"],
+    *[("*", f"*pose.position.{a}", a, PLAIN) for a in "xyz"],
+    *[("*wrench*", f"*force.{a}", f"tau_{c}", PLAIN) for a, c in zip("xyz", "uvw", strict=True)],
+    *[("*wrench*", f"*torque.{a}", f"tau_{c}", PLAIN) for a, c in zip("xyz", "pqr", strict=True)],
+    *[("*depth*", f, "z", {"frame": "ned"}) for f in ("data", "depth")],
+    *[("*rc/out*", f"channels({k})", f"V{k + 1}", PULSE) for k in range(16)],
+    *[
+        (topic, f"*({k})", f"V{k + 1}", PLAIN)
+        for topic in ("*thruster*", "*motor*", "*pwm*", "*actuator*", "*rcout*")
+        for k in range(12)
+    ],
+    ("*battery*", "voltage", "supply_V", PLAIN),
+]
+
+CLOSED = {
+    0: "STABILIZE",
+    1: "ACRO",
+    2: "ALT_HOLD",
+    3: "AUTO",
+    4: "GUIDED",
+    7: "CIRCLE",
+    9: "SURFACE",
+    16: "POSHOLD",
+    20: "MOTOR_DETECT",
+    21: "SURFTRAK",
+}
+"""Modes of ArduSub in which a controller steers; 19, MANUAL, hands the pilot's command through."""
+FIRST_MOTOR = 33
+"""SERVOn_FUNCTION of motor 1 of ArduPilot."""
+
+
+@dataclass
+class Guess:
+    """What was guessed of a log: columns, and what its parameters and modes say.
+
+    Attributes:
+        columns: canonical name = where it stands, as a column map has it.
+        options: the reading options beside the columns.
+        reasons: a sentence for each guess.
+        frame: FRAME_CONFIG of ArduSub.
+        directions: MOT_n_DIRECTION of motors 1, 2, …
+        closed_loop: stretches under a controller: from, to (s), mode.
+    """
+
+    columns: dict[str, dict[str, Any]] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
+    reasons: list[str] = field(default_factory=list)
+    frame: int | None = None
+    directions: list[int] = field(default_factory=list)
+    closed_loop: list[tuple[float, float, str]] = field(default_factory=list)
+
+
+def guess(source: Source, kind: str, parameters: Mapping[str, float], modes: list[tuple[float, int]]) -> Guess:
+    """The columns of a log of this `kind` (``ardupilot``, ``mavlink``, ``px4`` or ``ros``)."""
+    made = Guess(options={"missing": "no_sample", "duplicates": "first", "sort": True})
+    rules = {"ardupilot": ARDUPILOT, "mavlink": MAVLINK, "px4": PX4, "ros": ROS}[kind]
+    if kind == "ardupilot" and any(s.startswith(("VISO", "VISP", "GPS", "BCN", "OF")) for s in source.contents):
+        rules = [*AIDED, *rules]
+        made.reasons.append("velocities and position are the EKF's: the log has a sensor (DVL, GPS, …) that aids it")
+    elif kind == "ardupilot":
+        made.reasons.append("the EKF's velocities are left out: nothing aids them, so that they say no motion")
+    _apply(made, source, rules)
+    if kind == "ros" and made.columns:
+        made.options |= {"body_frame": "flu", "earth_frame": "enu"}
+        made.reasons.append("axes are those of ROS (REP 103): body forward-left-up, earth east-north-up")
+    _outputs(made, source, kind, parameters)
+    made.frame = int(parameters["FRAME_CONFIG"]) if "FRAME_CONFIG" in parameters else None
+    directions = [parameters.get(f"MOT_{k}_DIRECTION") for k in range(1, 13)]
+    made.directions = [int(d) for d in directions if d is not None][: sum(c[0] == "V" for c in made.columns)]
+    made.closed_loop = closed_loop(modes)
+    return made
+
+
+def _apply(made: Guess, source: Source, rules: list[Rule]) -> None:
+    for stream_pattern, field_pattern, channel, options in rules:
+        if channel in made.columns:
+            continue
+        pattern = stream_pattern.replace("(", "[[]").replace(")", "[]]")
+        wanted = field_pattern.replace("(", "[[]").replace(")", "[]]")
+        for stream, fields in source.contents.items():
+            if not fnmatchcase(stream.lower(), pattern.lower()):
+                continue
+            found = next((f for f in _with_angles(fields) if fnmatchcase(f, wanted)), None)
+            if found is not None:
+                made.columns[channel] = {"name": source.address(stream, found), **options}
+                more = "".join(f", {key} {value}" for key, value in options.items())
+                made.reasons.append(f"{channel} is {source.address(stream, found)}{more}: its name")
+                break
+
+
+def _with_angles(fields: tuple[str, ...]) -> list[str]:
+    """The fields, and the angles of the quaternions among them."""
+    there = set(fields)
+    found = list(fields)
+    for name in fields:
+        before = name.removesuffix("x") if name.endswith(".x") else None
+        if before is not None and all(before + part in there for part in "yzw"):
+            found += [before + angle for angle in ("roll", "pitch", "yaw")]
+        if name.endswith("[0]") and f"{name[:-3]}[3]" in there and name[:-3].endswith("q"):
+            found += [f"{name[:-3]}.{angle}" for angle in ("roll", "pitch", "yaw")]
+    return found
+
+
+def _outputs(made: Guess, source: Source, kind: str, parameters: Mapping[str, float]) -> None:
+    """Outputs of the autopilot that drive motors, in the order of the motors."""
+    fields: Callable[[int], str]
+    if kind == "ardupilot" and "RCOU" in source.contents:
+        stream, fields = "RCOU", lambda k: f"C{k}"
+    elif kind == "mavlink":
+        stream = next((s for s in source.contents if s.endswith("SERVO_OUTPUT_RAW")), "")
+        fields = lambda k: f"servo{k}_raw"  # noqa: E731
+    else:
+        return
+    if not stream:
+        return
+    functions = {
+        int(v) - FIRST_MOTOR + 1: n
+        for n in range(1, 17)
+        if FIRST_MOTOR <= (v := parameters.get(f"SERVO{n}_FUNCTION", 0)) < FIRST_MOTOR + 12
+    }
+    there = [k for k in range(1, 17) if fields(k) in source.contents[stream]]
+    motors = [functions[k] for k in sorted(functions)] if functions else there[:8]
+    for channel in [c for c in made.columns if c[0] == "V"]:
+        del made.columns[channel]
+    for k, output in enumerate(motors, 1):
+        if output in there:
+            made.columns[f"V{k}"] = {"name": f"{stream}:{fields(output)}", **PULSE}
+    why = "as SERVOn_FUNCTION of the log says" if functions else "in their order, as the log has no parameters"
+    made.reasons.append(f"V1 … V{len(motors)} are the outputs {', '.join(map(str, motors))} of {stream}, {why}")
+
+
+def closed_loop(modes: list[tuple[float, int]]) -> list[tuple[float, float, str]]:
+    """Stretches in modes that steer, from instants (s) and numbers of modes, the last with the end of the log.
+
+    >>> closed_loop([(0.0, 19), (10.0, 2), (30.0, 19), (40.0, -1)])
+    [(10.0, 30.0, 'ALT_HOLD')]
+    """
+    found = []
+    for (start, mode), (end, _) in itertools.pairwise(modes):
+        if mode in CLOSED and end > start:
+            found.append((start, end, CLOSED[mode]))
+    return found

@@ -1,0 +1,133 @@
+//! Runs of `kind = "bench"`: one thruster, its command and its force over time, into curve, dead time and lag.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::codes;
+use super::load::Campaign;
+use super::logs::Logged;
+use super::window::numbered;
+use crate::finding::Finding;
+use crate::run::{Run, Signal};
+use crate::thrust::bench::{BenchFit, BenchRun, fit_bench};
+use crate::thrust::thruster::Thruster;
+
+/// Neutral and span of a pulse where no thruster says them, µs: what drives of the field have.
+const PULSE: [f64; 2] = [1500.0, 400.0];
+
+/// What the bench runs of a campaign show. Serialises as part of `hydrosysid fit --json`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Bench {
+    /// One entry a thruster.
+    pub thrusters: Vec<BenchThruster>,
+    /// What there is to say.
+    pub warnings: Vec<Finding>,
+}
+
+/// One thruster on the bench.
+#[derive(Debug, Clone, Serialize)]
+pub struct BenchThruster {
+    /// Name in the campaign, else the column of its command.
+    pub name: String,
+    /// Its runs.
+    pub runs: Vec<String>,
+    /// What they show.
+    pub fit: BenchFit,
+    /// The keys of its `[[thruster]]` table.
+    pub tables: String,
+}
+
+/// The column of the command of a bench run: the only one of `V1`, `V2`, …
+fn command_of(run: &Run) -> Option<String> {
+    let mut columns = run.signals.keys().filter(|name| numbered(name, "V"));
+    let only = columns.next()?;
+    columns.next().is_none().then(|| only.clone())
+}
+
+/// Brings the command of a bench run to that of the curve: a pulse by the thruster's neutral and span.
+///
+/// # Errors
+/// A finding where there is no command, or more than one.
+pub(super) fn commanded(logged: &mut Logged, thrusters: &[Thruster]) -> Result<(), Vec<Finding>> {
+    let name = logged.run.name.clone();
+    let Some(column) = command_of(&logged.run) else {
+        let text = "a bench run has one column with the command of its thruster, V1 to V99, and `force`";
+        return Err(vec![Finding::at(&codes::NO_THRUSTER, &name, None, Some("V1"), text).of_run(&name)]);
+    };
+    if logged.units.get(&column) == Some(&"us") {
+        let thruster = column[1..].parse::<usize>().ok().and_then(|n| thrusters.get(n.wrapping_sub(1)));
+        let neutral = thruster.and_then(|t| t.neutral).unwrap_or(PULSE[0]);
+        let span = thruster.and_then(|t| t.span).unwrap_or(PULSE[1]);
+        let signal = &logged.run.signals[&column];
+        let values: Vec<f64> = signal.values().iter().map(|x| (x - neutral) / span).collect();
+        let signal = Signal::new(signal.shared_time().clone(), values);
+        logged.run.signals.insert(column, signal);
+    }
+    Ok(())
+}
+
+/// Fits the bench runs of a campaign, those of one column together.
+pub fn bench(campaign: &Campaign) -> Bench {
+    let mut groups: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
+    for run in &campaign.benches {
+        groups.entry(command_of(run).unwrap_or_default()).or_default().push(run);
+    }
+    let mut found = Bench::default();
+    for (column, runs) in groups {
+        let thruster = column
+            .get(1..)
+            .and_then(|n| n.parse::<usize>().ok())
+            .and_then(|n| campaign.file.thrusters.get(n.wrapping_sub(1)));
+        let pairs: Vec<(Signal, Signal)> = runs.iter().filter_map(|run| together(run, &column)).collect();
+        let rows: Vec<BenchRun<'_>> = pairs
+            .iter()
+            .map(|(command, force)| BenchRun { time: force.time(), command: command.values(), force: force.values() })
+            .collect();
+        let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+        match fit_bench(&rows, thruster.map_or(0.0, |t| t.deadband)) {
+            Ok(fit) => {
+                let name = thruster.map_or_else(|| column.clone(), |t| t.name.clone());
+                let tables = tables(&fit);
+                if !fit.converged {
+                    let text = format!("the fit of the bench runs of {name} stopped before it converged");
+                    found.warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
+                }
+                found.thrusters.push(BenchThruster { name, runs: names, fit, tables });
+            }
+            Err(error) => {
+                let text = format!("{}: {error}", names.join(", "));
+                found.warnings.push(Finding::new(&codes::BENCH, text));
+            }
+        }
+    }
+    found
+}
+
+/// Command and force at the stamps of the force; the command is held between its samples.
+fn together(run: &Run, column: &str) -> Option<(Signal, Signal)> {
+    let (command, force) = (run.signal(column)?, run.signal("force")?);
+    let held = |t: f64| {
+        let after = command.time().partition_point(|s| *s <= t).max(1);
+        command.values()[after - 1]
+    };
+    let values: Vec<f64> = force.time().iter().map(|t| held(*t)).collect();
+    Some((Signal::new(force.shared_time().clone(), values), force.clone()))
+}
+
+/// What goes into the `[[thruster]]` table of a vehicle file.
+fn tables(fit: &BenchFit) -> String {
+    let Some([forward, reverse]) = fit.coefficients() else { return String::new() };
+    let astern = if fit.reverse.is_none() { "   # not run astern: as ahead" } else { "" };
+    format!(
+        "forward = {{ a = {:.3}, b = {:.3} }}\nreverse = {{ a = {:.3}, b = {:.3} }}{astern}\ndeadband = {:.4}\n# dead time {:.4} s, lag {:.4} s near rest and {:.4} s at full command\n",
+        forward.a,
+        forward.b,
+        reverse.a,
+        reverse.b,
+        fit.deadband.value,
+        fit.delay.value,
+        fit.lag.value,
+        fit.lag_at.last().map_or(fit.lag.value, |(_, v)| v.value)
+    )
+}

@@ -1,0 +1,302 @@
+//! Columns of thruster commands: which there are, in which unit, from which neutral on, held or not.
+
+use super::words::Words;
+use crate::run::Signal;
+
+/// What a thruster is sent, by the unit of its column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Force, N.
+    Force,
+    /// Pulse width, µs.
+    Pulse,
+    /// Part of the full command, −1 to 1.
+    Part,
+    /// Part of the full command, %.
+    Percent,
+    /// Control voltage, V.
+    Volts,
+    /// Turns a minute.
+    Turns,
+}
+
+/// A column that may be a command of a thruster.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Header in the file.
+    pub header: String,
+    /// What the thruster is called: number or side.
+    pub label: String,
+    /// Order among its like.
+    pub order: usize,
+    /// Kind by name and unit; `None` where the values must tell.
+    pub kind: Option<Kind>,
+    /// Words without the label: columns of one group have the same.
+    pub group: String,
+}
+
+const DRIVES: &[&str] = &[
+    "pwm",
+    "thruster",
+    "thrusters",
+    "thr",
+    "thrust",
+    "motor",
+    "motors",
+    "mot",
+    "esc",
+    "servo",
+    "rcout",
+    "rcou",
+    "rpm",
+    "throttle",
+    "prop",
+    "propeller",
+    "actuator",
+    "cmd",
+    "command",
+    "channels",
+    "out",
+    "output",
+];
+/// Single letters and words that are commands with a number only: V1, F2, T3, M4, C5.
+const LETTERS: &[&str] = &["v", "f", "t", "m", "c", "ch", "chan", "channel", "u", "volt", "voltage", "force"];
+const SIDES: &[&str] = &[
+    "left",
+    "port",
+    "l",
+    "right",
+    "starboard",
+    "stbd",
+    "r",
+    "fl",
+    "fr",
+    "rl",
+    "rr",
+    "bl",
+    "br",
+    "front",
+    "bow",
+    "rear",
+    "aft",
+    "stern",
+    "main",
+    "vertical",
+    "vert",
+    "lateral",
+    "up",
+    "down",
+    "center",
+    "centre",
+];
+const NO_DRIVES: &[&str] = &[
+    "temp",
+    "temperature",
+    "current",
+    "amps",
+    "amp",
+    "power",
+    "watt",
+    "status",
+    "mode",
+    "error",
+    "setpoint",
+    "enabled",
+    "armed",
+    "in",
+    "rcin",
+    "input",
+    "time",
+    "stamp",
+    "heading",
+    "rudder",
+    "elevator",
+    "fin",
+    "yaw",
+    "surge",
+    "sway",
+    "heave",
+    "roll",
+    "pitch",
+    "depth",
+    "cov",
+    "covariance",
+];
+
+/// Reads a header as that of a thruster's command; `None` where it is none.
+pub fn of(header: &str, words: &Words) -> Option<Column> {
+    let w: Vec<&str> = words.words.iter().map(String::as_str).collect();
+    if w.iter().any(|word| NO_DRIVES.contains(word)) {
+        return None;
+    }
+    let drive = w.iter().any(|word| DRIVES.contains(word));
+    // the last number is that of the thruster; one before a later word is one of a message
+    let number = w.iter().rposition(|word| word.bytes().all(|b| b.is_ascii_digit()));
+    let side = w.iter().position(|word| SIDES.contains(word) && (drive || word.len() > 1));
+    let lettered = number.is_some() && w.len() == 2 && LETTERS.contains(&w[0]);
+    let by_unit = matches!(words.unit.as_deref(), Some("us" | "rpm" | "%"));
+    let at = match (drive, lettered, number, side) {
+        (true, _, Some(k), _) | (_, true, Some(k), _) => k,
+        (true, _, None, Some(k)) => k,
+        (false, false, Some(k), _) if by_unit => k,
+        (false, false, None, Some(k)) if by_unit => k,
+        // the one thruster of a torpedo
+        (true, false, None, None) if by_unit || w == ["rpm"] || w == ["pwm"] || w == ["throttle"] => usize::MAX,
+        _ => return None,
+    };
+    let label = w.get(at).copied().unwrap_or("main").to_string();
+    let order = label.parse().unwrap_or_else(|_| SIDES.iter().position(|s| *s == label).unwrap_or(0));
+    let rest: Vec<&str> = w.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, word)| *word).collect();
+    let kind = match words.unit.as_deref() {
+        Some("us") => Some(Kind::Pulse),
+        Some("rpm") => Some(Kind::Turns),
+        Some("%") => Some(Kind::Percent),
+        Some("N" | "kgf" | "lbf") => Some(Kind::Force),
+        Some("V") => Some(Kind::Volts),
+        Some("1" | "-") => Some(Kind::Part),
+        _ if rest.contains(&"rpm") => Some(Kind::Turns),
+        _ if w[0] == "f" && lettered || rest.contains(&"force") || rest == ["thrust"] => Some(Kind::Force),
+        _ if rest.iter().any(|word| ["volt", "voltage"].contains(word)) => Some(Kind::Volts),
+        _ => None,
+    };
+    Some(Column { header: header.to_string(), label, order, kind, group: rest.join(" ") })
+}
+
+/// The one command of a thruster on a bench.
+pub fn single(header: &str, words: &Words) -> Column {
+    let unit = words.unit.as_deref().unwrap_or("");
+    let kind = [("us", Kind::Pulse), ("rpm", Kind::Turns), ("%", Kind::Percent), ("V", Kind::Volts)];
+    let kind = kind.into_iter().find(|(name, _)| *name == unit).map(|(_, kind)| kind);
+    Column { header: header.into(), label: "main".into(), order: 0, kind, group: String::new() }
+}
+
+/// The commands of one group: forces before pulses before the rest, the largest group of these.
+pub fn chosen(columns: &[Column]) -> Vec<Column> {
+    let mut groups: Vec<Vec<Column>> = Vec::new();
+    for column in columns {
+        let same = |g: &&mut Vec<Column>| (&g[0].group, g[0].kind) == (&column.group, column.kind);
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(column.clone()),
+            None => groups.push(vec![column.clone()]),
+        }
+    }
+    // turns are measured where a pulse is beside them: what was commanded comes first
+    groups.sort_by_key(|g| (g[0].kind == Some(Kind::Turns), std::cmp::Reverse(g.len())));
+    let mut group = groups.into_iter().next().unwrap_or_default();
+    group.sort_by_key(|c| c.order);
+    group
+}
+
+/// Kind of commands by their values, where names do not tell.
+pub fn kind_of(values: &[&Signal]) -> Kind {
+    let all = || values.iter().flat_map(|s| s.values()).copied();
+    let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let most = high.abs().max(low.abs());
+    match () {
+        () if low >= 0.0
+            && (800.0..=2300.0).contains(&high)
+            && all().filter(|x| *x > 700.0).count() * 2 > all().count() =>
+        {
+            Kind::Pulse
+        }
+        () if most <= 1.05 => Kind::Part,
+        () if most <= 12.5 => Kind::Volts,
+        () if most <= 101.0 => Kind::Percent,
+        () => Kind::Turns,
+    }
+}
+
+/// Pulse width at rest and the change that makes a full command, µs, with the reason.
+pub fn pulses(values: &[&Signal]) -> (f64, f64, String) {
+    let mut counts: std::collections::BTreeMap<i64, usize> = std::collections::BTreeMap::new();
+    for x in values.iter().flat_map(|s| s.values()).filter(|x| **x > 700.0) {
+        *counts.entry(x.round() as i64).or_default() += 1;
+    }
+    let (low, high) = (counts.keys().next().copied().unwrap_or(1500), counts.keys().last().copied().unwrap_or(1500));
+    let usual = counts.iter().max_by_key(|(_, n)| **n).map_or(1500, |(x, _)| *x);
+    let seen = format!("they run from {low} to {high} us");
+    if low >= 990 && usual <= 1010 && high > 1300 {
+        return (1000.0, 1000.0, format!("{seen} and mostly rest at {usual}: a drive of one direction"));
+    }
+    if (1450..=1550).contains(&usual) && counts[&usual] * 10 > counts.values().sum::<usize>() {
+        return (usual as f64, 400.0, format!("{seen} and mostly rest at {usual}; 1100 to 1900 us is the usual range"));
+    }
+    (1500.0, 400.0, format!("{seen}; 1500 is the usual neutral and 1100 to 1900 us the usual range"))
+}
+
+/// Whether commands are held between samples: they stay for several rows, or come when they change; with the reason.
+pub fn held(values: &[&Signal], rows: usize) -> Option<String> {
+    if values.iter().any(|s| s.len() < rows) {
+        return Some("the commands have time stamps of their own, as where each change is logged".into());
+    }
+    let (mut same, mut all) = (0_usize, 0_usize);
+    for signal in values {
+        // a command that never changes says nothing of how it changes
+        let changes = signal.values().windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
+        if changes > 0 {
+            all += signal.len() - 1;
+            same += signal.len() - 1 - changes;
+        }
+    }
+    let part = if all > 0 { same as f64 / all as f64 } else { 0.0 };
+    (part > 0.4).then(|| format!("in {:.0} % of the rows a command is what it was in the row before", 100.0 * part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::init::words;
+
+    fn column(header: &str) -> Option<Column> {
+        of(header, &words::of(header))
+    }
+
+    #[test]
+    fn commands_are_told_from_other_columns() {
+        for (header, label, kind) in [
+            ("pwm1", "1", None),
+            ("thruster_3", "3", None),
+            ("left_cmd [%]", "left", Some(Kind::Percent)),
+            ("pwm_left_us", "left", Some(Kind::Pulse)),
+            ("rpm_2", "2", Some(Kind::Turns)),
+            ("V3 [us]", "3", Some(Kind::Pulse)),
+            ("F1", "1", Some(Kind::Force)),
+            ("servo4_raw", "4", None),
+            ("thrust_1 [N]", "1", Some(Kind::Force)),
+        ] {
+            let found = column(header).unwrap_or_else(|| panic!("{header}"));
+            assert_eq!((found.label.as_str(), found.kind), (label, kind), "{header}");
+        }
+        for other in ["motor1_temp", "yaw_cmd", "heading", "u", "t", "current_2", "x1"] {
+            assert_eq!(column(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn of_two_groups_the_commanded_one_counts() {
+        let columns: Vec<Column> = ["rpm_1", "rpm_2", "pwm_2", "pwm_1"].into_iter().filter_map(column).collect();
+        let headers: Vec<String> = chosen(&columns).into_iter().map(|c| c.header).collect();
+        assert_eq!(headers, ["pwm_1", "pwm_2"]);
+        let sides: Vec<Column> = ["right_cmd", "left_cmd"].into_iter().filter_map(column).collect();
+        assert_eq!(chosen(&sides)[0].label, "left");
+    }
+
+    #[test]
+    fn values_tell_units_neutrals_and_steps() {
+        let signal = |values: &[f64]| {
+            Signal::new((0..values.len()).map(|k| k as f64).collect::<Vec<_>>().into(), values.to_vec())
+        };
+        let pulse = signal(&[1500.0, 1500.0, 1600.0, 1600.0, 1500.0, 1400.0]);
+        assert_eq!(kind_of(&[&pulse]), Kind::Pulse);
+        assert_eq!(pulses(&[&pulse]).0, 1500.0);
+        assert!(held(&[&pulse], 6).is_none_or(|why| why.contains('%')));
+        let one_way = signal(&[1000.0, 1000.0, 1000.0, 1700.0, 1200.0]);
+        assert_eq!((pulses(&[&one_way]).0, pulses(&[&one_way]).1), (1000.0, 1000.0));
+        assert_eq!(kind_of(&[&signal(&[0.0, -80.0, 100.0])]), Kind::Percent);
+        assert_eq!(kind_of(&[&signal(&[0.0, -0.8, 1.0])]), Kind::Part);
+        assert_eq!(kind_of(&[&signal(&[0.0, 900.0, 2400.0])]), Kind::Turns);
+        assert!(held(&[&signal(&[0.0, 1.0, 2.0, 3.0])], 4).is_none());
+        assert!(held(&[&signal(&[0.0, 0.0, 0.0, 3.0])], 4).is_some());
+        assert!(held(&[&signal(&[0.0, 1.0])], 4).is_some());
+    }
+}

@@ -1,0 +1,136 @@
+//! Where thrusters of which nothing but the number is known may sit, and what they may give.
+
+use std::fmt::Write;
+
+use super::commands::{Column, Kind};
+use super::quoted;
+use crate::campaign::vehicles::known_vehicles;
+use crate::thrust::thruster::Thruster;
+
+/// Places and axes for these commands, with the reason.
+fn placed(commands: &[Column]) -> (Vec<([f64; 3], [f64; 3])>, String) {
+    let of = |id: &str| -> Vec<([f64; 3], [f64; 3])> {
+        let vehicle = known_vehicles().into_iter().find(|v| v.id == id);
+        vehicle.map_or_else(Vec::new, |v| v.file.thrusters.iter().map(|t| (t.position, t.axis)).collect())
+    };
+    let ahead = [1.0, 0.0, 0.0];
+    let side = |c: &Column| match c.label.as_str() {
+        "left" | "port" | "l" => Some(-0.2),
+        "right" | "starboard" | "stbd" | "r" => Some(0.2),
+        _ => None,
+    };
+    match commands.len() {
+        1 => (vec![([-0.5, 0.0, 0.0], ahead)], "one thruster: taken to push ahead on the centre line".into()),
+        2 if commands.iter().all(|c| side(c).is_some()) => {
+            let place = |c: &Column| ([-0.3, side(c).unwrap_or(0.0), 0.0], ahead);
+            (
+                commands.iter().map(place).collect(),
+                "sides as the names say; 0.2 m off the centre line is assumed".into(),
+            )
+        }
+        2 => (
+            vec![([-0.3, -0.2, 0.0], ahead), ([-0.3, 0.2, 0.0], ahead)],
+            "two thrusters: the first taken as the port one, both ahead, 0.2 m off the centre line".into(),
+        ),
+        3 => (
+            vec![([-0.15, -0.15, 0.0], ahead), ([-0.15, 0.15, 0.0], ahead), ([0.0; 3], [0.0, 0.0, 1.0])],
+            "three thrusters: taken as port, starboard and vertical".into(),
+        ),
+        4 => (of("bluerov2")[..4].to_vec(), "four thrusters: taken as the horizontal ones of a BlueROV2".into()),
+        6 => (of("bluerov2"), "six thrusters: taken as those of a BlueROV2".into()),
+        8 => (of("bluerov2-heavy"), "eight thrusters: taken as those of a BlueROV2 Heavy".into()),
+        n => (
+            vec![([0.0; 3], ahead); n],
+            format!("{n} thrusters: nothing is known of them, all are taken to push ahead"),
+        ),
+    }
+}
+
+/// What a thruster of unknown make gives: that of a T200 at 16 V, in the unit of the command.
+fn curve(kind: Kind, greatest: f64) -> (String, &'static str) {
+    let full = [52.7, 40.6];
+    match kind {
+        Kind::Turns => (
+            format!("forward = {{ a = {:.1}, b = 0.0 }}\nreverse = {{ a = {:.1}, b = 0.0 }}\n", full[0], full[1]),
+            "thrust grows with the square of the turns; at the greatest of this log that of a T200 at 16 V",
+        ),
+        Kind::Volts => {
+            let a = |force: f64| force / greatest.max(1e-9).powi(2);
+            (
+                format!(
+                    "forward = {{ a = {:.4}, b = 0.0 }}\nreverse = {{ a = {:.4}, b = 0.0 }}\n",
+                    a(full[0]),
+                    a(full[1])
+                ),
+                "thrust grows with the square of the voltage; at the greatest of this log that of a T200 at 16 V",
+            )
+        }
+        _ => (
+            "forward = { a = 36.3, b = 23.3 }\nreverse = { a = 25.0, b = 20.7 }\ndeadband = 0.074\n".into(),
+            "a T200 at 16 V; write those of your thrusters, or bollard = \"table.csv\" of a bollard-pull test",
+        ),
+    }
+}
+
+/// The `[[thruster]]` tables for commands of unknown thrusters. `pulse`: neutral, span and their reason.
+pub fn tables(commands: &[Column], kind: Kind, greatest: f64, pulse: Option<(f64, f64, String)>) -> String {
+    let (places, why) = placed(commands);
+    let mut text = format!(
+        "\n# guessed: where the thrusters sit and point ({why}).\n# Masses and drags come out in units of the thrust that stands here: measure positions (m, body axes), axes and thrust, and\n# put them right, or give the vehicle with --vehicle.\n"
+    );
+    if kind == Kind::Force {
+        text += "# The log has forces; the curves below are not used.\n";
+    }
+    let (curve, of) = curve(kind, greatest);
+    let _ = writeln!(text, "# guessed: the curve: {of}");
+    if let Some((.., why)) = &pulse {
+        let _ = writeln!(text, "# guessed: neutral and span of the pulses: {why}");
+    }
+    for (command, (position, axis)) in commands.iter().zip(places) {
+        let _ = write!(
+            text,
+            "[[thruster]]\nname = {}\nposition = {position:?}\naxis = {axis:?}\n{curve}",
+            quoted(&command.label)
+        );
+        if let Some((neutral, span, _)) = &pulse {
+            let _ = writeln!(text, "neutral = {neutral:?}\nspan = {span:?}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Thrusters as a text of tables describes them.
+pub fn read(text: &str) -> Vec<Thruster> {
+    #[derive(serde::Deserialize)]
+    struct Tables {
+        #[serde(default)]
+        thruster: Vec<Thruster>,
+    }
+    toml::from_str::<Tables>(text).map(|tables| tables.thruster).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::init::{commands, words};
+
+    #[test]
+    fn guessed_thrusters_are_ones_that_can_be_read() {
+        for n in 1..=9 {
+            let columns: Vec<Column> =
+                (1..=n).filter_map(|k| commands::of(&format!("pwm{k}"), &words::of(&format!("pwm{k}")))).collect();
+            let pulse = Some((1500.0, 400.0, "usual".to_string()));
+            let text = tables(&columns, Kind::Pulse, 1900.0, pulse);
+            let thrusters = read(&text);
+            assert_eq!(thrusters.len(), n);
+            thrusters.iter().for_each(|t| t.validate().unwrap());
+        }
+        let sides: Vec<Column> =
+            ["left_cmd", "right_cmd"].iter().filter_map(|h| commands::of(h, &words::of(h))).collect();
+        let thrusters = read(&tables(&sides, Kind::Volts, 10.0, None));
+        assert!(thrusters[0].position[1] < 0.0 && thrusters[1].position[1] > 0.0);
+        // full command gives the thrust that is assumed
+        assert!((thrusters[0].curve().force(10.0) - 52.7).abs() < 0.1);
+    }
+}

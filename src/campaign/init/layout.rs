@@ -1,0 +1,133 @@
+//! The layout of a table of text: separator, decimal mark, comment lines, header.
+
+use std::io::Read;
+use std::path::Path;
+
+use crate::log::{LogOptions, iso8601, number};
+
+/// Bytes of the file that are looked at: some hundred rows of any log.
+const LOOKED_AT: u64 = 1 << 16;
+
+/// What the first lines of a table show.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Layout {
+    /// Names of the columns.
+    pub headers: Vec<String>,
+    /// Cells of the first rows.
+    pub rows: Vec<Vec<String>>,
+    /// Character between fields.
+    pub delimiter: char,
+    /// Decimal mark.
+    pub decimal: char,
+    /// Begin of lines that are no data, where there are such lines before the header.
+    pub comment: Option<String>,
+    /// Whether a byte 0 stands among the first bytes: no text.
+    pub binary: bool,
+}
+
+/// Looks at the beginning of a file; what `given` says deviates from the default wins.
+///
+/// # Errors
+/// The system's reason why the file cannot be read.
+pub fn of(path: &Path, given: &LogOptions) -> std::io::Result<Layout> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(LOOKED_AT).read_to_end(&mut bytes)?;
+    Ok(Layout { binary: bytes.contains(&0), ..of_text(&String::from_utf8_lossy(&bytes), given) })
+}
+
+fn of_text(text: &str, given: &LogOptions) -> Layout {
+    let usual = LogOptions::default();
+    let text = text.trim_start_matches('\u{feff}');
+    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).take(200).collect();
+    // the last of a cut text may be half a line
+    let lines = if lines.len() > 2 { &lines[..lines.len() - 1] } else { &lines[..] };
+    let delimiter = if given.delimiter == usual.delimiter { delimiter_of(lines) } else { given.delimiter };
+    let decimal = if given.decimal == usual.decimal { decimal_of(lines, delimiter) } else { given.decimal };
+    let width = lines.last().map_or(0, |line| fields(line, delimiter).len());
+    // lines before the header that begin with a mark and do not split as rows do; `%time` of rostopic is a header
+    let told = given.comment.clone();
+    let is_comment = |line: &str| match &told {
+        Some(mark) => line.trim_start().starts_with(mark.as_str()),
+        None => line.starts_with(['#', '%', '!']) && fields(line, delimiter).len() != width,
+    };
+    let comment = lines.iter().find(|line| is_comment(line)).map(|line| line.chars().take(1).collect());
+    let mut data = lines.iter().filter(|line| !is_comment(line));
+    let headers = data.next().map_or_else(Vec::new, |line| fields(line, delimiter));
+    let rows = data.map(|line| fields(line, delimiter)).filter(|row| row.len() == headers.len()).collect();
+    Layout { headers, rows, delimiter, decimal, comment: told.clone().or(comment), binary: false }
+}
+
+impl Layout {
+    /// Whether the first line holds numbers: then no column has a name.
+    pub fn nameless(&self) -> bool {
+        !self.headers.is_empty()
+            && self.headers.iter().all(|h| number::parse(h.trim().as_bytes(), self.decimal as u8).is_some())
+    }
+
+    /// Whether the cells of a column are dates.
+    pub fn is_date(&self, column: usize) -> bool {
+        self.rows.first().and_then(|row| row.get(column)).is_some_and(|c| iso8601::nanoseconds(c.as_bytes()).is_some())
+    }
+}
+
+/// The cells of a line, without quotes.
+fn fields(line: &str, delimiter: char) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    let mut quoted = false;
+    for c in line.trim_end_matches(['\r', '\n']).chars() {
+        match c {
+            '"' => quoted = !quoted,
+            c if c == delimiter && !quoted => cells.push(String::new()),
+            c => cells.last_mut().expect("there is one").push(c),
+        }
+    }
+    cells.into_iter().map(|cell| cell.trim().to_string()).collect()
+}
+
+/// The separator that splits header and rows into the same number of fields, the most of them.
+fn delimiter_of(lines: &[&str]) -> char {
+    let alike = |d: char| -> usize {
+        let widths: Vec<usize> = lines.iter().rev().take(20).map(|line| fields(line, d).len()).collect();
+        let first = widths.first().copied().unwrap_or(0);
+        if first > 1 && widths.iter().all(|w| *w == first) { first } else { 0 }
+    };
+    // a comma may be the decimal mark: where a semicolon or tab splits evenly too, it is the separator
+    [';', '\t', '|', ',', ' '].into_iter().find(|d| alike(*d) > 1).unwrap_or(',')
+}
+
+/// A comma where cells of the rows hold it between digits and none holds a point.
+fn decimal_of(lines: &[&str], delimiter: char) -> char {
+    let cells: Vec<String> = lines.iter().skip(1).flat_map(|line| fields(line, delimiter)).collect();
+    let number = |cell: &&String| cell.chars().all(|c| c.is_ascii_digit() || "+-.,eE".contains(c));
+    let holds = |mark: char| cells.iter().filter(number).filter(|c| c.contains(mark)).count();
+    if delimiter != ',' && holds(',') > 0 && holds('.') == 0 { ',' } else { '.' }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout(text: &str) -> Layout {
+        of_text(text, &LogOptions::default())
+    }
+
+    #[test]
+    fn separators_decimals_and_comments_are_found() {
+        let german = layout("Zeit;Kurs;Tiefe\n0,0;12,5;1,0\n0,1;12,6;1,1\n0,2;12,6;1,1\n");
+        assert_eq!((german.delimiter, german.decimal, german.headers.len()), (';', ',', 3));
+        let commented = layout("# made by a logger\n# v2\nt,u\n0,1\n1,2\n2,3\n");
+        assert_eq!((commented.comment.as_deref(), commented.headers[0].as_str()), (Some("#"), "t"));
+        let ros = layout("%time,field.data\n1,2\n2,3\n3,4\n");
+        assert_eq!((ros.comment.as_deref(), ros.headers[0].as_str()), (None, "%time"));
+        assert_eq!(layout("t\tu\n0\t1\n1\t2\n2\t3\n").delimiter, '\t');
+        assert_eq!(layout("t u\n0 1\n1 2\n2 3\n").delimiter, ' ');
+        assert!(layout("0,1\n1,2\n2,3\n").nameless());
+    }
+
+    #[test]
+    fn dates_are_seen_and_given_options_win() {
+        assert!(layout("time,u\n2024-07-01T10:40:00.1Z,1\n2024-07-01T10:40:00.2Z,1\n,\n").is_date(0));
+        let given = LogOptions { delimiter: '|', ..LogOptions::default() };
+        assert_eq!(of_text("a,b|c\n1,2|3\n1,2|3\n", &given).headers, ["a,b", "c"]);
+    }
+}

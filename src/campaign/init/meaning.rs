@@ -1,0 +1,209 @@
+//! What a column means by its name: phrases of pilots, autopilots and ROS for the channels of a log.
+
+use super::words::Words;
+
+/// A channel that a name may mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Meaning {
+    /// Canonical name.
+    pub channel: &'static str,
+    /// −1 where the name says that the quantity counts the other way, as a height does.
+    pub sign: i8,
+    /// How well the name fits: 100 says just this.
+    pub score: usize,
+}
+
+/// Channel, sign, phrases with commas between them.
+type Phrases = (&'static str, i8, &'static str);
+
+const PHRASES: &[Phrases] = &[
+    (
+        "t",
+        1,
+        "t, time, stamp, timestamp, time stamp, elapsed, elapsed time, clock, date time, date, utc, \
+         time boot, header stamp, seconds, sec, zeit",
+    ),
+    (
+        "x",
+        1,
+        "x, north, northing, pos x, x pos, position x, x position, pos n, pos north, position north, \
+         pn",
+    ),
+    ("y", 1, "y, east, easting, pos y, y pos, position y, y position, pos e, pos east, position east, pe"),
+    (
+        "z",
+        1,
+        "z, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
+         tiefe",
+    ),
+    ("z", -1, "altitude, alt, height, up, pos up, elevation"),
+    ("phi", 1, "phi, roll, roll angle, bank"),
+    ("theta", 1, "theta, pitch, pitch angle"),
+    (
+        "psi",
+        1,
+        "psi, yaw, yaw angle, heading, heading angle, hdg, compass, compass heading, true heading, \
+         kurs",
+    ),
+    (
+        "u",
+        1,
+        "u, surge, surge vel, surge velocity, surge speed, vel surge, velocity surge, forward vel, \
+         forward velocity, forward speed, vel forward, vx, v x, vel x, x vel, velocity x, x velocity, \
+         speed x, linear x, linear velocity x, twist linear x, longitudinal velocity, longitudinal \
+         speed, speed through water, stw",
+    ),
+    (
+        "v",
+        1,
+        "v, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
+         velocity, lateral speed, vy, v y, vel y, y vel, velocity y, y velocity, speed y, linear y, \
+         linear velocity y, twist linear y, starboard velocity",
+    ),
+    (
+        "w",
+        1,
+        "w, heave, heave vel, heave velocity, heave speed, vel heave, velocity heave, vz, v z, vel z, \
+         z vel, velocity z, z velocity, speed z, linear z, linear velocity z, twist linear z, down \
+         velocity",
+    ),
+    (
+        "p",
+        1,
+        "p, roll rate, rollrate, roll speed, rollspeed, roll vel, gyro x, gyr x, gyrx, wx, w x, omega \
+         x, angular x, angular velocity x, angular rate x, rate x, twist angular x, phi dot",
+    ),
+    (
+        "q",
+        1,
+        "q, pitch rate, pitchrate, pitch speed, pitchspeed, pitch vel, gyro y, gyr y, gyry, wy, w y, \
+         omega y, angular y, angular velocity y, angular rate y, rate y, twist angular y, theta dot",
+    ),
+    (
+        "r",
+        1,
+        "r, yaw rate, yawrate, yaw speed, yawspeed, yaw vel, yaw velocity, heading rate, turn rate, \
+         rate of turn, rot, gyro z, gyr z, gyrz, wz, w z, omega z, angular z, angular velocity z, \
+         angular rate z, rate z, twist angular z, psi dot",
+    ),
+    (
+        "tau_u",
+        1,
+        "tau u, tau x, force x, fx, x force, surge force, force surge, tau surge, thrust x, surge \
+         thrust, thrust surge, wrench force x",
+    ),
+    (
+        "tau_v",
+        1,
+        "tau v, tau y, force y, fy, y force, sway force, force sway, tau sway, thrust y, sway thrust, \
+         thrust sway, wrench force y",
+    ),
+    (
+        "tau_w",
+        1,
+        "tau w, tau z, force z, fz, z force, heave force, force heave, tau heave, thrust z, heave \
+         thrust, thrust heave, wrench force z",
+    ),
+    ("tau_p", 1, "tau p, tau k, torque x, moment x, mx, roll moment, roll torque, tau roll, wrench torque x"),
+    ("tau_q", 1, "tau q, tau m, torque y, moment y, my, pitch moment, pitch torque, tau pitch, wrench torque y"),
+    ("tau_r", 1, "tau r, tau n, torque z, moment z, mz, yaw moment, yaw torque, tau yaw, wrench torque z"),
+    (
+        "supply_V",
+        1,
+        "supply, supply v, supply voltage, voltage, battery, battery voltage, battery v, bat volt, \
+         batt volt, batt v, batt voltage, vbat, volt, bus voltage",
+    ),
+    ("rudder", 1, "rudder, rudder angle, rudder deg"),
+    ("stern_plane", 1, "stern plane, sternplane, stern plane angle, elevator, elevator angle, pitch fin"),
+    ("propeller_n", 1, "propeller n, prop n, propeller revolution, propeller revolutions, shaft speed"),
+];
+
+/// Names that may mean a channel, and may mean something else: only where nothing better is there.
+const DOUBTFUL: &[Phrases] = &[
+    ("u", 1, "speed, sog, speed over ground, ground speed, gps speed, velocity, log speed"),
+    ("psi", 1, "course, cog, course over ground, track"),
+];
+
+/// Words that say where a quantity comes from, not what it is.
+const FILLERS: &str = "field data vehicle robot auv rov usv asv boat body imu ahrs dvl ekf ins nav odom odometry pose twist \
+    state est estimated estimate meas measured filtered filt sensor value msg current actual log file gps \
+    gnss mocap xkf att local wrench vector math";
+
+/// Words of what is wanted, of quality or of something else.
+const OTHERS: &str = "setpoint sp desired des demand target ref reference goal cmd command cov covariance var variance std \
+    error err status flag valid temp temperature accel acceleration acc mag bias latitude longitude lat lon \
+    lng seq id count nsecs nsec nanosec";
+
+/// What the words of a header may mean, best first.
+pub fn of(words: &Words) -> Vec<Meaning> {
+    if words.words.iter().any(|w| has(OTHERS, w)) {
+        return Vec::new();
+    }
+    let whole = words.words.join(" ");
+    let bare: Vec<&str> = words.words.iter().map(String::as_str).filter(|w| !has(FILLERS, w)).collect();
+    let bare = bare.join(" ");
+    let mut found: Vec<Meaning> = Vec::new();
+    for (table, off) in [(PHRASES, 0), (DOUBTFUL, 40)] {
+        for (channel, sign, phrases) in table {
+            let best = phrases.split(", ").map(|phrase| fits(phrase, &whole, &bare)).max().unwrap_or(0);
+            if best > off {
+                found.push(Meaning { channel, sign: *sign, score: best - off });
+            }
+        }
+    }
+    found.sort_by_key(|m| std::cmp::Reverse(m.score));
+    found
+}
+
+/// Whether a list of words holds this one.
+fn has(list: &str, word: &str) -> bool {
+    list.split(' ').any(|w| w == word)
+}
+
+/// 100: the phrase alone; 90: beside words of its source; 50 and more: the phrase among other words.
+fn fits(phrase: &str, whole: &str, bare: &str) -> usize {
+    if whole == phrase {
+        return 100;
+    }
+    if bare == phrase {
+        return 90;
+    }
+    let inside = format!(" {bare} ").contains(&format!(" {phrase} "));
+    match (inside, phrase.split(' ').count(), phrase.len()) {
+        (true, 1, ..=3) | (false, ..) => 0,
+        (true, words, _) => 50 + 5 * words.min(4),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::init::words;
+
+    #[test]
+    fn names_of_pilots_and_programs_are_understood() {
+        for (header, channel) in [
+            ("time", "t"),
+            ("%time", "t"),
+            ("heading", "psi"),
+            ("yaw_deg", "psi"),
+            ("surge_vel", "u"),
+            ("YawRate", "r"),
+            ("north", "x"),
+            ("depth_m", "z"),
+            ("field.twist.twist.linear.x", "u"),
+            ("field.pose.pose.position.y", "y"),
+            ("field.angular_velocity.z", "r"),
+            ("imu_gyro_z", "r"),
+            ("sog_mps", "u"),
+            ("battery_voltage", "supply_V"),
+            ("surge_force [N]", "tau_u"),
+        ] {
+            assert_eq!(of(&words::of(header)).first().map(|m| m.channel), Some(channel), "{header}");
+        }
+        assert_eq!(of(&words::of("altitude"))[0].sign, -1);
+        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq", "latitude"] {
+            assert!(of(&words::of(other)).is_empty(), "{other}");
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! One log: its columns placed, its reading options found, each with the reason.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::commands::{self, Kind};
+use super::layout::{self, Layout};
+use super::meaning::{self, Meaning};
+use super::words::{self, Words};
+use super::{units, values};
+use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, TimeFormat, TimeUnit, Truncated};
+use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
+use crate::run::Signal;
+
+/// Attempts to read before the file is written without this log.
+const ATTEMPTS: usize = 12;
+
+/// A log as far as it was understood.
+#[derive(Debug, Clone, Default)]
+pub struct Understood {
+    /// The file as the campaign names it.
+    pub shown: String,
+    /// Options under which it is read.
+    pub options: LogOptions,
+    /// Reason of each option and column that was guessed: `missing`, `columns.psi`.
+    pub reasons: BTreeMap<String, String>,
+    /// What was not placed, what else a column could be.
+    pub remarks: Vec<String>,
+    /// Commands of the thrusters, in the order of V1, V2, …
+    pub commands: Vec<commands::Column>,
+    /// Unit of the commands.
+    pub kind: Option<Kind>,
+    /// The log, where it could be read.
+    pub log: Option<LogFile>,
+    /// Why it could not.
+    pub refused: Vec<String>,
+}
+
+/// Understands the log at `path`; `given` are options that somebody has said: they win.
+pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
+    let mut this = Understood { shown: shown.to_string(), options: given.clone(), ..Understood::default() };
+    let layout = match layout::of(path, given) {
+        Ok(layout) => layout,
+        Err(error) => {
+            this.refused.push(error.to_string());
+            return this;
+        }
+    };
+    if layout.binary {
+        this.refused
+            .push("this is no text; formats other than CSV are read by the command of the Python package".into());
+        return this;
+    }
+    this.lay_out(&layout, given);
+    if layout.nameless() {
+        this.refused.push("the columns have no names: put a header line first, such as t,u,r,V1,V2".into());
+        return this;
+    }
+    this.place(&layout, given);
+    this.attempt(path);
+    if this.log.is_some() && values::settle(&mut this, given) {
+        this.attempt(path);
+    }
+    this
+}
+
+impl Understood {
+    /// Notes an option that was guessed.
+    pub fn guess(&mut self, key: impl Into<String>, reason: impl Into<String>) {
+        self.reasons.insert(key.into(), reason.into());
+    }
+
+    fn lay_out(&mut self, layout: &Layout, given: &LogOptions) {
+        if layout.delimiter != given.delimiter {
+            self.options.delimiter = layout.delimiter;
+            self.guess("delimiter", "header and rows split evenly at it");
+        }
+        if layout.decimal != given.decimal {
+            self.options.decimal = layout.decimal;
+            self.guess("decimal", "numbers hold a comma and no point");
+        }
+        if layout.comment != given.comment {
+            self.options.comment.clone_from(&layout.comment);
+            self.guess("comment", "lines before the header begin with it");
+        }
+    }
+
+    /// Gives each header its channel.
+    fn place(&mut self, layout: &Layout, given: &LogOptions) {
+        let taken = |header: &str| {
+            let base = columns::split_header(header).0;
+            given.columns.values().any(|s| s.name.trim() == header || s.name.trim() == base)
+        };
+        let mut meant: Vec<(Meaning, String, Words)> = Vec::new();
+        let mut driven: Vec<commands::Column> = Vec::new();
+        let mut left: Vec<String> = Vec::new();
+        let mut own: Vec<String> = given.columns.keys().cloned().collect();
+        for header in layout.headers.iter().filter(|h| !h.is_empty() && !taken(h)) {
+            let words = words::of(header);
+            let (base, unit) = columns::split_header(header);
+            if let Some(quantity) = columns::quantity(base).filter(|_| !own.iter().any(|o| o == base)) {
+                own.push(base.to_string());
+                if let Some(command) = commands::of(header, &words) {
+                    driven.push(command);
+                } else if unit.is_some_and(|u| !u.is_empty() && quantity.unit(u).is_none()) {
+                    self.map(base, header, &words, 1, "its unit");
+                }
+                continue;
+            }
+            if let Some(command) = commands::of(header, &words) {
+                driven.push(command);
+                continue;
+            }
+            let meanings = meaning::of(&words);
+            match meanings.first() {
+                Some(best) => meant.push((best.clone(), header.clone(), words)),
+                None => left.push(header.clone()),
+            }
+        }
+        // the column that fits best is taken, the others stand beside it
+        meant.sort_by_key(|(m, ..)| std::cmp::Reverse(m.score));
+        for (meaning, header, words) in meant {
+            if own.iter().any(|o| o == meaning.channel) {
+                let channel = meaning.channel;
+                self.remarks.push(format!("{header:?} could be {channel} as well: {channel} = {header:?}"));
+                continue;
+            }
+            own.push(meaning.channel.to_string());
+            let why = if meaning.score >= 90 { "its name" } else { "its name, with doubt" };
+            self.map(meaning.channel, &header, &words, meaning.sign, why);
+        }
+        self.time(layout, &mut own, &mut left);
+        if !own.iter().any(|c| log::check::is_velocity(c) || log::check::is_measured(c)) {
+            self.bench(&mut driven, &mut left);
+        }
+        self.drive(&driven, given);
+        if !left.is_empty() {
+            let list: Vec<String> = left.iter().map(|h| format!("{h:?}")).collect();
+            self.remarks.push(format!("not placed, kept under their own names: {}", list.join(", ")));
+        }
+    }
+
+    /// Writes `columns.channel`.
+    fn map(&mut self, channel: &str, header: &str, words: &Words, sign: i8, why: &str) {
+        let (source, how) = units::source(channel, header, words.unit.as_deref(), sign);
+        // a column under its own name in a unit that is read needs no word
+        if source == ColumnSource::from(header) && columns::split_header(header).0 == channel {
+            return;
+        }
+        self.options.columns.insert(channel.to_string(), source);
+        self.guess(format!("columns.{channel}"), format!("{header:?} is {channel} by {why}{how}"));
+    }
+
+    /// Finds the time, by its name or as the first column that grows in each row.
+    fn time(&mut self, layout: &Layout, own: &mut Vec<String>, left: &mut Vec<String>) {
+        if !own.iter().any(|o| o == "t") {
+            let cell = |row: &Vec<String>, k: usize| row[k].replace(self.options.decimal, ".").parse::<f64>().ok();
+            let grows = |k: usize| {
+                let x: Option<Vec<f64>> = layout.rows.iter().map(|row| cell(row, k)).collect();
+                x.is_some_and(|x| x.len() > 2 && x.windows(2).all(|w| w[1] > w[0]))
+            };
+            let found = (0..layout.headers.len()).find(|k| layout.is_date(*k) || grows(*k));
+            if let Some(k) = found {
+                let header = layout.headers[k].clone();
+                left.retain(|h| *h != header);
+                self.options.columns.retain(|_, source| source.name != header);
+                self.options.columns.insert("t".into(), ColumnSource::from(header.as_str()));
+                self.guess("columns.t", format!("{header:?} grows in each row, and no column is called time"));
+                own.push("t".into());
+            }
+        }
+        let header = self.options.columns.get("t").map_or("t", |s| s.name.as_str());
+        let at = layout.headers.iter().position(|h| h == header || columns::split_header(h).0 == header);
+        let Some(at) = at else { return };
+        if layout.is_date(at) && self.options.time_format.is_none() {
+            self.options.time_format = Some(TimeFormat::Iso8601);
+            self.options.time_unit = None;
+            self.guess("time_format", "the stamps are dates");
+        } else if self.options.time_unit.is_none() && self.options.time_format.is_none() {
+            self.time_unit(layout, at);
+        }
+    }
+
+    fn time_unit(&mut self, layout: &Layout, at: usize) {
+        if words::of(&layout.headers[at]).unit.as_deref().is_some_and(|u| TimeUnit::from_name(u).is_some()) {
+            return;
+        }
+        let stamps: Vec<f64> =
+            layout.rows.iter().filter_map(|row| row[at].replace(self.options.decimal, ".").parse().ok()).collect();
+        let Some(step) = log::check::time::usual_step(&stamps).filter(|s| *s > 0.0) else { return };
+        let first = stamps.first().copied().unwrap_or(0.0);
+        // a wall clock tells its unit by its size, another by its step: no vehicle logs every 5 s or more
+        let (unit, why) = match (first, step) {
+            (x, _) if x > 1e17 => (TimeUnit::Ns, "stamps of that size are nanoseconds since 1970".to_string()),
+            (x, _) if x > 1e14 => (TimeUnit::Us, "stamps of that size are microseconds since 1970".to_string()),
+            (x, _) if x > 1e11 => (TimeUnit::Ms, "stamps of that size are milliseconds since 1970".to_string()),
+            (_, s) if s >= 5e5 => (TimeUnit::Ns, format!("the usual step is {s}")),
+            (_, s) if s > 2e3 => (TimeUnit::Us, format!("the usual step is {s}")),
+            (_, s) if s >= 5.0 => (TimeUnit::Ms, format!("the usual step is {s}")),
+            _ => return,
+        };
+        self.options.time_unit = Some(unit);
+        self.guess("time_unit", why);
+    }
+
+    /// A log without motion that has a command and a force is one of a thruster on a bench.
+    fn bench(&mut self, driven: &mut Vec<commands::Column>, left: &mut Vec<String>) {
+        let has = |header: &str, wanted: &[&str]| words::of(header).words.iter().any(|w| wanted.contains(&w.as_str()));
+        let force = left.iter().find(|h| has(h, &["force", "thrust", "load"])).cloned();
+        let command = left.iter().find(|h| has(h, &["input", "command", "cmd", "pwm", "throttle", "volts"])).cloned();
+        if let Some(header) = &force {
+            left.retain(|h| h != header);
+            self.map("force", header, &words::of(header), 1, "its name, with doubt");
+        }
+        if let Some(header) = command.filter(|_| driven.is_empty() && force.is_some()) {
+            left.retain(|h| *h != header);
+            driven.push(commands::single(&header, &words::of(&header)));
+        }
+    }
+
+    /// Places the commands of the thrusters.
+    fn drive(&mut self, driven: &[commands::Column], given: &LogOptions) {
+        let said = |letter: &str| given.columns.keys().any(|c| c.starts_with(letter) && columns::quantity(c).is_some());
+        if said("V") || said("F") {
+            return;
+        }
+        let chosen = commands::chosen(driven);
+        for other in driven.iter().filter(|c| !chosen.contains(c)) {
+            self.remarks.push(format!("{:?} may be a command too and is not used", other.header));
+        }
+        self.kind = chosen.first().and_then(|c| c.kind);
+        let letter = if self.kind == Some(Kind::Force) { "F" } else { "V" };
+        for (k, column) in chosen.iter().enumerate() {
+            let channel = format!("{letter}{}", k + 1);
+            let unit = words::of(&column.header).unit;
+            let (source, how) = units::source(&channel, &column.header, unit.as_deref(), 1);
+            if columns::split_header(&column.header).0 != channel
+                || source != ColumnSource::from(column.header.as_str())
+            {
+                self.options.columns.insert(channel.clone(), source);
+                let why = format!("{:?} is the command of thruster {} by its name{how}", column.header, column.label);
+                self.guess(format!("columns.{channel}"), why);
+            }
+        }
+        self.commands = chosen;
+    }
+
+    /// Reads the file, and again with another option for each thing that is refused.
+    fn attempt(&mut self, path: &Path) {
+        for _ in 0..ATTEMPTS {
+            match log::read(path, &self.options, &["t"]) {
+                Ok(log) => {
+                    self.refused.clear();
+                    if self.sentinels(&log) || self.holds(&log) {
+                        continue;
+                    }
+                    self.log = Some(log);
+                    return;
+                }
+                Err(error) => {
+                    if !self.relax(&error) {
+                        self.refused = error.to_string().lines().map(str::to_string).collect();
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Allows what was refused; whether there was anything to allow.
+    fn relax(&mut self, error: &LogError) -> bool {
+        let before = self.options.clone();
+        for finding in error.findings() {
+            let code = finding.code;
+            if code == codes::MISSING.code || code == codes::NON_FINITE.code {
+                self.options.missing = Missing::NoSample;
+                self.guess("missing", "cells are empty: sensors of their own rates stand side by side");
+                if finding.message.to_lowercase().contains("inf") {
+                    for text in ["inf", "-inf"] {
+                        if !self.options.missing_values.iter().any(|m| m == text) {
+                            self.options.missing_values.push(text.into());
+                        }
+                    }
+                    self.guess("missing_values", "cells hold it where a number is expected");
+                }
+            } else if code == codes::TIME_ORDER.code {
+                if self.options.duplicates == Duplicates::Error {
+                    self.options.duplicates = Duplicates::First;
+                    self.guess("duplicates", "time stamps come twice");
+                } else {
+                    self.options.sort = true;
+                    self.guess("sort", "time stamps go back");
+                }
+            } else if code == codes::FIELD_COUNT.code {
+                self.options.truncated = Truncated::Drop;
+                self.guess("truncated", "the last row is cut short");
+            } else if code == codes::UNIT_UNKNOWN.code {
+                if let Some(column) = &finding.column {
+                    self.options.columns.remove(column);
+                    self.remarks.push(format!("the unit of {column} is not known: {}", finding.message));
+                }
+            } else if code == codes::PARSE.code
+                && let Some(text) = quoted(&finding.message)
+                && !self.options.missing_values.contains(&text)
+            {
+                self.options.missing = Missing::NoSample;
+                self.options.missing_values.push(text);
+                self.guess("missing", "cells are empty: sensors of their own rates stand side by side");
+                self.guess("missing_values", "cells hold it where a number is expected");
+            }
+        }
+        before != self.options
+    }
+
+    /// Takes codes for no value out; whether there was a new one.
+    fn sentinels(&mut self, log: &LogFile) -> bool {
+        let mut new = false;
+        for (name, signal) in &log.signals {
+            for seen in log::check::far::check(name, signal).iter().filter(|s| s.code == codes::SENTINEL) {
+                let Some(value) = seen.time.map(|t| signal.at(t)) else { continue };
+                let text = units::as_written(name, self.options.columns.get(name), value);
+                if !self.options.missing_values.contains(&text) {
+                    self.options.missing = Missing::NoSample;
+                    self.options.missing_values.push(text.clone());
+                    self.guess("missing", "a sensor writes a code where it has no value");
+                    self.guess("missing_values", format!("{name} is exactly {text} now and then, far from all else"));
+                    new = true;
+                }
+            }
+        }
+        new
+    }
+
+    /// Notices sensors whose values are repeated until the next; whether the option is new.
+    fn holds(&mut self, log: &LogFile) -> bool {
+        if self.options.repeated == Repeated::NoSample {
+            return false;
+        }
+        let held = |(name, s): (&String, &Signal)| {
+            let measured = log::check::is_measured(name) && s.len() == log.rows;
+            let hold = measured.then(|| log::check::hold::of(s.values())).flatten()?;
+            Some(format!("{name} changes every {:.1} rows", hold.rows))
+        };
+        let slow: Vec<String> = log.signals.iter().filter_map(held).collect();
+        if slow.is_empty() {
+            return false;
+        }
+        self.options.repeated = Repeated::NoSample;
+        self.guess("repeated", format!("{}: a slower sensor, written at the rate of the log", slow.join(", ")));
+        true
+    }
+}
+
+/// The text in single quotes of a message.
+fn quoted(message: &str) -> Option<String> {
+    let (_, rest) = message.split_once('\'')?;
+    rest.split_once('\'').map(|(text, _)| text.to_string()).filter(|text| !text.is_empty())
+}

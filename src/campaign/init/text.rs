@@ -1,0 +1,441 @@
+//! The text of the campaign, table by table.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use super::commands::{self, Kind};
+use super::quoted;
+use super::reading::Understood;
+use super::{InitRequest, geometry};
+use crate::campaign::vehicles::{KnownVehicle, with_turned_thruster};
+use crate::check::motion::{self, Moved};
+use crate::frame::Dof;
+use crate::log::options::LogOptions;
+use crate::run::Signal;
+use crate::thrust::thruster::Thruster;
+
+/// All that the text is made of.
+pub struct Draft<'a> {
+    /// What was asked.
+    pub request: &'a InitRequest,
+    /// Reading options that somebody has said.
+    pub given: &'a LogOptions,
+    /// The vehicle, and why it was chosen where nobody said it.
+    pub vehicle: Option<&'a (KnownVehicle, Option<String>)>,
+    /// The logs.
+    pub logs: &'a [Understood],
+    /// Logs of each dive.
+    pub dives: &'a [Vec<usize>],
+}
+
+/// Degrees of freedom that are modelled, and the words about those that are not.
+struct Chosen {
+    dofs: Vec<Dof>,
+    words: Vec<String>,
+}
+
+impl Draft<'_> {
+    /// The whole text.
+    pub fn write(&self) -> String {
+        let thrusters = self.thruster_tables();
+        let known = geometry::read(&thrusters);
+        let chosen = self.chosen(&known);
+        let mut text = "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units. Lines that begin with\n# `# guessed:` say what was guessed and why: read them through.\nformat = 1\n".to_string();
+        for guess in &self.request.learned.guessed {
+            let _ = writeln!(text, "# guessed: {guess}");
+        }
+        text += &self.vehicle_table();
+        text += &self.model_table(&chosen);
+        text += &thrusters;
+        let common = self.common();
+        text += &self.log_table(common);
+        text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
+        text += &self.priors();
+        let roles = self.roles(&chosen);
+        for (dive, role) in self.dives.iter().zip(roles) {
+            text += &self.run_table(dive, &role, common.is_none());
+        }
+        text
+    }
+
+    /// `[vehicle]`, `[water]` and what else a vehicle file says of the vehicle, or the questions.
+    fn vehicle_table(&self) -> String {
+        let facts = &self.request.facts;
+        let figures = [
+            ("mass", facts.mass, "dry mass, kg"),
+            ("volume", facts.volume, "displaced volume, m3"),
+            ("weight", facts.weight, "weight in air, N"),
+            ("buoyancy", facts.buoyancy, "buoyancy, N"),
+            ("length", facts.length, "characteristic length, m; volume^(1/3) when absent"),
+        ];
+        let Some((known, why)) = self.vehicle else {
+            let name = if facts.name.is_empty() { "vehicle" } else { &facts.name };
+            let mut text = format!("\n[vehicle]\nname = {name:?}\n");
+            for (key, value, meaning) in figures {
+                let _ = match value {
+                    Some(value) => writeln!(text, "{key} = {value:?}   # {meaning}"),
+                    None => writeln!(text, "# {key} =    # {meaning}"),
+                };
+            }
+            return text
+                + "\n[water]\ndensity = 1000.0   # kg/m3\nkinematic_viscosity = 1.004e-6   # m2/s, fresh water of 20 degrees\n";
+        };
+        let mut text = format!("\n# vehicle file: {}\n", known.id);
+        if let Some(why) = why {
+            let _ = writeln!(text, "# guessed: the vehicle: {why}");
+        }
+        for line in sections(&known.text, |name| !["thruster"].contains(&name)).lines() {
+            let key = line.split('=').next().unwrap_or("").trim();
+            let own = figures.iter().find(|(name, ..)| *name == key).and_then(|(_, value, _)| *value);
+            match (own, key) {
+                (Some(value), _) => drop(writeln!(text, "{key} = {value:?}")),
+                (None, "name") if !facts.name.is_empty() => drop(writeln!(text, "name = {}", quoted(&facts.name))),
+                _ => text = text + line + "\n",
+            }
+        }
+        text
+    }
+
+    /// The `[[thruster]]` tables: of the vehicle, else guessed where commands are logged and no forces.
+    fn thruster_tables(&self) -> String {
+        if let Some((known, _)) = self.vehicle {
+            let mut text = sections(&known.text, |name| name == "thruster");
+            for (k, _) in self.request.learned.directions.iter().enumerate().filter(|(_, d)| **d < 0) {
+                let why = format!("the log's MOT_{}_DIRECTION = -1: this thruster runs the other way", k + 1);
+                text = with_turned_thruster(&text, k, &why);
+            }
+            return format!("\n{text}");
+        }
+        let Some(log) = self.logs.iter().filter(|l| l.log.is_some()).max_by_key(|l| l.commands.len()) else {
+            return String::new();
+        };
+        let signals = self.signals(log);
+        let forced =
+            self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.keys().any(|n| n.starts_with("tau_"))));
+        let Some(kind) = log.kind.filter(|_| !log.commands.is_empty() && !signals.is_empty()) else {
+            return String::new();
+        };
+        let greatest = signals.iter().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let pulse = (kind == Kind::Pulse).then(|| commands::pulses(&signals));
+        let tables = geometry::tables(&log.commands, kind, greatest, pulse);
+        if forced {
+            let commented: String =
+                tables.lines().map(|line| format!("# {}\n", line.trim_start_matches("# "))).collect();
+            return format!(
+                "\n# The log has tau_*: thrusters are not needed. With these tables their commands would be taken instead:\n{commented}"
+            );
+        }
+        tables
+    }
+
+    /// Commands of the thrusters of a log.
+    fn signals<'b>(&self, understood: &'b Understood) -> Vec<&'b Signal> {
+        let Some(log) = &understood.log else { return Vec::new() };
+        let letter = if understood.kind == Some(Kind::Force) { "F" } else { "V" };
+        (1..).map(|k| log.signals.get(&format!("{letter}{k}"))).take_while(Option::is_some).flatten().collect()
+    }
+
+    /// Degrees of freedom that some dive measures, moves and drives.
+    fn chosen(&self, thrusters: &[Thruster]) -> Chosen {
+        let mut words = Vec::new();
+        let mut dofs = Vec::new();
+        let (mut measured_all, mut driven_all) = (Vec::new(), Vec::new());
+        for dof in Dof::ALL {
+            let moved = self.logs.iter().filter_map(|l| l.log.as_ref()).map(|log| motion::of(&log.signals, dof)).max();
+            let moved = moved.unwrap_or(Moved::Unmeasured);
+            let driven = self.logs.iter().any(|log| self.drives(log, dof, thrusters));
+            if moved > Moved::Unmeasured {
+                measured_all.push(dof);
+                if driven {
+                    driven_all.push(dof);
+                }
+            }
+            match (moved, driven) {
+                (Moved::Moves, true) => dofs.push(dof),
+                (Moved::Moves, false) => words.push(format!("{dof} is left out: it moves, and no command drives it")),
+                (Moved::Rests, _) => {
+                    words.push(format!("{dof} is left out: it does not move beyond the noise of its sensor"))
+                }
+                (Moved::Unmeasured, true) => words.push(format!("{dof} is left out: no log measures it")),
+                (Moved::Unmeasured, false) => {}
+            }
+        }
+        if dofs.is_empty() {
+            words.push("no degree of freedom moves under a command: from these logs nothing can be learned".into());
+            dofs = if driven_all.is_empty() { measured_all } else { driven_all };
+        }
+        if dofs.is_empty() {
+            dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
+        }
+        Chosen { dofs, words }
+    }
+
+    /// Whether a log commands `dof`.
+    fn drives(&self, understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool {
+        let Some(log) = &understood.log else { return false };
+        let varies = |s: &Signal| s.values().iter().any(|x| x.to_bits() != s.values()[0].to_bits());
+        if let Some(force) = log.signals.get(dof.force()) {
+            return force.values().iter().any(|x| *x != 0.0);
+        }
+        if log.signals.keys().any(|name| name.starts_with("tau_")) {
+            return false;
+        }
+        // fins turn a vehicle whose thruster cannot
+        let fin = match dof {
+            Dof::Yaw | Dof::Sway => log.signals.get("rudder"),
+            Dof::Pitch | Dof::Heave => log.signals.get("stern_plane"),
+            _ => None,
+        };
+        if fin.is_some_and(|s| varies(s)) {
+            return true;
+        }
+        let signals = self.signals(understood);
+        thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && varies(s))
+    }
+
+    fn model_table(&self, chosen: &Chosen) -> String {
+        let has = |dof| chosen.dofs.contains(&dof);
+        let mut effects = vec!["inertia".to_string(), "linear_drag".into(), "quadratic_drag".into()];
+        for (dof, needed) in [
+            (Dof::Surge, [Dof::Sway, Dof::Yaw]),
+            (Dof::Sway, [Dof::Surge, Dof::Yaw]),
+            (Dof::Yaw, [Dof::Surge, Dof::Sway]),
+        ] {
+            if has(dof) && needed.into_iter().all(has) {
+                effects.push(format!("coriolis_{dof}"));
+            }
+        }
+        effects.extend(
+            [Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).map(|d| format!("restoring_{d}")),
+        );
+        let logged =
+            |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
+        if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
+            let reads = |id: &str| match id {
+                id if id.starts_with("rudder") => logged("rudder"),
+                id if id.starts_with("stern_plane") => logged("stern_plane"),
+                "propeller_advance" => logged("propeller_n"),
+                _ => true,
+            };
+            effects.extend(model.effects.iter().filter(|e| reads(&e.id)).map(ToString::to_string));
+        }
+        let list = |items: Vec<String>| items.iter().map(|i| format!("{i:?}")).collect::<Vec<_>>().join(", ");
+        let mut text = "\n[model]\n".to_string();
+        for word in &chosen.words {
+            let _ = writeln!(text, "# guessed: {word}");
+        }
+        let _ = writeln!(
+            text,
+            "dofs = [{}]   # surge sway heave roll pitch yaw",
+            list(chosen.dofs.iter().map(ToString::to_string).collect())
+        );
+        let _ = writeln!(text, "effects = [{}]   # `hydrosysid effects` lists them", list(effects));
+        text += "coriolis = \"tied\"   # \"tied\" to the inertias | \"free\" coefficients\n";
+        let held = self.logs.iter().find_map(|understood| {
+            let log = understood.log.as_ref()?;
+            let mut signals = self.signals(understood);
+            signals.extend(log.signals.iter().filter(|(name, _)| name.starts_with("tau_")).map(|(_, s)| s));
+            commands::held(&signals, log.rows)
+        });
+        match held {
+            Some(why) => drop(writeln!(
+                text,
+                "# guessed: {why}\ninput = \"hold\"   # what commands do between samples: \"linear\" | \"hold\""
+            )),
+            None => text += "input = \"linear\"   # what commands do between samples: \"linear\" | \"hold\"\n",
+        }
+        text
+    }
+
+    /// The log whose options all share; `None` where each run has its own.
+    fn common(&self) -> Option<&Understood> {
+        let mut read = self.logs.iter().filter(|l| l.log.is_some());
+        let first = read.next()?;
+        let single = self.dives.iter().all(|dive| dive.len() == 1);
+        (single && read.all(|l| l.options == first.options)).then_some(first)
+    }
+
+    fn log_table(&self, common: Option<&Understood>) -> String {
+        let mut text = "\n[log]\n# position_source = \"independent\"   # x, y measured apart from the velocity (acoustics, GNSS); \"dead_reckoned\" otherwise\n# velocity_reference = \"ground\"   # what u, v, w are measured against: \"ground\" | \"water\"\n".to_string();
+        let has = |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
+        if has("x") && has("y") && !(has("u") && has("v")) && self.given.position_source.is_none() {
+            text += "# guessed: no log has u and v, so that north and east are a measurement of their own\nposition_source = \"independent\"\n";
+        }
+        match common {
+            Some(understood) => text += &options(understood, "log"),
+            None => text += &said(self.given, "log"),
+        }
+        text
+    }
+
+    fn priors(&self) -> String {
+        let Some((known, _)) = self.vehicle else { return String::new() };
+        if known.file.published.is_none() {
+            return String::new();
+        }
+        format!("# Published parameters of this vehicle: `hydrosysid compare CAMPAIGN --params {}`.\n", known.id)
+    }
+
+    /// Role of each dive: of three and more every third validates, if what it moves another one moves too.
+    fn roles(&self, chosen: &Chosen) -> Vec<String> {
+        let moves = |dive: &[usize]| -> BTreeSet<Dof> {
+            let of = |dof: &Dof| {
+                dive.iter()
+                    .filter_map(|k| self.logs[*k].log.as_ref())
+                    .any(|l| motion::of(&l.signals, *dof) == Moved::Moves)
+            };
+            chosen.dofs.iter().copied().filter(of).collect()
+        };
+        let moved: Vec<BTreeSet<Dof>> = self.dives.iter().map(|dive| moves(dive)).collect();
+        let mut validates: Vec<usize> = Vec::new();
+        // every third first, then whichever can be spared
+        let thirds = (2..moved.len()).step_by(3);
+        for k in thirds.chain(0..moved.len()) {
+            if validates.contains(&k) {
+                continue;
+            }
+            let others = || (0..moved.len()).filter(|o| *o != k && !validates.contains(o));
+            let covered: BTreeSet<Dof> = others().flat_map(|o| moved[o].iter().copied()).collect();
+            if moved.len() >= 3
+                && (validates.len() + 1) * 3 <= moved.len()
+                && moved[k].is_subset(&covered)
+                && !moved[k].is_empty()
+            {
+                validates.push(k);
+            }
+        }
+        let role = |k: usize| if validates.contains(&k) { "validate" } else { "train" };
+        (0..moved.len()).map(|k| role(k).to_string()).collect()
+    }
+
+    fn run_table(&self, dive: &[usize], role: &str, own: bool) -> String {
+        let logs: Vec<&Understood> = dive.iter().map(|k| &self.logs[*k]).collect();
+        let readable: Vec<&&Understood> = logs.iter().filter(|l| l.log.is_some()).collect();
+        let mut text = String::new();
+        for log in logs.iter().filter(|l| l.log.is_none()) {
+            let _ = writeln!(text, "\n# not read: {}", log.shown);
+            for line in &log.refused {
+                let _ = writeln!(text, "# {line}");
+            }
+            let _ = writeln!(text, "# [[run]]\n# file = {}", quoted(&log.shown));
+        }
+        let Some(first) = readable.first() else { return text };
+        text += "\n[[run]]\n";
+        let facts = |log: &Understood| {
+            let read = log.log.as_ref();
+            let rows = read.map_or(0, |l| l.rows);
+            let seconds = read.and_then(|l| Some(l.time.last()? - l.time.first()?)).unwrap_or(0.0);
+            format!("{rows} rows, {seconds:.1} s")
+        };
+        if readable.len() == 1 {
+            let _ = writeln!(text, "file = {}   # {}", quoted(&first.shown), facts(first));
+        }
+        let kind = self.kind(&readable);
+        let _ = writeln!(
+            text,
+            "kind = \"{kind}\"   # bollard | bench | towing | constant_velocity | oscillatory | zigzag | free"
+        );
+        if self.dives.len() >= 3 {
+            text +=
+                "# guessed: every third run takes no part in the fit, where others move the same degrees of freedom\n";
+        }
+        let _ = writeln!(text, "role = \"{role}\"   # train | validate: takes no part in the fit");
+        for stretch in logs.iter().filter_map(|l| self.request.learned.closed_loop.get(&l.shown)).flatten() {
+            let _ = writeln!(text, "# guessed: {stretch}");
+        }
+        for remark in readable.iter().flat_map(|l| &l.remarks) {
+            let _ = writeln!(text, "# {remark}");
+        }
+        if readable.len() > 1 {
+            text += "# guessed: these logs are of one dive: they hold different channels over the same time\n";
+            for log in readable {
+                let _ = writeln!(text, "[[run.file]]\nfile = {}   # {}", quoted(&log.shown), facts(log));
+                text += &table(log, "run.file.log");
+            }
+        } else if own {
+            text += &table(first, "run.log");
+        }
+        text
+    }
+
+    fn kind(&self, readable: &[&&Understood]) -> &'static str {
+        let has = |name: &str| readable.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
+        let loads = Dof::ALL.iter().any(|dof| has(dof.load()));
+        let moves = Dof::ALL.iter().any(|dof| has(dof.velocity()) || has(dof.position()));
+        match (loads, has("force") && !moves) {
+            (true, _) => "bollard",
+            (false, true) => "bench",
+            _ => "free",
+        }
+    }
+}
+
+/// The sections of a text of TOML tables whose name `keep` keeps, each with the comments before it.
+fn sections(text: &str, keep: impl Fn(&str) -> bool) -> String {
+    let (mut out, mut pending, mut kept) = (String::new(), String::new(), true);
+    for line in text.lines() {
+        let trimmed = line.trim_start();
+        if trimmed.starts_with('#') || trimmed.is_empty() {
+            pending = pending + line + "\n";
+            continue;
+        }
+        if trimmed.starts_with('[') {
+            kept = keep(trimmed.trim_start_matches('[').split([']', '.']).next().unwrap_or("").trim());
+        }
+        if kept {
+            out = out + &pending + line + "\n";
+        }
+        pending.clear();
+    }
+    out
+}
+
+/// A table of reading options with its header, where it holds anything.
+fn table(understood: &Understood, name: &str) -> String {
+    let options = options(understood, name);
+    if options.is_empty() { options } else { format!("[{name}]\n{options}") }
+}
+
+/// The options of a log that differ from the defaults, guesses with their reasons; columns in a table of their own.
+fn options(understood: &Understood, name: &str) -> String {
+    write_options(&understood.options, &understood.reasons, name)
+}
+
+/// Options that somebody has said.
+fn said(options: &LogOptions, name: &str) -> String {
+    write_options(options, &BTreeMap::new(), name)
+}
+
+fn write_options(options: &LogOptions, reasons: &BTreeMap<String, String>, name: &str) -> String {
+    let usual = toml::Table::try_from(LogOptions::default()).unwrap_or_default();
+    let own = toml::Table::try_from(options).unwrap_or_default();
+    let mut text = String::new();
+    let comment = |key: &str| reasons.get(key).map(|why| format!("# guessed: {why}\n")).unwrap_or_default();
+    for (key, value) in own.iter().filter(|(key, value)| *key != "columns" && usual.get(*key) != Some(value)) {
+        let _ = writeln!(text, "{}{key} = {value}", comment(key));
+    }
+    if !options.columns.is_empty() {
+        let _ = writeln!(text, "\n[{name}.columns]");
+        for (channel, source) in &options.columns {
+            let mut parts = vec![format!("name = {}", toml::Value::from(source.name.clone()))];
+            parts.extend(source.unit.as_ref().map(|unit| format!("unit = {unit:?}")));
+            if (source.scale - 1.0).abs() > 0.0 {
+                parts.push(format!("scale = {:?}", source.scale));
+            }
+            if source.sign < 0 {
+                parts.push("sign = -1".into());
+            }
+            let plain = parts.len() == 1;
+            let value = if plain {
+                toml::Value::from(source.name.clone()).to_string()
+            } else {
+                format!("{{ {} }}", parts.join(", "))
+            };
+            let key = toml::Value::from(channel.clone()).to_string();
+            let key =
+                if channel.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') { channel.clone() } else { key };
+            let _ = writeln!(text, "{}{key} = {value}", comment(&format!("columns.{channel}")));
+        }
+    }
+    text
+}

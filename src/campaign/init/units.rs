@@ -1,0 +1,80 @@
+//! From a unit as it is written to one that the reader knows, with a factor where it knows none.
+
+use crate::log::columns::{self, Quantity};
+use crate::log::options::ColumnSource;
+
+/// Units that the reader does not know: quantity, name, unit that it knows, factor.
+const OTHERS: &[(Quantity, &str, &str, f64)] = &[
+    (Quantity::Velocity, "km/h", "m/s", 1.0 / 3.6),
+    (Quantity::Velocity, "ft/s", "m/s", 0.3048),
+    (Quantity::Position, "mm", "m", 1e-3),
+    (Quantity::Position, "cm", "m", 1e-2),
+    (Quantity::Position, "ft", "m", 0.3048),
+    (Quantity::Position, "dm", "m", 0.1),
+    (Quantity::Rate, "rpm", "rad/s", std::f64::consts::TAU / 60.0),
+    (Quantity::Rate, "deg/min", "deg/s", 1.0 / 60.0),
+    (Quantity::Command, "%", "1", 0.01),
+    (Quantity::Command, "rpm", "1", 1.0),
+];
+
+/// Where a channel stands, read in `unit`, and what there is to say of the unit.
+pub fn source(channel: &str, header: &str, unit: Option<&str>, sign: i8) -> (ColumnSource, String) {
+    let mut source = ColumnSource { sign, ..ColumnSource::from(header) };
+    let mut how = if sign < 0 { "; it counts upwards, so sign = -1".to_string() } else { String::new() };
+    let Some(unit) = unit else { return (source, how) };
+    let Some(quantity) = columns::quantity(channel) else {
+        // a further channel in a unit that some quantity is read in becomes SI too
+        if columns::split_header(header).1.is_none() && columns::any_unit(unit).is_some() {
+            source.unit = Some(unit.to_string());
+        }
+        return (source, how);
+    };
+    let bracketed = columns::split_header(header).1.and_then(|u| quantity.unit(u));
+    if let Some(known) = quantity.unit(unit) {
+        let usual = quantity.units().first().is_some_and(|u| u.name == known.name);
+        if bracketed.is_none() && !usual {
+            source.unit = Some(known.name.into());
+            how += &format!("; {} as the name says", known.name);
+        }
+    } else if let Some((.., to, factor)) = OTHERS.iter().find(|(q, name, ..)| (*q, *name) == (quantity, unit)) {
+        source.unit = Some((*to).into());
+        source.scale = *factor;
+        how += &format!("; from {unit} by the factor {factor:.6}");
+    } else if bracketed.is_none() {
+        let usual = quantity.units().first().map_or("", |u| u.name);
+        source.unit = Some(usual.into());
+        how += &format!("; the unit {unit:?} is not known, {usual} is taken");
+    }
+    (source, how)
+}
+
+/// A value in SI as the file writes it.
+pub fn as_written(channel: &str, source: Option<&ColumnSource>, value: f64) -> String {
+    let header = source.map_or(channel, |s| s.name.as_str());
+    let unit = source.and_then(|s| s.unit.as_deref()).or(columns::split_header(header).1);
+    let known = columns::quantity(channel).and_then(|q| unit.and_then(|u| q.unit(u)));
+    let (times, over) = known.map_or((1.0, 1.0), |u| (u.times, u.over));
+    let (scale, sign) = source.map_or((1.0, 1.0), |s| (s.scale, f64::from(s.sign)));
+    let raw = value / scale * sign * over / times;
+    // nine digits: what conversions there and back have rounded is gone
+    let short: f64 = format!("{raw:.8e}").parse().unwrap_or(raw);
+    format!("{short}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_kept_translated_or_told() {
+        let (deg, how) = source("psi", "yaw_deg", Some("deg"), 1);
+        assert_eq!((deg.unit.as_deref(), deg.scale), (Some("deg"), 1.0));
+        assert!(how.contains("deg"));
+        let (km, _) = source("u", "speed [km/h]", Some("km/h"), 1);
+        assert_eq!((km.unit.as_deref(), km.scale), (Some("m/s"), 1.0 / 3.6));
+        assert_eq!(source("z", "depth [m]", Some("m"), 1).0, ColumnSource::from("depth [m]"));
+        assert_eq!(source("r", "gyro [counts]", Some("counts"), 1).0.unit.as_deref(), Some("rad/s"));
+        let there_and_back = as_written("psi", Some(&deg), (-9999.0_f64).to_radians());
+        assert_eq!(there_and_back, "-9999");
+    }
+}

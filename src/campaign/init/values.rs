@@ -1,0 +1,190 @@
+//! What names leave open, told by the values: degrees or radians, the unit and sign of a rate, the unit of commands.
+//!
+//! ```text
+//! k = Σ Δψ ∫r / Σ (∫r)²        k = 1: same units;  1/57.3: r in deg/s;  57.3: ψ in deg;  k < 0: other sign
+//! ```
+
+use super::commands::{self, Kind};
+use super::reading::Understood;
+use crate::frame::Dof;
+use crate::log::columns;
+use crate::log::options::{ColumnSource, LogOptions};
+use crate::log::{LogFile, check};
+use crate::navigation::unwrap;
+use crate::run::Signal;
+
+/// Settles units and signs by the values; whether anything changed.
+pub fn settle(this: &mut Understood, given: &LogOptions) -> bool {
+    let before = this.options.clone();
+    let Some(log) = this.log.clone() else { return false };
+    let open = |channel: &str, this: &Understood| {
+        let header = this.options.columns.get(channel).map_or(channel, |s| s.name.as_str());
+        let said = this.options.columns.get(channel).is_some_and(|s| s.unit.is_some());
+        !given.columns.contains_key(channel) && !said && columns::split_header(header).1.is_none()
+    };
+    angles(this, &log, &open);
+    rates(this, &log, &open, given);
+    depth(this, &log, given);
+    drives(this, &log);
+    this.options != before
+}
+
+type Open<'a> = &'a dyn Fn(&str, &Understood) -> bool;
+
+/// Sets a unit of a column, with the reason.
+fn set(this: &mut Understood, channel: &str, unit: &str, why: &str) {
+    let source = this.options.columns.entry(channel.to_string()).or_insert_with(|| ColumnSource::from(channel));
+    source.unit = Some(unit.to_string());
+    let key = format!("columns.{channel}");
+    let text = match this.reasons.get(&key) {
+        Some(reason) => format!("{reason}; {unit}: {why}"),
+        None => format!("{channel} is in {unit}: {why}"),
+    };
+    this.guess(key, text);
+}
+
+/// Largest size of the values.
+fn most(signal: &Signal) -> f64 {
+    signal.values().iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+/// Degrees where an angle jumps by a full turn of 360 or goes beyond what radians can mean.
+fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
+    let mut degrees: Vec<(Dof, String)> = Vec::new();
+    for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw] {
+        let name = dof.position();
+        let Some(signal) = log.signals.get(name).filter(|_| open(name, this)) else { continue };
+        let wraps = |turn: f64| signal.values().windows(2).any(|w| ((w[1] - w[0]).abs() - turn).abs() < 0.15 * turn);
+        let why = if dof == Dof::Yaw && wraps(360.0) {
+            Some("it jumps by 360".to_string())
+        } else if dof == Dof::Yaw && wraps(std::f64::consts::TAU) && most(signal) < 10.0 {
+            None
+        } else if most(signal) > if dof == Dof::Yaw { 40.0 } else { 3.2 } {
+            Some(format!("it goes to {:.0}", most(signal)))
+        } else {
+            None
+        };
+        degrees.extend(why.map(|why| (dof, why)));
+    }
+    let found = !degrees.is_empty();
+    for (dof, why) in &degrees {
+        set(this, dof.position(), "deg", why);
+    }
+    // angles of one log are written alike
+    for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter(|_| found) {
+        if log.signals.contains_key(dof.position()) && open(dof.position(), this) {
+            set(this, dof.position(), "deg", "the other angles of this log are");
+        }
+    }
+}
+
+/// Unit and sign of a rate by its angle, else its unit by its size.
+fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOptions) {
+    for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw] {
+        let (rate, angle) = (dof.velocity(), dof.position());
+        let Some(signal) = log.signals.get(rate).filter(|_| !given.columns.contains_key(rate)) else { continue };
+        let degrees = this.options.columns.get(angle).is_some_and(|s| s.unit.as_deref() == Some("deg"));
+        // the log was read before the angle's unit was known
+        let before = if degrees && !reads_degrees(log, angle) { std::f64::consts::PI / 180.0 } else { 1.0 };
+        let related = log.signals.get(angle).and_then(|a| ratio(a, signal, before));
+        match related {
+            Some(k) if (1.0 / 75.0..1.0 / 45.0).contains(&k.abs()) && open(rate, this) => {
+                set(this, rate, "deg/s", &format!("the turn of {angle} is {:.3} of its integral", k.abs()));
+            }
+            Some(k) if (45.0..75.0).contains(&k.abs()) && open(angle, this) => {
+                set(this, angle, "deg", &format!("it turns {:.1} times the integral of {rate}", k.abs()));
+            }
+            None if open(rate, this) && most(signal) > 6.0 => {
+                set(this, rate, "deg/s", &format!("it goes to {:.0}, which in rad/s no vehicle does", most(signal)));
+            }
+            _ => {}
+        }
+        if let Some(k) = related.filter(|k| *k < 0.0 && dof == Dof::Yaw) {
+            let source = this.options.columns.entry(rate.to_string()).or_insert_with(|| ColumnSource::from(rate));
+            source.sign = -source.sign;
+            let key = format!("columns.{rate}");
+            let why = format!("sign = {}: {angle} turns the other way, {k:.3} of its integral", source.sign);
+            let text = this.reasons.get(&key).map_or_else(|| format!("{rate}: {why}"), |r| format!("{r}; {why}"));
+            this.guess(key, text);
+        }
+    }
+}
+
+/// Whether the values of the log were already turned to radians.
+fn reads_degrees(log: &LogFile, angle: &str) -> bool {
+    log.signals.get(angle).is_some_and(|s| most(s) < 10.0)
+}
+
+/// Σ Δψ ∫r / Σ (∫r)² over steps of half a second, where both move and agree.
+fn ratio(angle: &Signal, rate: &Signal, factor: f64) -> Option<f64> {
+    const STEP: f64 = 0.5;
+    let radians: Vec<f64> = angle.values().iter().map(|x| x * factor).collect();
+    let unwrapped = Signal::new(angle.shared_time().clone(), unwrap(&radians));
+    let (from, to) = (rate.time().first()?.max(*angle.time().first()?), rate.time().last()?.min(*angle.time().last()?));
+    let steps = ((to - from) / STEP) as usize;
+    let mut integral = vec![0.0];
+    for w in 1..rate.len() {
+        let dt = rate.time()[w] - rate.time()[w - 1];
+        integral.push(integral[w - 1] + 0.5 * dt * (rate.values()[w] + rate.values()[w - 1]));
+    }
+    let turned = Signal::new(rate.shared_time().clone(), integral);
+    let change = |s: &Signal, k: usize| s.at(from + STEP * (k + 1) as f64) - s.at(from + STEP * k as f64);
+    let pairs: Vec<(f64, f64)> = (0..steps).map(|k| (change(&unwrapped, k), change(&turned, k))).collect();
+    let sum = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>();
+    let (xy, xx, yy) = (sum(&|p| p.0 * p.1), sum(&|p| p.1 * p.1), sum(&|p| p.0 * p.0));
+    // below this correlation one says nothing of the other
+    (pairs.len() >= 10 && xx > 0.0 && yy > 1e-4 && (xy * xy) > 0.8 * xx * yy).then(|| xy / xx)
+}
+
+/// A depth that is negative throughout is a height.
+fn depth(this: &mut Understood, log: &LogFile, given: &LogOptions) {
+    let Some(signal) = log.signals.get("z").filter(|_| !given.columns.contains_key("z")) else { return };
+    let middle = check::statistics::median(signal.values().iter().copied()).unwrap_or(0.0);
+    let named = this.options.columns.get("z").is_some_and(|s| s.sign > 0 && s.name.to_lowercase().contains("depth"));
+    if named && middle < -0.2 {
+        if let Some(source) = this.options.columns.get_mut("z") {
+            source.sign = -1;
+        }
+        let reason = this.reasons.get("columns.z").cloned().unwrap_or_default();
+        this.guess("columns.z", format!("{reason}; it is about {middle:.1}: it counts upwards, so sign = -1"));
+    }
+}
+
+/// Unit of the thrusters' commands.
+fn drives(this: &mut Understood, log: &LogFile) {
+    let channels: Vec<String> =
+        (1..).map(|k| format!("V{k}")).take_while(|name| log.signals.contains_key(name)).collect();
+    let signals: Vec<&Signal> = channels.iter().filter_map(|c| log.signals.get(c)).collect();
+    if signals.is_empty() {
+        return;
+    }
+    let said = log.units.get(channels[0].as_str()).copied();
+    let kind = this.kind.unwrap_or_else(|| match said {
+        Some("us") => Kind::Pulse,
+        Some("1") => Kind::Part,
+        _ => commands::kind_of(&signals),
+    });
+    this.kind = Some(kind);
+    let greatest = signals.iter().map(|s| most(s)).fold(0.0, f64::max);
+    let (unit, scale, why) = match kind {
+        Kind::Pulse => ("us", 1.0, "pulse widths by name or size"),
+        Kind::Part => ("1", 1.0, "they stay between -1 and 1"),
+        Kind::Percent => ("1", 0.01, "per cent of the full command"),
+        Kind::Turns if greatest > 0.0 => ("1", 1.0 / greatest, "turns a minute as a part of the greatest in this log"),
+        _ => return,
+    };
+    for channel in &channels {
+        let there = this.options.columns.get(channel).map_or(1.0, |s| s.scale);
+        if said == Some(unit) && (scale - there).abs() < f64::EPSILON {
+            continue;
+        }
+        let source =
+            this.options.columns.entry(channel.clone()).or_insert_with(|| ColumnSource::from(channel.as_str()));
+        let same = columns::split_header(&source.name).1.is_some_and(|u| u == unit);
+        source.unit = (!same).then(|| unit.to_string());
+        source.scale = scale;
+        let key = format!("columns.{channel}");
+        let text = this.reasons.get(&key).map_or_else(|| why.to_string(), |r| format!("{r}; {why}"));
+        this.guess(key, text);
+    }
+}

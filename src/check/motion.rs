@@ -1,0 +1,113 @@
+//! Which degrees of freedom a log measures, and whether they move beyond the noise of their sensors.
+//!
+//! ```text
+//! moves:  x₀.₉₅ − x₀.₀₅ > max(6 σ, least)        σ = median |second difference| / (0.6745 √6)
+//! ```
+
+use std::collections::BTreeMap;
+
+use super::codes;
+use super::report::Found;
+use crate::frame::Dof;
+use crate::log::check::statistics::{median, quantile};
+use crate::run::{Run, RunKind, Signal};
+
+/// How a degree of freedom stands in a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Moved {
+    /// Neither its velocity nor its position.
+    Unmeasured,
+    /// Measured, and within the noise of its sensor.
+    Rests,
+    /// It moves.
+    Moves,
+}
+
+/// Least spread that counts: of a velocity, m/s, and of a position, m; of a rate, rad/s, and of an angle, rad. Below, a
+/// vehicle drifts or is held.
+const LEAST: [[f64; 2]; 2] = [[0.03, 0.1], [0.03, 0.1]];
+
+/// How `dof` stands in a log.
+pub fn of(signals: &BTreeMap<String, Signal>, dof: Dof) -> Moved {
+    let velocity = signals.get(dof.velocity());
+    let [fast, slow] = LEAST[usize::from(dof.is_rotation())];
+    match velocity.or_else(|| pose(signals, dof)) {
+        None => Moved::Unmeasured,
+        Some(signal) => {
+            let least = if velocity.is_some() { fast } else { slow };
+            // roll and pitch follow the thrust of every vehicle a little, and a model of them needs more than that
+            let tilt = if matches!(dof, Dof::Roll | Dof::Pitch) { 3.0 } else { 1.0 };
+            if spread(signal) > (6.0 * noise(signal)).max(least * tilt) { Moved::Moves } else { Moved::Rests }
+        }
+    }
+}
+
+/// The position or angle that tells the motion where no velocity is logged.
+fn pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> Option<&Signal> {
+    let own = signals.get(dof.position());
+    match dof {
+        // north and east are no surge and sway without the heading
+        Dof::Surge | Dof::Sway => own.filter(|_| ["x", "y", "psi"].iter().all(|c| signals.contains_key(*c))),
+        _ => own,
+    }
+}
+
+/// Says of a free run in which nothing moves that there is nothing to learn from it.
+pub fn judge(run: &Run) -> Vec<Found> {
+    let measured: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| of(&run.signals, *dof) > Moved::Unmeasured).collect();
+    let held = matches!(run.kind, RunKind::Bollard | RunKind::Towing | RunKind::Bench);
+    if held || measured.is_empty() || measured.iter().any(|dof| of(&run.signals, *dof) == Moved::Moves) {
+        return Vec::new();
+    }
+    let channel = |dof: &Dof| if run.signals.contains_key(dof.velocity()) { dof.velocity() } else { dof.position() };
+    let channels: Vec<&str> = measured.iter().map(channel).collect();
+    let text = format!(
+        "the vehicle is at rest: {} stay within the noise of their sensors or below what counts as motion; there is \
+         nothing to learn from this run",
+        channels.join(", ")
+    );
+    vec![Found::new(&codes::AT_REST, &channels, text)]
+}
+
+/// From the 5th to the 95th percentile.
+fn spread(signal: &Signal) -> f64 {
+    let at = |p| quantile(signal.values().iter().copied(), p).unwrap_or(0.0);
+    at(0.95) - at(0.05)
+}
+
+/// Standard deviation of white noise, by second differences.
+fn noise(signal: &Signal) -> f64 {
+    let bends = signal.values().windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
+    median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tank::Noise;
+
+    fn log(name: &str, value: impl Fn(f64) -> f64) -> BTreeMap<String, Signal> {
+        let time: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+        let values: Vec<f64> = time.iter().map(|t| value(*t)).collect();
+        BTreeMap::from([(name.to_string(), Signal::new(time.into(), values))])
+    }
+
+    #[test]
+    fn a_run_at_rest_is_told_and_a_bollard_run_is_not() {
+        let still = Run { signals: log("psi", |_| 1.0), ..Run::default() };
+        assert_eq!(judge(&still).len(), 1);
+        let turning = Run { signals: log("psi", |t| 0.1 * t), ..Run::default() };
+        let bollard = Run { kind: RunKind::Bollard, ..still };
+        assert!(judge(&turning).is_empty() && judge(&bollard).is_empty());
+    }
+
+    #[test]
+    fn motion_is_told_from_noise() {
+        let noise = std::cell::RefCell::new(Noise::new(1, 1));
+        assert_eq!(of(&log("u", |t| (0.3 * t).sin()), Dof::Surge), Moved::Moves);
+        assert_eq!(of(&log("u", |_| 0.5 * noise.borrow_mut().normal()), Dof::Surge), Moved::Rests);
+        assert_eq!(of(&log("psi", |t| (0.3 * t).sin()), Dof::Yaw), Moved::Moves);
+        assert_eq!(of(&log("theta", |t| 0.05 * (0.3 * t).sin()), Dof::Pitch), Moved::Rests);
+        assert_eq!(of(&log("x", |t| (0.3 * t).sin()), Dof::Surge), Moved::Unmeasured);
+    }
+}

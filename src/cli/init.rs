@@ -1,0 +1,112 @@
+//! The verb `init`: where the campaign goes, logs copied beside it, the text written.
+
+use std::path::{Path, PathBuf};
+
+use super::arguments as typed;
+use super::failure::Failure;
+use super::output::Output;
+use super::verbs::reading;
+use crate::campaign::{self, InitFacts, InitRequest, Learned};
+use crate::whole;
+
+/// The campaign file that is asked for: a name without `.toml` is a folder.
+fn campaign_file(output: &Path) -> PathBuf {
+    let file = output.extension().is_some_and(|e| e == "toml") && !output.is_dir();
+    if file { output.to_path_buf() } else { output.join("campaign.toml") }
+}
+
+pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
+    let file = a.output.as_deref().map(campaign_file);
+    output.may_write(file.as_deref())?;
+    let folder = file.as_deref().and_then(Path::parent);
+    let (mut logs, mut copies) = (Vec::new(), Vec::new());
+    for path in &a.logs {
+        let shown = match folder {
+            None => path.display().to_string(),
+            Some(folder) => inside(path, folder)?.unwrap_or_else(|| {
+                let name = path.file_name().map_or_else(|| path.clone(), PathBuf::from);
+                copies.push((path.clone(), name.display().to_string()));
+                name.display().to_string()
+            }),
+        };
+        logs.push((path.clone(), shown));
+    }
+    let request = InitRequest {
+        logs,
+        facts: InitFacts {
+            name: a.name.clone().unwrap_or_default(),
+            mass: a.mass,
+            volume: a.volume,
+            weight: a.weight,
+            buoyancy: a.buoyancy,
+            length: a.length,
+        },
+        vehicle: a.vehicle.clone(),
+        options: reading(&a.reading)?,
+        learned: a.learned.as_deref().map(learned).transpose()?.unwrap_or_default(),
+    };
+    let scaffold = output.working("reading logs", || campaign::init(&request))??;
+    let Some(file) = file.as_deref() else {
+        if !output.json_on_stdout() {
+            output.hand_over(&scaffold.text);
+        }
+        return output.json(
+            &serde_json::json!({"format": 1, "file": null, "campaign": scaffold.text, "guesses": scaffold.guesses}),
+        );
+    };
+    let folder = folder.unwrap_or(Path::new(""));
+    if !folder.as_os_str().is_empty() {
+        std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_path_buf(), source })?;
+    }
+    for (from, to) in copies.iter().chain(&scaffold.companions) {
+        copy(from, &folder.join(to))?;
+    }
+    output.write(file, scaffold.text.as_bytes())?;
+    let place = if a.output.as_deref() == Some(file) { file } else { folder };
+    let guesses = if scaffold.guesses == 1 { "1 guess".to_string() } else { format!("{} guesses", scaffold.guesses) };
+    output.print(&format!(
+        "{} written, with {guesses} to read through (`# guessed:`); then: hydrosysid check {}",
+        file.display(),
+        place.display()
+    ));
+    output.json(&serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}))
+}
+
+/// The path of a log from `folder` on, `None` where it lies elsewhere.
+fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
+    let whole =
+        |path: &Path| std::path::absolute(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source });
+    if !path.is_file() {
+        let source = std::io::Error::new(std::io::ErrorKind::NotFound, "there is no such file");
+        return Err(Failure::Read { file: path.to_path_buf(), source });
+    }
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let (path, folder) = (whole(path)?, whole(folder)?);
+    // the folder may be reached by another name
+    let real = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_path_buf());
+    let found = path
+        .strip_prefix(&folder)
+        .map(Path::to_path_buf)
+        .or_else(|_| real(&path).strip_prefix(real(&folder)).map(Path::to_path_buf));
+    Ok(found.ok().map(|p| p.display().to_string()))
+}
+
+/// Copies a file; one that is there already is left where it holds the same.
+fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
+    let bytes = std::fs::read(from).map_err(|source| Failure::Read { file: from.to_path_buf(), source })?;
+    match std::fs::read(to) {
+        Ok(there) if there == bytes => Ok(()),
+        Ok(_) => Err(Failure::Argument(format!(
+            "{} is there already and is another log than {}: rename one of them",
+            to.display(),
+            from.display()
+        ))),
+        Err(_) => whole::write(to, |file| std::io::Write::write_all(file, &bytes))
+            .map_err(|source| Failure::Write { file: to.to_path_buf(), source }),
+    }
+}
+
+fn learned(path: &Path) -> Result<Learned, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
+    toml::from_str(&text).map_err(|e| Failure::Argument(format!("{}: {}", path.display(), e.message())))
+}

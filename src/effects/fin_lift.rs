@@ -1,0 +1,80 @@
+//! Lift of a rudder or a pair of stern planes, by the inflow angle at the fin.
+//!
+//! ```text
+//! rudder       Y = −k |u| (u δ + v + x r),      N =  x Y
+//! stern plane  Z = −k |u| (u δ + w − x q),      M = −x Z          k = ½ ρ A C_Lα
+//! ```
+//!
+//! δ: angle of the fin, rad, positive where it turns the vehicle to starboard (rudder) or its nose down (stern plane); x:
+//! place of the fin ahead of the origin, m, negative at the stern; A: area, m²; C_Lα: slope of its lift, 1/rad. (v + x r)/u
+//! is the angle at which the water meets the fin. Prestero, *Verification of a Six-Degree of Freedom Simulation Model for
+//! the REMUS Autonomous Underwater Vehicle*, MIT (2001), ch. 4.6; Fossen (2021), ch. 9.
+
+use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
+use crate::frame::Dof;
+use crate::symbolic::Expr;
+use crate::units::Dimension;
+
+/// A fin that is turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fin {
+    /// It stands upright.
+    Rudder,
+    /// It lies flat.
+    SternPlane,
+}
+
+impl Fin {
+    /// Channel of its angle, rad.
+    pub const fn channel(self) -> &'static str {
+        match self {
+            Fin::Rudder => "rudder",
+            Fin::SternPlane => "stern_plane",
+        }
+    }
+}
+
+/// The lift of a fin, and the moment that it makes.
+#[derive(Debug)]
+pub struct FinLift(pub Fin);
+
+impl Effect for FinLift {
+    fn about(&self) -> About<'_> {
+        let (id, formula, scope): (_, _, &[Dof]) = match self.0 {
+            Fin::Rudder => ("rudder_force", "Y −= k |u| (u δ + v + x r),   N = x Y", &[Dof::Yaw]),
+            Fin::SternPlane => ("stern_plane_force", "Z −= k |u| (u δ + w − x q),   M = −x Z", &[Dof::Pitch]),
+        };
+        About {
+            id,
+            family: Family::Actuator,
+            scope: Scope::Vehicle(scope),
+            formula,
+            meaning: "Lift of a fin by the angle at which the water meets it.",
+            source: "Prestero, MIT (2001), ch. 4.6; Fossen, Handbook of Marine Craft (2021), ch. 9",
+            shown_by: "a log of the fin's angle (rad) that varies at speed",
+        }
+    }
+
+    fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
+        let name = self.0.channel();
+        vec![
+            ParameterSpec::linear(format!("k_{name}"), Dimension::new(1, -1, 0)),
+            ParameterSpec::shape(format!("x_{name}"), Dimension::LENGTH, &[-0.5], -20.0, 20.0),
+        ]
+    }
+
+    fn channels(&self, _: Place) -> Vec<String> {
+        vec![self.0.channel().into()]
+    }
+
+    fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
+        let (delta, u, x) = (at.channel(self.0.channel()), at.nu_r[0], theta[1]);
+        let (across, turn, arm) = match self.0 {
+            Fin::Rudder => (1, 5, x),
+            Fin::SternPlane => (2, 4, -x),
+        };
+        let lift = -(theta[0] * u.abs() * (u * delta + at.nu_r[across] + arm * at.nu_r[turn]));
+        wrench[across] += lift;
+        wrench[turn] += arm * lift;
+    }
+}

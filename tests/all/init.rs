@@ -1,0 +1,248 @@
+//! `init` on logs as pilots write them: a folder that the other verbs take, every guess marked.
+#![cfg(feature = "cli")]
+
+use crate::shared;
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("hydrosysid-init-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("a folder for temporary files");
+        Folder(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        fs::write(self.0.join(name), text).expect("a file can be written");
+        self.path(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hydrosysid")).args(arguments).output().expect("the command runs")
+}
+
+fn succeeds(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Time, command and motion of `m u̇ + d u + q u|u| = F`, `I ṙ + e r = N` under two thrusters, by fine Euler steps.
+fn swim(seconds: f64, seed: f64) -> Vec<[f64; 7]> {
+    let (dt, mut rows) = (0.001, Vec::new());
+    let (mut u, mut r, mut psi, mut north, mut east) = (0.0_f64, 0.0_f64, 1.0_f64, 0.0_f64, 0.0_f64);
+    for k in 0..(seconds / dt) as usize {
+        let t = k as f64 * dt;
+        // steps of 3 s, of a sequence without period
+        let step = (t / 3.0).floor();
+        let left = 60.0 * (step * 1.7 + seed).sin();
+        let right = 60.0 * (step * 2.3 + 1.0 + seed).sin();
+        if k % 100 == 0 {
+            rows.push([t, left, right, u, r, psi, north]);
+        }
+        // thrust of a square law, ±52.7 N at full command, 0.2 m off the centre line
+        let force = |c: f64| 52.7 * (c / 100.0) * (c / 100.0).abs();
+        let (f, n) = (force(left) + force(right), 0.2 * (force(left) - force(right)));
+        u += dt * (f - 10.0 * u - 20.0 * u * u.abs()) / 60.0;
+        r += dt * (n - 4.0 * r) / 6.0;
+        psi += dt * r;
+        north += dt * u * psi.cos();
+        east += dt * u * psi.sin();
+    }
+    let _ = east;
+    rows
+}
+
+#[test]
+fn a_pilots_log_becomes_a_campaign_that_fits() {
+    let folder = Folder::new("pilot");
+    let mut logs = Vec::new();
+    for k in 0..3 {
+        let mut text = "time;heading;yaw_rate_deg_s;surge_vel;left_cmd [%];right_cmd [%];battery;note\n".to_string();
+        for [t, left, right, u, r, psi, _] in swim(60.0, f64::from(k)) {
+            let heading = psi.to_degrees().rem_euclid(360.0);
+            let _ = writeln!(
+                text,
+                "{:.0};{heading:.3};{:.4};{u:.5};{left:.2};{right:.2};15.8;dive",
+                1000.0 * t,
+                r.to_degrees()
+            );
+        }
+        logs.push(folder.write(&format!("dive{k}.csv"), &text));
+    }
+    let place = folder.path("dive");
+    let mut arguments = vec!["init"];
+    arguments.extend(logs.iter().map(String::as_str));
+    arguments.extend(["-o", &place]);
+    succeeds(&arguments);
+    let text = fs::read_to_string(Path::new(&place).join("campaign.toml")).expect("it was written");
+    for said in [
+        "delimiter = \";\"",
+        "time_unit = \"ms\"",
+        "psi = { name = \"heading\", unit = \"deg\" }",
+        "r = { name = \"yaw_rate_deg_s\", unit = \"deg/s\" }",
+        "V1 = { name = \"left_cmd [%]\", unit = \"1\", scale = 0.01 }",
+        "dofs = [\"surge\", \"yaw\"]",
+        "input = \"hold\"",
+        "role = \"validate\"",
+        "supply_V = \"battery\"",
+        "not placed",
+    ] {
+        assert!(text.contains(said), "{said} is not in\n{text}");
+    }
+    // each option and column that was guessed has its reason on the line before
+    for line in ["delimiter = ", "time_unit = ", "psi = ", "V1 = ", "input = \"hold\""] {
+        let at = text.find(&format!("\n{line}")).unwrap_or_else(|| panic!("{line}\n{text}"));
+        let before = text[..at].lines().last().unwrap_or_default();
+        assert!(before.starts_with("# guessed: "), "{before}");
+    }
+    // the folder stands for its campaign.toml
+    succeeds(&["check", &place]);
+    let json = folder.path("fit.json");
+    succeeds(&["fit", &place, "--json", &json]);
+    let fit: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    let value = |effect: &str, dof: &str| {
+        let all = fit["parameters"].as_array().expect("a list").clone();
+        all.iter().find(|p| p["effect"] == effect && p["dof"] == dof).and_then(|p| p["value"].as_f64()).expect("there")
+    };
+    // the curve is that of a T200, not the square law of this vehicle: masses are right to the scale of thrust alone
+    assert!((value("inertia", "surge") / 60.0 - 1.0).abs() < 0.6, "{}", value("inertia", "surge"));
+    assert!(value("inertia", "yaw") > 0.0);
+    assert_eq!(run(&["init", &logs[0], "-o", &place]).status.code(), Some(2), "a campaign that is there stays");
+}
+
+#[test]
+fn files_of_one_dive_are_joined_on_their_clocks() {
+    let folder = Folder::new("joined");
+    let (mut imu, mut dvl, mut pwm) = (
+        "%time,field.angular_velocity.z\n".to_string(),
+        "%time,field.twist.twist.linear.x\n".to_string(),
+        "%time,field.channels0,field.channels1\n".to_string(),
+    );
+    let wall = 1_719_830_400_000_000_000_i64;
+    for (k, [t, left, right, u, r, ..]) in swim(40.0, 0.5).into_iter().enumerate() {
+        let at = |late: f64| wall + ((t + late) * 1e9) as i64;
+        let _ = writeln!(imu, "{},{r:.6}", at(0.0));
+        if k % 2 == 0 && k > 10 {
+            let _ = writeln!(dvl, "{},{u:.5}", at(0.033));
+        }
+        let _ = writeln!(pwm, "{},{:.0},{:.0}", at(0.01), 1500.0 + 4.0 * left, 1500.0 + 4.0 * right);
+    }
+    let logs = [folder.write("imu.csv", &imu), folder.write("dvl.csv", &dvl), folder.write("rcout.csv", &pwm)];
+    let place = folder.path("dive");
+    succeeds(&["init", &logs[0], &logs[1], &logs[2], "-o", &place]);
+    let text = fs::read_to_string(Path::new(&place).join("campaign.toml")).expect("it was written");
+    assert!(text.matches("[[run]]").count() == 1 && text.matches("[[run.file]]").count() == 3, "{text}");
+    assert!(text.contains("neutral = 1500.0") && text.contains("dofs = [\"surge\", \"yaw\"]"), "{text}");
+    let json = folder.path("check.json");
+    succeeds(&["check", &place, "--json", &json]);
+    let check: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    let seconds = check["logs"][0]["duration"].as_f64().expect("a number");
+    // 40 s of one clock, not three logs that each begin at 0 after one another
+    assert!((seconds - 39.9).abs() < 0.1, "{seconds}");
+}
+
+#[test]
+fn it_writes_whatever_the_log_is() {
+    let folder = Folder::new("any");
+    for (name, text) in [
+        ("nameless.csv", "1,2,3\n2,3,4\n3,4,5\n"),
+        ("empty.csv", "time,depth\n"),
+        (
+            "codes.csv",
+            "time,depth,yaw\n0,1,0\n1,-9999,1\n2,1.1,2\n3,-9999,3\n4,1.2,4\n5,1.3,5\n6,1.4,5\n7,1.5,5\n8,1.6,5\n9,1.7,4\n",
+        ),
+        ("holes.csv", "time,depth,yaw\n0,1,\n1,,0.1\n1,1.1,0.2\n3,nan,0.3\n"),
+        ("words.csv", "what,who\na,b\nc,d\n"),
+    ] {
+        let log = folder.write(name, text);
+        let place = folder.path(&format!("{name}.dive"));
+        succeeds(&["init", &log, "-o", &place]);
+        let campaign = fs::read_to_string(Path::new(&place).join("campaign.toml")).expect("it was written");
+        assert!(toml::from_str::<toml::Table>(&campaign).is_ok(), "{campaign}");
+        if name == "codes.csv" {
+            assert!(campaign.contains("missing_values = [\"-9999\"]"), "{campaign}");
+        }
+    }
+    assert_eq!(run(&["init", &folder.path("none.csv"), "-o", &folder.path("x")]).status.code(), Some(2));
+}
+
+#[test]
+fn columns_that_are_given_win_whatever_they_are_called() {
+    let folder = Folder::new("given");
+    let mut text = "time,turn,heading,V1,V2\n".to_string();
+    for [t, left, right, _, r, psi, _] in swim(30.0, 0.0) {
+        let _ = writeln!(text, "{t:.1},{:.5},{psi:.5},{:.3},{:.3}", -r, left / 100.0, right / 100.0);
+    }
+    let log = folder.write("odd.csv", &text);
+    let place = folder.path("odd");
+    let options = ["--log", "columns.t = \"time\"", "--log", "columns.r = { name = \"turn\", sign = -1 }"];
+    succeeds(&[&["init", &log, "-o", &place], &options[..]].concat());
+    let campaign = fs::read_to_string(Path::new(&place).join("campaign.toml")).expect("it was written");
+    let at = campaign.find("[log.columns]").expect("a table of columns");
+    assert!(campaign[at..].contains("\nt = \"time\"\n") && campaign[at..].contains("sign = -1"), "{campaign}");
+    assert!(!campaign.contains("# guessed: \"time\""), "{campaign}");
+    succeeds(&["check", &place]);
+}
+
+#[test]
+fn bolts_poses_load_without_velocities() {
+    let Some(bolt) = shared::path("realdata/bolt") else { return };
+    let logs: Vec<String> = ["yaw_test.csv", "yaw_test_2.csv", "depth_test.csv", "depth_test_4.csv"]
+        .iter()
+        .map(|name| bolt.join(name).display().to_string())
+        .collect();
+    let folder = Folder::new("bolt");
+    // thrusters and dry figures as the campaign beside the data has them
+    let campaign = fs::read_to_string(bolt.join("campaign.toml")).expect("it can be read");
+    let from = campaign.find("[vehicle]").expect("a table");
+    let (model, thruster, runs) = (
+        campaign.find("[model]").expect("a table"),
+        campaign.find("[[thruster]]").expect("a table"),
+        campaign.find("[[run]]").expect("a table"),
+    );
+    let tables = format!("sources = [\"its README\"]\n{}{}", &campaign[from..model], &campaign[thruster..runs]);
+    fs::copy(bolt.join("t200_16v.csv"), folder.0.join("t200_16v.csv")).expect("it can be copied");
+    let vehicle = folder.write("bolt.toml", &tables);
+    let place = folder.path("dive");
+    let mut arguments = vec!["init"];
+    arguments.extend(logs.iter().map(String::as_str));
+    arguments.extend(["--vehicle", &vehicle, "-o", &place]);
+    succeeds(&arguments);
+    assert!(Path::new(&place).join("t200_16v.csv").is_file(), "the table of the vehicle goes with it");
+    let text = fs::read_to_string(Path::new(&place).join("campaign.toml")).expect("it was written");
+    assert!(text.contains("dofs = [\"heave\", \"yaw\"]"), "{text}");
+    let json = folder.path("check.json");
+    succeeds(&["check", &place, "--json", &json]);
+    let check: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    assert!(check["errors"].as_array().is_some_and(Vec::is_empty), "{}", check["errors"]);
+    assert_ne!(check["verdict"], "red");
+}
+
+#[test]
+fn vehicles_are_listed_with_their_sources() {
+    let list: serde_json::Value = serde_json::from_str(&succeeds(&["vehicles", "--json", "-"])).expect("JSON");
+    let names: Vec<&str> = list.as_array().expect("a list").iter().filter_map(|v| v["name"].as_str()).collect();
+    for name in ["bluerov2", "bluerov2-heavy", "laurs", "otter", "remus100"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    assert!(list.as_array().expect("a list").iter().all(|v| !v["sources"].as_array().expect("a list").is_empty()));
+}
