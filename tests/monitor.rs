@@ -104,7 +104,8 @@ fn sail(models: &[(f64, Model, f64)], seconds: f64, seed: u64) -> Run {
 }
 
 fn watched(run: Run) -> Watch {
-    watch(&craft(&[]), &[run], &OutputErrorOptions::default(), &MonitorOptions::default()).expect("it can be watched")
+    watch(&craft(&[]), None, &[run], &OutputErrorOptions::default(), &MonitorOptions::default())
+        .expect("it can be watched")
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod failure;
 mod fitted;
 mod message;
 mod monitor;
+mod noise;
 mod output;
 mod plan;
 mod plot;

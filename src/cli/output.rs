@@ -20,6 +20,7 @@ pub(super) struct Output {
     pub strict: bool,
     force: bool,
     quiet: bool,
+    verbose: bool,
 }
 
 impl Output {
@@ -27,7 +28,13 @@ impl Output {
         if shared.no_color {
             ColorChoice::Never.write_global();
         }
-        Output { json: shared.json.clone(), strict: shared.strict, force: shared.force, quiet: shared.quiet }
+        Output {
+            json: shared.json.clone(),
+            strict: shared.strict,
+            force: shared.force,
+            quiet: shared.quiet,
+            verbose: shared.verbose,
+        }
     }
 
     /// Whether JSON takes standard output.
@@ -40,6 +47,11 @@ impl Output {
         if !self.quiet && !self.json_on_stdout() {
             let _ = writeln!(anstream::stdout(), "{text}");
         }
+    }
+
+    /// Whether the long tables are wanted.
+    pub fn is_verbose(&self) -> bool {
+        self.verbose
     }
 
     /// What the call was for, on standard output whatever is quiet.

@@ -26,7 +26,7 @@ from ._run import Run
 
 Source = Campaign | str | PathLike[str]
 Model = Fit | str | PathLike[str]
-Estimator = Literal["output_error", "staged", "integral"]
+Estimator = Literal["filter_error", "output_error", "staged", "integral"]
 
 
 def fit(

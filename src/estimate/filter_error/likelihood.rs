@@ -117,6 +117,16 @@ impl Filtered {
         global
     }
 
+    /// Triangular factor of the information that the runs hold on the unknowns under this noise, priors included; `None` where
+    /// the inertia of `model` is singular.
+    pub fn information_factor(&self, model: &Model, noise: &NoiseModel) -> Option<Fold<1>> {
+        let mobilities = self.mobilities(model)?;
+        let stretches = self.linearise(model, noise, &mobilities, f64::INFINITY, true);
+        let mut factor = self.factor(model, &stretches);
+        factor.fold();
+        Some(factor)
+    }
+
     /// Gradient and information of −ln L by the logarithms `coordinates` of the noise.
     pub(super) fn score(
         &self,
