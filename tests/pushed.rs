@@ -64,7 +64,12 @@ fn the_force_is_found_told_and_carried_by_the_model_file() {
             true => serde_json::from_str(&text).expect("it can be read"),
             false => toml::from_str(&text).expect("it can be read"),
         };
-        assert_eq!(read.noise, file.noise);
+        let [read, written] = [&read, &file].map(|f| f.noise.clone().expect("it carries the noise"));
+        assert_eq!((read.force.len(), read.sensor.len()), (written.force.len(), written.sensor.len()));
+        // JSON is read to the last digit but one
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs();
+        assert!(read.force.iter().zip(&written.force).all(|(a, b)| a.dof == b.dof && close(a.rms, b.rms)));
+        assert!(read.sensor.iter().zip(&written.sensor).all(|(a, b)| a.channel == b.channel && close(a.std, b.std)));
     }
     let made = export_model(&file, Path::new("m"), Target::Kalman, &ExportOptions::default()).expect("it has noise");
     let made: serde_json::Value = serde_json::from_slice(&made.bytes).expect("JSON");

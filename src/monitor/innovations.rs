@@ -111,7 +111,9 @@ fn change(windows: &[Window], z: &[Vec<f64>], begin: usize, since: usize, end: u
         // innovations of one sensor are evenly spread but for drop-outs; the first one was spent
         (0..z[k].len()).map(move |i| from + (to - from) * (i as f64 + 1.0) / count)
     };
-    let near: Vec<(f64, f64)> = (before..=since).flat_map(|k| instants(k).zip(z[k].iter().copied())).collect();
+    // chance may have begun the sum a window early
+    let after = (since + 2).min(end - 1);
+    let near: Vec<(f64, f64)> = (before..=after).flat_map(|k| instants(k).zip(z[k].iter().copied())).collect();
     let values: Vec<f64> = near.iter().map(|(_, z)| *z).collect();
     let splits = 0..values.len().saturating_sub(FEWEST);
     let best = splits.map(|k| (k, ratio(&values[k..]))).max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k);

@@ -85,6 +85,8 @@ impl Filtered {
         limit: f64,
         sensitive: bool,
     ) -> Vec<Linear> {
+        // with every parameter held there is nothing to differentiate by
+        let sensitive = sensitive && !self.problem.dynamics.directions.is_empty();
         let of = |members: &Vec<usize>| {
             let noise = std::array::from_fn(|_| noise.clone());
             let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
