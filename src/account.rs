@@ -9,6 +9,7 @@ mod drag;
 mod force;
 mod model;
 mod motion;
+mod noise;
 mod prediction;
 
 use std::path::Path;
@@ -19,7 +20,7 @@ pub use motion::motion_figure;
 use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Published, Simulation};
 use crate::discover::{Discovery, Verdict};
 use crate::finding::{Finding, Severity};
-use crate::report::{Check, Document, Light, Origin, render};
+use crate::report::{Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
 
 /// What a report is made from.
@@ -47,7 +48,8 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
         "" => "Vehicle",
         name => name,
     };
-    let mut sections = vec![model::section(results), prediction::section(results)];
+    let mut sections: Vec<Section> = noise::section(results).into_iter().collect();
+    sections.extend([model::section(results), prediction::section(results)]);
     sections.extend(motion::sections(results));
     sections.extend(force::section(results));
     sections.extend(results.discovery.map(|d| discovery::section(results, d)));
@@ -78,7 +80,7 @@ pub fn page_of(
     }
     let campaign = &campaign;
     let fitted = campaign::fit(campaign, FitOptions::default())?;
-    let under = campaign.under(&fitted.efficiency);
+    let under = campaign.under(&fitted.efficiency).with_noise(fitted.model_noise());
     let comparison = campaign::compare(&under, &fitted.model, &fitted.envelope)?;
     let simulation = campaign::simulate(&under, &fitted.model, &fitted.envelope)?;
     let each_run = campaign::each_run(campaign, &fitted);
@@ -128,7 +130,8 @@ fn verdict(results: &Results<'_>) -> String {
             }
         }
     };
-    first + &second
+    let fit = &results.fit.sentence;
+    if fit.is_empty() { first + &second } else { format!("{fit} {first}{second}") }
 }
 
 fn checks(results: &Results<'_>) -> Vec<Check> {

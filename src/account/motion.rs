@@ -11,6 +11,8 @@ use crate::run::Role;
 const SHOWN: usize = 4;
 /// Samples of a group whose quartiles are drawn against a state.
 const GROUPS: usize = 12;
+/// Deviations to either side that 95 of 100 samples keep within.
+const COVER: f64 = 1.96;
 /// Points a panel against a state.
 const POINTS: usize = 600;
 
@@ -83,6 +85,25 @@ pub(super) fn noise(results: &Results<'_>, run: &str, dof: Dof) -> Option<f64> {
     results.comparison.runs.iter().find(|r| r.run == run && r.dof == dof).map(|r| r.noise_floor)
 }
 
+/// The simulation, with the band in which 95 of 100 samples are expected where the model carries its noise.
+fn simulated(run: &Simulated, channel: &str) -> Series {
+    let simulated = &run.simulated[channel];
+    let line = |time, mean| Series::line("simulated", time, mean);
+    let Some(std) = run.std.get(channel).filter(|std| std.iter().any(Option::is_some)) else {
+        return line(run.time.clone(), simulated.clone());
+    };
+    // at the beginning of a stretch the band is as wide as where it is known first
+    let mut wide: Vec<f64> = std.iter().map(|s| s.unwrap_or(f64::NAN)).collect();
+    let mut next = f64::NAN;
+    for s in wide.iter_mut().rev() {
+        next = if s.is_nan() { next } else { *s };
+        *s = next;
+    }
+    let interval =
+        simulated.iter().zip(&wide).map(|(x, s)| if s.is_nan() { (*x, *x) } else { (x - COVER * s, x + COVER * s) });
+    line(run.time.clone(), simulated.clone()).with_interval(interval.collect())
+}
+
 /// Measured and simulated velocity of `dof` over time with the residual below; `None` where either is absent. `noise`:
 /// that of the sensor, m/s or rad/s.
 pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Figure> {
@@ -95,10 +116,7 @@ pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Fi
     let t = column(&|s| s.0);
     let top = Panel {
         y: Axis::new(Label::symbol(channel), unit),
-        series: vec![
-            Series::points("measured", t.clone(), column(&|s| s.1)),
-            Series::line("simulated", run.time.clone(), run.simulated[channel].clone()),
-        ],
+        series: vec![Series::points("measured", t.clone(), column(&|s| s.1)), simulated(run, channel)],
         floor: None,
     };
     let strip = Panel {
@@ -108,7 +126,8 @@ pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Fi
     };
     let chart = Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![top, strip], spans: Vec::new() });
     let role = if run.role == Role::Validate { "took no part in the fit" } else { "was part of the fit" };
-    let caption = format!("This run {role}. The simulation starts from a state estimated on the first seconds.");
+    let band = if run.std.contains_key(channel) { " Band: where 95 of 100 samples are expected." } else { "" };
+    let caption = format!("This run {role}. The simulation starts from a state estimated on the first seconds.{band}");
     Some(Figure { title: format!("{}, {dof}", run.run), caption, chart })
 }
 

@@ -4,6 +4,8 @@ use serde::Serialize;
 
 use super::error::Error;
 use super::load::{Campaign, moves};
+use super::noise::Noise;
+use super::prediction::foretold;
 use crate::compare::{self, CompareOptions, Disagreement};
 use crate::envelope::{self, Envelope};
 use crate::finding::Finding;
@@ -17,6 +19,9 @@ pub struct Comparison {
     pub format: u32,
     /// One entry a run and degree of freedom.
     pub runs: Vec<Disagreement>,
+    /// Noise, and how the model predicts; absent where it is so wrong that no filter can follow the runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
     /// What there is to say.
     pub warnings: Vec<Finding>,
 }
@@ -48,5 +53,6 @@ pub fn compare(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Resul
     let mut warnings = campaign.findings.clone();
     warnings.extend(result.warnings);
     warnings.extend(runs.iter().flat_map(|run| envelope::beyond(run, envelope)));
-    Ok(Comparison { format: 1, runs: result.runs, warnings })
+    let noise = foretold(campaign, &model, &runs)?.map(|f| f.found);
+    Ok(Comparison { format: 1, runs: result.runs, noise, warnings })
 }

@@ -252,6 +252,7 @@ mod tests {
             observed: Vec::new(),
             tied: Vec::new(),
             sensors: BTreeMap::new(),
+            noise: None,
             parameters: values.iter().map(parameter).collect(),
             covariance: (0..n).map(|i| (0..n).map(|j| cell(i, j)).collect()).collect(),
         }

@@ -13,6 +13,7 @@ use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::forces;
 use super::logs::{self, Logged};
+use super::model_noise::ModelNoise;
 use super::thrusters;
 use super::vertical;
 use super::window;
@@ -71,6 +72,8 @@ pub struct Campaign {
     pub brought: Vec<Finding>,
     /// Curves of thrusters that were found from bollard tables; the file's thrusters have them.
     pub curves: Vec<MeasuredCurve>,
+    /// Noise that goes with the model at hand; found anew where it is needed and absent.
+    pub noise: Option<ModelNoise>,
     /// Options of the estimators.
     pub options: Options,
     /// What reading and preparing found.
@@ -165,6 +168,13 @@ impl Campaign {
         campaign.runs = self.nominal_runs().into_iter().map(acting).collect();
         campaign.file.efficiency = efficiency.clone();
         campaign
+    }
+
+    /// The campaign with the noise that a fitted model brings.
+    #[must_use]
+    pub fn with_noise(mut self, noise: Option<ModelNoise>) -> Campaign {
+        self.noise = noise;
+        self
     }
 
     /// What is known of the vehicle apart from its model, for the staged procedure.
@@ -300,6 +310,7 @@ pub(super) fn assemble(
         candidates,
         brought,
         curves,
+        noise: None,
         options,
         findings,
         sources,

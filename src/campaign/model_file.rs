@@ -15,6 +15,7 @@ use super::error::Error;
 use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable, ParameterTable};
 use super::fit::Fit;
 use super::load::Campaign;
+use super::model_noise::ModelNoise;
 use crate::effects::EffectName;
 use crate::envelope::Envelope;
 use crate::model::Model;
@@ -57,6 +58,9 @@ pub struct ModelFile {
     /// Noise and rate of what the runs of the fit logged, by channel: what a plan counts on.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensors: Instruments,
+    /// Random force and noise of the sensors as the fit has found them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<ModelNoise>,
     /// The user's own effects among the terms.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
@@ -192,6 +196,7 @@ impl ModelFile {
             efficiency: fit.efficiency.clone(),
             envelope: fit.envelope.clone(),
             sensors: fit.instruments.clone(),
+            noise: fit.model_noise(),
             effects: own,
             observed: campaign.file.observed.clone(),
             tied: campaign.file.parameters.iter().filter(|p| p.tie.is_some()).cloned().collect(),

@@ -8,6 +8,8 @@ use super::error::Error;
 use super::file::{CampaignFile, RunFile, RunTable};
 use super::load::Campaign;
 use super::model_file::ModelFile;
+use super::noise::Noise;
+use super::prediction::foretold;
 use crate::envelope::{self, Envelope};
 use crate::finding::Finding;
 use crate::log::LogOptions;
@@ -23,6 +25,9 @@ pub struct Monitored {
     /// What was found; `warnings` are among it.
     #[serde(flatten)]
     pub watch: Watch,
+    /// The noise that the model brings, and how it predicts these logs; absent where it brings none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
 }
 
 /// New logs as runs of the vehicle of a model file: one run a log. Thrusters, noise and losses of thrust are those of
@@ -65,7 +70,7 @@ pub fn new_logs(
         runs: logs.iter().map(run).collect(),
         ..CampaignFile::default()
     };
-    let mut campaign = Campaign::from_file(campaign)?;
+    let mut campaign = Campaign::from_file(campaign)?.with_noise(file.noise.clone());
     for (run, path) in campaign.runs.iter_mut().zip(logs) {
         run.name = path.display().to_string();
     }
@@ -84,11 +89,17 @@ pub fn monitor(
     options: &MonitorOptions,
 ) -> Result<Monitored, Error> {
     let runs = campaign.motion(None);
-    let mut watch = monitor::watch(model, &runs, &campaign.options.output_error, options)?;
+    let fitting = &campaign.options.output_error;
+    let found = match &campaign.noise {
+        Some(_) => foretold(campaign, model, &runs)?,
+        None => None,
+    };
+    let known = found.as_ref().zip(campaign.noise.as_ref()).map(|(f, noise)| noise.known(&f.filtered));
+    let mut watch = monitor::watch(model, known.as_ref(), &runs, fitting, options)?;
     let told = campaign.findings.iter().filter(|f| f.code != super::codes::NO_VALIDATION.code).cloned();
     let mut warnings: Vec<Finding> = told.collect();
     warnings.append(&mut watch.warnings);
     warnings.extend(runs.iter().flat_map(|run| envelope::beyond(run, envelope)));
     watch.warnings = warnings;
-    Ok(Monitored { format: 1, watch })
+    Ok(Monitored { format: 1, watch, noise: found.map(|f| f.found) })
 }

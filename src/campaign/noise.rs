@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::estimate::filter_error::{Coordinate, FilterErrorFit, Filtered, Forecast, NoiseModel, Prediction};
 use crate::frame::Dof;
 use crate::model::Model;
+use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
 use crate::run::Run;
 
@@ -19,6 +20,16 @@ pub struct Noise {
     pub innovations_white: bool,
     /// How predictions err, and how they should.
     pub prediction: Vec<Predicted>,
+}
+
+impl Noise {
+    /// The random force in a sentence.
+    pub fn sentence(&self) -> String {
+        match &self.force[..] {
+            [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
+            forces => format!("The vehicle is pushed by a random force of {}.", in_words(forces)),
+        }
+    }
 }
 
 /// A random force.
@@ -57,6 +68,9 @@ pub struct SensorFound {
     pub correlation_time: Option<f64>,
     /// Standard deviation of the coloured part.
     pub coloured_std: Option<f64>,
+    /// How much more windows of its innovations differ from white ones than chance makes them: 1 for a noise that is what
+    /// it says. [`monitor`](crate::campaign::monitor()) counts with it.
+    pub restlessness: f64,
 }
 
 /// How predictions of one channel of a run err.
@@ -130,10 +144,11 @@ pub(super) fn sensors(
     filtered: &Filtered,
     noise: &NoiseModel,
     stated: &std::collections::BTreeMap<String, f64>,
+    forecasts: &[Forecast],
 ) -> Vec<SensorFound> {
-    let outputs = filtered.problem.dynamics.outputs.iter().zip(&noise.sensors);
+    let outputs = filtered.problem.dynamics.outputs.iter().zip(&noise.sensors).enumerate();
     outputs
-        .map(|(output, sensor)| {
+        .map(|(k, (output, sensor))| {
             let channel = upright::instrument_of(output).unwrap_or(output);
             SensorFound {
                 channel: channel.to_string(),
@@ -142,6 +157,10 @@ pub(super) fn sensors(
                 typical: typical(channel),
                 correlation_time: sensor.coloured.map(|c| c.time),
                 coloured_std: sensor.coloured.map(|c| c.rms),
+                restlessness: restlessness(
+                    forecasts.iter().filter_map(|f| f.channels.get(k)),
+                    MonitorOptions::default().window,
+                ),
             }
         })
         .collect()
@@ -209,7 +228,7 @@ pub(super) fn of_fit(
 ) -> Noise {
     Noise {
         force: forces(fit, training),
-        sensors: sensors(&fit.filtered, &fit.noise, stated),
+        sensors: sensors(&fit.filtered, &fit.noise, stated, forecasts),
         innovations_white: white(forecasts),
         prediction: predicted(filtered, forecasts),
     }

@@ -10,8 +10,10 @@ use super::error::Error;
 use super::fit::{Fit, row_of};
 use super::load::Campaign;
 use super::model_file::{ModelFile, ModelFileError};
+use super::model_noise::ModelNoise;
 use super::plan_request::{PlanRequest, limits, sensors, wishes};
 use crate::envelope::Envelope;
+use crate::estimate::filter_error::RandomForce;
 use crate::estimate::output_error::OutputErrorOptions;
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -34,6 +36,8 @@ pub struct PlanSource {
     pub(super) sensors: Instruments,
     pub(super) thrusters: Vec<Thruster>,
     pub(super) covariance: Vec<Vec<f64>>,
+    /// The random force that pushes the vehicle.
+    pub(super) forces: Vec<RandomForce>,
     pub(super) fitting: OutputErrorOptions,
 }
 
@@ -50,6 +54,7 @@ impl PlanSource {
             sensors: file.sensors.clone(),
             thrusters: Vec::new(),
             covariance: file.covariance.clone(),
+            forces: file.noise.as_ref().map(ModelNoise::forces).unwrap_or_default(),
             fitting: OutputErrorOptions { join: true, ..OutputErrorOptions::default() },
         })
     }
@@ -63,6 +68,7 @@ impl PlanSource {
             sensors: fit.instruments.clone(),
             thrusters: campaign.file.thrusters.clone(),
             covariance: fit.covariance.clone(),
+            forces: fit.model_noise().as_ref().map(ModelNoise::forces).unwrap_or_default(),
             fitting: OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() },
         }
     }
@@ -73,6 +79,8 @@ impl PlanSource {
 pub struct Plan {
     /// Format of the result: 1.
     pub format: u32,
+    /// What the plan comes to, in words.
+    pub sentence: String,
     /// The runs, the most valuable first.
     pub runs: Vec<PlannedRun>,
     /// What they will give together.
@@ -168,6 +176,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         room: request.room,
         grid: GridOptions { length: request.length, ..GridOptions::default() },
         fitting: source.fitting.clone(),
+        forces: source.forces.clone(),
         known: request.with_known.then(|| known(source)),
     };
     let proposal = match &request.runs {
@@ -204,10 +213,12 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
             rehearsed: rehearsed.map(|q| q.reached),
         }
     });
+    let parameters: Vec<PlannedParameter> = parameters.collect();
     let count = proposal.parameters.len();
     Ok(Plan {
         format: 1,
-        parameters: parameters.collect(),
+        sentence: sentence(&parameters, proposal.runs.len(), &source.forces),
+        parameters,
         covariance: proposal.covariance.as_ref().map(|c| c.chunks(count.max(1)).map(<[f64]>::to_vec).collect()),
         commands: proposal.runs.iter().map(|run| commands(&run.sailed.run, &source.thrusters)).collect(),
         runs: proposal.runs.iter().map(planned).collect(),
@@ -217,6 +228,24 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         rehearsal,
         warnings,
     })
+}
+
+/// Whether the model is good enough as it is, and what the runs bring.
+fn sentence(parameters: &[PlannedParameter], runs: usize, forces: &[RandomForce]) -> String {
+    let met = |std: Option<f64>, p: &PlannedParameter| p.wanted.is_none_or(|w| std.is_some_and(|s| s <= w));
+    let counted = match forces {
+        [] => "",
+        _ => " The random force is counted in.",
+    };
+    if parameters.iter().all(|p| met(p.std_now, p)) {
+        return format!("Enough already: every wish is met by what is known.{counted}");
+    }
+    let open: Vec<&str> = parameters.iter().filter(|p| !met(p.std, p)).map(|p| p.name.as_str()).collect();
+    let runs = if runs == 1 { "One run".to_string() } else { format!("{runs} runs") };
+    match &open[..] {
+        [] => format!("{runs} meet every wish.{counted}"),
+        open => format!("{runs} leave {} less well known than wanted.{counted}", open.join(", ")),
+    }
 }
 
 fn planned(run: &crate::plan::ProposedRun) -> PlannedRun {

@@ -19,6 +19,7 @@ use super::difference::{COVER, two_sided};
 use super::error::Error;
 use super::fit::described;
 use super::load::Campaign;
+use super::noise::Noise;
 use super::vehicles::vehicle;
 use crate::compare::Disagreement;
 use crate::effects::catalogue;
@@ -96,6 +97,12 @@ pub struct PublishedComparison {
     pub runs: Vec<Disagreement>,
     /// The own model against the same.
     pub own_runs: Vec<Disagreement>,
+    /// Noise with which the published model explains the runs best, and how it predicts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
+    /// Noise of the own model, and how it predicts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_noise: Option<Noise>,
     /// Each parameter beside the own estimate.
     pub parameters: Vec<PublishedParameter>,
     /// What there is to say.
@@ -316,8 +323,9 @@ pub fn compare_published(
     path: &Path,
 ) -> Result<PublishedComparison, Error> {
     let model = published.model(own, path)?;
-    let Comparison { runs, mut warnings, .. } = compare(campaign, &model, envelope)?;
-    let own_runs = compare(campaign, own, envelope)?.runs;
+    // the noise goes with the own model: what a published one leaves is another
+    let Comparison { runs, noise, mut warnings, .. } = compare(&campaign.clone().with_noise(None), &model, envelope)?;
+    let Comparison { runs: own_runs, noise: own_noise, .. } = compare(campaign, own, envelope)?;
     let parameters: Vec<PublishedParameter> =
         model.parameters.iter().map(|p| beside(p, own, published, campaign)).collect();
     let taken: Vec<String> =
@@ -326,7 +334,16 @@ pub fn compare_published(
         let text = format!("not published, taken from the own model: {}", taken.join(", "));
         warnings.push(Finding::new(&codes::NOT_PUBLISHED, text));
     }
-    Ok(PublishedComparison { format: 1, source: published.source.clone(), runs, own_runs, parameters, warnings })
+    Ok(PublishedComparison {
+        format: 1,
+        source: published.source.clone(),
+        runs,
+        own_runs,
+        noise,
+        own_noise,
+        parameters,
+        warnings,
+    })
 }
 
 fn beside(p: &Parameter, own: &Model, published: &Published, campaign: &Campaign) -> PublishedParameter {

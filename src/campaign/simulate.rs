@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::error::Error;
 use super::load::{Campaign, moves};
+use super::prediction::foretold;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
 use crate::finding::Finding;
@@ -37,7 +38,7 @@ pub struct Simulation {
 
 impl Simulation {
     /// All runs side by side for a plotting tool: channels `RUN/u/measured`, `RUN/u/simulated` and `RUN/u/residual`
-    /// (measured − simulated), SI, each at the instants at which it is known.
+    /// (measured − simulated), SI, each at the instants at which it is known; `RUN/u/std` where the model carries its noise.
     pub fn series(&self) -> Run {
         let mut side_by_side = Run { name: "series".into(), ..Run::default() };
         for run in &self.runs {
@@ -47,9 +48,14 @@ impl Simulation {
                     .get(channel)
                     .map_or_else(Vec::new, |column| column.iter().map(|x| x.unwrap_or(f64::NAN)).collect());
                 let residual = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();
+                let std = run
+                    .std
+                    .get(channel)
+                    .map_or_else(Vec::new, |column| column.iter().map(|x| x.unwrap_or(f64::NAN)).collect());
                 let of = |kind| format!("{}/{channel}/{kind}", run.run);
-                for (kind, values) in [("measured", measured), ("simulated", simulated.clone()), ("residual", residual)]
-                {
+                let simulated = simulated.clone();
+                let kinds = [("measured", measured), ("simulated", simulated), ("residual", residual), ("std", std)];
+                for (kind, values) in kinds {
                     let known: Vec<(f64, f64)> =
                         run.time.iter().copied().zip(values).filter(|(_, x)| x.is_finite()).collect();
                     if !known.is_empty() {
@@ -76,13 +82,23 @@ pub struct Simulated {
     pub simulated: BTreeMap<String, Vec<f64>>,
     /// Measured channels by name, SI; `null` where a sensor has no sample.
     pub measured: BTreeMap<String, Vec<Option<f64>>>,
+    /// Deviation with which a sample is expected about the simulation, by channel, SI: what the random force and the noise
+    /// of the sensor make. `null` on the first two seconds of a stretch; no channel where the model carries no noise.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub std: BTreeMap<String, Vec<Option<f64>>>,
 }
 
 impl Simulated {
-    /// The simulated channels as signals.
+    /// The simulated channels as signals, each with its band as `u_std` where the model carries its noise.
     pub fn signals(&self) -> BTreeMap<String, Signal> {
         let time: std::sync::Arc<[f64]> = self.time.clone().into();
-        self.simulated.iter().map(|(name, x)| (name.clone(), Signal::new(time.clone(), x.clone()))).collect()
+        let simulated = self.simulated.iter().map(|(name, x)| (name.clone(), Signal::new(time.clone(), x.clone())));
+        let bands = self.std.iter().map(|(name, std)| {
+            let known = self.time.iter().zip(std).filter_map(|(t, s)| Some((*t, (*s)?)));
+            let (time, values): (Vec<f64>, Vec<f64>) = known.unzip();
+            (format!("{name}_std"), Signal::new(time.into(), values))
+        });
+        simulated.chain(bands.filter(|(_, band)| !band.is_empty())).collect()
     }
 }
 
@@ -96,18 +112,52 @@ pub fn simulate(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Resu
     warnings.extend(runs.iter().flat_map(|(_, run)| envelope::beyond(run, envelope)));
     let count = Count::begun("simulating runs", runs.len());
     let simulated: Result<Vec<Simulated>, Error> =
-        runs.into_par_iter().map(|(k, run)| one(campaign, model, run, k)).inspect(|_| count.one_done()).collect();
-    Ok(Simulation { format: 1, runs: simulated?, warnings })
+        runs.par_iter().copied().map(|(k, run)| one(campaign, model, run, k)).inspect(|_| count.one_done()).collect();
+    let mut simulated = simulated?;
+    for (one, (k, run)) in simulated.iter_mut().zip(&runs) {
+        one.std = band(campaign, model, run, *k, &one.time)?;
+    }
+    Ok(Simulation { format: 1, runs: simulated, warnings })
 }
 
-/// One run simulated from a state estimated on its first seconds.
-pub(super) fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Simulated, Error> {
+/// The model with the values that its parameters have in run `index`, all held.
+fn in_run(model: &Model, index: usize) -> Model {
     let mut held = model.clone();
     for (p, value) in held.parameters.iter_mut().zip(values_in_run(model, index)) {
         p.value = value;
         p.fixed = true;
         p.per_run.clear();
     }
+    held
+}
+
+/// Deviation of a sample about the free run at each of these instants, by channel.
+fn band(
+    campaign: &Campaign,
+    model: &Model,
+    run: &Run,
+    index: usize,
+    time: &[f64],
+) -> Result<BTreeMap<String, Vec<Option<f64>>>, Error> {
+    if campaign.noise.is_none() {
+        return Ok(BTreeMap::new());
+    }
+    let Some(found) = foretold(campaign, &in_run(model, index), std::slice::from_ref(run))? else {
+        return Ok(BTreeMap::new());
+    };
+    let mut all = BTreeMap::new();
+    for (output, name) in found.filtered.problem.dynamics.outputs.iter().enumerate() {
+        let free = || found.forecasts.iter().filter_map(|f| f.channels.get(output)).flat_map(|c| &c.free);
+        let known: BTreeMap<u64, f64> = free().map(|p| (p.time.to_bits(), p.std)).collect();
+        let std = time.iter().map(|t| known.get(&t.to_bits()).copied()).collect();
+        all.insert(upright::instrument_of(name).unwrap_or(name).to_string(), std);
+    }
+    Ok(all)
+}
+
+/// One run simulated from a state estimated on its first seconds.
+pub(super) fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Simulated, Error> {
+    let held = in_run(model, index);
     let options = OutputErrorOptions { segment: SETTLE, iterations: 6, ..campaign.options.output_error.clone() };
     // only the first seconds of each stretch: further on a model may be so wrong that it runs away, and that is to be seen
     let mut problem = Problem::new(&held, std::slice::from_ref(run), &options)?;
@@ -129,6 +179,7 @@ pub(super) fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -
         time: Vec::new(),
         simulated: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
         measured: dynamics.outputs.iter().map(|o| (o.clone(), Vec::new())).collect(),
+        std: BTreeMap::new(),
     };
     let mut states = Vec::new();
     let begins = segments.iter().zip(&begun).filter(|(s, _)| track.starts.contains(&s.first));
@@ -182,10 +233,12 @@ mod tests {
             time: vec![0.0, 0.5, 1.0],
             simulated: [("u".to_string(), vec![1.0, 2.0, f64::INFINITY]), ("r".to_string(), vec![0.0; 3])].into(),
             measured: [("u".to_string(), vec![Some(1.5), None, Some(4.0)]), ("r".to_string(), vec![None; 3])].into(),
+            std: [("u".to_string(), vec![None, Some(0.1), Some(0.2)])].into(),
         };
+        assert_eq!(run.signals().into_keys().collect::<Vec<String>>(), ["r", "u", "u_std"]);
         let series = Simulation { format: 1, runs: vec![run], warnings: Vec::new() }.series();
         let names: Vec<&str> = series.signals.keys().map(String::as_str).collect();
-        assert_eq!(names, ["a/r/simulated", "a/u/measured", "a/u/residual", "a/u/simulated"]);
+        assert_eq!(names, ["a/r/simulated", "a/u/measured", "a/u/residual", "a/u/simulated", "a/u/std"]);
         assert_eq!(series.signals["a/u/measured"].time(), [0.0, 1.0]);
         assert_eq!(series.signals["a/u/simulated"].values(), [1.0, 2.0]);
         assert_eq!(

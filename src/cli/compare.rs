@@ -3,10 +3,10 @@
 use super::arguments::Compare;
 use super::failure::Failure;
 use super::output::Output;
-use super::plot;
 use super::table::{measured, number, size, table};
 use super::verbs::{Chosen, chosen, load, may_hold_series, write_series};
-use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Published, PublishedComparison};
+use super::{noise, plot};
+use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Noise, Published, PublishedComparison};
 use crate::compare::Disagreement;
 use crate::frame::Dof;
 
@@ -31,7 +31,10 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
         if let Some(path) = &a.series.series {
             write_series(&campaign::simulate(&campaign, &model, &envelope)?, path, output)?;
         }
-        output.print(&runs(&result.runs));
+        output.print(&runs(&result.runs, result.noise.as_ref()));
+        if let Some(found) = &result.noise {
+            forces(found, output);
+        }
         plot::of_model(a.plotting.plot.as_deref(), &campaign, &model, output)?;
         output.json(&result)?;
         return output.tell(&result.warnings);
@@ -45,7 +48,16 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
     output.tell(&result.warnings)
 }
 
-fn runs(rows: &[Disagreement]) -> String {
+/// The random force in words, and with `--verbose` how each run is predicted.
+fn forces(found: &Noise, output: &Output) {
+    output.print(&found.sentence());
+    if output.is_verbose() {
+        noise::by_run(found, output);
+    }
+}
+
+/// Measured against simulated; beside the noise of the sensor the error of a free run that the noise lets expect.
+fn runs(rows: &[Disagreement], found: Option<&Noise>) -> String {
     let rows: Vec<Vec<String>> = rows
         .iter()
         .map(|r| {
@@ -56,12 +68,13 @@ fn runs(rows: &[Disagreement]) -> String {
                 format!("{} ± {}", size(r.mean_abs), size(r.std_abs)),
                 size(r.rms),
                 size(r.noise_floor),
+                noise::expected(found, &r.run, r.dof.dof()).map_or("-".into(), size),
                 format!("{:.1}", r.fit_percent),
                 r.unit.clone(),
             ]
         })
         .collect();
-    table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "fit %", "unit"], &rows)
+    table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "expected", "fit %", "unit"], &rows)
 }
 
 /// A matrix a degree of freedom: a row a model, a column a run.
@@ -135,9 +148,9 @@ fn print_published(found: &PublishedComparison, output: &Output) {
         "published{}:",
         if found.source.is_empty() { String::new() } else { format!(" ({})", found.source) }
     ));
-    output.print(&runs(&found.runs));
+    output.print(&runs(&found.runs, found.noise.as_ref()));
     output.print("own model:");
-    output.print(&runs(&found.own_runs));
+    output.print(&runs(&found.own_runs, found.own_noise.as_ref()));
     let rows: Vec<Vec<String>> = found
         .parameters
         .iter()

@@ -27,6 +27,8 @@ pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
             near.unwrap_or_default()
         ))
     })?;
+    let ending = a.output.as_deref().and_then(|path| path.extension()).and_then(|end| end.to_str());
+    let target = target.for_ending(ending);
     if a.output.is_none() && (target.is_binary() || output.json_on_stdout()) {
         return Err(Failure::Argument("give the file to write with --output".into()));
     }

@@ -1,36 +1,74 @@
 //! A fit as tables for people.
 
+use std::path::Path;
+
+use super::noise;
 use super::output::Output;
 use super::table::{measured, number, table};
 use crate::campaign::{self, Fit};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
 
-/// Parameters, stages, curves of thrusters, filters, and what speaks for the estimates.
+/// The verdict, the parameters, the noise; with `--verbose` stages, curves of thrusters, filters, and what speaks for the
+/// estimates.
 pub(super) fn print(fitted: &Fit, output: &Output) {
+    output.print(&fitted.sentence);
     parameters(fitted, output);
-    print_identifiability(fitted, output);
+    if let Some(found) = &fitted.noise {
+        noise::print(found, output);
+    }
+    print_thrusters(fitted, output);
+    print_stages(fitted, output);
+    print_filters(&spreads(&fitted.filters), output);
+    if output.is_verbose() {
+        print_rows(fitted, output);
+        print_identifiability(fitted, output);
+    }
 }
 
+/// The command to type next.
+pub(super) fn print_next(fitted: &Fit, campaign: &Path, model: Option<&Path>, output: &Output) {
+    let campaign = campaign.display();
+    let lacks = fitted.warnings.iter().any(|w| w.code == campaign::codes::MORE_MISSING.code);
+    let next = match (fitted.converged, lacks, model) {
+        (false, ..) => format!("hydrosysid check {campaign}"),
+        (true, true, _) => format!("hydrosysid discover {campaign}"),
+        (true, false, None) => format!("hydrosysid fit {campaign} --model model.toml"),
+        (true, false, Some(model)) => format!("hydrosysid compare {campaign} --model {}", model.display()),
+    };
+    output.print(&format!("next: {next}"));
+}
+
+/// A term and its symbol, its value, its unit; SNAME's name and value and the paper's deviation with `--verbose`.
 fn parameters(fitted: &Fit, output: &Output) {
+    let verbose = output.is_verbose();
     let rows: Vec<Vec<String>> = fitted
         .parameters
         .iter()
         .map(|p| {
             let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
             let sname = p.sname.as_ref().zip(p.sname_value).map(|(s, v)| format!("{s} = {}", number(v)));
-            vec![
+            let mut row = vec![
                 p.effect.clone(),
                 place,
                 p.name.clone(),
                 if p.fixed { format!("{} (held)", number(p.value)) } else { measured(p.value, p.std) },
-                p.std_paper.filter(|s| *s > 0.0).map(|s| format!("± {}", number(s))).unwrap_or_default(),
                 p.unit.clone(),
-                sname.unwrap_or_default(),
-            ]
+            ];
+            if verbose {
+                let paper = p.std_paper.filter(|s| *s > 0.0);
+                row.extend([paper.map(|s| format!("± {}", number(s))).unwrap_or_default(), sname.unwrap_or_default()]);
+            }
+            row
         })
         .collect();
-    output.print(&table(&["effect", "dof", "symbol", "value ± std", "(14)", "unit", "SNAME"], &rows));
+    let heads = ["effect", "dof", "symbol", "value ± std", "unit", "(14)", "SNAME"];
+    output.print(&table(if verbose { &heads } else { &heads[..5] }, &rows));
+    output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
+}
+
+/// What each fit was made from, and its condition numbers.
+fn print_rows(fitted: &Fit, output: &Output) {
     let rows: Vec<Vec<String>> = fitted
         .stages
         .iter()
@@ -47,10 +85,6 @@ fn parameters(fitted: &Fit, output: &Output) {
         })
         .collect();
     output.print(&table(&["stage", "dof", "runs", "rows", "residual", "cond(HᵀH)", "cond scaled"], &rows));
-    print_thrusters(fitted, output);
-    print_stages(fitted, output);
-    print_filters(&spreads(&fitted.filters), output);
-    output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
 }
 
 /// Curves of thrusters that were found from bollard tables, equation (1).

@@ -17,6 +17,7 @@ mod init;
 mod inputs;
 mod message;
 mod monitor;
+mod noise;
 mod output;
 mod plan;
 mod plot;

@@ -52,14 +52,15 @@ fn print(watch: &Watch, output: &Output) {
                 format!("{:.1}", w.from),
                 format!("{:.1}", w.to),
                 size(w.rms),
-                format!("{:.1}", w.rms / w.noise),
+                size(w.mean),
+                size(w.noise),
                 format!("{:.1e}", w.p_value),
                 if w.off { "off".into() } else { String::new() },
             ]
         })
         .collect();
     if !rows.is_empty() {
-        output.print(&table(&["run", "dof", "from s", "to s", "rms", "x noise", "p", ""], &rows));
+        output.print(&table(&["run", "dof", "from s", "to s", "rms", "mean", "expected", "p", ""], &rows));
     }
     if shown.len() > SHOWN {
         output.print(&format!("and {} more: --json has them all", shown.len() - SHOWN));

@@ -26,6 +26,7 @@ pub(super) struct Output {
     inputs: Vec<PathBuf>,
     /// Why standard output did not take everything.
     lost: RefCell<Option<std::io::Error>>,
+    verbose: bool,
 }
 
 impl Output {
@@ -33,8 +34,8 @@ impl Output {
         if shared.no_color {
             ColorChoice::Never.write_global();
         }
-        let Shared { strict, force, quiet, .. } = *shared;
-        Output { json: shared.json.clone(), strict, force, quiet, inputs, lost: RefCell::default() }
+        let Shared { strict, force, quiet, verbose, .. } = *shared;
+        Output { json: shared.json.clone(), strict, force, quiet, verbose, inputs, lost: RefCell::default() }
     }
 
     /// Whether JSON takes standard output.
@@ -63,6 +64,11 @@ impl Output {
         self.keep(anstream::stdout().flush());
         let failed = |source| Failure::Write { file: "standard output".into(), source };
         self.lost.take().map_or(Ok(()), |source| Err(failed(source)))
+    }
+
+    /// Whether the long tables are wanted.
+    pub fn is_verbose(&self) -> bool {
+        self.verbose
     }
 
     /// What the call was for, on standard output whatever is quiet.

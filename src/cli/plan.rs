@@ -117,6 +117,7 @@ fn print(made: &Plan, output: &Output) {
         let worst = run.worst.map_or("-".into(), number);
         vec![run.name.clone(), number(run.length), in_words(&run.pushes), speeds.join(" "), number(run.reach), worst]
     };
+    output.print(&made.sentence);
     let rows: Vec<Vec<String>> = made.runs.iter().map(row).collect();
     if rows.is_empty() {
         output.print("No run is needed: what is wanted is known already.");

@@ -30,7 +30,7 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     }
     let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
     super::fitted::print(&fitted, output);
-    plot::of_model(a.plotting.plot.as_deref(), &loaded.under(&fitted.efficiency), &fitted.model, output)?;
+    plot::of_model(a.plotting.plot.as_deref(), &under(&loaded, &fitted), &fitted.model, output)?;
     match scatter::refits(a, &loaded, fitted.estimator, output)? {
         None => output.json(&fitted)?,
         Some(resampling) => output.json(&scatter::Scattered { fit: &fitted, resampling: &resampling })?,
@@ -40,6 +40,7 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
         let text = ModelFile::of(&loaded, &fitted).to_text(path)?;
         output.write(path, text.as_bytes())?;
     }
+    super::fitted::print_next(&fitted, &a.campaign, a.model.as_deref(), output);
     Ok(())
 }
 
@@ -72,6 +73,11 @@ fn streamed(a: &typed::Fit, output: &Output) -> Result<(Campaign, Fit), Failure>
     Ok(output.working("reading logs", || campaign::fit_streamed(&a.campaign, options))??)
 }
 
+/// The campaign with the losses of thrust and the noise that its fit has found.
+fn under(campaign: &Campaign, fitted: &Fit) -> Campaign {
+    campaign.under(&fitted.efficiency).with_noise(fitted.model_noise())
+}
+
 /// The campaign under the model that was asked for: from a file, or fitted now.
 pub(super) struct Chosen {
     pub campaign: Campaign,
@@ -86,12 +92,12 @@ pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, outpu
     Ok(match (file, model) {
         (Some(file), Some(path)) => Chosen {
             model: file.model(&loaded.runs, path)?,
-            campaign: loaded.under(&file.efficiency),
+            campaign: loaded.under(&file.efficiency).with_noise(file.noise),
             envelope: file.envelope,
         },
         _ => {
             let fitted = output.working("fitting", || campaign::fit(&loaded, FitOptions::default()))??;
-            Chosen { campaign: loaded.under(&fitted.efficiency), model: fitted.model, envelope: fitted.envelope }
+            Chosen { campaign: under(&loaded, &fitted), model: fitted.model, envelope: fitted.envelope }
         }
     })
 }

@@ -226,7 +226,7 @@ impl<'g, 'a> Point<'g, 'a> {
 }
 
 /// The linear model by its commands: B and A with the losses of thrust between nominal force and the one that acts.
-fn commanded(source: &Source<'_>, options: &ExportOptions) -> Result<Linear, ExportError> {
+pub(super) fn commanded(source: &Source<'_>, options: &ExportOptions) -> Result<Linear, ExportError> {
     let losses = &source.losses;
     if !losses.any() {
         return linear(source.model, &options.at);
@@ -261,8 +261,8 @@ fn commanded(source: &Source<'_>, options: &ExportOptions) -> Result<Linear, Exp
     Ok(found)
 }
 
-pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
-    let found = commanded(source, options)?;
+/// A draft with what a linear model leaves out, and what of its operating point has to be known.
+pub(super) fn told(source: &Source<'_>, found: &Linear, target: Target) -> Draft {
     let mut draft = Draft::new(target);
     for term in &source.model.terms {
         let channels = term.effect.channels(term.place);
@@ -291,6 +291,12 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
             draft.warnings.push(Finding::new(&codes::OUT_OF_ENVELOPE, text));
         }
     }
+    draft
+}
+
+pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
+    let found = commanded(source, options)?;
+    let draft = told(source, &found, target);
     let head = draft.head(
         source,
         &[

@@ -21,28 +21,40 @@ const DOUBLE_CLASS: u32 = 6;
 
 /// The file of a linear model; `comment` is a variable of that name.
 pub(super) fn write(comment: &str, model: &Linear) -> Vec<u8> {
+    let [x0, tau0] = [&model.x0, &model.tau0].map(|x| x.iter().map(|x| vec![*x]).collect::<Vec<_>>());
+    let columns = [model.states.len(), model.inputs.len()];
+    let matrices = [
+        ("A", &model.a, columns[0]),
+        ("B", &model.b, columns[1]),
+        ("C", &model.c, columns[0]),
+        ("D", &model.d, columns[1]),
+        ("x0", &x0, 1),
+        ("tau0", &tau0, 1),
+    ];
+    let comment = [comment.to_string()];
+    let texts = [
+        ("states", model.states.as_slice()),
+        ("inputs", &model.inputs),
+        ("outputs", &model.outputs),
+        ("comment", &comment),
+    ];
+    variables(&matrices, &texts)
+}
+
+/// The file of these matrices, each with its name, its rows and their length, and lists of texts.
+pub(super) fn variables(matrices: &[(&str, &Vec<Vec<f64>>, usize)], lists: &[(&str, &[String])]) -> Vec<u8> {
     let text = format!("MATLAB 5.0 MAT-file, written by hydrosysid {}", env!("CARGO_PKG_VERSION"));
     let mut bytes: Vec<u8> = text.bytes().chain(std::iter::repeat(b' ')).take(116).collect();
     bytes.extend([0; 8]);
     bytes.extend(0x0100_u16.to_le_bytes());
     bytes.extend(b"IM");
-    let columns = [model.states.len(), model.inputs.len()];
-    for (name, rows, width) in [
-        ("A", &model.a, columns[0]),
-        ("B", &model.b, columns[1]),
-        ("C", &model.c, columns[0]),
-        ("D", &model.d, columns[1]),
-    ] {
-        let data: Vec<f64> = (0..width).flat_map(|j| rows.iter().map(move |row| row[j])).collect();
-        bytes.extend(array(name, DOUBLE_CLASS, rows.len(), width, DOUBLE, &doubles(&data)));
+    for (name, rows, width) in matrices {
+        let data: Vec<f64> = (0..*width).flat_map(|j| rows.iter().map(move |row| row[j])).collect();
+        bytes.extend(array(name, DOUBLE_CLASS, rows.len(), *width, DOUBLE, &doubles(&data)));
     }
-    for (name, column) in [("x0", &model.x0), ("tau0", &model.tau0)] {
-        bytes.extend(array(name, DOUBLE_CLASS, column.len(), 1, DOUBLE, &doubles(column)));
-    }
-    for (name, list) in [("states", &model.states), ("inputs", &model.inputs), ("outputs", &model.outputs)] {
+    for (name, list) in lists {
         bytes.extend(texts(name, list));
     }
-    bytes.extend(texts("comment", &[comment.to_string()]));
     bytes
 }
 

@@ -16,6 +16,7 @@ pub mod coefficients;
 mod fossen;
 mod gazebo;
 mod header;
+mod kalman;
 mod linear;
 mod losses;
 mod mat;
@@ -39,6 +40,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 pub use coefficients::{Coefficients, LeftOut, coefficients};
+pub use kalman::{Kalman, kalman};
 pub use linear::{Linear, linear};
 pub use target::Target;
 
@@ -142,6 +144,12 @@ pub enum ExportError {
         /// Why it is refused, and what to do.
         reason: String,
     },
+    /// The model file carries no noise.
+    #[error(
+        "{}: this model carries no noise, which the filter needs: fit the campaign with estimator = \"filter_error\" and --model FILE, and export that",
+        .0.display()
+    )]
+    NoNoise(PathBuf),
     /// The campaign describes no thruster.
     #[error("{}: there is no [[thruster]] table to export", .0.display())]
     NoThruster(PathBuf),
@@ -222,6 +230,9 @@ pub fn export_model(
         Target::VehicleSimulator => vehicle_simulator::export(&source, options),
         Target::Mujoco => mujoco::export(&source, options),
         Target::LinearJson | Target::LinearPython | Target::LinearMat => linear::export(&source, target, options),
+        Target::Kalman | Target::KalmanToml | Target::KalmanPython | Target::KalmanMat => {
+            kalman::export(&source, target, options)
+        }
         Target::Latex | Target::Csv => tables::export(&source, target, options),
         Target::GazeboThrusters | Target::Ardusub => {
             Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"))

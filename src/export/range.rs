@@ -21,7 +21,7 @@ pub(super) fn findings(file: &ModelFile, model: &Model, target: Target, options:
         return vec![Finding::new(&codes::NO_ENVELOPE, text)];
     }
     let mut findings = Vec::new();
-    if !matches!(target, Target::LinearJson | Target::LinearPython | Target::LinearMat) {
+    if !target.is_linear() {
         let speeds = model.dofs.iter().filter_map(|dof| Some((dof.velocity(), *file.envelope.get(dof.velocity())?)));
         let angles = [Dof::Roll, Dof::Pitch].map(Dof::position);
         let angles = angles.into_iter().filter_map(|name| Some((name, *file.envelope.get(name)?)));

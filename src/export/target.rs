@@ -33,6 +33,14 @@ pub enum Target {
     LinearPython,
     /// Linear model as a MAT file.
     LinearMat,
+    /// Linear model with its noise, for a Kalman filter, as JSON.
+    Kalman,
+    /// Linear model with its noise as TOML.
+    KalmanToml,
+    /// Linear model with its noise for python-control.
+    KalmanPython,
+    /// Linear model with its noise as a MAT file.
+    KalmanMat,
     /// Thrust tables and parameters for ArduSub, from a campaign.
     Ardusub,
     /// Table of the parameters for LaTeX.
@@ -43,7 +51,7 @@ pub enum Target {
 
 impl Target {
     /// All, in the order in which they are listed.
-    pub const ALL: [Target; 16] = [
+    pub const ALL: [Target; 20] = [
         Target::Gazebo,
         Target::GazeboAddedMass,
         Target::GazeboThrusters,
@@ -57,6 +65,10 @@ impl Target {
         Target::LinearJson,
         Target::LinearPython,
         Target::LinearMat,
+        Target::Kalman,
+        Target::KalmanToml,
+        Target::KalmanPython,
+        Target::KalmanMat,
         Target::Ardusub,
         Target::Latex,
         Target::Csv,
@@ -78,6 +90,10 @@ impl Target {
             Target::LinearJson => "linear-json",
             Target::LinearPython => "linear-python",
             Target::LinearMat => "linear-mat",
+            Target::Kalman => "kalman",
+            Target::KalmanToml => "kalman-toml",
+            Target::KalmanPython => "kalman-python",
+            Target::KalmanMat => "kalman-mat",
             Target::Ardusub => "ardusub",
             Target::Latex => "latex",
             Target::Csv => "csv",
@@ -87,6 +103,16 @@ impl Target {
     /// The target of this name.
     pub fn from_name(name: &str) -> Option<Target> {
         Target::ALL.into_iter().find(|target| target.name() == name)
+    }
+
+    /// The form of the target that a file of this ending asks for: `kalman` as `.toml`, `.py` or `.mat`.
+    pub fn for_ending(self, ending: Option<&str>) -> Target {
+        match (self, ending) {
+            (Target::Kalman, Some("toml")) => Target::KalmanToml,
+            (Target::Kalman, Some("py")) => Target::KalmanPython,
+            (Target::Kalman, Some("mat")) => Target::KalmanMat,
+            _ => self,
+        }
     }
 
     /// Versions of the target for which the file is meant.
@@ -106,9 +132,10 @@ impl Target {
             Target::CHeader => "C99 and C++",
             Target::FossenPython => "Python 3 with NumPy",
             Target::FossenMatlab => "MATLAB R2016b and later, GNU Octave",
-            Target::LinearJson => "JSON, format 1",
-            Target::LinearPython => "Python 3, python-control 0.9 and later",
-            Target::LinearMat => "MAT file, level 5",
+            Target::LinearJson | Target::Kalman => "JSON, format 1",
+            Target::LinearPython | Target::KalmanPython => "Python 3, python-control 0.9 and later",
+            Target::LinearMat | Target::KalmanMat => "MAT file, level 5",
+            Target::KalmanToml => "TOML 1.0",
             Target::Ardusub => "ArduSub 4",
             Target::Latex => "LaTeX with booktabs",
             Target::Csv => "CSV",
@@ -117,9 +144,20 @@ impl Target {
 
     /// Whether it counts forces itself: code or a matrix, not coefficients alone.
     pub const fn computes(self) -> bool {
+        matches!(self, Target::FossenPython | Target::FossenMatlab) || self.is_linear()
+    }
+
+    /// Whether it is a linear model at an operating point.
+    pub const fn is_linear(self) -> bool {
         matches!(
             self,
-            Target::FossenPython | Target::FossenMatlab | Target::LinearJson | Target::LinearPython | Target::LinearMat
+            Target::LinearJson
+                | Target::LinearPython
+                | Target::LinearMat
+                | Target::Kalman
+                | Target::KalmanToml
+                | Target::KalmanPython
+                | Target::KalmanMat
         )
     }
 
@@ -140,7 +178,7 @@ impl Target {
 
     /// Whether the file is bytes, not text.
     pub const fn is_binary(self) -> bool {
-        matches!(self, Target::LinearMat)
+        matches!(self, Target::LinearMat | Target::KalmanMat)
     }
 }
 

@@ -5,8 +5,10 @@
 //! ```
 //!
 //! J is the Jacobian of the logged samples over their noise, by the parameters that all runs share; initial states and
-//! parameters with a value in each run are projected out. F is never formed.
+//! parameters with a value in each run are projected out. F is never formed. Where a random force pushes the vehicle, J is
+//! that of the innovations of a Kalman filter over their deviations: what the force hides is not counted.
 
+use crate::estimate::filter_error::{Filtered, NoiseModel, RandomForce, SensorNoise};
 use crate::estimate::output_error::{Fold, Linearised, OutputErrorError, OutputErrorOptions, Problem, normal_factor};
 use crate::model::Model;
 use crate::run::Run;
@@ -35,14 +37,28 @@ impl Information {
         Information { parameters, r: vec![0.0; p * p] }
     }
 
-    /// What output error with these options would know from `run`, which is logged without noise by what `model` says.
+    /// What a fit with these options would know from `run`, which is logged without noise by what `model` says: by filter
+    /// error where the vehicle will be pushed by random `forces` (the Cramér-Rao bound with the force), else by output error.
     ///
     /// # Errors
     /// [`OutputErrorError`] when the run lacks what the model reads or logs nothing that the model predicts.
-    pub fn of(model: &Model, run: &Run, options: &OutputErrorOptions) -> Result<Information, OutputErrorError> {
+    pub fn of(
+        model: &Model,
+        run: &Run,
+        options: &OutputErrorOptions,
+        forces: &[RandomForce],
+    ) -> Result<Information, OutputErrorError> {
         let mut model = model.clone();
         for parameter in &mut model.parameters {
             parameter.prior = None;
+        }
+        if !forces.is_empty() {
+            let filtered = Filtered::new(&model, std::slice::from_ref(run), options)?;
+            let sensors = filtered.problem.sigma.iter().map(|std| SensorNoise { std: *std, coloured: None });
+            let noise = NoiseModel { forces: forces.to_vec(), sensors: sensors.collect() };
+            let diverges = || OutputErrorError::Diverges { values: "a singular inertia".into() };
+            let factor = filtered.information_factor(&model, &noise).ok_or_else(diverges)?;
+            return Ok(Information::beside_own(&model, &filtered.problem, &factor));
         }
         let linearised = |options: &OutputErrorOptions| -> Result<(Problem, Vec<Linearised>), OutputErrorError> {
             let problem = Problem::new(&model, std::slice::from_ref(run), options)?;
@@ -59,7 +75,11 @@ impl Information {
                 (problem, segments) = whole;
             }
         }
-        let factor = normal_factor(&problem, &model, &segments);
+        Ok(Information::beside_own(&model, &problem, &normal_factor(&problem, &model, &segments)))
+    }
+
+    /// What a factor of the information on all unknowns of a run says of the shared ones, the others unknown.
+    fn beside_own(model: &Model, problem: &Problem, factor: &Fold<1>) -> Information {
         // those of this run alone come first, so that the lower rows are what is left beside them
         let own = |k: &usize| problem.unknowns[*k].run.is_some();
         let all = problem.unknowns.len();
@@ -70,10 +90,10 @@ impl Information {
             sorted.push(order.iter().map(|k| [if *k >= i { factor.at(i, *k)[0] } else { 0.0 }]));
         }
         sorted.fold();
-        let parameters = shared(&model);
+        let parameters = shared(model);
         let p = parameters.len();
         let at = |k: usize| if k % p >= k / p { sorted.at(nuisance + k / p, nuisance + k % p)[0] } else { 0.0 };
-        Ok(Information { r: (0..p * p).map(at).collect(), parameters })
+        Information { r: (0..p * p).map(at).collect(), parameters }
     }
 
     /// What a covariance of `parameters` (row-major) knows; `None` when it is no covariance: not positive definite.

@@ -13,6 +13,7 @@ use super::instrument;
 use super::manoeuvre::{Manoeuvre, ManoeuvreError};
 use super::sail::{Course, Sailed};
 use super::selection::select;
+use crate::estimate::filter_error::RandomForce;
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -40,6 +41,8 @@ pub struct PlanOptions {
     pub grid: GridOptions,
     /// How the data will be fitted.
     pub fitting: OutputErrorOptions,
+    /// The random force that will push the vehicle; where there is any, the data will be fitted by filter error.
+    pub forces: Vec<RandomForce>,
     /// Covariance of the shared free parameters (row-major, SI) that other data leaves, which will be fitted together.
     pub known: Option<Vec<f64>>,
 }
@@ -198,7 +201,8 @@ fn judge(
             return Err(format!("`{name}` needs {most:.3} in {dof} to hold the pose, the vehicle gives {limit:.3}"));
         }
     }
-    let information = Information::of(&course.model, &sailed.run, fitting).map_err(|e| e.to_string())?;
+    let information =
+        Information::of(&course.model, &sailed.run, fitting, &options.forces).map_err(|e| e.to_string())?;
     Ok((sailed, information))
 }
 
@@ -237,7 +241,7 @@ fn predicted(
     let fitting = instrument::fitting(&options.fitting, &course.instruments, &course.model);
     let shown = sailed
         .par_iter()
-        .map(|run| Information::of(&course.model, &run.run, &fitting))
+        .map(|run| Information::of(&course.model, &run.run, &fitting, &options.forces))
         .collect::<Result<Vec<_>, _>>()?;
     let known = known(&parameters, options);
     let wanted = wanted(&parameters, wishes);

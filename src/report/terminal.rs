@@ -101,14 +101,14 @@ impl Screen {
 
 fn draw(screen: &mut Screen, series: &Series, [x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) {
     let (wide, high) = (2 * screen.columns - 1, 4 * screen.dots.len() - 1);
-    let place = |k: usize| {
-        let (x, y) = ((series.x[k] - x0) / (x1 - x0), (y1 - series.y[k]) / (y1 - y0));
+    let place = |k: usize, y: f64| {
+        let (x, y) = ((series.x[k] - x0) / (x1 - x0), (y1 - y) / (y1 - y0));
         let inside = (0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y);
         inside.then(|| ((x * wide as f64).round() as i64, (y * high as f64).round() as i64))
     };
     let mut pen: Option<(i64, i64)> = None;
     for k in decimate(&series.y[..series.len()], 4 * screen.columns) {
-        let at = place(k);
+        let at = place(k, series.y[k]);
         match (at, pen, series.mark) {
             (Some((x, y)), _, Mark::Points) => screen.mark(x, y),
             (Some((x, y)), Some((a, b)), Mark::Line) => {
@@ -121,6 +121,13 @@ fn draw(screen: &mut Screen, series: &Series, [x0, x1]: [f64; 2], [y0, y1]: [f64
             (None, ..) => {}
         }
         pen = at;
+    }
+    // the ends of an interval as dots that do not touch
+    for k in decimate(&series.y[..series.len()], screen.columns / 2) {
+        let Some((low, high)) = series.interval.get(k) else { break };
+        for (x, y) in [*low, *high].into_iter().filter_map(|end| place(k, end)) {
+            screen.dot(x, y);
+        }
     }
 }
 
@@ -142,6 +149,16 @@ mod tests {
         assert!(lines.iter().all(|l| l.chars().count() <= 60), "{text}");
         let at = |row: usize| lines[row].chars().position(|c| ('\u{2801}'..='\u{28ff}').contains(&c)).unwrap();
         assert!((2..10).all(|row| at(row) > at(row + 1)), "{text}");
+    }
+
+    #[test]
+    fn a_band_is_drawn_on_either_side_of_its_line() {
+        let x: Vec<f64> = (0..50).map(f64::from).collect();
+        let line = Series::line("simulated", x.clone(), x.iter().map(|x| if *x < 25.0 { 0.0 } else { 1.0 }).collect());
+        let dots = |text: &str| text.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
+        let bare = dots(&plot(&chart(vec![line.clone()]), 60, 14));
+        let interval = line.y.iter().map(|y| (y - 0.3, y + 0.3)).collect();
+        assert!(dots(&plot(&chart(vec![line.with_interval(interval)]), 60, 14)) > bare + 10);
     }
 
     #[test]

@@ -80,7 +80,7 @@ fn fit_simulate_and_compare_work_on_a_campaign_and_its_model() {
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("k_u|u|"), "{}", stdout(&output));
     let fit = json(&fit);
-    assert_eq!((fit["format"].as_u64(), fit["estimator"].as_str()), (Some(1), Some("output_error")));
+    assert_eq!((fit["format"].as_u64(), fit["estimator"].as_str()), (Some(1), Some("filter_error")));
     let parameters = fit["parameters"].as_array().expect("parameters");
     assert_eq!(parameters.len(), 9);
     for key in ["effect", "dof", "name", "value", "std", "std_paper", "unit", "sname", "sname_value", "fixed"] {
@@ -97,6 +97,14 @@ fn fit_simulate_and_compare_work_on_a_campaign_and_its_model() {
     for key in ["name", "dof", "rows", "residual_std", "condition_number", "condition_number_scaled"] {
         assert!(fit["stages"][0].get(key).is_some(), "{key}");
     }
+    assert_eq!(fit["converged"], true);
+    let sentence = fit["sentence"].as_str().expect("a sentence");
+    let told = stdout(&output);
+    assert!(told.starts_with(sentence), "the verdict comes first: {told}");
+    assert!(told.contains("innovations") && told.contains(&format!("next: hydrosysid compare {file}")), "{told}");
+    let mut tables = told.lines().skip(1).filter(|line| !line.starts_with("next"));
+    assert!(!told.contains("cond scaled") && tables.all(|line| line.chars().count() <= 80), "{told}");
+    assert!(fit["noise"]["sensors"].as_array().is_some_and(|sensors| sensors.iter().any(|s| s["channel"] == "u")));
 
     let compare = folder.path("compare.json");
     let output = run(&["compare", &file, "--model", &model, "--json", &compare]);
@@ -108,6 +116,9 @@ fn fit_simulate_and_compare_work_on_a_campaign_and_its_model() {
         assert!(rows[0].get(key).is_some(), "{key}");
     }
     assert!(rows.iter().any(|r| r["role"] == "validate"));
+    let ahead = compare["noise"]["prediction"].as_array().expect("predictions");
+    assert_eq!(ahead.len(), 4 * rows.len(), "one sample, 2 s, 8 s and a free run");
+    assert!(ahead.iter().all(|p| p["expected"].as_f64().is_some_and(|x| x > 0.0)));
 
     let output = run(&["simulate", &file, "--model", &model, "--output", &folder.path("simulated"), "--json", "-"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
@@ -270,7 +281,7 @@ fn series_stand_side_by_side() {
     let text = fs::read_to_string(&simulated).expect("it was written");
     assert!(text == fs::read_to_string(&compared).expect("it was written"));
     let header = text.lines().next().unwrap_or_default();
-    for kind in ["measured", "simulated", "residual"] {
+    for kind in ["measured", "simulated", "residual", "std"] {
         assert!(header.contains(&format!("run0.csv/u/{kind}")), "{header}");
     }
     let output = run(&["simulate", &file, "--series", &folder.path("s.mcap")]);

@@ -51,6 +51,7 @@ mod outputs;
 mod paper;
 mod plan;
 mod plant;
+mod pushed;
 mod refusals;
 mod regressor;
 mod report;

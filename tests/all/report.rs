@@ -62,7 +62,7 @@ fn a_staged_campaign_shows_towing_beside_propelled_and_the_load_cells() {
 }
 
 #[test]
-fn an_output_error_campaign_shows_single_runs_and_published_values() {
+fn a_fit_of_free_motion_shows_noise_single_runs_and_published_values() {
     let folder = Folder::new("blind");
     write_blind(&folder.0, &BlindOptions { duration: 40.0, ..BlindOptions::default() }).unwrap();
     let campaign = folder.campaign();
@@ -71,6 +71,8 @@ fn an_output_error_campaign_shows_single_runs_and_published_values() {
     let published = Published::parse(text, Path::new("book.toml"), &campaign).unwrap();
     let page = page_of(&campaign, None, Some(&published), Origin::default()).unwrap();
     let titles = [
+        "Noise of the sensors",
+        "Whether predictions err as predicted",
         "What the data tells apart",
         "The same parameter from other sources",
         "Each run&#39;s own model on every run, yaw",

@@ -44,7 +44,7 @@ fn the_page_on_results_knows_every_key() {
     let params = path("params.toml");
     std::fs::write(&params, "format = 1\nconvention = \"sname\"\n[parameters]\n\"X_u|u|\" = -200.0\n").unwrap();
     let (page, exported, plain) = (path("page.html"), path("linear.json"), path("plain.csv"));
-    let calls: [&[&str]; 17] = [
+    let calls: [&[&str]; 18] = [
         &["fit", &file, "--model", &model, "--thorough", "--bootstrap", "5"],
         &["fit", &file, "--model", &other, "--estimator", "integral", "--thorough"],
         &["simulate", &file, "--model", &model],
@@ -55,6 +55,7 @@ fn the_page_on_results_knows_every_key() {
         &["discover", &file],
         &["plan", &other, "--limit", "surge=100", "--limit", "sway=60", "--limit", "yaw=40", "--most", "1"],
         &["monitor", &other, &log, "--window", "5"],
+        &["monitor", &model, &log],
         &["check", &file],
         &["convert", &log, "-o", &plain],
         &["report", &file, "--no-discovery", "-o", &page],

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         Window,
     )
     from ._motion import Comparison, Disagreement, SimulatedRun, Simulation
+    from ._noise import Noise, Prediction, RandomForce, SensorNoise
     from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
     from ._own_effect import OwnEffect
     from ._pages import demo, export, report, tank_campaign
@@ -109,6 +110,7 @@ __all__ = [
     "LogFinding",
     "ModelDifference",
     "Monitored",
+    "Noise",
     "OwnEffect",
     "OwnEstimate",
     "OwnModel",
@@ -117,15 +119,18 @@ __all__ = [
     "Plan",
     "PlannedParameter",
     "PlannedRun",
+    "Prediction",
     "PublishedComparison",
     "PublishedParameter",
     "Push",
+    "RandomForce",
     "Reason",
     "Regressors",
     "Resampling",
     "Residual",
     "Run",
     "Scatter",
+    "SensorNoise",
     "Shift",
     "SimulatedRun",
     "Simulation",
@@ -188,6 +193,7 @@ _HOMES = {
         "PublishedParameter Reason Shift Window"
     ),
     "_motion": "Comparison Disagreement SimulatedRun Simulation",
+    "_noise": "Noise Prediction RandomForce SensorNoise",
     "_numbers": "LeastSquares least_squares polynomial_filter rk4",
     "_own_effect": "OwnEffect",
     "_pages": "demo export report tank_campaign",

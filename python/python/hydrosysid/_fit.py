@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import Finding
+from ._noise import Noise
 from ._result import Result
 from ._thruster import Estimate, ThrustDirection
 from ._view import Rows, html_table, known_and_unknown, text_table
@@ -107,19 +108,24 @@ class Fit(Result):
 
     Attributes:
         format: 1.
+        sentence: the verdict in words.
+        converged: whether the estimator reached its maximum.
         parameters: the parameters, in the order of the model.
-        estimator: ``output_error``, ``staged`` or ``integral``.
+        estimator: ``filter_error``, ``output_error``, ``staged`` or ``integral``.
         std_method: how `Parameter.std` was found.
         covariance: covariance in the order of `parameters`, SI, (p, p).
         stages: the fits of which it is made.
         warnings: what there is to say.
         thrusters: curves of thrusters that were found from bollard tables.
         identifiability: what the data can tell and what it cannot (inflation, force shares, halves, groups,
-            correlations, condition indices); `None` but for output error.
+            correlations, condition indices); `None` of a streamed fit.
+        noise: random force, noise of the sensors, and how predictions err; of filter error alone.
         model: the model as TOML; what `simulate` and `compare` take, and what the command's ``--model`` reads.
     """
 
     format: int
+    sentence: str
+    converged: bool
     parameters: tuple[Parameter, ...]
     estimator: str
     std_method: str
@@ -128,6 +134,7 @@ class Fit(Result):
     warnings: tuple[Finding, ...]
     thrusters: tuple[FittedCurve, ...] = ()
     identifiability: Any = None
+    noise: Noise | None = None
     model: str = field(default="", metadata={"own": True})
 
     title: ClassVar[str] = "Fit"
@@ -180,7 +187,7 @@ class Fit(Result):
             for p in self.parameters
         ]
         title = f"Fit by {self.estimator.replace('_', ' ')}"
-        parts = [text_table(parameters, title), f"standard errors: {self.std_method}"]
+        parts = [self.sentence, text_table(parameters, title), f"standard errors: {self.std_method}"]
         if self.stages:
             parts.append(text_table(self._stage_rows(), "Stages"))
         return "\n".join([*parts, *self._remarks()])

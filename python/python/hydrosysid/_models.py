@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ._errors import Finding
 from ._motion import Disagreement
+from ._noise import Noise
 from ._result import Result
 from ._view import Rows, bars, over_noise, text_table
 
@@ -158,6 +159,8 @@ class PublishedComparison(_Apart):
         own_runs: the own model against the same.
         parameters: each parameter beside the own estimate.
         warnings: what there is to say.
+        noise: noise with which the published model explains the runs best, and how it predicts.
+        own_noise: the same of the own model.
     """
 
     format: int
@@ -166,6 +169,8 @@ class PublishedComparison(_Apart):
     own_runs: tuple[Disagreement, ...]
     parameters: tuple[PublishedParameter, ...]
     warnings: tuple[Finding, ...]
+    noise: Noise | None = None
+    own_noise: Noise | None = None
 
     title: ClassVar[str] = "Published parameters"
 
@@ -183,21 +188,26 @@ class Window:
     to: float
     samples: int
     rms: float
+    mean: float
     noise: float
     chi_squared: float
+    likelihood_ratio: float
     p_value: float
     cusum: float
+    large: bool
     off: bool
 
 
 @dataclass(frozen=True)
 class Shift:
-    """A lasting change: from `from_` seconds on the disagreement is `times_noise` times the noise."""
+    """A lasting change: from `from_` seconds on innovations are `times_noise` times what they should be, and their mean is
+    `shift`."""
 
     run: str
     dof: str
     from_: float = field(metadata={"key": "from"})
     times_noise: float
+    shift: float
 
 
 @dataclass(frozen=True)
@@ -236,6 +246,7 @@ class Monitored(Result):
         reasons: likely reasons, the best first.
         windows: all windows.
         warnings: what there is to say.
+        noise: the noise that the model brings, and how it predicts these logs; `None` where it brings none.
     """
 
     format: int
@@ -244,6 +255,7 @@ class Monitored(Result):
     reasons: tuple[Reason, ...]
     windows: tuple[Window, ...]
     warnings: tuple[Finding, ...]
+    noise: Noise | None = None
 
     title: ClassVar[str] = "Model along a log"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ._errors import Finding
 from ._files import write
+from ._noise import Noise
 from ._result import Result
 from ._run import Run
 from ._series import mcap_of, side_by_side
@@ -22,13 +23,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedRun:
-    """One simulated run, SI units; `measured` is NaN where a sensor has no sample."""
+    """One simulated run, SI units; `measured` is NaN where a sensor has no sample.
+
+    `std` is the deviation with which a sample is expected about the simulation, NaN at the beginning of a stretch; empty
+    where the model carries no noise.
+    """
 
     run: str
     role: str
     time: NDArray[np.float64]
     simulated: dict[str, NDArray[np.float64]]
     measured: dict[str, NDArray[np.float64]]
+    std: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -174,11 +180,13 @@ class Comparison(Result):
         format: 1.
         runs: one entry a run and degree of freedom.
         warnings: what there is to say.
+        noise: noise, and how the model predicts each run; `None` where no filter can follow the runs.
     """
 
     format: int
     runs: tuple[Disagreement, ...]
     warnings: tuple[Finding, ...]
+    noise: Noise | None = None
 
     title: ClassVar[str] = "Model against measurement"
 

@@ -98,6 +98,7 @@ class Plan(Result):
 
     Attributes:
         format: 1.
+        sentence: what the plan comes to, in words.
         runs: the runs, the most valuable first.
         parameters: what they will give together.
         covariance: predicted covariance in the order of `parameters`; `None` when the runs do not show all of them.
@@ -110,6 +111,7 @@ class Plan(Result):
     """
 
     format: int
+    sentence: str
     runs: tuple[PlannedRun, ...]
     parameters: tuple[PlannedParameter, ...]
     covariance: NDArray[np.float64] | None

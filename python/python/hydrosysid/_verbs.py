@@ -27,7 +27,7 @@ from ._settings import toml_text
 
 Source = Campaign | str | PathLike[str]
 Model = Fit | str | PathLike[str]
-Estimator = Literal["output_error", "staged", "integral"]
+Estimator = Literal["filter_error", "output_error", "staged", "integral"]
 
 
 def fit(

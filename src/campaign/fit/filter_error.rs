@@ -156,10 +156,7 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) ->
     if !fitted.converged {
         return "Do not use these numbers: the fit did not converge.".into();
     }
-    let pushed = match &found.force[..] {
-        [] => "No random force is found: what the model leaves is the noise of the sensors.".to_string(),
-        forces => format!("The vehicle is pushed by a random force of {}.", noise::in_words(forces)),
-    };
+    let pushed = found.sentence();
     if !erring.is_empty() {
         return format!(
             "The fit converged, but the model lacks something: 8 s ahead it errs more than expected, in {} times. {pushed}",

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::campaign::file::Estimator;
 use crate::campaign::identifiability::Identifiability;
+use crate::campaign::model_noise::ModelNoise;
 use crate::campaign::noise::Noise;
 use crate::campaign::thrusters::FittedCurve;
 use crate::effects::Place;
@@ -65,6 +66,13 @@ pub struct Fit {
     /// Noise and rate of the channels that the model predicts, in the runs that took part.
     #[serde(skip)]
     pub instruments: Instruments,
+}
+
+impl Fit {
+    /// The noise as a model file carries it.
+    pub fn model_noise(&self) -> Option<ModelNoise> {
+        self.noise.as_ref().map(ModelNoise::from)
+    }
 }
 
 /// One parameter of a fit.

@@ -46,7 +46,7 @@ impl From<EstimatorName> for Estimator {
 pub(in crate::cli) struct Fit {
     /// Campaign file.
     pub campaign: PathBuf,
-    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part and output
+    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part and filter
     /// error otherwise.
     #[arg(long, value_enum)]
     pub estimator: Option<EstimatorName>,

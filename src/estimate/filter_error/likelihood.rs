@@ -94,6 +94,8 @@ impl Filtered {
         limit: f64,
         sensitive: bool,
     ) -> Vec<Linear> {
+        // with every parameter held there is nothing to differentiate by
+        let sensitive = sensitive && !self.problem.dynamics.directions.is_empty();
         let of = |members: &Vec<usize>| {
             let noise = std::array::from_fn(|_| noise.clone());
             let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
@@ -145,6 +147,16 @@ impl Filtered {
             batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
         all.sort_by_key(|(member, _)| *member);
         all.into_iter().map(|(_, products)| products).collect()
+    }
+
+    /// Triangular factor of the information that the runs hold on the unknowns under this noise, priors included; `None` where
+    /// the inertia of `model` is singular.
+    pub fn information_factor(&self, model: &Model, noise: &NoiseModel) -> Option<Fold<1>> {
+        let mobilities = self.mobilities(model)?;
+        let stretches = self.linearise(model, noise, &mobilities, f64::INFINITY, true);
+        let mut factor = self.factor(model, &stretches);
+        factor.fold();
+        Some(factor)
     }
 
     /// Gradient and information of −ln L by the logarithms `coordinates` of the noise.

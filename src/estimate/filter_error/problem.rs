@@ -61,7 +61,15 @@ impl Filtered {
     /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the model predicts.
     pub fn new(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Filtered, OutputErrorError> {
         let whole = OutputErrorOptions { segment: f64::INFINITY, ..options.clone() };
-        let problem = Problem::new(model, runs, &whole)?;
+        Filtered::in_windows(model, runs, &whole)
+    }
+
+    /// The same in windows of `options.segment` seconds, each of which begins with an unknown state.
+    ///
+    /// # Errors
+    /// As [`Filtered::new`].
+    pub fn in_windows(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Filtered, OutputErrorError> {
+        let problem = Problem::new(model, runs, options)?;
         let states = problem.initial_states(model);
         let starts = states.into_iter().enumerate().map(|(k, x)| start(&problem, model, k, x)).collect();
         Ok(Filtered { problem, starts })

@@ -62,6 +62,7 @@ pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFil
         observed: Vec::new(),
         tied: Vec::new(),
         sensors: BTreeMap::new(),
+        noise: None,
         covariance: vec![vec![0.0; model.parameters.len()]; model.parameters.len()],
         parameters: parameters.collect(),
     }

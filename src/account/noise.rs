@@ -1,0 +1,91 @@
+//! The part of the account on what is random: the force that pushes the vehicle, the noise of each sensor, and whether
+//! predictions err as they should.
+
+use super::Results;
+use crate::campaign::{ForceFound, Noise, Predicted, SensorFound};
+use crate::report::{Block, Cell, Column, Section, Table};
+
+/// The section of a report; `None` where the estimator knows nothing of noise.
+pub(super) fn section(results: &Results<'_>) -> Option<Section> {
+    let noise = results.fit.noise.as_ref()?;
+    let white = match noise.innovations_white {
+        true => "Innovations are white: what the model leaves is what the noise can be.",
+        false => "Innovations are not white: something is left in them that the noise cannot be.",
+    };
+    let tables = [forces(&noise.force), Some(sensors(&noise.sensors)), predictions(noise)];
+    Some(Section {
+        heading: "Noise and random force".into(),
+        paragraphs: vec![format!("{} {white}", noise.sentence())],
+        blocks: tables.into_iter().flatten().map(Block::Table).collect(),
+    })
+}
+
+fn columns(names: &[&str]) -> Vec<Column> {
+    names.iter().map(|name| Column::new(*name, "")).collect()
+}
+
+fn number(value: Option<f64>) -> Cell {
+    value.map_or(Cell::Empty, |value| Cell::Number { value, digits: 3 })
+}
+
+fn forces(all: &[ForceFound]) -> Option<Table> {
+    let row = |f: &ForceFound| {
+        let estimate = |value, std: f64| Cell::Estimate { value, std: Some(std).filter(|s| *s > 0.0) };
+        vec![
+            Cell::from(f.dof.to_string().as_str()),
+            estimate(f.rms, f.std),
+            Cell::from(crate::report::unit(f.unit).as_str()),
+            estimate(f.correlation_time, f.correlation_time_std),
+            number(f.share_of_thrust.map(|s| 100.0 * s)),
+        ]
+    };
+    (!all.is_empty()).then(|| Table {
+        title: "Random force".into(),
+        columns: columns(&["degree of freedom", "rms ± std", "unit", "correlation time, s", "% of thrust"]),
+        rows: all.iter().map(row).collect(),
+        note:
+            "A first-order Gauss-Markov process in each degree of freedom: turbulence, tether, thrusters that are not \
+               quite what their curve says."
+                .into(),
+    })
+}
+
+fn sensors(all: &[SensorFound]) -> Table {
+    let row = |s: &SensorFound| {
+        let [low, high] = s.typical.map_or([None, None], |t| t.map(Some));
+        let mut row = vec![Cell::from(s.channel.as_str())];
+        row.extend([Some(s.std), s.stated, low, high, s.coloured_std, s.correlation_time].map(number));
+        row
+    };
+    let names = ["channel", "found", "stated", "typical from", "to", "correlated part", "correlation time, s"];
+    Table {
+        title: "Noise of the sensors".into(),
+        columns: columns(&names),
+        rows: all.iter().map(row).collect(),
+        note:
+            "Standard deviations in SI units. Filtered and quantised channels show less noise than the sensor has, and \
+               their innovations are correlated."
+                .into(),
+    }
+}
+
+/// Predictions with their errors, run by run; one sample ahead is left out, since the noise was chosen for it.
+fn predictions(noise: &Noise) -> Option<Table> {
+    let row = |p: &Predicted| {
+        let ahead = p.ahead.map_or("free run".to_string(), |seconds| format!("{seconds} s"));
+        vec![
+            Cell::from(p.run.as_str()),
+            Cell::from(p.dof.to_string().as_str()),
+            Cell::from(ahead.as_str()),
+            number(Some(p.rms)),
+            number(Some(p.expected)),
+        ]
+    };
+    let rows: Vec<Vec<Cell>> = noise.prediction.iter().filter(|p| p.ahead != Some(0.0)).map(row).collect();
+    (!rows.is_empty()).then(|| Table {
+        title: "Whether predictions err as predicted".into(),
+        columns: columns(&["run", "degree of freedom", "ahead", "rms error", "expected"]),
+        rows,
+        note: "In m/s and rad/s. Far more than expected: the model lacks something that no noise makes up for.".into(),
+    })
+}

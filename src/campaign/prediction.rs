@@ -1,0 +1,81 @@
+//! How a model and its noise predict runs: one sample, 2 s and 8 s ahead, and free, each beside the error to expect.
+//!
+//! The noise is that which goes with the model. A model without any, as one from the literature, gets the noise with
+//! which it explains the runs best, its parameters held.
+
+use super::error::Error;
+use super::fit::filter_error::options;
+use super::load::Campaign;
+use super::model_noise::ModelNoise;
+use super::noise::{self, ForceFound, Noise};
+use crate::estimate::filter_error::{FilterErrorOptions, Filtered, Forecast, filter_error};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::Model;
+use crate::progress::tell;
+use crate::run::Run;
+
+/// Deviations beyond which an innovation of a known noise is an outlier and moves the state as one at this limit.
+pub(super) const LIMIT: f64 = 5.0;
+
+/// Runs as a model and its noise predict them.
+pub(super) struct Foretold {
+    /// The runs.
+    pub filtered: Filtered,
+    /// The forecasts, one a stretch without gap.
+    pub forecasts: Vec<Forecast>,
+    /// All of it as it is told.
+    pub found: Noise,
+}
+
+/// `model`, its parameters held, along `runs`; `None` where it is so wrong that no filter can follow them.
+///
+/// # Errors
+/// [`Error`] when a run lacks what the model reads.
+pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Result<Option<Foretold>, Error> {
+    if runs.is_empty() {
+        return Ok(None);
+    }
+    let model = noise::held(model);
+    let stated = &campaign.file.noise.sensors;
+    let base = &campaign.options.output_error;
+    let (filtered, noise, limit, force) = match &campaign.noise {
+        Some(known) => {
+            let filtered = Filtered::new(&model, runs, base)?;
+            let force = told(known, runs, filtered.sample_time());
+            (filtered.clone(), known.of(&filtered), LIMIT, force)
+        }
+        None => {
+            tell("the noise of the runs", 0, 0);
+            let asked = FilterErrorOptions { told: true, ..options(campaign) };
+            let fit = match filter_error(&model, runs, &asked) {
+                Err(OutputErrorError::Diverges { .. } | OutputErrorError::TooFewSamples { .. }) => return Ok(None),
+                fit => fit?,
+            };
+            let force = noise::forces(&fit, runs);
+            (fit.filtered, fit.noise, fit.limit, force)
+        }
+    };
+    let forecasts = filtered.forecast(&model, &noise, limit);
+    let found = Noise {
+        force,
+        sensors: noise::sensors(&filtered, &noise, stated, &forecasts),
+        innovations_white: noise::white(&forecasts),
+        prediction: noise::predicted(&filtered, &forecasts),
+    };
+    Ok(Some(Foretold { filtered, forecasts, found }))
+}
+
+/// The random force of a model, beside the thrust of these runs.
+fn told(known: &ModelNoise, runs: &[Run], sample_time: f64) -> Vec<ForceFound> {
+    let one = |f: &super::model_noise::ModelForce| ForceFound {
+        dof: f.dof,
+        rms: f.rms,
+        std: f.std,
+        unit: if f.dof.is_rotation() { "N*m" } else { "N" },
+        correlation_time: f.correlation_time,
+        correlation_time_std: f.correlation_time_std,
+        share_of_thrust: noise::thrust_rms(runs, f.dof).map(|thrust| f.rms / thrust),
+        only_intensity: f.correlation_time < sample_time,
+    };
+    known.force.iter().map(one).collect()
+}
