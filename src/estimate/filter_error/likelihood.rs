@@ -85,6 +85,27 @@ impl Filtered {
         order.chunks(LANES).map(<[usize]>::to_vec).collect()
     }
 
+    /// One pass of the filter over every stretch.
+    fn passed(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+        kept: Kept,
+    ) -> Vec<Passed> {
+        let of = |members: &Vec<usize>| {
+            let noise = std::array::from_fn(|_| noise.clone());
+            Machine::widest(Pass { batch: self.batch::<LANES>(model, members, noise, mobilities, limit), kept })
+        };
+        let batches = self.batches();
+        let parts: Vec<Vec<Passed>> = batches.par_iter().map(of).collect();
+        let mut all: Vec<(usize, Passed)> =
+            batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
+        all.sort_by_key(|(member, _)| *member);
+        all.into_iter().map(|(_, passed)| passed).collect()
+    }
+
     /// Every stretch linearised at the values of `model` under `noise`; `mobilities` as by [`Filtered::mobilities`].
     pub(super) fn linearise(
         &self,
@@ -94,19 +115,20 @@ impl Filtered {
         limit: f64,
         sensitive: bool,
     ) -> Vec<Linear> {
-        // with every parameter held there is nothing to differentiate by
-        let sensitive = sensitive && !self.problem.dynamics.directions.is_empty();
-        let of = |members: &Vec<usize>| {
-            let noise = std::array::from_fn(|_| noise.clone());
-            let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
-            Machine::widest(Linearisation { batch, sensitive })
-        };
-        let batches = self.batches();
-        let parts: Vec<Vec<Linear>> = batches.par_iter().map(of).collect();
-        let mut all: Vec<(usize, Linear)> =
-            batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
-        all.sort_by_key(|(member, _)| *member);
-        all.into_iter().map(|(_, linear)| linear).collect()
+        let kept = if sensitive { Kept::Factor } else { Kept::Cost };
+        self.passed(model, noise, mobilities, limit, kept).into_iter().map(|p| p.linear).collect()
+    }
+
+    /// Innovations over their deviations, by stretch and output.
+    pub(super) fn innovations(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Vec<Vec<Vec<f64>>> {
+        let passed = self.passed(model, noise, mobilities, limit, Kept::Innovations);
+        passed.into_iter().map(|p| p.innovations).collect()
     }
 
     /// Factor of all stretches' information on the unknowns, priors included; its last column holds the innovations.
@@ -136,17 +158,8 @@ impl Filtered {
         mobilities: &[DMatrix<f64>],
         limit: f64,
     ) -> Vec<Mat<f64>> {
-        let of = |members: &Vec<usize>| {
-            let noise = std::array::from_fn(|_| noise.clone());
-            let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
-            Machine::widest(Multiplication { batch })
-        };
-        let batches = self.batches();
-        let parts: Vec<Vec<Mat<f64>>> = batches.par_iter().map(of).collect();
-        let mut all: Vec<(usize, Mat<f64>)> =
-            batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
-        all.sort_by_key(|(member, _)| *member);
-        all.into_iter().map(|(_, products)| products).collect()
+        let passed = self.passed(model, noise, mobilities, limit, Kept::Products);
+        passed.into_iter().map(|p| p.products).collect()
     }
 
     /// Triangular factor of the information that the runs hold on the unknowns under this noise, priors included; `None` where
@@ -227,22 +240,54 @@ pub(super) struct Score {
     pub information: DMatrix<f64>,
 }
 
-struct Linearisation<'a> {
-    batch: Batch<'a, LANES>,
-    sensitive: bool,
+/// What is kept of a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    /// The likelihood alone.
+    Cost,
+    /// The triangular factor of the rows.
+    Factor,
+    /// The products of the rows.
+    Products,
+    /// The innovations themselves.
+    Innovations,
 }
 
-impl Work<LANES> for Linearisation<'_> {
-    type Output = Vec<Linear>;
+/// What a pass has kept of one stretch.
+struct Passed {
+    linear: Linear,
+    products: Mat<f64>,
+    /// Innovations over their deviations, by output.
+    innovations: Vec<Vec<f64>>,
+}
+
+/// Rows that are multiplied at once.
+const ROWS: usize = 256;
+
+/// One pass over a batch. One kind of work for all that is kept: the filter is compiled once for each machine.
+struct Pass<'a> {
+    batch: Batch<'a, LANES>,
+    kept: Kept,
+}
+
+impl Work<LANES> for Pass<'_> {
+    type Output = Vec<Passed>;
     #[inline(always)]
-    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Linear> {
-        let Linearisation { batch, sensitive } = self;
+    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Passed> {
+        let Pass { batch, kept } = self;
         let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
-        let n = if sensitive { batch.problem.dynamics.directions.len() + 1 } else { 1 };
+        let (directions, outputs) = (batch.problem.dynamics.directions.len(), batch.problem.dynamics.outputs.len());
+        let sensitive = matches!(kept, Kept::Factor | Kept::Products) && directions > 0;
+        let n = if sensitive { directions + 1 } else { 1 };
         let c = share(limit);
         let mut fold = Fold::with(wide, n);
         let (mut cost, mut samples, mut outliers) = ([0.0; LANES], [0; LANES], [0; LANES]);
         let mut held_back = [[0.0; 3]; LANES];
+        let size = if kept == Kept::Products { n } else { 0 };
+        let mut products = vec![Mat::<f64>::zeros(size, size); members];
+        let mut rows = vec![Mat::<f64>::zeros(if size > 0 { ROWS } else { 0 }, size); members];
+        let mut filled = vec![0; members];
+        let mut innovations = vec![vec![Vec::new(); if kept == Kept::Innovations { outputs } else { 0 }]; members];
         let mut take = std::convert::identity(
             #[inline(always)]
             |at: &Innovation<'_, LANES>| {
@@ -261,109 +306,50 @@ impl Work<LANES> for Linearisation<'_> {
                     let within = f64::from(u8::from(z.abs() <= limit));
                     let sums = [(tempered * slope).powi(2), within, slope * slope];
                     held_back[lane].iter_mut().zip(sums).for_each(|(sum, x)| *sum += x);
+                    if kept == Kept::Innovations {
+                        innovations[lane][at.output].push(z);
+                    }
                 }
-                if n == 1 {
+                if kept == Kept::Factor && sensitive {
+                    let weight = wide.load(&weight);
+                    let row = at.gradient.iter().map(
+                        #[inline(always)]
+                        |g| wide.store(wide.mul(wide.only_where(wide.load(g), weight), weight)),
+                    );
+                    fold.push(row.chain(std::iter::once(value)));
+                }
+                if kept != Kept::Products {
                     return;
                 }
-                let weight = wide.load(&weight);
-                let row = at.gradient.iter().map(
-                    #[inline(always)]
-                    |g| wide.store(wide.mul(wide.only_where(wide.load(g), weight), weight)),
-                );
-                fold.push(row.chain(std::iter::once(value)));
+                for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
+                    let row = filled[lane];
+                    for (column, g) in at.gradient.iter().enumerate() {
+                        rows[lane][(row, column)] = g[lane] * weight[lane];
+                    }
+                    rows[lane][(row, n - 1)] = value[lane];
+                    filled[lane] += 1;
+                    if filled[lane] == ROWS {
+                        multiply(&mut products[lane], &rows[lane], ROWS);
+                        filled[lane] = 0;
+                    }
+                }
             },
         );
         filter(wide, batch, sensitive, &mut take);
         fold.fold();
-        (0..members)
-            .map(|lane| Linear {
-                r: (0..n * n).map(|k| if n == 1 { 0.0 } else { fold.at(k / n, k % n)[lane] }).collect(),
-                n,
-                cost: cost[lane],
-                samples: samples[lane],
-                outliers: outliers[lane],
-                held_back: held_back[lane],
-            })
-            .collect()
-    }
-}
-
-impl Filtered {
-    /// Innovations over their deviations, of every stretch and output; of a stretch `outputs` lists.
-    pub(super) fn innovations(
-        &self,
-        model: &Model,
-        noise: &NoiseModel,
-        mobilities: &[DMatrix<f64>],
-        limit: f64,
-    ) -> Vec<Vec<Vec<f64>>> {
-        let of = |members: &Vec<usize>| {
-            let noise = std::array::from_fn(|_| noise.clone());
-            Machine::widest(Listening { batch: self.batch::<LANES>(model, members, noise, mobilities, limit) })
-        };
-        let batches = self.batches();
-        batches.par_iter().map(of).collect::<Vec<_>>().into_iter().flatten().collect()
-    }
-}
-
-struct Listening<'a> {
-    batch: Batch<'a, LANES>,
-}
-
-impl Work<LANES> for Listening<'_> {
-    type Output = Vec<Vec<Vec<f64>>>;
-    #[inline(always)]
-    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Vec<Vec<f64>>> {
-        let members = self.batch.stretches.iter().flatten().count();
-        let mut z = vec![vec![Vec::new(); self.batch.problem.dynamics.outputs.len()]; members];
-        let mut take = |at: &Innovation<'_, LANES>| {
-            for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
-                z[lane][at.output].push(at.e[lane] / at.s[lane].sqrt());
-            }
-        };
-        filter(wide, self.batch, false, &mut take);
-        z
-    }
-}
-
-/// Rows that are multiplied at once.
-const ROWS: usize = 256;
-
-struct Multiplication<'a> {
-    batch: Batch<'a, LANES>,
-}
-
-impl Work<LANES> for Multiplication<'_> {
-    type Output = Vec<Mat<f64>>;
-    #[inline(always)]
-    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Mat<f64>> {
-        let Multiplication { batch } = self;
-        let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
-        let n = batch.problem.dynamics.directions.len() + 1;
-        let mut products = vec![Mat::<f64>::zeros(n, n); members];
-        let mut rows = vec![Mat::<f64>::zeros(ROWS, n); members];
-        let mut filled = vec![0; members];
-        let mut take = |at: &Innovation<'_, LANES>| {
-            for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
-                let root = at.s[lane].sqrt();
-                let (value, slope) = temper(at.e[lane] / root, limit);
-                let (row, weight) = (filled[lane], slope / root);
-                for (column, g) in at.gradient.iter().enumerate() {
-                    rows[lane][(row, column)] = g[lane] * weight;
-                }
-                rows[lane][(row, n - 1)] = value;
-                filled[lane] += 1;
-                if filled[lane] == ROWS {
-                    multiply(&mut products[lane], &rows[lane], ROWS);
-                    filled[lane] = 0;
-                }
-            }
-        };
-        filter(wide, batch, true, &mut take);
-        for lane in 0..members {
-            multiply(&mut products[lane], &rows[lane], filled[lane]);
+        if kept == Kept::Products {
+            (0..members).for_each(|lane| multiply(&mut products[lane], &rows[lane], filled[lane]));
         }
-        products
+        let linear = |lane: usize| Linear {
+            r: (0..n * n).map(|k| if n == 1 { 0.0 } else { fold.at(k / n, k % n)[lane] }).collect(),
+            n,
+            cost: cost[lane],
+            samples: samples[lane],
+            outliers: outliers[lane],
+            held_back: held_back[lane],
+        };
+        let kept = products.into_iter().zip(innovations).enumerate();
+        kept.map(|(lane, (products, innovations))| Passed { linear: linear(lane), products, innovations }).collect()
     }
 }
 
