@@ -7,14 +7,37 @@
 use super::{IntegralOptions, RegressorOptions, Span, integral_least_squares};
 use crate::effects::{Effect, Family};
 use crate::model::{Model, Term};
-use crate::run::Run;
+use crate::run::{Run, Signal};
+
+/// The run with a velocity in each modelled degree of freedom of which it logs the position alone.
+fn with_slopes(model: &Model, run: &Run) -> Run {
+    let mut with = run.clone();
+    for dof in &model.dofs {
+        let position = run.signal(dof.position()).filter(|s| s.len() > 1);
+        let (None, Some(position)) = (run.signal(dof.velocity()).filter(|s| !s.is_empty()), position) else { continue };
+        let (t, x) = (position.time(), position.values());
+        let slope = |k: usize| {
+            let first = t.partition_point(|at| *at < t[k] - 0.5 * WINDOW).min(k.saturating_sub(1));
+            let last = (t.partition_point(|at| *at <= t[k] + 0.5 * WINDOW).max(k + 2) - 1).min(t.len() - 1);
+            let middle = (first..=last).map(|i| t[i]).sum::<f64>() / (last - first + 1) as f64;
+            let square: f64 = (first..=last).map(|i| (t[i] - middle).powi(2)).sum();
+            (first..=last).map(|i| (t[i] - middle) * x[i]).sum::<f64>() / square.max(f64::MIN_POSITIVE)
+        };
+        let slopes: Vec<f64> = (0..t.len()).map(slope).collect();
+        with.signals.insert(dof.velocity().into(), Signal::new(position.shared_time().clone(), slopes));
+    }
+    with
+}
 
 /// Length of the windows that rows span, s: long beside the noise, short beside the motion.
 const WINDOW: f64 = 1.0;
 
 /// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
 /// somebody gave, keep their values.
+///
+/// Where no run logs a velocity, that of the start is the slope of its position over [`WINDOW`].
 pub fn started(model: &Model, runs: &[Run]) -> Model {
+    let runs: &[Run] = &runs.iter().map(|run| with_slopes(model, run)).collect::<Vec<_>>();
     let mut plain = model.clone();
     for k in (0..plain.terms.len()).rev() {
         if !regressible(&plain, &plain.terms[k]) {
@@ -99,7 +122,6 @@ mod tests {
     use super::*;
     use crate::effects::Coriolis;
     use crate::frame::Dof;
-    use crate::run::Signal;
 
     /// Roll of 0.5 rad/s against a drag of 2 + 2·0.5·4 N·m·s: 6·0.2 kg·m².
     #[test]

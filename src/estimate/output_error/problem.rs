@@ -10,6 +10,7 @@ use super::noise;
 use super::{OutputErrorError, OutputErrorOptions};
 use crate::chain::{Attitude, Available, StateId, memory_count};
 use crate::dynamics::Dynamics;
+use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::navigation::upright;
 use crate::run::{Run, rounding};
@@ -338,7 +339,14 @@ pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOption
     channels.retain(|name| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty())));
     let planar = model.dofs.iter().filter(|d| !d.is_rotation()).all(|d| channels.contains(d.position()));
     let attitude = Attitude::of(model, runs);
-    Available { channels, position: options.position && planar, from_log: false, attitude }
+    let position = options.position && planar || model.dofs.iter().any(|dof| pose_only(*dof, runs));
+    Available { channels, position, from_log: false, attitude }
+}
+
+/// Whether a motion is known by its position alone: no run logs its velocity.
+fn pose_only(dof: Dof, runs: &[Run]) -> bool {
+    let logged = |name: &str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
+    !dof.is_rotation() && !logged(dof.velocity()) && logged(dof.position())
 }
 
 /// Channels that are compared: those of modelled velocities and angles (turns for a quaternion) that some run logs, positions if independent, and
@@ -346,7 +354,7 @@ pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOption
 fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
     let turns = Attitude::of(model, runs) == Attitude::Quaternion;
     let states = model.dofs.iter().flat_map(|dof| {
-        let position = if dof.is_rotation() { !turns } else { options.position };
+        let position = if dof.is_rotation() { !turns } else { options.position || pose_only(*dof, runs) };
         [Some(dof.velocity()), position.then(|| dof.position())]
     });
     let turns = upright::TURNS.into_iter().filter(|_| turns).map(Some);
