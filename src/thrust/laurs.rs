@@ -18,6 +18,9 @@ pub struct Outfit {
     /// The water of the tank.
     #[serde(default)]
     pub water: Water,
+    /// Where the figures come from, one source a line.
+    #[serde(default)]
+    pub sources: Vec<String>,
     /// Thrusters, in the order of the file.
     #[serde(default, rename = "thruster")]
     pub thrusters: Vec<Thruster>,

@@ -200,7 +200,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Shift:
-    """A lasting change: from `from_` seconds on innovations are `times_noise` times what they should be, and their mean is
+    """A lasting change: from `from_` seconds on innovations are `times_noise` times what they should be; their mean is
     `shift`."""
 
     run: str

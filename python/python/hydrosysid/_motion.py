@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class SimulatedRun:
     """One simulated run, SI units; `measured` is NaN where a sensor has no sample.
 
-    `std` is the deviation with which a sample is expected about the simulation, NaN at the beginning of a stretch; empty
+    `std` is the deviation with which a sample is expected about the simulation, NaN at the start of a stretch; empty
     where the model carries no noise.
     """
 

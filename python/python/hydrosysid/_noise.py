@@ -1,4 +1,4 @@
-"""What is random in the runs: the force that pushes the vehicle, the noise of the sensors, the errors of predictions."""
+"""What is random in the runs: the force that pushes the vehicle, sensor noise, and the errors of predictions."""
 
 from __future__ import annotations
 

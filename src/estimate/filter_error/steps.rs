@@ -240,9 +240,19 @@ impl<'a> Search<'a> {
         if coordinates.is_empty() {
             return 0.0;
         }
-        let before = self.cost;
         self.renew();
-        let (gradient, information) = self.scored(&coordinates);
+        let (mut gradient, mut information) = self.scored(&coordinates);
+        // what stands at its bound and would leave it stays there
+        for (k, c) in coordinates.iter().enumerate() {
+            let now = self.noise.at(*c);
+            let there = self.bounded(*c, now - 1e-3 * gradient[k].signum());
+            if (there - now).abs() < 1e-9 {
+                gradient[k] = 0.0;
+                information.row_mut(k).fill(0.0);
+                information.column_mut(k).fill(0.0);
+                information[(k, k)] = 1.0;
+            }
+        }
         let mut damping = 0.0;
         loop {
             let mut damped = information.clone();
@@ -251,25 +261,29 @@ impl<'a> Search<'a> {
             }
             let Some(factor) = damped.clone().cholesky() else { return 0.0 };
             let mut step = factor.solve(&-&gradient);
+            // twice the fall of −ln L that the quadratic promises to the whole step
+            let promised = -gradient.dot(&step);
+            if damping == 0.0 && promised < 0.1 * self.options.tolerance {
+                return promised.max(0.0);
+            }
+            // a long step keeps its direction: of two that go together one alone may lead up
+            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
             let mut trial = self.noise.clone();
             for (k, c) in coordinates.iter().enumerate() {
                 let now = trial.at(*c);
-                let next = self.bounded(*c, now + step[k].clamp(-FARTHEST, FARTHEST));
+                let next = self.bounded(*c, now + scale * step[k]);
                 trial.set(*c, next);
                 step[k] = next - now;
-            }
-            // twice the fall of −ln L that the quadratic promises
-            let predicted = -2.0 * gradient.dot(&step) - (&information * &step).dot(&step);
-            if predicted < 0.1 * self.options.tolerance {
-                return (before - self.cost).abs().max(predicted.max(0.0));
             }
             let (next, cost) = self.linearised(&self.model, &trial);
             self.passes += 1;
             if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
+                let fell = self.cost - cost;
                 (self.noise, self.current, self.cost) = (trial, next, cost);
-                return predicted;
+                return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
             }
             damping = f64::max(damping * 10.0, 0.1);
+            // what a millionth of a step does not gain is not to be had
             if damping > 1e6 {
                 return 0.0;
             }
