@@ -110,9 +110,11 @@ fn links_that_lead_out_are_refused() {
 #[test]
 fn a_campaign_that_cannot_be_read_says_so() {
     let folder = folder("unreadable");
-    for path in [folder.join("no.toml"), folder.join("campaign")] {
-        let errors = CampaignFile::read(&path, &ReadOptions::default()).unwrap_err();
+    // a folder stands for the campaign in it
+    for (path, named) in [("no.toml", "no.toml"), ("campaign", "campaign/campaign.toml")] {
+        let errors = CampaignFile::read(&folder.join(path), &ReadOptions::default()).unwrap_err();
         assert!(matches!(errors.errors[0].problem, Problem::CannotRead { .. }));
-        assert!(errors.to_string().starts_with(&format!("{}: cannot be read: ", path.display())), "{errors}");
+        let named = folder.join(named);
+        assert!(errors.to_string().starts_with(&format!("{}: cannot be read: ", named.display())), "{errors}");
     }
 }
