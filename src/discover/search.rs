@@ -194,6 +194,11 @@ fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
     list
 }
 
+/// Whether a parameter of a candidate has a value of its own in every run.
+fn has_own_values(candidate: &Candidate) -> bool {
+    candidate.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
+}
+
 /// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.
 fn level(task: &Task<'_>) -> FilterErrorOptions {
     FilterErrorOptions { refine: false, ..task.fitting.clone() }
@@ -240,7 +245,21 @@ fn with(model: &Model, candidate: &Candidate, score: &Score) -> Option<Model> {
 }
 
 /// The next name that survives everything, with its fit.
+///
+/// What has a value of its own in every run follows anything that comes and goes: it is asked when nothing else is left.
 fn next_name(found: &mut Search, task: &Task<'_>) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
+    match name_among(found, task, false)? {
+        Some(next) => Ok(Some(next)),
+        None => name_among(found, task, true),
+    }
+}
+
+/// The best name that survives everything, of candidates with (`own`) or without a value of their own in every run.
+fn name_among(
+    found: &mut Search,
+    task: &Task<'_>,
+    own: bool,
+) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
     let here = found.last_fit().clone();
     let threshold = found.screen.threshold;
     // of a candidate its best probe
@@ -250,7 +269,7 @@ fn next_name(found: &mut Search, task: &Task<'_>) -> Result<Option<(Added, Filte
             best.push(score);
         }
     }
-    best.retain(|score| score.log_p < threshold + NEARLY);
+    best.retain(|score| score.log_p < threshold + NEARLY && has_own_values(&found.candidates[score.candidate]) == own);
     best.truncate(REFITS);
     if best.is_empty() {
         return Ok(None);
