@@ -6,7 +6,7 @@ use std::ops::Range;
 use hydrosysid::estimate::{
     Blocks, LeastSquaresOptions, Names, least_squares_filled, least_squares_rows, least_squares_with,
 };
-use numpy::ndarray::s;
+use numpy::ndarray::Axis;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -26,7 +26,7 @@ pub fn least_squares<'py>(
     let y = y.as_slice().map_or_else(|| Cow::Owned(y.to_vec()), Cow::Borrowed);
     let names = Names { columns: names, response: None };
     let options = LeastSquaresOptions { names, ..LeastSquaresOptions::default() };
-    let by_columns: Option<Vec<&[f64]>> = (0..h.ncols()).map(|j| h.slice_move(s![.., j]).to_slice()).collect();
+    let by_columns: Option<Vec<&[f64]>> = (0..h.ncols()).map(|j| h.index_axis_move(Axis(1), j).to_slice()).collect();
     let fit = detached(py, || match (by_columns, h.to_slice()) {
         (Some(columns), _) => least_squares_with(&columns, &y, &options),
         (None, Some(rows)) => least_squares_rows(rows, h.ncols(), &y, &options),
