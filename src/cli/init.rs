@@ -16,7 +16,9 @@ fn campaign_file(output: &Path) -> PathBuf {
 }
 
 pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
-    let file = a.output.as_deref().map(campaign_file);
+    // a file that is there is a file; anything else may be a folder
+    let to = |path: &Path| if path.is_file() { path.to_path_buf() } else { campaign_file(path) };
+    let file = a.output.as_deref().map(to);
     output.may_write(file.as_deref())?;
     let folder = file.as_deref().and_then(Path::parent);
     let (mut logs, mut copies) = (Vec::new(), Vec::new());

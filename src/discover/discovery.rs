@@ -288,9 +288,10 @@ pub fn discover(
         found.candidates.iter().map(Candidate::name).filter(|name| !seen.contains(name)).collect();
     let better = improvement(&gap);
     let places = {
-        let fit = &found.steps[0].fit;
-        let forecasts = fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
-        whereabouts(&fit.model, &fit.filtered.problem.dynamics.outputs, &forecasts, &train)
+        let of = |fit: &FilterErrorFit| fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
+        let (first, last) = (&found.steps[0].fit, found.last_fit());
+        let outputs = &first.filtered.problem.dynamics.outputs;
+        whereabouts(&first.model, outputs, (&of(first), &of(last)), &train)
     };
     Ok(Discovery {
         format: 1,

@@ -42,13 +42,18 @@ struct Window {
     size: f64,
 }
 
-/// Places at which the model disagrees with `runs`, as its filter sees them: `forecasts` of `runs`, in their order. The
-/// worst first.
-pub fn whereabouts(model: &Model, outputs: &[String], forecasts: &[Forecast], runs: &[Run]) -> Vec<Where> {
+/// Places at which the model disagrees with `runs`, as its filter sees them: `forecasts` of `runs`, in units of what the
+/// `best` model expects, whose noise is not inflated by what is missing. The worst first.
+pub fn whereabouts(
+    model: &Model,
+    outputs: &[String],
+    (forecasts, best): (&[Forecast], &[Forecast]),
+    runs: &[Run],
+) -> Vec<Where> {
     let mut found = Vec::new();
     for dof in model.measured() {
         let Some(output) = outputs.iter().position(|o| *o == dof.channel()) else { continue };
-        let windows = windows(forecasts, output, runs);
+        let windows = windows(forecasts, output, runs, expected(best, output));
         if windows.iter().all(|w| w.size < ABOVE) {
             continue;
         }
@@ -83,8 +88,14 @@ pub fn whereabouts(model: &Model, outputs: &[String], forecasts: &[Forecast], ru
     found
 }
 
+/// Deviation that innovations of an output have on average.
+fn expected(forecasts: &[Forecast], output: usize) -> f64 {
+    let points = || forecasts.iter().flat_map(|f| &f.channels).filter(|c| c.output == output).flat_map(|c| &c.next);
+    (points().map(|p| p.std * p.std).sum::<f64>() / points().count().max(1) as f64).sqrt()
+}
+
 /// Root mean square of the normalised innovations of an output in windows.
-fn windows(forecasts: &[Forecast], output: usize, runs: &[Run]) -> Vec<Window> {
+fn windows(forecasts: &[Forecast], output: usize, runs: &[Run], expected: f64) -> Vec<Window> {
     let mut all = Vec::new();
     for forecast in forecasts {
         let Some(run) = runs.iter().position(|r| r.name == forecast.run) else { continue };
@@ -93,7 +104,7 @@ fn windows(forecasts: &[Forecast], output: usize, runs: &[Run]) -> Vec<Window> {
         while let Some(first) = rest.first() {
             let count = rest.iter().take_while(|p| p.time < first.time + WINDOW).count();
             let (now, later) = rest.split_at(count);
-            let square: f64 = now.iter().map(|p| ((p.measured - p.mean) / p.std).powi(2)).sum();
+            let square: f64 = now.iter().map(|p| ((p.measured - p.mean) / p.std.min(expected)).powi(2)).sum();
             let to = later.first().map_or(now[count - 1].time, |p| p.time);
             all.push(Window { run, from: first.time, to, size: (square / count as f64).sqrt() });
             rest = later;

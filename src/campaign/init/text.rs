@@ -70,7 +70,7 @@ impl Draft<'_> {
         ];
         let Some((known, why)) = self.vehicle else {
             let name = if facts.name.is_empty() { "vehicle" } else { &facts.name };
-            let mut text = format!("\n[vehicle]\nname = {name:?}\n");
+            let mut text = format!("\n[vehicle]\nname = {}\n", quoted(name));
             for (key, value, meaning) in figures {
                 let _ = match value {
                     Some(value) => writeln!(text, "{key} = {value:?}   # {meaning}"),
@@ -219,7 +219,7 @@ impl Draft<'_> {
             };
             effects.extend(model.effects.iter().filter(|e| reads(&e.id)).map(ToString::to_string));
         }
-        let list = |items: Vec<String>| items.iter().map(|i| format!("{i:?}")).collect::<Vec<_>>().join(", ");
+        let list = |items: Vec<String>| items.iter().map(|i| quoted(i)).collect::<Vec<_>>().join(", ");
         let mut text = "\n[model]\n".to_string();
         for word in &chosen.words {
             let _ = writeln!(text, "# guessed: {word}");
@@ -418,7 +418,7 @@ fn write_options(options: &LogOptions, reasons: &BTreeMap<String, String>, name:
         let _ = writeln!(text, "\n[{name}.columns]");
         for (channel, source) in &options.columns {
             let mut parts = vec![format!("name = {}", toml::Value::from(source.name.clone()))];
-            parts.extend(source.unit.as_ref().map(|unit| format!("unit = {unit:?}")));
+            parts.extend(source.unit.as_ref().map(|unit| format!("unit = {}", quoted(unit))));
             if (source.scale - 1.0).abs() > 0.0 {
                 parts.push(format!("scale = {:?}", source.scale));
             }
