@@ -8,6 +8,7 @@ use crate::campaign::vehicles::known_vehicles;
 use crate::thrust::thruster::Thruster;
 
 /// Places and axes for these commands, with the reason.
+#[allow(clippy::type_complexity)] // position and axis of each thruster, and why
 fn placed(commands: &[Column]) -> (Vec<([f64; 3], [f64; 3])>, String) {
     let of = |id: &str| -> Vec<([f64; 3], [f64; 3])> {
         let vehicle = known_vehicles().into_iter().find(|v| v.id == id);
@@ -73,6 +74,7 @@ fn curve(kind: Kind, greatest: f64) -> (String, &'static str) {
 }
 
 /// The `[[thruster]]` tables for commands of unknown thrusters. `pulse`: neutral, span and their reason.
+#[allow(clippy::needless_pass_by_value)] // made for this call
 pub fn tables(commands: &[Column], kind: Kind, greatest: f64, pulse: Option<(f64, f64, String)>) -> String {
     let (places, why) = placed(commands);
     let mut text = format!(

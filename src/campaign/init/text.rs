@@ -154,7 +154,7 @@ impl Draft<'_> {
                 (Moved::Moves, true) => dofs.push(dof),
                 (Moved::Moves, false) => words.push(format!("{dof} is left out: it moves, and no command drives it")),
                 (Moved::Rests, _) => {
-                    words.push(format!("{dof} is left out: it does not move beyond the noise of its sensor"))
+                    words.push(format!("{dof} is left out: it does not move beyond the noise of its sensor"));
                 }
                 (Moved::Unmeasured, true) => words.push(format!("{dof} is left out: no log measures it")),
                 (Moved::Unmeasured, false) => {}
@@ -186,7 +186,7 @@ impl Draft<'_> {
             Dof::Pitch | Dof::Heave => log.signals.get("stern_plane"),
             _ => None,
         };
-        if fin.is_some_and(|s| varies(s)) {
+        if fin.is_some_and(&varies) {
             return true;
         }
         let signals = self.signals(understood);
