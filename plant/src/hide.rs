@@ -1,6 +1,6 @@
 //! Puts effects into the truth that the baseline lacks.
 //!
-//! An effect of the catalogue is a number of the plant or of an instrument ([`crate::slots`]) or one of the few below;
+//! An effect of the catalogue is a number of the plant or of an instrument (`slots`) or one of the few below;
 //! hiding one that the vehicle has anyway (its drag, a row of C(ν)ν, its weight less buoyancy) takes it out of the
 //! baseline alone. Effects outside the catalogue are listed in [`OUTSIDE`].
 

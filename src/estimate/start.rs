@@ -35,7 +35,7 @@ const WINDOW: f64 = 1.0;
 /// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
 /// somebody gave, keep their values.
 ///
-/// Where no run logs a velocity, that of the start is the slope of its position over [`WINDOW`].
+/// Where no run logs a velocity, that of the start is the slope of its position over a second.
 pub fn started(model: &Model, runs: &[Run]) -> Model {
     let runs: &[Run] = &runs.iter().map(|run| with_slopes(model, run)).collect::<Vec<_>>();
     let mut plain = model.clone();
