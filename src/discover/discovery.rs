@@ -287,7 +287,9 @@ pub fn discover(
     let unseen: Vec<String> =
         found.candidates.iter().map(Candidate::name).filter(|name| !seen.contains(name)).collect();
     let better = improvement(&gap);
-    let places = {
+    let places = if verdict == Verdict::NothingMissing {
+        Vec::new()
+    } else {
         let of = |fit: &FilterErrorFit| fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
         let (first, last) = (&found.steps[0].fit, found.last_fit());
         let outputs = &first.filtered.problem.dynamics.outputs;

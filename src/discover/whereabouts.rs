@@ -1,7 +1,6 @@
 //! Where model and data disagree: in which run and degree of freedom, from when to when, under which conditions.
 //!
-//! The innovations of a filter are made where they stand. A stretch of windows in which they are greater than the filter
-//! expects is one place; the condition is the quantity whose size goes best with theirs (Pearson's correlation over all
+//! A stretch of windows in which the free run errs more than the best model expects is one place; the condition is the quantity whose size goes best with theirs (Pearson's correlation over all
 //! windows).
 
 use serde::Serialize;
@@ -88,18 +87,18 @@ pub fn whereabouts(
     found
 }
 
-/// Deviation that innovations of an output have on average.
+/// Deviation that free runs of an output have on average.
 fn expected(forecasts: &[Forecast], output: usize) -> f64 {
-    let points = || forecasts.iter().flat_map(|f| &f.channels).filter(|c| c.output == output).flat_map(|c| &c.next);
+    let points = || forecasts.iter().flat_map(|f| &f.channels).filter(|c| c.output == output).flat_map(|c| &c.free);
     (points().map(|p| p.std * p.std).sum::<f64>() / points().count().max(1) as f64).sqrt()
 }
 
-/// Root mean square of the normalised innovations of an output in windows.
+/// Root mean square of the normalised errors of the free run of an output in windows.
 fn windows(forecasts: &[Forecast], output: usize, runs: &[Run], expected: f64) -> Vec<Window> {
     let mut all = Vec::new();
     for forecast in forecasts {
         let Some(run) = runs.iter().position(|r| r.name == forecast.run) else { continue };
-        let points = forecast.channels.iter().find(|c| c.output == output).map_or(&[][..], |c| &c.next[..]);
+        let points = forecast.channels.iter().find(|c| c.output == output).map_or(&[][..], |c| &c.free[..]);
         let mut rest = points;
         while let Some(first) = rest.first() {
             let count = rest.iter().take_while(|p| p.time < first.time + WINDOW).count();
