@@ -25,11 +25,20 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     for path in &a.logs {
         let shown = match folder {
             None => path.display().to_string(),
-            Some(folder) => inside(path, folder)?.unwrap_or_else(|| {
-                let name = path.file_name().map_or_else(|| path.clone(), PathBuf::from);
-                copies.push((path.clone(), name.display().to_string()));
-                name.display().to_string()
-            }),
+            Some(folder) => match inside(path, folder)? {
+                Some(shown) => shown,
+                None if !path.is_file() => {
+                    return Err(Failure::Argument(format!(
+                        "{} is no file and cannot be copied beside the campaign: save what it gives as a file first",
+                        path.display()
+                    )));
+                }
+                None => {
+                    let name = path.file_name().map_or_else(|| path.clone(), PathBuf::from).display().to_string();
+                    copies.push((path.clone(), name.clone()));
+                    name
+                }
+            },
         };
         logs.push((path.clone(), shown));
     }
@@ -78,9 +87,9 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
 fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
     let whole =
         |path: &Path| std::path::absolute(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source });
-    if !path.is_file() {
-        let source = std::io::Error::new(std::io::ErrorKind::NotFound, "there is no such file");
-        return Err(Failure::Read { file: path.to_path_buf(), source });
+    let unread = |source| Failure::Read { file: path.to_path_buf(), source };
+    if path.metadata().map_err(unread)?.is_dir() {
+        return Err(unread(std::io::ErrorKind::IsADirectory.into()));
     }
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let (path, folder) = (whole(path)?, whole(folder)?);

@@ -16,6 +16,9 @@ use crate::run::{Run, Signal};
 /// command.
 const SPOKEN_FOR: [(&str, &str); 1] = [("thrust_delay", "sensor_delay")];
 
+/// Samples that a period has to hold: two are the same at every sample or its opposite, and so stand in for a constant.
+const PERIOD: f64 = 3.0;
+
 /// Names for which a candidate speaks.
 pub(super) fn spoken_for(name: &str) -> impl Iterator<Item = String> {
     SPOKEN_FOR.into_iter().filter(move |(speaker, _)| *speaker == name).map(|(_, other)| other.to_string())
@@ -118,6 +121,7 @@ fn acts_in(id: &str, model: &Model) -> Vec<Dof> {
 pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)]) -> Vec<Candidate> {
     let present: BTreeSet<String> = model.terms.iter().map(crate::model::Term::name).collect();
     let loudest = loudest_command(model, runs);
+    let slowest = slowest_sensor(model, runs);
     let mut list: Vec<Candidate> = Vec::new();
     let known = catalogue(Coriolis::Free);
     let whole = whole_rows(model);
@@ -146,8 +150,14 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
             continue;
         }
         let scale = place.dof.map_or(0.0, |dof| loudest[dof.index()]);
-        let probes = probes(effect.as_ref(), place, scale);
         let parameters = effect.parameters(place);
+        let mut probes = probes(effect.as_ref(), place, scale);
+        if parameters.iter().any(|p| p.per_run) {
+            probes.retain(|probe| probe.iter().all(|period| *period > PERIOD * slowest));
+        }
+        if probes.is_empty() {
+            continue;
+        }
         let blended = parameters.is_empty()
             || about.family == Family::Actuator
                 && parameters.iter().all(|p| !p.is_linear())
@@ -225,6 +235,16 @@ fn loudest_command(model: &Model, runs: &[Run]) -> [f64; 6] {
         loudest[dof.index()] = values.fold(0.0, |m: f64, x| m.max(x.abs()));
     }
     loudest
+}
+
+/// Longest mean interval between samples of what the model predicts, s.
+fn slowest_sensor(model: &Model, runs: &[Run]) -> f64 {
+    let of = |run: &Run| {
+        let signals = model.measured().into_iter().filter_map(|m| run.signal(m.channel())).filter(|s| s.len() > 1);
+        let interval = |s: &Signal| (s.time()[s.len() - 1] - s.time()[0]) / (s.len() - 1) as f64;
+        signals.map(interval).fold(0.0, f64::max)
+    };
+    runs.iter().map(of).fold(0.0, f64::max)
 }
 
 /// Every combination of the grids of the shape parameters.

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::candidate::Candidate;
-use super::held_out::held as held_model;
+use super::held_out::on_others;
 use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, Search, SearchOptions, Step, Task, search};
@@ -351,10 +351,10 @@ fn predictions(
     fitting: &FilterErrorOptions,
 ) -> Result<(Vec<String>, Vec<Forecast>), OutputErrorError> {
     let outputs = fit.filtered.problem.dynamics.outputs.clone();
-    if held.is_empty() || fit.model.parameters.iter().any(|p| p.spec.per_run) {
+    if held.is_empty() {
         return Ok((outputs, fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)));
     }
-    let model = held_model(&fit.model);
+    let model = on_others(fit, held, fitting)?;
     let filtered = Filtered::new(&model, held, &fitting.base)?;
     Ok((outputs, filtered.forecast(&model, &fit.noise, fit.limit)))
 }
@@ -377,9 +377,10 @@ fn with_parameters_open(
     let mut open = forecasts.to_vec();
     let Some(root) = DMatrix::from_row_slice(p, p, &fit.covariance).cholesky().map(|f| f.l()) else { return Ok(open) };
     let mut noise = Noise::new(seed, 0xd4a3);
+    let estimated = on_others(fit, held, fitting)?;
     for _ in 0..DRAWS {
         let step = &root * DVector::from_fn(p, |_, _| noise.normal());
-        let mut model = held_model(&fit.model);
+        let mut model = estimated.clone();
         for (unknown, by) in unknowns.iter().zip(step.iter()).filter(|(u, _)| u.run.is_none()) {
             let parameter = &mut model.parameters[unknown.parameter];
             parameter.value = (parameter.value + by).clamp(parameter.min, parameter.max);

@@ -6,12 +6,20 @@
 //! ```
 //!
 //! Where no run has the role `validate` each run is predicted by an estimate without it, one Gauss-Newton step from the
-//! estimate of all, which is exact where the innovations are linear in θ.
+//! estimate of all, which is exact where the innovations are linear in θ. What has a value of its own in every run (the
+//! phase of a wave) takes it from the first half of a run and is judged on the second:
+//!
+//! ```text
+//! −2 ln L(second half | first half) = −2 ln L(run; θ of the first half) + 2 ln L(first half; θ of the first half)
+//! ```
 
 use super::search::Task;
-use crate::estimate::filter_error::{FilterErrorFit, Filtered, cost_of};
+use crate::estimate::filter_error::{
+    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, cost_of, parameters_under,
+};
 use crate::estimate::output_error::OutputErrorError;
-use crate::model::Model;
+use crate::model::{Model, Parameter};
+use crate::run::Run;
 
 /// Seconds ahead at which predictions are compared.
 const AHEAD: f64 = 8.0;
@@ -28,14 +36,44 @@ pub(super) struct HeldOut {
     pub against: Option<String>,
 }
 
-/// The model with all parameters held and no values per run.
-pub(super) fn held(model: &Model) -> Model {
-    let mut held = model.clone();
-    for p in &mut held.parameters {
-        p.fixed = true;
+/// First halves of runs.
+fn first_halves(runs: &[Run]) -> Vec<Run> {
+    let half = |run: &Run| run.span().map(|(from, to)| run.between(from, 0.5 * (from + to)));
+    runs.iter().filter_map(half).collect()
+}
+
+/// The model of a fit on other runs, its parameters held; what has a value of its own in every run has that of the first
+/// half of the run.
+pub(super) fn on_others(
+    fit: &FilterErrorFit,
+    runs: &[Run],
+    fitting: &FilterErrorOptions,
+) -> Result<Model, OutputErrorError> {
+    let mut model = fit.model.clone();
+    let own = |p: &Parameter| p.spec.per_run && !p.fixed;
+    let any = model.parameters.iter().any(own);
+    for p in &mut model.parameters {
+        p.fixed = !own(p);
         p.per_run.clear();
     }
-    held
+    if any {
+        let parameters = parameters_under(&model, &first_halves(runs), (&fit.noise, fit.limit), fitting)?.parameters;
+        model.parameters = parameters;
+    }
+    model.parameters.iter_mut().for_each(|p| p.fixed = true);
+    Ok(model)
+}
+
+/// −2 ln L of runs that took no part; of their second halves where a value of their own is taken from the first.
+fn others_cost(
+    fit: &FilterErrorFit,
+    runs: &[Run],
+    halved: bool,
+    fitting: &FilterErrorOptions,
+) -> Result<f64, OutputErrorError> {
+    let model = on_others(fit, runs, fitting)?;
+    let cost = |runs: &[Run]| cost_of(&model, runs, (&fit.noise, fit.limit), fitting);
+    Ok(cost(runs)? - if halved { cost(&first_halves(runs))? } else { 0.0 })
 }
 
 /// Asks the held-out runs whether `with` predicts them better than `without`.
@@ -44,41 +82,57 @@ pub(super) fn agree(
     with: &FilterErrorFit,
     task: &Task<'_>,
 ) -> Result<HeldOut, OutputErrorError> {
-    let own_values = with.model.parameters.iter().any(|p| p.spec.per_run);
-    if task.held.is_empty() || own_values {
-        let gain = without.left_out_cost() - with.left_out_cost();
-        let against = (gain <= 0.0)
-            .then(|| "estimated without a run, it predicts that run no better than the model without it".to_string());
-        return Ok(HeldOut { gain, against });
-    }
-    let cost = |fit: &FilterErrorFit| cost_of(&held(&fit.model), task.held, (&fit.noise, fit.limit), task.fitting);
-    let gain = cost(without)? - cost(with)?;
+    let gain = fall(without, with, task)?;
     if gain.is_nan() || gain <= 0.0 {
-        let against = "runs that took no part are predicted no better with it".to_string();
-        return Ok(HeldOut { gain, against: Some(against) });
+        let against = if task.held.is_empty() {
+            "estimated without a run, it predicts that run no better than the model without it"
+        } else {
+            "runs that took no part are predicted no better with it"
+        };
+        return Ok(HeldOut { gain, against: Some(against.to_string()) });
     }
-    let against = worse(without, with, task)?
-        .map(|channel| format!("runs that took no part are predicted worse with it {AHEAD} s ahead, in `{channel}`"));
-    Ok(HeldOut { gain, against })
+    let against = match task.held {
+        [] => None,
+        runs => worse(without, with, (runs, task.fitting))?,
+    };
+    let told = |channel| format!("runs that took no part are predicted worse with it {AHEAD} s ahead, in `{channel}`");
+    Ok(HeldOut { gain, against: against.map(told) })
+}
+
+/// By how much −2 ln L of the runs that took no part falls from one fit to another.
+pub(super) fn fall(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<f64, OutputErrorError> {
+    let halved = [from, to].iter().any(|fit| fit.model.parameters.iter().any(|p| p.spec.per_run));
+    if task.held.is_empty() && !halved {
+        return Ok(from.left_out_cost() - to.left_out_cost());
+    }
+    let runs = if task.held.is_empty() { task.train } else { task.held };
+    let cost = |fit: &FilterErrorFit| others_cost(fit, runs, halved, task.fitting);
+    Ok(cost(from)? - cost(to)?)
 }
 
 /// The channel that is predicted worse beyond chance, if there is one.
-fn worse(without: &FilterErrorFit, with: &FilterErrorFit, task: &Task<'_>) -> Result<Option<String>, OutputErrorError> {
-    let errors = |fit: &FilterErrorFit| -> Result<(Vec<String>, Vec<Vec<f64>>), OutputErrorError> {
-        let model = held(&fit.model);
-        let filtered = Filtered::new(&model, task.held, &task.fitting.base)?;
-        let of = |channel: &crate::estimate::filter_error::Channel| {
-            channel.predictions.iter().find(|p| p.ahead == Some(AHEAD)).map_or(0.0, |p| p.squares)
-        };
+fn worse(
+    without: &FilterErrorFit,
+    with: &FilterErrorFit,
+    (runs, fitting): (&[Run], &FilterErrorOptions),
+) -> Result<Option<String>, OutputErrorError> {
+    let errors = |fit: &FilterErrorFit| -> Result<(Vec<String>, Vec<Forecast>), OutputErrorError> {
+        let model = on_others(fit, runs, fitting)?;
+        let filtered = Filtered::new(&model, runs, &fitting.base)?;
         let forecasts = filtered.forecast(&model, &fit.noise, fit.limit);
-        let squares = forecasts.iter().map(|f| f.channels.iter().map(of).collect()).collect();
-        Ok((filtered.problem.dynamics.outputs.clone(), squares))
+        Ok((filtered.problem.dynamics.outputs, forecasts))
     };
     let ((outputs, before), (_, after)) = (errors(without)?, errors(with)?);
     let n = before.len() as f64;
     for (k, output) in outputs.iter().enumerate() {
-        let difference: Vec<f64> = before.iter().zip(&after).map(|(b, a)| a[k] - b[k]).collect();
-        let (sum, all): (f64, f64) = (difference.iter().sum(), before.iter().map(|b| b[k]).sum());
+        let of = |run: &Forecast| run.channels[k].predictions.iter().find(|p| p.ahead == Some(AHEAD)).copied();
+        let pairs: Vec<(Prediction, Prediction)> =
+            before.iter().zip(&after).filter_map(|(b, a)| Some((of(b)?, of(a)?))).collect();
+        if !pairs.iter().any(|(_, a)| a.takes_part()) {
+            continue;
+        }
+        let difference: Vec<f64> = pairs.iter().map(|(b, a)| a.squares - b.squares).collect();
+        let (sum, all): (f64, f64) = (difference.iter().sum(), pairs.iter().map(|(b, _)| b.squares).sum());
         let mean = sum / n;
         let spread = difference.iter().map(|d| (d - mean).powi(2)).sum::<f64>().sqrt();
         if sum > 2.0 * spread && sum > all * ((1.0 + SAME) * (1.0 + SAME) - 1.0) {

@@ -5,15 +5,16 @@
 //! 3. the best few are refitted with the noise free; the likelihood ratio decides, against the same chance of a false name;
 //! 4. runs that took no part must agree ([`super::held_out`]);
 //! 5. a name needs physics ([`super::rules`]): what helps but breaks a rule is told as "behaves like";
-//! 6. each name is put to the test again once another is known; the noise starts afresh with every name, because a random
-//!    force that was estimated without it would stay inflated and bend the parameters;
+//! 6. each name is put to the test again once another is known, and against those that came second to it; the noise starts
+//!    afresh with every name, because a random force that was estimated without it would stay inflated and bend the
+//!    parameters;
 //!
 //! and again from 2 until no candidate is beyond chance.
 
 use std::sync::Arc;
 
 use super::candidate::{Candidate, candidates, spoken_for};
-use super::held_out::{HeldOut, agree};
+use super::held_out::{HeldOut, agree, fall};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use crate::effects::{Effect, Family, Place};
@@ -43,8 +44,11 @@ impl Default for SearchOptions {
     }
 }
 
-/// Candidates that are refitted in full: the truth was among the best four wherever it was known.
-const REFITS: usize = 4;
+/// Candidates that are refitted in full: the truth was among the best four in simulation, and the fifth of a real glider.
+const REFITS: usize = 6;
+
+/// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
+const ROUGH: f64 = 0.5;
 
 /// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
 /// chosen after looking.
@@ -55,6 +59,9 @@ const TIE: f64 = 9.0;
 
 /// A screened p-value that is this many times too great may be right in full: ln 20.
 const NEARLY: f64 = 3.0;
+
+/// Rivals of a name that are asked again once another name is known.
+const RIVALS: usize = 2;
 
 /// Names that broke a rule and are told.
 const BEHAVES: usize = 2;
@@ -74,6 +81,8 @@ pub struct Added {
     pub held_out_gain: f64,
     /// Share of its signal that a refit of the model leaves.
     pub left: f64,
+    /// What came second to it and broke no rule, each with the model that held it in its stead.
+    pub(super) rivals: Vec<(Added, Model)>,
 }
 
 /// What helped and broke a rule.
@@ -134,11 +143,13 @@ struct Contender {
     score: Score,
     fit: FilterErrorFit,
     gain: f64,
+    /// Fall of −2 ln L on runs that took no part.
+    held_out: f64,
 }
 
 impl Contender {
     fn worth(&self) -> f64 {
-        self.gain - PENALTY * self.score.parameters as f64
+        self.gain + self.held_out - PENALTY * self.score.parameters as f64
     }
 }
 
@@ -165,6 +176,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
         let earlier = found.added.len() - 1;
+        rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
         let fit = found.last_fit().clone();
         let list = asked(&fit.model, task);
@@ -255,6 +267,9 @@ fn next_name(found: &mut Search, task: &Task<'_>) -> Result<Option<(Added, Filte
 }
 
 /// The best name that survives everything, of candidates with (`own`) or without a value of their own in every run.
+///
+/// The runs of the fit and those that took no part are asked together: a random force that has taken up most of what is
+/// missing leaves the first undecided between a name and its like.
 fn name_among(
     found: &mut Search,
     task: &Task<'_>,
@@ -270,50 +285,83 @@ fn name_among(
         }
     }
     best.retain(|score| score.log_p < threshold + NEARLY && has_own_values(&found.candidates[score.candidate]) == own);
-    best.truncate(REFITS);
-    if best.is_empty() {
-        return Ok(None);
-    }
-    let null = here.clone();
-    let (noise, level) = (afresh(&here.noise), level(task));
+    let (noise, rough) = (afresh(&here.noise), FilterErrorOptions { tolerance: ROUGH, ..level(task) });
     let mut contenders: Vec<Contender> = Vec::new();
-    for (k, score) in best.iter().enumerate() {
-        progress::tell("refitting the best candidates", k, best.len());
+    for score in best {
+        progress::tell("refitting the best candidates", contenders.len(), REFITS);
         let Some(model) = with(&here.model, &found.candidates[score.candidate], score) else { continue };
-        let Ok(fit) = filter_error_from(&model, task.train, noise.clone(), &level) else { continue };
-        let gain = null.cost - fit.cost;
-        contenders.push(Contender { score: (*score).clone(), fit, gain });
-    }
-    contenders.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
-    let tied: Vec<(String, f64)> =
-        contenders.iter().map(|c| (found.candidates[c.score.candidate].name(), c.worth())).collect();
-    for contender in contenders {
-        let candidate = found.candidates[contender.score.candidate].clone();
-        let name = candidate.name();
-        let log_p = log_survival(contender.gain, contender.score.parameters);
-        if log_p > threshold {
-            continue;
+        let Ok(fit) = filter_error_from(&model, task.train, noise.clone(), &rough) else { continue };
+        let gain = here.cost - fit.cost;
+        contenders.push(Contender { score: score.clone(), fit, gain, held_out: 0.0 });
+        if contenders.len() == REFITS {
+            break;
         }
-        let held_out = agree(&null, &contender.fit, task)?;
-        let why = broken(&here.model, &contender.fit.model, &candidate).or(held_out.against.clone());
-        if let Some(why) = why {
-            found.behaves_like.push(BehavesLike { id: name, why, gain: contender.gain });
-            continue;
-        }
-        let also = |(other, worth): &&(String, f64)| *other != name && contender.worth() - worth < TIE;
-        let also_possible = tied.iter().filter(also).map(|(other, _)| other.clone()).chain(spoken_for(&name)).collect();
-        let HeldOut { gain: held_out_gain, .. } = held_out;
-        let p_value = p_of_all(log_p, threshold, task.options.level);
-        let left = contender.score.left;
-        let added = Added { candidate, also_possible, gain: contender.gain, p_value, held_out_gain, left };
-        return Ok(Some((added, contender.fit)));
     }
-    Ok(None)
+    contenders.retain(|c| log_survival(c.gain, c.score.parameters) <= threshold);
+    let mut names: Vec<Contender> = Vec::new();
+    for mut contender in contenders {
+        let candidate = &found.candidates[contender.score.candidate];
+        let HeldOut { gain, against } = agree(&here, &contender.fit, task)?;
+        contender.held_out = gain;
+        match broken(&here.model, &contender.fit.model, candidate).or(against) {
+            None => names.push(contender),
+            Some(why) => {
+                found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: contender.gain });
+            }
+        }
+    }
+    names.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    let name_of = |c: &Contender| found.candidates[c.score.candidate].name();
+    let added = |c: &Contender| Added {
+        candidate: found.candidates[c.score.candidate].clone(),
+        also_possible: spoken_for(&name_of(c)).collect(),
+        gain: c.gain,
+        p_value: p_of_all(log_survival(c.gain, c.score.parameters), threshold, task.options.level),
+        held_out_gain: c.held_out,
+        left: c.score.left,
+        rivals: Vec::new(),
+    };
+    let Some(first) = names.first() else { return Ok(None) };
+    let mut found = added(first);
+    let tied = names[1..].iter().filter(|other| first.worth() - other.worth() < TIE).map(name_of);
+    found.also_possible.extend(tied);
+    found.rivals = names[1..].iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
+    let Contender { fit, .. } = names.swap_remove(0);
+    let fit = filter_error_from(&fit.model, task.train, fit.noise, &level(task))?;
+    Ok(Some((found, fit)))
 }
 
 /// The probability over all candidates: as many independent ones as the threshold stands for.
 fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
     (level * (log_p - threshold).exp()).min(1.0)
+}
+
+/// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has
+/// taken for its own may be of two others.
+fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Result<(), OutputErrorError> {
+    for k in 0..count {
+        for (rival, mut model) in std::mem::take(&mut found.added[k].rivals) {
+            let mut later = found.added[k + 1..].iter().map(|a| &a.candidate);
+            if !later.all(|c| c.add_to(&mut model, c.probes.first().map_or(&[], Vec::as_slice)).is_ok()) {
+                continue;
+            }
+            let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
+            let Ok(fit) = filter_error_from(&model, task.train, noise, &level(task)) else { continue };
+            let fall = last.cost - fit.cost + fall(last, &fit, task)?;
+            let tied = fall.abs() < TIE;
+            if fall > 0.0 {
+                let former = std::mem::replace(&mut found.added[k], rival).candidate.name();
+                found.added[k].also_possible.extend(tied.then(|| former.clone()));
+                found.removed.push(former);
+                if let Some(step) = found.steps.last_mut() {
+                    step.fit = fit;
+                }
+                break;
+            }
+            found.added[k].also_possible.extend(tied.then(|| rival.candidate.name()));
+        }
+    }
+    Ok(())
 }
 
 /// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more

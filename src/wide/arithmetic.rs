@@ -52,6 +52,7 @@ pub trait Wide<const L: usize>: Copy {
 #[derive(Debug, Clone, Copy)]
 pub struct Plain;
 
+// loops, not `array::from_fn`: its closures stay calls in builds with debug assertions
 impl<const L: usize> Wide<L> for Plain {
     type Value = [f64; L];
     #[inline(always)]
@@ -67,36 +68,60 @@ impl<const L: usize> Wide<L> for Plain {
         x
     }
     #[inline(always)]
-    fn add(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
-        std::array::from_fn(|i| a[i] + b[i])
+    fn add(self, mut a: [f64; L], b: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] += b[i];
+        }
+        a
     }
     #[inline(always)]
-    fn sub(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
-        std::array::from_fn(|i| a[i] - b[i])
+    fn sub(self, mut a: [f64; L], b: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] -= b[i];
+        }
+        a
     }
     #[inline(always)]
-    fn mul(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
-        std::array::from_fn(|i| a[i] * b[i])
+    fn mul(self, mut a: [f64; L], b: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] *= b[i];
+        }
+        a
     }
     #[inline(always)]
-    fn div(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
-        std::array::from_fn(|i| a[i] / b[i])
+    fn div(self, mut a: [f64; L], b: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] /= b[i];
+        }
+        a
     }
     #[inline(always)]
-    fn abs(self, a: [f64; L]) -> [f64; L] {
-        a.map(f64::abs)
+    fn abs(self, mut a: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] = a[i].abs();
+        }
+        a
     }
     #[inline(always)]
-    fn sqrt(self, a: [f64; L]) -> [f64; L] {
-        a.map(f64::sqrt)
+    fn sqrt(self, mut a: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] = a[i].sqrt();
+        }
+        a
     }
     #[inline(always)]
-    fn only_where(self, a: [f64; L], b: [f64; L]) -> [f64; L] {
-        std::array::from_fn(|i| if b[i] == 0.0 { 0.0 } else { a[i] })
+    fn only_where(self, mut a: [f64; L], b: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] = if b[i] == 0.0 { 0.0 } else { a[i] };
+        }
+        a
     }
     #[inline(always)]
-    fn fused(self, a: [f64; L], b: [f64; L], c: [f64; L]) -> [f64; L] {
-        std::array::from_fn(|i| a[i].mul_add(b[i], c[i]))
+    fn fused(self, mut a: [f64; L], b: [f64; L], c: [f64; L]) -> [f64; L] {
+        for i in 0..L {
+            a[i] = a[i].mul_add(b[i], c[i]);
+        }
+        a
     }
 }
 

@@ -98,12 +98,13 @@ fn a_pipe_is_read_once_and_its_line_still_shown() {
     let text = "t,u,v,r,tau_u,tau_v,tau_r\n0,1,1,1,1,1,1\n1,\"1\",1,wrong,1,1,1\n2,1,1,1,1,1,1\n";
     let campaign = folder.path("campaign.toml");
     for verb in [&["check", &pipe] as &[&str], &["convert", &pipe, "/dev/null"], &["init", &pipe, "-o", &campaign]] {
-        let writer = std::thread::spawn({
-            let pipe = pipe.clone();
-            move || fs::write(pipe, text)
-        });
+        // a writer that ends where nobody opens the pipe
+        let mut writer = Command::new("timeout")
+            .args(["20", "sh", "-c", "printf '%s' \"$1\" > \"$2\"", "sh", text, &pipe])
+            .spawn()
+            .expect("it starts");
         let output = run(verb);
-        writer.join().expect("it writes").expect("it is read to its end");
+        assert!(writer.wait().expect("it ends").success(), "{verb:?} has not read it to its end: {}", told(&output));
         let told = told(&output);
         assert_eq!(output.status.code(), Some(1), "{verb:?}: {told}");
         let lines: Vec<&str> = told.lines().collect();

@@ -96,8 +96,13 @@ fn weight_and_density_are_found_and_inertia_is_not() {
         let step = &found.gap[step];
         *step.held_out_rms.iter().find(|(m, _)| m.channel() == "climb_rate").expect("it is observed").1
     };
-    // the reference calculation has 0.035, 0.010 and 0.0055 m/s with a steady glide at every instant
-    assert!(error(0) > 0.028 && error(1) < 0.012 && error(2) <= 0.0055, "{} {} {}", error(0), error(1), error(2));
+    // the reference calculation has 0.035, 0.010 and 0.0055 m/s with a steady glide at every instant; the baseline errs
+    // by less here, because the random force that is known at the start of a dive goes on for its minute and a half
+    assert!(error(0) > 0.014 && error(1) < 0.012 && error(2) <= 0.0055, "{} {} {}", error(0), error(1), error(2));
+    let value = |k: usize| (found.effects[k].parameters[0].value, found.effects[k].parameters[0].std);
+    let (weight, density) = (value(0), value(1));
+    assert!((density.0 - 1.0).abs() < 3.0 * density.1 && density.1 < 0.1, "the density counts once: {density:?}");
+    assert!(weight.1 < 0.05 * weight.0, "{weight:?}");
 }
 
 #[test]

@@ -8,17 +8,30 @@ use super::super::load::Campaign;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, thrust};
+use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, StdMethod, output_error};
 use crate::estimate::started;
 use crate::finding::Finding;
 use crate::frame::Dof;
+use crate::model::Model;
 use crate::progress::tell;
 use crate::run::Run;
+
+/// A start near enough where a time constant or another shape is sought, which no regression tells: where filter error
+/// arrives, which expects to be wrong and so finds its way from further off.
+fn near(start: Model, runs: &[Run], base: &OutputErrorOptions) -> Model {
+    if start.parameters.iter().all(|p| p.fixed || p.spec.is_linear()) {
+        return start;
+    }
+    let base = OutputErrorOptions { told: false, ..base.clone() };
+    let options = FilterErrorOptions { base, refine: false, tolerance: 1.0, ..FilterErrorOptions::default() };
+    filter_error(&start, runs, &options).map_or(start, |fit| fit.model)
+}
 
 pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let options = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };
     let telling = OutputErrorOptions { told: true, ..options.clone() };
-    let mut fitted = output_error(&started(&campaign.model, runs), runs, &telling)?;
+    let mut fitted = output_error(&near(started(&campaign.model, runs), runs, &options), runs, &telling)?;
     tell("what the data tells apart", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {

@@ -44,6 +44,10 @@ pub struct Prediction {
     pub count: usize,
 }
 
+/// Errors below this share of what is expected are of a sensor that takes no part: its stated noise is beyond all that it
+/// shows.
+const BESIDE: f64 = 0.1;
+
 impl Prediction {
     fn new(ahead: Option<f64>) -> Prediction {
         Prediction { ahead, squares: 0.0, expected: 0.0, count: 0 }
@@ -63,6 +67,11 @@ impl Prediction {
     /// The error that was expected, in the channel's unit.
     pub fn expected_rms(&self) -> f64 {
         (self.expected / self.count.max(1) as f64).sqrt()
+    }
+
+    /// Whether the sensor takes part: its errors are not far below all that is expected of it.
+    pub fn takes_part(&self) -> bool {
+        self.squares > BESIDE * BESIDE * self.expected
     }
 
     /// Both together.
@@ -277,7 +286,8 @@ fn forecast(batch: Batch<'_, 1>) -> Forecast {
         }
     }
     for (channel, z) in channels.iter_mut().zip(&z) {
-        channel.whiteness = Whiteness::of(z);
+        let takes_part = channel.squares > BESIDE * BESIDE * z.len() as f64;
+        channel.whiteness = Whiteness::of(if takes_part { z } else { &[] });
     }
     Forecast { run: problem.tracks[track].name.clone(), channels }
 }

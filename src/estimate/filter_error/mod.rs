@@ -160,6 +160,19 @@ pub fn filter_error_from(
     steps::maximised(model, Filtered::new(model, runs, &options.base)?, noise, options)
 }
 
+/// The free parameters of `model` on `runs` under a noise that is known, by Gauss-Newton alone.
+///
+/// # Errors
+/// As [`filter_error`].
+pub fn parameters_under(
+    model: &Model,
+    runs: &[Run],
+    (noise, limit): (&NoiseModel, f64),
+    options: &FilterErrorOptions,
+) -> Result<Model, OutputErrorError> {
+    steps::parameters_under(model, Filtered::new(model, runs, &options.base)?, noise.clone(), limit, options)
+}
+
 /// −2 ln L of runs that took no part in a fit, under its model and noise; infinite where the model runs away on them.
 ///
 /// # Errors

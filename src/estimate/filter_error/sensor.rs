@@ -173,7 +173,8 @@ impl<'a, const L: usize> Sensors<'a, L> {
         let gradient = if sensitivities.is_some() { &self.gradient[..] } else { &[] };
         take(&Innovation { output, present, e, s, gradient });
         let moved = if self.limit.is_finite() {
-            std::array::from_fn(|lane| e[lane].clamp(-self.limit * s[lane].sqrt(), self.limit * s[lane].sqrt()))
+            // where the variance is no number nothing is held back, and the likelihood says so
+            std::array::from_fn(|lane| e[lane].max(-self.limit * s[lane].sqrt()).min(self.limit * s[lane].sqrt()))
         } else {
             e
         };

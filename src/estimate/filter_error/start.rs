@@ -45,28 +45,33 @@ pub(super) fn noise(filtered: &Filtered, model: &Model, runs: &[Run], forces: &F
     NoiseModel { forces, sensors }
 }
 
+/// Samples of an output, run by run.
+fn samples(filtered: &Filtered, output: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
+    let ny = filtered.problem.dynamics.outputs.len();
+    let of =
+        move |observed: &[f64]| observed.iter().skip(output).step_by(ny).copied().filter(|y| !y.is_nan()).collect();
+    filtered.problem.tracks.iter().map(move |t| of(&t.observed))
+}
+
+/// Range of each output in the run in which it is greatest.
+pub(super) fn ranges(filtered: &Filtered) -> Vec<f64> {
+    let range = |y: Vec<f64>| {
+        let (low, high) = y.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
+        high - low
+    };
+    let outputs = filtered.problem.dynamics.outputs.len();
+    (0..outputs).map(|output| samples(filtered, output).map(range).fold(0.0, f64::max)).collect()
+}
+
 /// Least deviation of each output's noise: what its resolution makes, and a hundred-thousandth of its range, below which
 /// numbers and not instruments decide.
 pub(super) fn floors(filtered: &Filtered) -> Vec<f64> {
-    let problem = &filtered.problem;
-    let ny = problem.dynamics.outputs.len();
-    let floor = |output: usize| {
-        let samples = problem
-            .tracks
-            .iter()
-            .map(|t| t.observed.iter().skip(output).step_by(ny).copied().filter(|y| !y.is_nan()).collect::<Vec<f64>>());
-        let (mut range, mut resolution) = (0.0_f64, None::<f64>);
-        for y in samples {
-            let (low, high) = y.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
-            range = range.max(high - low);
-            resolution = match (resolution, resolution_of(&y)) {
-                (Some(a), Some(b)) => Some(a.min(b)),
-                (a, b) => a.or(b),
-            };
-        }
-        (resolution.unwrap_or(0.0) / 12f64.sqrt()).max(1e-5 * range).max(1e-12)
+    let floor = |(output, range): (usize, f64)| {
+        let steps = samples(filtered, output).filter_map(|y| resolution_of(&y));
+        let resolution = steps.reduce(f64::min).unwrap_or(0.0);
+        (resolution / 12f64.sqrt()).max(1e-5 * range).max(1e-12)
     };
-    (0..ny).map(floor).collect()
+    ranges(filtered).into_iter().enumerate().map(floor).collect()
 }
 
 /// Step of which all differences of the samples are multiples; `None` where there is none.

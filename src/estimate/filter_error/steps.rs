@@ -51,6 +51,8 @@ struct Search<'a> {
     /// Least deviation of each output's noise, and stated ones.
     floors: Vec<f64>,
     stated: Vec<Option<f64>>,
+    /// Outputs that are compared and take no part: their stated noise is beyond all that they show.
+    silent: Vec<bool>,
     /// Strength of a force with which the search began, by degree of freedom; below [`NOTHING`] of it there is none.
     strengths: Vec<(crate::frame::Dof, f64)>,
     /// Shortest and longest correlation time, s.
@@ -81,6 +83,25 @@ pub(super) fn maximised(
     search.finish(converged)
 }
 
+/// The free parameters of a prepared problem under a noise that stays.
+pub(super) fn parameters_under(
+    model: &Model,
+    filtered: Filtered,
+    noise: NoiseModel,
+    limit: f64,
+    options: &FilterErrorOptions,
+) -> Result<Model, OutputErrorError> {
+    let mut search = Search::new(model, filtered, noise, options)?;
+    search.limit = limit;
+    search.renew();
+    for _ in 0..options.iterations {
+        if search.step_parameters() < options.tolerance {
+            break;
+        }
+    }
+    Ok(search.model)
+}
+
 impl<'a> Search<'a> {
     fn new(
         model: &Model,
@@ -96,7 +117,9 @@ impl<'a> Search<'a> {
         let mobilities = filtered.mobilities(model).ok_or_else(diverges)?;
         let floors = start::floors(&filtered);
         let outputs = &filtered.problem.dynamics.outputs;
-        let stated = outputs.iter().map(|o| options.base.sigma.as_ref().and_then(|s| s.get(o).copied())).collect();
+        let stated: Vec<Option<f64>> =
+            outputs.iter().map(|o| options.base.sigma.as_ref().and_then(|s| s.get(o).copied())).collect();
+        let silent = start::ranges(&filtered).into_iter().zip(&stated).map(|(r, s)| s.is_some_and(|s| s > r)).collect();
         let mut search = Search {
             options,
             model: model.clone(),
@@ -109,6 +132,7 @@ impl<'a> Search<'a> {
             cost: f64::INFINITY,
             floors,
             stated,
+            silent,
             damping: 1e-6,
             step_length: longest_step(model, &options.base),
             passes: 0,
@@ -130,6 +154,7 @@ impl<'a> Search<'a> {
     fn coordinates(&self) -> Vec<Coordinate> {
         let free = |c: &Coordinate| match c {
             Coordinate::ForceRms(_) | Coordinate::ForceTime(_) => self.options.forces.is_estimated(),
+            Coordinate::Sensor(output) => !self.silent[*output],
             _ => true,
         };
         self.noise.coordinates().into_iter().filter(free).collect()
@@ -345,7 +370,7 @@ impl<'a> Search<'a> {
             let of = innovations.iter().map(|z| Whiteness::of(&z[output]));
             of.reduce(|a, b| a.with(&b)).is_none_or(|w| w.p_value() >= 0.01 / outputs as f64)
         };
-        let asked: Vec<usize> = (0..outputs).filter(|c| !white(*c)).collect();
+        let asked: Vec<usize> = (0..outputs).filter(|c| !self.silent[*c] && !white(*c)).collect();
         if asked.is_empty() {
             return true;
         }
