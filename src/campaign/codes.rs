@@ -23,7 +23,7 @@ codes! {
     LEFT_OUT = "M107" "run-left-out" Warning "A run takes no part, because the estimator cannot use runs of its kind.";
     CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit, with a wrong sign, in a wrong frame or late; the discovery worked on the mended channel. Say it in [log].";
     NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
-    NO_INERTIA = "M112" "inertia-not-determined" Warning "The runs do not determine an inertia: in steady or gliding motion force and drag balance each other whatever the mass. The discovery holds it at the dry mass, or at the value of its [[parameter]] table.";
+    NO_INERTIA = "M112" "inertia-not-determined" Warning "The runs do not determine an inertia: in steady or gliding motion force and drag balance each other whatever the mass. The discovery holds it at the value that is known beforehand, or keeps it at or above the dry mass.";
 
     DIFFERENT = "M117" "models-differ" Warning "Two models of a vehicle differ by more than chance: the vehicle, its load or the tests have changed.";
 

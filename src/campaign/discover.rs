@@ -32,7 +32,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let fitting = filter_error::options(campaign);
     let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
     let mut found = search(&campaign.model)?;
-    let (held, said) = undetermined(&campaign.model, &found);
+    let (held, said) = undetermined(&campaign.model, &found, campaign.file.vehicle.mass);
     if let Some(held) = held {
         found = search(&held)?;
     }
@@ -60,25 +60,45 @@ const UNKNOWN: f64 = 0.3;
 
 /// What to say of inertias that the runs do not determine, and the model in which they are held where a value is known
 /// beforehand: left free they would take up what is missing.
-fn undetermined(model: &Model, found: &Discovery) -> (Option<Model>, Vec<Finding>) {
-    let Some(baseline) = found.steps.first().map(|step| &step.fit.model) else { return (None, Vec::new()) };
-    let loose = |p: &&Parameter| {
-        p.effect == "inertia" && !p.fixed && p.prior.is_none() && p.std.is_some_and(|std| std > UNKNOWN * p.value.abs())
+///
+/// Such are those of the baseline that have a wide deviation, and those that are below the dry mass, which no vehicle has,
+/// when the search is done: they are kept at or above it.
+fn undetermined(model: &Model, found: &Discovery, dry: Option<f64>) -> (Option<Model>, Vec<Finding>) {
+    let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) else { return (None, Vec::new()) };
+    let inertia = |p: &&Parameter| p.effect == "inertia" && !p.fixed && p.prior.is_none();
+    let loose = |p: &&Parameter| p.std.is_some_and(|std| std > UNKNOWN * p.value.abs());
+    let light = |p: &Parameter| {
+        let sure = p.value + 2.0 * p.std.unwrap_or(f64::INFINITY);
+        dry.filter(|dry| p.place.dof.is_some_and(|dof| !dof.is_rotation()) && sure < *dry && p.min < *dry)
     };
     let mut held = model.clone();
     let (mut any, mut said) = (false, Vec::new());
-    for p in baseline.parameters.iter().filter(loose) {
+    let wide = first.fit.model.parameters.iter().filter(inertia).filter(loose).map(|p| (p, None));
+    let below = last.fit.model.parameters.iter().filter(inertia).filter_map(|p| Some((p, Some(light(p)?))));
+    for (p, dry) in wide.chain(below) {
         let known = held.parameters.iter_mut().find(|k| k.term == p.term && k.spec.name == p.spec.name);
-        let std = p.std.unwrap_or(f64::NAN);
         let unit = p.spec.dimension;
         let mut text = format!(
-            "{} of `{}` cannot be known from these runs: {:.4} ± {:.2} {unit}; it needs motion that accelerates under a known force",
-            p.spec.name, p.term, p.value, std
+            "{} of `{}` cannot be known from these runs: {:.4} ± {:.2} {unit}",
+            p.spec.name,
+            p.term,
+            p.value,
+            p.std.unwrap_or(f64::NAN)
         );
-        if let Some(known) = known.filter(|k| k.value > 0.0) {
-            known.fixed = true;
-            any = true;
-            text += &format!("; it was held at {:.4} {unit}", known.value);
+        text += match dry {
+            None => "; it needs motion that accelerates under a known force",
+            Some(_) => " is below the dry mass, which no vehicle has",
+        };
+        match (known.filter(|k| !k.fixed), dry) {
+            (Some(known), Some(dry)) => {
+                (known.min, known.value, any) = (dry, known.value.max(dry), true);
+                text += &format!("; it was kept at or above {dry:.4} {unit}");
+            }
+            (Some(known), None) if known.value > 0.0 => {
+                (known.fixed, any) = (true, true);
+                text += &format!("; it was held at {:.4} {unit}", known.value);
+            }
+            _ => {}
         }
         said.push(Finding::new(&codes::NO_INERTIA, text));
     }

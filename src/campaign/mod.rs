@@ -4,6 +4,7 @@
 //! a plain function on it ([`fit()`], [`simulate()`], …) that returns a result which serialises as its JSON; the command
 //! line and Python call the same ones.
 
+mod adopt;
 mod baseline;
 mod bench;
 mod check;
@@ -46,6 +47,7 @@ mod vehicles;
 mod vertical;
 mod window;
 
+pub use adopt::{adopt, named};
 pub use baseline::Own;
 pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};

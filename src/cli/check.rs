@@ -1,4 +1,4 @@
-//! The verb `check`: a light for each topic of each log, how often its sensors speak, how late they are.
+//! The verb `check`: a light for each topic of each log; with `--verbose` how often its sensors speak, how late they are.
 
 use std::path::{Path, PathBuf};
 
@@ -58,13 +58,8 @@ fn print_check(found: &Check, output: &Output) {
         row
     };
     output.print(&table(&heads, &found.logs.iter().map(row).collect::<Vec<_>>()));
-    let rows: Vec<Vec<String>> = found.logs.iter().flat_map(sensors).collect();
-    if !rows.is_empty() {
-        output.print(&table(&["log", "channels", "Hz", "rows/s", "gaps"], &rows));
-    }
-    let rows: Vec<Vec<String>> = found.logs.iter().flat_map(pairs).collect();
-    if !rows.is_empty() {
-        output.print(&table(&["log", "channel", "against", "factor", "against late by, s"], &rows));
+    if output.is_verbose() {
+        print_rates(found, output);
     }
     let (warnings, errors) = (found.warnings.len(), found.errors.len());
     let shown = match found.verdict {
@@ -74,6 +69,18 @@ fn print_check(found: &Check, output: &Output) {
     };
     let plural = if errors == 1 { "" } else { "s" };
     output.print(&format!("{shown}: {errors} error{plural}, {warnings} warnings and notes"));
+}
+
+/// Rates of the sensors, and pairs of channels that tell of each other.
+fn print_rates(found: &Check, output: &Output) {
+    let rows: Vec<Vec<String>> = found.logs.iter().flat_map(sensors).collect();
+    if !rows.is_empty() {
+        output.print(&table(&["log", "channels", "Hz", "rows/s", "gaps"], &rows));
+    }
+    let rows: Vec<Vec<String>> = found.logs.iter().flat_map(pairs).collect();
+    if !rows.is_empty() {
+        output.print(&table(&["log", "channel", "against", "factor", "against late by, s"], &rows));
+    }
 }
 
 /// A row for all channels of a log that come at one rate.

@@ -2,7 +2,7 @@
 
 use super::output::Output;
 use super::table::{measured, number, size, table};
-use crate::discover::{Discovery, SmallestVisible, TIED_ROW, Verdict};
+use crate::discover::{Discovery, LEAST_P, SmallestVisible, TIED_ROW, Verdict};
 use crate::frame::Measured;
 
 /// Most places and sizes that are printed; the JSON has them all.
@@ -10,7 +10,7 @@ const SHOWN: usize = 5;
 
 /// Prints a discovery.
 pub(super) fn print(found: &Discovery, output: &Output) {
-    output.print(&format!("verdict: {}", verdict(found)));
+    output.print(&found.sentence);
     if !found.log_findings.is_empty() {
         let rows: Vec<Vec<String>> = found
             .log_findings
@@ -37,14 +37,9 @@ pub(super) fn print(found: &Discovery, output: &Output) {
 }
 
 /// The verdict as a person would say it.
-fn verdict(found: &Discovery) -> String {
-    let names = found.effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(" and ");
-    match found.verdict {
-        Verdict::NothingMissing => "nothing missing: the baseline predicts the data down to the noise".into(),
-        Verdict::Explained => format!("explained: with {names} the model predicts the data down to the noise"),
-        Verdict::PartlyExplained => format!("partly explained: {names} helps, and something is left that has no name"),
-        Verdict::Unexplained => "unexplained: something is missing that no known effect explains".into(),
-    }
+/// A probability; below the least that is told, that.
+fn chance(p: f64) -> String {
+    if p <= LEAST_P { format!("<{LEAST_P:e}") } else { format!("{p:.1e}") }
 }
 
 fn effects(found: &Discovery) -> String {
@@ -57,12 +52,12 @@ fn effects(found: &Discovery) -> String {
                 p.name.clone(),
                 measured(p.value, Some(p.std)),
                 p.unit.clone(),
-                first(format!("{:.1e}", effect.p_value)),
+                first(chance(effect.p_value)),
                 first(effect.also_possible.join(", ")),
             ]);
         }
         if effect.parameters.is_empty() {
-            let (name, p) = (effect.id.clone(), format!("{:.1e}", effect.p_value));
+            let (name, p) = (effect.id.clone(), chance(effect.p_value));
             rows.push(vec![name, String::new(), TIED_ROW.into(), String::new(), p, effect.also_possible.join(", ")]);
         }
     }

@@ -23,22 +23,14 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     let folder = file.as_deref().and_then(Path::parent);
     let (mut logs, mut copies) = (Vec::new(), Vec::new());
     for path in &a.logs {
+        is_a_file(path)?;
         let shown = match folder {
             None => path.display().to_string(),
-            Some(folder) => match inside(path, folder)? {
-                Some(shown) => shown,
-                None if !path.is_file() => {
-                    return Err(Failure::Argument(format!(
-                        "{} is no file and cannot be copied beside the campaign: save what it gives as a file first",
-                        path.display()
-                    )));
-                }
-                None => {
-                    let name = path.file_name().map_or_else(|| path.clone(), PathBuf::from).display().to_string();
-                    copies.push((path.clone(), name.clone()));
-                    name
-                }
-            },
+            Some(folder) => inside(path, folder)?.unwrap_or_else(|| {
+                let name = path.file_name().map_or_else(|| path.clone(), PathBuf::from).display().to_string();
+                copies.push((path.clone(), name.clone()));
+                name
+            }),
         };
         logs.push((path.clone(), shown));
     }
@@ -83,14 +75,23 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     output.json(&serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}))
 }
 
+/// Refuses what cannot be read again and again: a log is looked at several times, and the campaign names it.
+fn is_a_file(path: &Path) -> Result<(), Failure> {
+    let unread = |source| Failure::Read { file: path.to_path_buf(), source };
+    match path.metadata().map_err(unread)? {
+        about if about.is_file() => Ok(()),
+        about if about.is_dir() => Err(unread(std::io::ErrorKind::IsADirectory.into())),
+        _ => {
+            let text = format!("{} gives what it holds only once: save it as a file first", path.display());
+            Err(Failure::Argument(text))
+        }
+    }
+}
+
 /// The path of a log from `folder` on, `None` where it lies elsewhere.
 fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
     let whole =
         |path: &Path| std::path::absolute(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source });
-    let unread = |source| Failure::Read { file: path.to_path_buf(), source };
-    if path.metadata().map_err(unread)?.is_dir() {
-        return Err(unread(std::io::ErrorKind::IsADirectory.into()));
-    }
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let (path, folder) = (whole(path)?, whole(folder)?);
     // the folder may be reached by another name

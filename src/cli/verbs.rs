@@ -177,6 +177,15 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     }
     let found = output.working("searching", || campaign::discover(&loaded))??;
     super::discovered::print(&found, output);
+    let names = campaign::named(&loaded, &found);
+    match (&a.adopt, names.as_slice()) {
+        (_, []) => {}
+        (Some(to), names) => super::adopted::adopt(&a.campaign, to.as_deref(), names, output)?,
+        (None, names) => {
+            let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+            output.print(&format!("next: add {list} to `effects` of [model], or repeat this with --adopt"));
+        }
+    }
     output.json(&found)?;
     output.tell(&found.warnings)
 }

@@ -27,7 +27,7 @@ pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};
 pub use score::{Probe, score};
 pub use screen::{Score, Screen, screen};
-pub use search::{Added, BehavesLike, Search, SearchOptions, Step};
+pub use search::{Added, BehavesLike, LEAST_P, Search, SearchOptions, Step};
 pub use verdict::Verdict;
 pub use whereabouts::{Where, whereabouts};
 

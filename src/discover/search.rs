@@ -60,6 +60,9 @@ const TIE: f64 = 9.0;
 /// A screened p-value that is this many times too great may be right in full: ln 20.
 const NEARLY: f64 = 3.0;
 
+/// Least probability that is told: those below it are this small at most.
+pub const LEAST_P: f64 = 1e-300;
+
 /// Rivals of a name that are asked again once another name is known.
 const RIVALS: usize = 2;
 
@@ -331,9 +334,10 @@ fn name_among(
     Ok(Some((found, fit)))
 }
 
-/// The probability over all candidates: as many independent ones as the threshold stands for.
+/// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
+/// say: [`LEAST_P`] stands for all that is below it.
 fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
-    (level * (log_p - threshold).exp()).min(1.0)
+    (level * (log_p - threshold).exp()).clamp(LEAST_P, 1.0)
 }
 
 /// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has

@@ -97,7 +97,11 @@ fn a_pipe_is_read_once_and_its_line_still_shown() {
     assert!(Command::new("mkfifo").arg(&pipe).status().expect("it starts").success());
     let text = "t,u,v,r,tau_u,tau_v,tau_r\n0,1,1,1,1,1,1\n1,\"1\",1,wrong,1,1,1\n2,1,1,1,1,1,1\n";
     let campaign = folder.path("campaign.toml");
-    for verb in [&["check", &pipe] as &[&str], &["convert", &pipe, "/dev/null"], &["init", &pipe, "-o", &campaign]] {
+    // what has to be looked at several times is refused, before it is opened
+    let refused = run(&["init", &pipe, "-o", &campaign]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(told(&refused).contains("only once: save it as a file"), "{}", told(&refused));
+    for verb in [&["check", &pipe] as &[&str], &["convert", &pipe, "/dev/null"]] {
         // a writer that ends where nobody opens the pipe
         let mut writer = Command::new("timeout")
             .args(["20", "sh", "-c", "printf '%s' \"$1\" > \"$2\"", "sh", text, &pipe])

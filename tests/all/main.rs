@@ -9,6 +9,7 @@ mod swim;
 #[allow(dead_code)] // the page of the example shows more
 mod table;
 
+mod adopt;
 mod any_bytes;
 mod attitude;
 mod badlogs;

@@ -147,13 +147,20 @@ pub(in crate::cli) struct Compare {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hydrosysid discover campaign.toml --json discovery.json")]
+#[command(
+    after_help = "Examples:\n  hydrosysid discover campaign.toml --json discovery.json\n  hydrosysid discover campaign.toml --adopt"
+)]
 pub(in crate::cli) struct Discover {
     /// Campaign file.
     pub campaign: PathBuf,
     /// Families of effects to search; those of the campaign's [discover] table when absent.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FAMILY")]
     pub families: Vec<FamilyName>,
+    /// Write the effects that are named into the campaign, comments kept; or into FILE, another campaign in the same folder,
+    /// a copy of this one where it does not exist.
+    #[arg(long, value_name = "FILE")]
+    #[allow(clippy::option_option)] // absent, alone, with a file
+    pub adopt: Option<Option<PathBuf>>,
     #[command(flatten)]
     pub loading: Loading,
 }

@@ -4,9 +4,11 @@
 //!
 //! ```text
 //! m (ν(b) − ν(a)) + k ∫ν dt + k₂ ∫ν|ν| dt + c ∫(product of the two other planar velocities) dt = ∫τ dt
+//!                                            + g ∫sin(angle) dt in roll and pitch
 //! ```
 //!
-//! m inertia (kg, kg m²), k and k₂ drag, c left free for the Coriolis term. A vehicle has m > 0 and dissipates:
+//! m inertia (kg, kg m²), k and k₂ drag, c left free for the Coriolis term, g for the righting moment: slower than its own
+//! period a righted vehicle would otherwise show a negative inertia. Without the angle roll and pitch are not judged. A vehicle has m > 0 and dissipates:
 //! k s + k₂ s² > 0 at its usual speed s. With the sign of ν or of τ reversed every term on the left changes sign,
 //! and the fit is as good as before: that is what this check is for. It speaks only when the fit explains most of
 //! ∫τ dt and the sign is certain; the estimate itself is not one to use.
@@ -65,18 +67,22 @@ fn negative(dof: Dof, signals: &BTreeMap<String, Signal>) -> Option<Seen> {
         .map(|w| w * window)
         .filter(|a| gaps.partition_point(|g| g <= a) == gaps.partition_point(|g| *g <= a + window))
         .collect();
-    let product = coupled(dof).and_then(|[a, b]| Some((on_its_clock(a)?, on_its_clock(b)?)));
+    let beside: Option<Vec<f64>> = match dof {
+        Dof::Roll | Dof::Pitch => Some(on_its_clock(dof.position())?.iter().map(|angle| angle.sin()).collect()),
+        _ => coupled(dof)
+            .and_then(|[a, b]| Some(on_its_clock(a)?.iter().zip(on_its_clock(b)?).map(|(x, y)| x * y).collect())),
+    };
     let integral = |a: usize, f: &dyn Fn(usize) -> f64| -> f64 {
         (a..a + window).map(|k| 0.5 * (f(k) + f(k + 1)) * (time[k + 1] - time[k])).sum()
     };
-    let width = 3 + usize::from(product.is_some());
+    let width = 3 + usize::from(beside.is_some());
     let left = DMatrix::from_fn(starts.len(), width, |row, column| {
         let a = starts[row];
-        match (column, product) {
+        match (column, &beside) {
             (0, _) => nu[a + window] - nu[a],
             (1, _) => integral(a, &|k| nu[k]),
             (2, _) => integral(a, &|k| nu[k] * nu[k].abs()),
-            (_, Some((x, y))) => integral(a, &|k| x[k] * y[k]),
+            (_, Some(x)) => integral(a, &|k| x[k]),
             (_, None) => 0.0,
         }
     });
@@ -173,6 +179,23 @@ mod tests {
         let tau = |t: f64| m * a * w * (w * t).cos() + k * nu(t) + k2 * nu(t) * nu(t).abs();
         let column = |f: &dyn Fn(f64) -> f64| Signal::new(time.clone(), time.iter().map(|t| f(*t)).collect::<Vec<_>>());
         BTreeMap::from([("r".into(), column(&|t| sign * nu(t))), ("tau_r".into(), column(&tau))])
+    }
+
+    /// Roll of I φ̈ + k φ̇ + g sin φ = τ, pushed well below its own period: τ goes with −φ̈, and the inertia is positive.
+    #[test]
+    fn a_righting_moment_is_no_negative_inertia() {
+        let (i, k, g) = (0.4, 0.5, 5.0);
+        let time: std::sync::Arc<[f64]> = (0..800).map(|n| 0.05 * f64::from(n)).collect();
+        let phi = |t: f64| 0.2 * (0.6 * t).sin() + 0.1 * (1.1 * t).sin();
+        let p = |t: f64| 0.12 * (0.6 * t).cos() + 0.11 * (1.1 * t).cos();
+        let tau = |t: f64| -i * (0.072 * (0.6 * t).sin() + 0.121 * (1.1 * t).sin()) + k * p(t) + g * phi(t).sin();
+        let column = |f: &dyn Fn(f64) -> f64| Signal::new(time.clone(), time.iter().map(|t| f(*t)).collect::<Vec<_>>());
+        let mut signals = BTreeMap::from([("p".into(), column(&p)), ("tau_p".into(), column(&tau))]);
+        assert!(check(&signals).is_empty(), "the angle is not known");
+        signals.insert("phi".into(), column(&phi));
+        assert!(check(&signals).is_empty());
+        signals.insert("tau_p".into(), column(&|t| -tau(t)));
+        assert_eq!(check(&signals).len(), 1, "the mirror is seen");
     }
 
     #[test]
