@@ -4,6 +4,8 @@ mod candidate;
 mod carried;
 mod discovery;
 mod enlarged;
+mod found;
+mod gap;
 mod held_out;
 mod next;
 mod products;
@@ -19,10 +21,9 @@ mod whereabouts;
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
-pub use discovery::{
-    CODES, Discovery, FoundEffect, FoundParameter, GapForce, GapOfRun, GapPrediction, GapStep, LogFinding,
-    SmallestVisible, TIED_ROW, discover,
-};
+pub use discovery::{CODES, Discovery, LogFinding, discover};
+pub use found::{FoundEffect, FoundParameter, SmallestVisible, TIED_ROW};
+pub use gap::{GapForce, GapOfRun, GapPrediction, GapStep};
 pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};
 pub use score::{Probe, score};

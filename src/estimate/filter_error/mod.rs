@@ -19,6 +19,7 @@ mod noise;
 mod options;
 mod pass;
 mod problem;
+mod refine;
 mod sensor;
 mod start;
 mod steps;

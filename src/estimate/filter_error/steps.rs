@@ -5,15 +5,14 @@
 //! η:  (I + λ diag I) δ = −g           I, g: information and gradient of −ln L
 //! ```
 //!
-//! A random force that the likelihood does not ask for is taken out: its σ has run to nothing, or without it −2 ln L is
-//! no more than [`CHANCE`] higher. Innovations beyond five deviations, which no Gaussian noise makes, are outliers: from
+//! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
+//! ([`super::refine`]). Innovations beyond five deviations, which no Gaussian noise makes, are outliers: from
 //! then on all innovations are held back at two.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::forecast::Whiteness;
 use super::likelihood::Linear;
-use super::noise::{Coloured, Coordinate, NoiseModel};
+use super::noise::{Coordinate, NoiseModel};
 use super::options::{FilterErrorOptions, Forces};
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered};
@@ -22,9 +21,6 @@ use crate::estimate::output_error::{
 };
 use crate::model::Model;
 use crate::progress;
-
-/// Rise of −2 ln L without a force of two unknowns that chance makes once in a hundred: the 99 % quantile of χ²(2).
-const CHANCE: f64 = 9.21;
 
 /// Deviations at which innovations are held back once there are outliers: 99 % as good as none where there are none.
 const HELD_BACK: f64 = 2.0;
@@ -36,31 +32,31 @@ const NOTHING: f64 = 1e-3;
 const FARTHEST: f64 = 2.0;
 
 /// Where the search stands.
-struct Search<'a> {
-    options: &'a FilterErrorOptions,
-    filtered: Filtered,
-    model: Model,
-    noise: NoiseModel,
+pub(super) struct Search<'a> {
+    pub(super) options: &'a FilterErrorOptions,
+    pub(super) filtered: Filtered,
+    pub(super) model: Model,
+    pub(super) noise: NoiseModel,
     /// M⁻¹ of each stretch, of the parameters at the last step of the noise.
-    mobilities: Vec<DMatrix<f64>>,
-    limit: f64,
+    pub(super) mobilities: Vec<DMatrix<f64>>,
+    pub(super) limit: f64,
     /// Stretches linearised here.
-    current: Vec<Linear>,
+    pub(super) current: Vec<Linear>,
     /// −2 ln L here, priors included.
-    cost: f64,
+    pub(super) cost: f64,
     /// Least deviation of each output's noise, and stated ones.
-    floors: Vec<f64>,
-    stated: Vec<Option<f64>>,
+    pub(super) floors: Vec<f64>,
+    pub(super) stated: Vec<Option<f64>>,
     /// Outputs that are compared and take no part: their stated noise is beyond all that they show.
-    silent: Vec<bool>,
+    pub(super) silent: Vec<bool>,
     /// Strength of a force with which the search began, by degree of freedom; below [`NOTHING`] of it there is none.
-    strengths: Vec<(crate::frame::Dof, f64)>,
+    pub(super) strengths: Vec<(crate::frame::Dof, f64)>,
     /// Shortest and longest correlation time, s.
-    times: (f64, f64),
-    damping: f64,
+    pub(super) times: (f64, f64),
+    pub(super) damping: f64,
     /// Longest step of the integrator, s.
-    step_length: f64,
-    passes: usize,
+    pub(super) step_length: f64,
+    pub(super) passes: usize,
 }
 
 /// The fit of a prepared problem from starting values of parameters and noise.
@@ -160,7 +156,7 @@ impl<'a> Search<'a> {
         self.noise.coordinates().into_iter().filter(free).collect()
     }
 
-    fn linearised(&self, model: &Model, noise: &NoiseModel) -> (Vec<Linear>, f64) {
+    pub(super) fn linearised(&self, model: &Model, noise: &NoiseModel) -> (Vec<Linear>, f64) {
         let stretches = self.filtered.linearise(model, noise, &self.mobilities, self.limit, true);
         let coordinates = noise.coordinates();
         let prior = Prior::new(&coordinates, &self.stated).cost(noise, &coordinates);
@@ -169,7 +165,7 @@ impl<'a> Search<'a> {
     }
 
     /// Linearises here.
-    fn renew(&mut self) {
+    pub(super) fn renew(&mut self) {
         if let Some(mobilities) = self.filtered.mobilities(&self.model) {
             self.mobilities = mobilities;
         }
@@ -182,7 +178,7 @@ impl<'a> Search<'a> {
     }
 
     /// Steps in turns until neither promises anything; whether that was reached.
-    fn climb(&mut self) -> bool {
+    pub(super) fn climb(&mut self) -> bool {
         let tolerance = self.options.tolerance;
         let until = self.passes + self.options.iterations;
         // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
@@ -359,113 +355,6 @@ impl<'a> Search<'a> {
             (0..self.noise.forces.len()).map(|i| self.noise.forces[i].rms > NOTHING * self.strength(i)).collect();
         let mut keep = keep.into_iter();
         self.noise.forces.retain(|_| keep.next().unwrap_or(true));
-    }
-
-    /// Gives the noise of sensors a part that is correlated in time where innovations are not white and the likelihood
-    /// asks for it, all such channels at once; whether the search has converged.
-    fn colour(&mut self) -> bool {
-        let outputs = self.noise.sensors.len();
-        let innovations = self.filtered.innovations(&self.model, &self.noise, &self.mobilities, self.limit);
-        let white = |output: usize| {
-            let of = innovations.iter().map(|z| Whiteness::of(&z[output]));
-            of.reduce(|a, b| a.with(&b)).is_none_or(|w| w.p_value() >= 0.01 / outputs as f64)
-        };
-        let asked: Vec<usize> = (0..outputs).filter(|c| !self.silent[*c] && !white(*c)).collect();
-        if asked.is_empty() {
-            return true;
-        }
-        let before = self.saved();
-        for output in &asked {
-            let sensor = &mut self.noise.sensors[*output];
-            let part = sensor.std * std::f64::consts::FRAC_1_SQRT_2;
-            (sensor.std, sensor.coloured) = (part, Some(Coloured { rms: part, time: 4.0 * self.times.0 }));
-        }
-        self.renew();
-        let converged = self.climb();
-        if before.4 - self.cost <= CHANCE * asked.len() as f64 {
-            self.restore(before);
-            return true;
-        }
-        // those without which the likelihood is as great go again
-        let mut gone = false;
-        for output in asked {
-            let Some(coloured) = self.noise.sensors[output].coloured else { continue };
-            let mut without = self.noise.clone();
-            let sensor = &mut without.sensors[output];
-            (sensor.std, sensor.coloured) = (sensor.std.hypot(coloured.rms), None);
-            let rise = self.linearised(&self.model, &without).1 - self.cost;
-            if rise <= CHANCE {
-                (self.noise, gone) = (without, true);
-            }
-        }
-        if gone {
-            self.renew();
-            return self.climb();
-        }
-        converged
-    }
-
-    #[allow(clippy::type_complexity)] // what a step may have to give back
-    fn saved(&self) -> (Model, NoiseModel, Vec<DMatrix<f64>>, Vec<Linear>, f64) {
-        (self.model.clone(), self.noise.clone(), self.mobilities.clone(), self.current.clone(), self.cost)
-    }
-
-    fn restore(&mut self, saved: (Model, NoiseModel, Vec<DMatrix<f64>>, Vec<Linear>, f64)) {
-        (self.model, self.noise, self.mobilities, self.current, self.cost) = saved;
-        read_inputs(&mut self.filtered.problem, &self.model);
-    }
-
-    /// Takes out the forces that the likelihood does not ask for, the weakest first; whether the search has converged.
-    fn drop_forces(&mut self) -> bool {
-        let mut converged = true;
-        let mut kept: Vec<crate::frame::Dof> = Vec::new();
-        // all at once, where none of them is any
-        if self.options.forces.is_estimated() && !self.noise.forces.is_empty() {
-            let before = self.saved();
-            let count = self.noise.forces.len() as f64;
-            let mut without = self.noise.clone();
-            without.forces.clear();
-            let (_, cost) = self.linearised(&self.model, &without);
-            if cost - before.4 <= 5.0 * CHANCE * count {
-                self.noise = without;
-                self.renew();
-                let settled = self.climb();
-                // a sum of as many as there are may rise by no more than one of them
-                if self.cost - before.4 <= CHANCE {
-                    return settled;
-                }
-                self.restore(before);
-            }
-        }
-        while self.options.forces.is_estimated() {
-            // what −2 ln L rises by at once is the most that it may rise by
-            let rise = |i: usize| {
-                let mut without = self.noise.clone();
-                without.forces.remove(i);
-                let stretches = self.filtered.linearise(&self.model, &without, &self.mobilities, self.limit, false);
-                let here: f64 = self.current.iter().map(|s| s.cost).sum();
-                stretches.iter().map(|s| s.cost).sum::<f64>() - here
-            };
-            let candidates = (0..self.noise.forces.len()).filter(|i| !kept.contains(&self.noise.forces[*i].dof));
-            let rises: Vec<(usize, f64)> = candidates.map(|i| (i, rise(i))).collect();
-            let Some((weakest, rise)) = rises.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-            // sensors take up what a force leaves: three times chance may come to chance
-            if rise > 5.0 * CHANCE {
-                break;
-            }
-            let before = self.saved();
-            let dof = self.noise.forces[weakest].dof;
-            self.noise.forces.remove(weakest);
-            self.renew();
-            let settled = self.climb();
-            if self.cost - before.4 <= CHANCE {
-                converged = settled;
-            } else {
-                self.restore(before);
-                kept.push(dof);
-            }
-        }
-        converged
     }
 
     fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {

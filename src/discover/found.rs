@@ -1,0 +1,160 @@
+//! What was found, and how small it might have been: effects with their parameters, sizes from which on others would show.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::search::Search;
+use super::verdict::digits;
+use crate::effects::common_name;
+use crate::frame::Dof;
+use crate::model::name_of;
+
+/// A parameter of an effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundParameter {
+    /// Symbol.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI.
+    pub std: f64,
+    /// Unit.
+    pub unit: String,
+    /// Values in each run, where each has its own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub per_run: Vec<f64>,
+}
+
+/// An effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundEffect {
+    /// `id`, `id@dof` or `id@dof:other`.
+    pub id: String,
+    /// What practitioners call it.
+    pub common_name: String,
+    /// Degrees of freedom in which it acts.
+    pub dofs: Vec<Dof>,
+    /// Its parameters in the final fit.
+    pub parameters: Vec<FoundParameter>,
+    /// Probability of as much by chance, over all candidates.
+    pub p_value: f64,
+    /// The rest of its class: other names that this data allow.
+    pub also_possible: Vec<String>,
+    /// One sentence.
+    pub evidence: String,
+}
+
+/// The smallest size of an effect that this data would have shown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SmallestVisible {
+    /// `id`, `id@dof` or `id@dof:other`.
+    pub id: String,
+    /// Size of its first parameter; of a whole row the share of it.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Whether this is the whole row of −C(ν)ν, its coefficients those of the inertias: it has no parameter, and `value` 1
+    /// is all of it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub tied: bool,
+}
+
+impl SmallestVisible {
+    /// Name, size and unit for people: a whole row is told as such, its size in per cent.
+    pub fn told(&self) -> (String, f64, &str) {
+        match self.tied {
+            true => (format!("{}, whole row", self.id), 100.0 * self.value, "% of the row"),
+            false => (self.id.clone(), self.value, &self.unit),
+        }
+    }
+}
+
+/// What stands for the value of an effect that has no parameter.
+pub const TIED_ROW: &str = "whole row, tied to the inertias";
+
+pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
+    let model = &found.last_fit().model;
+    found
+        .added
+        .iter()
+        .map(|added| {
+            let terms: Vec<String> = added.candidate.terms.iter().map(|(e, p)| name_of(e.about().id, *p)).collect();
+            let mut indices: Vec<usize> =
+                terms.iter().filter_map(|t| model.term(t)).flat_map(|t| model.terms[t].parameters.clone()).collect();
+            indices.sort_unstable();
+            indices.dedup();
+            let parameters = indices
+                .into_iter()
+                .map(|p| {
+                    let parameter = &model.parameters[p];
+                    FoundParameter {
+                        name: parameter.spec.name.clone(),
+                        value: parameter.value,
+                        std: parameter.std.unwrap_or(0.0),
+                        unit: parameter.spec.dimension.to_string(),
+                        per_run: parameter.per_run.clone(),
+                    }
+                })
+                .collect();
+            let id = added.candidate.name();
+            FoundEffect {
+                common_name: common_name(&id).to_string(),
+                id,
+                dofs: added.candidate.dofs(model),
+                parameters,
+                p_value: added.p_value,
+                also_possible: added.also_possible.clone(),
+                evidence: format!(
+                    "−2 ln L falls by {} on the runs of the fit and by {} on those that took no part; beside a refit of the \
+                     model {:.0} % of its signal is its own",
+                    digits(added.gain),
+                    digits(added.held_out_gain),
+                    100.0 * added.left.min(1.0),
+                ),
+            }
+        })
+        .collect()
+}
+
+/// Of each candidate the smallest size that this data would have shown, as a rule in half of the cases: its deviation
+/// times the threshold of the search.
+pub(super) fn smallest_visible(found: &Search) -> Vec<SmallestVisible> {
+    // z at which a candidate of one parameter is as improbable as the threshold asks
+    let z = (-2.0 * found.screen.threshold).max(1.0).sqrt();
+    let mut best: BTreeMap<(String, bool), (f64, String)> = BTreeMap::new();
+    for score in &found.screen.scores {
+        let candidate = &found.candidates[score.candidate];
+        let (effect, place) = &candidate.terms[0];
+        let specs = effect.parameters(*place);
+        let tied = specs.is_empty();
+        let unit = match specs.iter().find(|s| s.is_linear()).or(specs.first()) {
+            Some(spec) => spec.dimension.to_string(),
+            None => crate::units::Dimension::ONE.to_string(),
+        };
+        let Some(std) = score.std.first() else { continue };
+        let probe = candidate.probes.get(score.probe).and_then(|probe| probe.first().copied());
+        // τ + α (effect(τ) − τ) is, for a small α, the effect at α times the probe
+        let value = probe.filter(|_| candidate.blended).map_or(z * std, |at| z * std * at);
+        let key = (candidate.name(), tied);
+        if value.is_finite() && best.get(&key).is_none_or(|(known, _)| value < *known) {
+            best.insert(key, (value, unit));
+        }
+    }
+    best.into_iter().map(|((id, tied), (value, unit))| SmallestVisible { id, value, unit, tied }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_whole_row_is_told_in_per_cent_and_a_coefficient_in_its_unit() {
+        let product = SmallestVisible { id: "coriolis_yaw".into(), value: 4.0, unit: "kg".into(), tied: false };
+        assert_eq!(product.told(), ("coriolis_yaw".into(), 4.0, "kg"));
+        let row = SmallestVisible { value: 0.02, unit: "1".into(), tied: true, ..product.clone() };
+        assert_eq!(row.told(), ("coriolis_yaw, whole row".into(), 2.0, "% of the row"));
+        assert!(serde_json::to_value(&product).unwrap().get("tied").is_none());
+        assert_eq!(serde_json::to_value(&row).unwrap()["tied"], true);
+    }
+}

@@ -1,0 +1,213 @@
+//! The gap: how predictions of the runs that took no part err, before and after each name.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::held_out::on_others;
+use super::search::{Search, Step};
+use crate::estimate::filter_error::{
+    Channel, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce,
+};
+use crate::estimate::output_error::OutputErrorError;
+use crate::frame::{Dof, Measured};
+use crate::model::Model;
+use crate::noise::Noise;
+use crate::run::Run;
+
+/// The gap on held-out runs after one step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapStep {
+    /// What was added; `None` for the refitted baseline.
+    pub added: Option<String>,
+    /// Whether it was dropped again: what came later does without it.
+    pub dropped: bool,
+    /// Root mean square of simulated less measured velocity over the free run, by degree of freedom, and of observed
+    /// channels.
+    pub held_out_rms: BTreeMap<Measured, f64>,
+    /// Sensor noise of the same.
+    pub noise_floor: BTreeMap<Measured, f64>,
+    /// The same for each run.
+    pub runs: Vec<GapOfRun>,
+    /// The random force at this step: a name that is true makes it fall.
+    pub force: Vec<GapForce>,
+    /// How held-out runs are predicted at this step.
+    pub prediction: Vec<GapPrediction>,
+}
+
+/// The random force of one step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapForce {
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// Standard deviation, N or N·m.
+    pub rms: f64,
+    /// `N` or `N*m`.
+    pub unit: &'static str,
+    /// Correlation time, s.
+    pub correlation_time: f64,
+}
+
+/// How one channel of a held-out run is predicted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapPrediction {
+    /// Name of the run.
+    pub run: String,
+    /// Degree of freedom, or the channel of an observed function.
+    pub dof: Measured,
+    /// Seconds ahead: 0 for one sample, `null` for a free run.
+    pub ahead: Option<f64>,
+    /// Root-mean-square error, in the unit of the channel.
+    pub rms: f64,
+    /// The error that the filter expects.
+    pub expected: f64,
+}
+
+/// The gap on one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GapOfRun {
+    /// Name of the run.
+    pub run: String,
+    /// Root mean square by degree of freedom.
+    pub held_out_rms: BTreeMap<Measured, f64>,
+}
+
+/// How a fit predicts the runs that took no part; those of the fit where there are none.
+pub(super) fn predictions(
+    fit: &FilterErrorFit,
+    held: &[Run],
+    fitting: &FilterErrorOptions,
+) -> Result<(Vec<String>, Vec<Forecast>), OutputErrorError> {
+    let outputs = fit.filtered.problem.dynamics.outputs.clone();
+    if held.is_empty() {
+        return Ok((outputs, fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)));
+    }
+    let model = on_others(fit, held, fitting)?;
+    let filtered = Filtered::new(&model, held, &fitting.base)?;
+    Ok((outputs, filtered.forecast(&model, &fit.noise, fit.limit)))
+}
+
+/// Draws of the parameters by which it is found how far their uncertainty spreads predictions.
+const DRAWS: usize = 8;
+
+/// `forecasts` of the held-out runs with what the uncertainty of the parameters adds to the expected errors: the mean of
+/// their squares under parameters drawn from the estimate's distribution, less that under the estimate itself. Without a
+/// random force it is all that makes an unstable vehicle's predictions err.
+pub(super) fn with_parameters_open(
+    fit: &FilterErrorFit,
+    forecasts: &[Forecast],
+    held: &[Run],
+    fitting: &FilterErrorOptions,
+    seed: u64,
+) -> Result<Vec<Forecast>, OutputErrorError> {
+    let unknowns = &fit.filtered.problem.unknowns;
+    let p = unknowns.len();
+    let mut open = forecasts.to_vec();
+    let Some(root) = DMatrix::from_row_slice(p, p, &fit.covariance).cholesky().map(|f| f.l()) else { return Ok(open) };
+    let mut noise = Noise::new(seed, 0xd4a3);
+    let estimated = on_others(fit, held, fitting)?;
+    for _ in 0..DRAWS {
+        let step = &root * DVector::from_fn(p, |_, _| noise.normal());
+        let mut model = estimated.clone();
+        for (unknown, by) in unknowns.iter().zip(step.iter()).filter(|(u, _)| u.run.is_none()) {
+            let parameter = &mut model.parameters[unknown.parameter];
+            parameter.value = (parameter.value + by).clamp(parameter.min, parameter.max);
+        }
+        let drawn = Filtered::new(&model, held, &fitting.base)?.forecast(&model, &fit.noise, fit.limit);
+        for ((open, drawn), own) in open.iter_mut().zip(&drawn).zip(forecasts) {
+            for ((open, drawn), own) in open.channels.iter_mut().zip(&drawn.channels).zip(&own.channels) {
+                for ((open, drawn), own) in open.predictions.iter_mut().zip(&drawn.predictions).zip(&own.predictions) {
+                    open.expected += (drawn.squares - own.squares) / DRAWS as f64;
+                }
+            }
+        }
+    }
+    for (open, own) in open.iter_mut().zip(forecasts) {
+        for (open, own) in open.channels.iter_mut().zip(&own.channels) {
+            for (open, own) in open.predictions.iter_mut().zip(&own.predictions) {
+                // a draw that runs away leaves all open
+                open.expected = if open.expected.is_nan() { f64::INFINITY } else { open.expected.max(own.expected) };
+            }
+        }
+    }
+    Ok(open)
+}
+
+/// What a channel measures, of those that are compared.
+fn measured(model: &Model, outputs: &[String], channel: &Channel) -> Option<Measured> {
+    model.measured().into_iter().find(|m| m.channel() == outputs[channel.output])
+}
+
+/// Noise of the sensor of each velocity and observed function.
+pub(super) fn noise_floor(fit: &FilterErrorFit) -> BTreeMap<Measured, f64> {
+    let outputs = &fit.filtered.problem.dynamics.outputs;
+    let of = |m: Measured| {
+        let sensor = fit.noise.sensors[outputs.iter().position(|o| o == m.channel())?];
+        Some((m, sensor.std.hypot(sensor.coloured.map_or(0.0, |c| c.rms))))
+    };
+    fit.model.measured().into_iter().filter_map(of).collect()
+}
+
+pub(super) fn gap_step(
+    found: &Search,
+    k: usize,
+    step: &Step,
+    outputs: &[String],
+    forecasts: &[Forecast],
+    floor: &BTreeMap<Measured, f64>,
+) -> GapStep {
+    let mut all: BTreeMap<Measured, Prediction> = BTreeMap::new();
+    let (mut runs, mut prediction): (Vec<GapOfRun>, Vec<GapPrediction>) = (Vec::new(), Vec::new());
+    for forecast in forecasts {
+        let mut own = BTreeMap::new();
+        for channel in &forecast.channels {
+            let Some(dof) = measured(&step.fit.model, outputs, channel) else { continue };
+            for p in channel.predictions.iter().filter(|p| p.count > 0) {
+                let (run, dof) = (forecast.run.clone(), dof.clone());
+                prediction.push(GapPrediction { run, dof, ahead: p.ahead, rms: p.rms(), expected: p.expected_rms() });
+            }
+            if let Some(free) = channel.predictions.iter().find(|p| p.ahead.is_none() && p.count > 0) {
+                own.insert(dof.clone(), free.rms());
+                all.entry(dof).and_modify(|sum| *sum = sum.with(free)).or_insert(*free);
+            }
+        }
+        runs.push(GapOfRun { run: forecast.run.clone(), held_out_rms: own });
+    }
+    let force = |f: &RandomForce| GapForce {
+        dof: f.dof,
+        rms: f.rms,
+        unit: if f.dof.is_rotation() { "N*m" } else { "N" },
+        correlation_time: f.time,
+    };
+    GapStep {
+        added: step.name.clone(),
+        dropped: dropped(found, k),
+        held_out_rms: all.into_iter().map(|(dof, p)| (dof, p.rms())).collect(),
+        noise_floor: floor.clone(),
+        runs,
+        force: step.fit.noise.forces.iter().map(force).collect(),
+        prediction,
+    }
+}
+
+/// The degree of freedom whose held-out predictions 8 s ahead have become better by most, and how many times.
+pub(super) fn improvement(gap: &[GapStep]) -> Option<(Dof, f64)> {
+    let (first, last) = (gap.first()?, gap.last()?);
+    let of = |step: &GapStep, dof: Dof| {
+        let own = step.prediction.iter().filter(|p| p.ahead == Some(8.0) && p.dof.dof() == Some(dof));
+        own.map(|p| p.rms * p.rms).sum::<f64>().sqrt()
+    };
+    let times = |dof: Dof| (dof, of(first, dof) / of(last, dof));
+    let all = Dof::ALL.into_iter().map(times).filter(|(_, t)| t.is_finite() && *t > 1.0);
+    all.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Whether what came in step `k` is not in the final model, or came again later.
+fn dropped(found: &Search, k: usize) -> bool {
+    let name = found.steps[k].name.as_ref();
+    name.is_some_and(|name| {
+        let again = found.steps[k + 1..].iter().any(|later| later.name.as_ref() == Some(name));
+        again || found.added.iter().all(|added| added.candidate.name() != *name)
+    })
+}
