@@ -115,7 +115,14 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
     let published = a.params.as_deref().map(|path| Published::read(path, &loaded)).transpose()?;
     let found = match a.no_discovery {
         true => None,
-        false => Some(output.working("searching", || campaign::discover(&loaded))??),
+        false => match output.working("searching", || campaign::discover(&loaded))? {
+            Ok(found) => Some(found),
+            // the rest of the report stands without it
+            Err(error) => {
+                output.complain(&format!("warning: the report does not say what is missing: {error}"));
+                None
+            }
+        },
     };
     let html =
         output.working("writing the report", || page_of(&loaded, found.as_ref(), published.as_ref(), None))??;

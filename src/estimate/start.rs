@@ -56,7 +56,9 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
         {
-            parameter.value = found.value.clamp(parameter.min, parameter.max);
+            // an inertia that is not positive is no start at all, and one at its bound would not be seen to be none
+            let bounded = parameter.effect != "inertia";
+            parameter.value = if bounded { found.value.clamp(parameter.min, parameter.max) } else { found.value };
             parameter.per_run.clone_from(&found.per_run);
         }
     }

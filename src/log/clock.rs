@@ -72,6 +72,12 @@ impl Clock {
         matches!(self.zero, Zero::None).then_some(self.per_second)
     }
 
+    /// Whether a stamp has been read that says where it begins.
+    #[inline]
+    pub fn has_begun(&self) -> bool {
+        !matches!(self.zero, Zero::Unknown)
+    }
+
     /// The time in this cell, s.
     ///
     /// # Errors

@@ -176,7 +176,18 @@ impl Sheet {
         self.values.clear();
         let mut row = vec![f64::NAN; way.slots];
         let mut taken = 0;
-        while let Some((t, bytes, decimals)) = read_row(&text[taken..], way, columns, clock, &mut row) {
+        loop {
+            let Some((t, bytes, decimals)) = (match clock.has_begun() {
+                true => read_row(&text[taken..], way, columns, clock, &mut row),
+                // a row that is refused in the end must not have said where the clock begins
+                false => {
+                    let mut trial = clock.clone();
+                    let read = read_row(&text[taken..], way, columns, &mut trial, &mut row);
+                    read.inspect(|_| *clock = trial)
+                }
+            }) else {
+                break;
+            };
             if t <= previous && !way.any_order {
                 break;
             }
