@@ -69,4 +69,5 @@ mod t200;
 mod terminal;
 mod threads;
 mod ties;
+mod unexcited;
 mod upright;
