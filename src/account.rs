@@ -23,6 +23,9 @@ use crate::finding::{Finding, Severity};
 use crate::report::{Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
 
+/// Beside a deviation of a fit that did not converge, on the line where it stands.
+const NOT_CONVERGED: &str = "not converged";
+
 /// What a report is made from.
 #[derive(Debug, Clone, Copy)]
 pub struct Results<'a> {

@@ -84,7 +84,8 @@ pub fn fit_thruster<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let supply = supply.as_ref().map(|s| s.as_slice()).transpose()?;
     let table = Bollard { command: command.as_slice()?, force: force.as_slice()?, supply };
-    let options = CurveOptions { deadband: deadband.map_or(DeadBand::Fitted, DeadBand::Given), reference_supply };
+    let options =
+        CurveOptions { deadband: deadband.map_or(DeadBand::Fitted, DeadBand::Given), reference_supply, max: None };
     let fit = detached(py, || fit_curve(&table, &options))?.map_err(|e| error::data(py, &e))?;
     to_dict(py, &fit)
 }

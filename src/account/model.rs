@@ -56,7 +56,7 @@ fn parameters(results: &Results<'_>) -> Table {
         .iter()
         .map(|p| {
             let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
-            vec![
+            let mut row = vec![
                 Cell::from(p.effect.as_str()),
                 Cell::from(place.as_str()),
                 Cell::Text(Label::symbol(&p.name)),
@@ -64,13 +64,18 @@ fn parameters(results: &Results<'_>) -> Table {
                 Cell::from(crate::report::unit(&p.unit).as_str()),
                 p.sname.as_ref().map_or(Cell::Empty, |s| Cell::Text(Label::symbol(s))),
                 p.sname_value.map_or(Cell::Empty, |value| Cell::Number { value, digits: 5 }),
-            ]
+            ];
+            if !results.fit.converged {
+                row.push(if p.fixed { Cell::Empty } else { Cell::from(super::NOT_CONVERGED) });
+            }
+            row
         })
         .collect();
-    let columns = ["effect", "degree of freedom", "symbol", "value ± std", "unit", "SNAME", "value"];
+    let columns = ["effect", "degree of freedom", "symbol", "value ± std", "unit", "SNAME", "value", "deviation"];
+    let shown = if results.fit.converged { &columns[..7] } else { &columns };
     Table {
         title: "Parameters".into(),
-        columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),
+        columns: shown.iter().map(|c| Column::new(*c, "")).collect(),
         rows,
         note: format!(
             "Standard deviations: {}. SNAME's values have the opposite sign; an inertia's is its added part.",

@@ -12,7 +12,7 @@ pub(super) fn section(results: &Results<'_>) -> Option<Section> {
         true => "Innovations are white: what the model leaves is what the noise can be.",
         false => "Innovations are not white: something is left in them that the noise cannot be.",
     };
-    let tables = [forces(&noise.force), Some(sensors(&noise.sensors)), predictions(noise)];
+    let tables = [forces(&noise.force, results.fit.converged), Some(sensors(&noise.sensors)), predictions(noise)];
     Some(Section {
         heading: "Noise and random force".into(),
         paragraphs: vec![format!("{} {white}", noise.sentence())],
@@ -28,20 +28,25 @@ fn number(value: Option<f64>) -> Cell {
     value.map_or(Cell::Empty, |value| Cell::Number { value, digits: 3 })
 }
 
-fn forces(all: &[ForceFound]) -> Option<Table> {
+fn forces(all: &[ForceFound], converged: bool) -> Option<Table> {
     let row = |f: &ForceFound| {
         let estimate = |value, std: f64| Cell::Estimate { value, std: Some(std).filter(|s| *s > 0.0) };
-        vec![
+        let mut row = vec![
             Cell::from(f.dof.to_string().as_str()),
             estimate(f.rms, f.std),
             Cell::from(crate::report::unit(f.unit).as_str()),
             estimate(f.correlation_time, f.correlation_time_std),
             number(f.share_of_thrust.map(|s| 100.0 * s)),
-        ]
+        ];
+        if !converged {
+            row.push(Cell::from(super::NOT_CONVERGED));
+        }
+        row
     };
+    let names = ["degree of freedom", "rms ± std", "unit", "correlation time, s", "% of thrust", "deviation"];
     (!all.is_empty()).then(|| Table {
         title: "Random force".into(),
-        columns: columns(&["degree of freedom", "rms ± std", "unit", "correlation time, s", "% of thrust"]),
+        columns: columns(if converged { &names[..5] } else { &names }),
         rows: all.iter().map(row).collect(),
         note:
             "A first-order Gauss-Markov process in each degree of freedom: turbulence, tether, thrusters that are not \

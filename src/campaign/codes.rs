@@ -15,6 +15,8 @@ codes! {
     NOT_STREAMED = "M010" "not-streamed" Error "A fit by --stream keeps no log, and this run asks for something that needs it whole.";
     BENCH = "M220" "bench" Warning "A bench run shows nothing of its thruster: it needs a command that changes and at least 50 rows of `force`.";
     BOLLARD = "M011" "bollard-table" Error "A bollard table gives no curve of a thruster: it needs a command and a force in each row, at least three rows each way in which this thruster alone is driven, and thrust that grows with the command.";
+    SHARED_INERTIAS = "M012" "shared-inertias" Error "Integral least squares finds no inertias that the balances of several degrees of freedom can share (tied Coriolis): the noise of the velocities is larger than their change in a row. Use estimator = \"filter_error\", longer rows, or coriolis = \"free\".";
+    NOT_EXCITED = "M013" "not-excited" Error "Every run of the fit leaves a modelled degree of freedom without a command and without motion beyond noise, and nothing of it can be found. Leave it out of `dofs`, hold its parameters, or add a run that moves it.";
     RESAMPLE = "M009" "resample" Error "Resampling would make more than a thousand samples of each: the rate or the unit of time is wrong.";
 
     NOT_CONVERGED = "M101" "not-converged" Warning "The estimation stopped before it converged: the start may be far off, or some parameters are nearly tied.";
@@ -54,6 +56,7 @@ codes! {
     NOT_BOUNDED = "M213" "not-bounded" Note "The likelihood of a parameter does not rise on both sides: the data gives a bound on one side at most, and estimate ± deviation means little.";
     BY_QUATERNION = "M215" "by-quaternion" Note "A run comes near a pitch of 90 degrees, where Euler angles are singular: inside, the attitude is a unit quaternion, and the simulated attitude is compared with the logged one by the turn between them.";
     STREAMED = "M214" "streamed" Note "Integral least squares read the logs piece by piece and kept none of them, as --stream asks or because they are more than 64 MiB; its deviations allow for correlation within clusters of rows.";
+    STEPS_AS_LINES = "M216" "steps-as-lines" Note "Commands keep their value over several rows and then step, and input = \"linear\" reads a slope between two samples: the force then acts up to a row too early or too late. Say input = \"hold\" in [model] or in the [[run]].";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use super::codes;
 use super::file::CampaignErrors;
 use crate::compare::CompareError;
 use crate::estimate::IntegralError;
@@ -61,7 +62,7 @@ pub enum Error {
     Procedure(#[from] ProcedureError),
     /// Integral least squares cannot fit this data.
     #[error(transparent)]
-    Integral(#[from] IntegralError),
+    Integral(IntegralError),
     /// A model cannot be held against a run.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -71,6 +72,18 @@ pub enum Error {
     /// What is asked of a plan cannot be: wrong use.
     #[error("{0}")]
     Asked(String),
+}
+
+impl From<IntegralError> for Error {
+    /// What says what to do instead has a code of its own.
+    fn from(error: IntegralError) -> Error {
+        match &error {
+            IntegralError::NotSettled { .. } | IntegralError::SharedInStream { .. } => {
+                Error::Refused { findings: vec![Finding::new(&codes::SHARED_INERTIAS, error.to_string())] }
+            }
+            _ => Error::Integral(error),
+        }
+    }
 }
 
 impl Error {

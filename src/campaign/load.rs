@@ -14,6 +14,7 @@ use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::forces;
 use super::logs::{self, Logged};
 use super::model_noise::ModelNoise;
+use super::steps_as_lines;
 use super::thrusters;
 use super::vertical;
 use super::window;
@@ -250,9 +251,13 @@ pub(super) fn assemble(
     let mut position = true;
     let driven = baseline::driven_by_formulas(&file);
     let whole = !logged.iter().any(|logged| logged.piece);
+    let mut holding: BTreeSet<String> = BTreeSet::new();
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
         prepare(&file, &mut logged, table, k)?;
         vertical::unfold(&model, &mut logged.run);
+        if held[k] {
+            holding.insert(logged.run.name.clone());
+        }
         if held[k] && mixed {
             window::steps(&mut logged.run);
         }
@@ -283,6 +288,7 @@ pub(super) fn assemble(
     findings.extend(scale::finding(&model));
     if whole {
         findings.extend(same_log::findings(&runs));
+        findings.extend(steps_as_lines::finding(&runs, |run| holding.contains(&run.name)));
     }
     let (tables, brought) = columns::bring(&mut file, &runs);
     for table in &tables {

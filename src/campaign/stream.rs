@@ -215,6 +215,8 @@ mod tests {
         let folder = folder("same");
         write_blind(&folder, &BlindOptions { duration: 30.0, ..BlindOptions::default() }).unwrap();
         let path = folder.join("campaign.toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replace("coriolis = \"tied\"", "coriolis = \"free\"")).unwrap();
         let kept = Campaign::load(&path, LoadOptions::default()).unwrap();
         let kept = fit(&kept, FitOptions { estimator: Some(Estimator::Integral) }).unwrap();
         let (campaign, streamed) = in_pieces(&path, LoadOptions::default(), 70).unwrap();

@@ -97,7 +97,7 @@ pub(super) fn fit(file: &mut CampaignFile) -> Result<Curves, Error> {
         let rows = rows_of(k, &file.thrusters, &table, &run, &pulses).map_err(refused)?;
         let thruster = &file.thrusters[k];
         let deadband = if table.fit_deadband { DeadBand::Fitted } else { DeadBand::Given(thruster.deadband) };
-        let options = CurveOptions { deadband, reference_supply: table.reference_supply };
+        let options = CurveOptions { deadband, reference_supply: table.reference_supply, max: thruster.max };
         let key = (rows, options, thruster.supply);
         let index = match known.iter().position(|other| *other == key) {
             Some(index) => index,

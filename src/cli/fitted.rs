@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::noise;
 use super::output::Output;
-use super::table::{measured, number, table};
+use super::table::{UNSETTLED, estimated, measured, number, table};
 use crate::campaign::{self, Fit};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
@@ -15,7 +15,7 @@ pub(super) fn print(fitted: &Fit, output: &Output) {
     output.print(&fitted.sentence);
     parameters(fitted, output);
     if let Some(found) = &fitted.noise {
-        noise::print(found, output);
+        noise::print(found, fitted.converged, output);
     }
     print_thrusters(fitted, output);
     print_stages(fitted, output);
@@ -42,6 +42,7 @@ pub(super) fn print_next(fitted: &Fit, campaign: &Path, model: Option<&Path>, ou
 /// A term and its symbol, its value, its unit; SNAME's name and value and the paper's deviation with `--verbose`.
 fn parameters(fitted: &Fit, output: &Output) {
     let verbose = output.is_verbose();
+    let mark = if fitted.converged { String::new() } else { format!(" {UNSETTLED}") };
     let rows: Vec<Vec<String>> = fitted
         .parameters
         .iter()
@@ -52,12 +53,19 @@ fn parameters(fitted: &Fit, output: &Output) {
                 p.effect.clone(),
                 place,
                 p.name.clone(),
-                if p.fixed { format!("{} (held)", number(p.value)) } else { measured(p.value, p.std) },
+                if p.fixed {
+                    format!("{} (held)", number(p.value))
+                } else {
+                    estimated(p.value, p.std, fitted.converged)
+                },
                 p.unit.clone(),
             ];
             if verbose {
                 let paper = p.std_paper.filter(|s| *s > 0.0);
-                row.extend([paper.map(|s| format!("± {}", number(s))).unwrap_or_default(), sname.unwrap_or_default()]);
+                row.extend([
+                    paper.map(|s| format!("± {}{mark}", number(s))).unwrap_or_default(),
+                    sname.unwrap_or_default(),
+                ]);
             }
             row
         })
@@ -65,6 +73,9 @@ fn parameters(fitted: &Fit, output: &Output) {
     let heads = ["effect", "dof", "symbol", "value ± std", "unit", "(14)", "SNAME"];
     output.print(&table(if verbose { &heads } else { &heads[..5] }, &rows));
     output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
+    if !fitted.converged {
+        output.print(&format!("{UNSETTLED}: the fit did not converge, and this deviation is none"));
+    }
 }
 
 /// What each fit was made from, and its condition numbers.

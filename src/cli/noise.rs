@@ -1,13 +1,13 @@
 //! Random force, noise of the sensors and errors of predictions as small tables for people.
 
 use super::output::Output;
-use super::table::{measured, number, size, table};
+use super::table::{estimated, number, size, table};
 use crate::campaign::{Noise, Predicted};
 use crate::frame::Dof;
 
-/// The tables under a fit: forces, sensors, and whether predictions err as predicted.
-pub(super) fn print(noise: &Noise, output: &Output) {
-    forces(noise, output);
+/// The tables under a fit, whose deviations count where it `converged`: forces, sensors, and whether predictions err as predicted.
+pub(super) fn print(noise: &Noise, converged: bool, output: &Output) {
+    forces(noise, converged, output);
     sensors(noise, output);
     let rows: Vec<Vec<String>> =
         Dof::ALL.into_iter().flat_map(|dof| [2.0, 8.0].map(|ahead| row(noise, dof, ahead))).flatten().collect();
@@ -20,15 +20,22 @@ pub(super) fn print(noise: &Noise, output: &Output) {
     });
 }
 
-fn forces(noise: &Noise, output: &Output) {
+fn forces(noise: &Noise, converged: bool, output: &Output) {
     let rows: Vec<Vec<String>> = noise
         .force
         .iter()
         .map(|f| {
             let share = f.share_of_thrust.map_or(String::new(), |s| size(100.0 * s));
-            let time = measured(f.correlation_time, Some(f.correlation_time_std));
+            let time = estimated(f.correlation_time, Some(f.correlation_time_std), converged);
             let remark = if f.only_intensity { "only rms² times time is known" } else { "" };
-            vec![f.dof.to_string(), measured(f.rms, Some(f.std)), f.unit.replace('*', " "), time, share, remark.into()]
+            vec![
+                f.dof.to_string(),
+                estimated(f.rms, Some(f.std), converged),
+                f.unit.replace('*', " "),
+                time,
+                share,
+                remark.into(),
+            ]
         })
         .collect();
     if !rows.is_empty() {

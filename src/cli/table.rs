@@ -77,6 +77,15 @@ pub(super) fn size(x: f64) -> String {
     }
 }
 
+/// What stands behind a deviation of a fit that did not converge, and what explains it.
+pub(super) const UNSETTLED: &str = "?";
+
+/// A value with its standard deviation; marked where the estimator did not converge, for then the deviation is none.
+pub(super) fn estimated(value: f64, std: Option<f64>, converged: bool) -> String {
+    let text = measured(value, std);
+    if converged || std.is_none() { text } else { format!("{text} {UNSETTLED}") }
+}
+
 /// A value with its standard deviation, to the two digits that the deviation deserves.
 pub(super) fn measured(value: f64, std: Option<f64>) -> String {
     match std.filter(|s| *s > 0.0 && s.is_finite()) {
@@ -117,5 +126,8 @@ mod tests {
         assert_eq!(measured(309.07, Some(18.8)), "309 ± 19");
         assert_eq!(measured(0.123456, Some(0.0012)), "0.1235 ± 0.0012");
         assert_eq!(measured(5.0, None), "5.000");
+        assert_eq!(estimated(309.07, Some(18.8), true), "309 ± 19");
+        assert_eq!(estimated(309.07, Some(18.8), false), "309 ± 19 ?");
+        assert_eq!(estimated(5.0, None, false), "5.000");
     }
 }

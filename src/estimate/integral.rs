@@ -7,12 +7,14 @@
 //!
 //! The paper's form is the first: the noise of the velocity's increment then stands on the left, where least squares
 //! expects it. As a regressor it would pull the inertia towards zero. Where several degrees of freedom share a free
-//! parameter (tied Coriolis terms) they are solved together, as forces weighed by their residuals.
+//! parameter (tied Coriolis terms) they are solved together, weighed by their residuals, and the increment on the left as
+//! well: see [`super::shared`].
 
 use std::collections::BTreeSet;
 
 use thiserror::Error;
 
+use super::shared::{Member, settled};
 use super::{Block, Column, Columns, RegressorError, RegressorOptions, regressors_of};
 use crate::frame::Dof;
 use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Names, StdMethod, least_squares_with};
@@ -33,6 +35,26 @@ pub enum IntegralError {
         /// What is wrong.
         source: LeastSquaresError,
     },
+    /// Inertias that several balances share need the rows themselves.
+    #[error(
+        "{dofs}: the balances share their inertias, which cannot be found without bias from a log that is read piece by \
+         piece; fit without --stream, by estimator = \"filter_error\" where the log is too large to keep, or with \
+         coriolis = \"free\""
+    )]
+    SharedInStream {
+        /// Degrees of freedom that share them.
+        dofs: String,
+    },
+    /// Inertias that several balances share cannot be told from the noise.
+    #[error(
+        "{dofs}: integral least squares finds no inertias that these balances can share: in a row the velocities change by \
+         less than their noise, or an inertia would be negative; use estimator = \"filter_error\", longer rows \
+         (stage.oscillatory.window), or coriolis = \"free\""
+    )]
+    NotSettled {
+        /// Degrees of freedom solved together.
+        dofs: String,
+    },
 }
 
 /// How integral least squares is done.
@@ -42,6 +64,18 @@ pub struct IntegralOptions {
     pub regressor: RegressorOptions,
     /// Standard deviations.
     pub std: StdMethod,
+    /// What is done where several degrees of freedom share free parameters.
+    pub together: Together,
+}
+
+/// How balances that share free parameters are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Together {
+    /// With the increments of the velocities on the left, as one alone is: noise does not shrink the inertias.
+    #[default]
+    PerInertia,
+    /// As forces, linear: always a solution, with inertias that noise shrinks. For starting values.
+    AsForces,
 }
 
 /// Parameters estimated from rows.
@@ -203,13 +237,13 @@ pub fn integral_least_squares(
         let dofs = members.iter().map(|(dof, _)| dof.name()).collect::<Vec<_>>().join(", ");
         let linear = |source| IntegralError::Linear { dofs: dofs.clone(), source };
         let fit = match members.as_slice() {
-            [(dof, columns)] => {
-                let own = model.parameter_of(&format!("inertia@{dof}")).filter(|p| !model.parameters[*p].fixed);
-                fit_rows(columns, own, options.std)
+            [(dof, columns)] => fit_rows(columns, own_inertia(model, *dof), options.std).map_err(linear)?,
+            several => {
+                let own: Vec<Option<usize>> = several.iter().map(|(dof, _)| own_inertia(model, *dof)).collect();
+                let fit = fit_together(several, &own, options).map_err(linear)?;
+                fit.ok_or(IntegralError::NotSettled { dofs })?
             }
-            several => fit_together(several, options.std),
         };
-        let fit = fit.map_err(linear)?;
         fit.write_to(&mut fitted);
         fits.push(fit);
     }
@@ -217,43 +251,75 @@ pub fn integral_least_squares(
     Ok((fitted, fits))
 }
 
-/// Solves degrees of freedom together, each weighed by the inverse of its residual's deviation.
-fn fit_together(members: &[(Dof, Columns)], method: StdMethod) -> Result<RowFit, LeastSquaresError> {
-    // first with the forces' own size as weight, then twice with the residuals that the pass before has shown
-    const PASSES: usize = 3;
-    let mut weights = members
-        .iter()
-        .map(|(_, c)| 1.0 / (c.rhs.iter().map(|y| y * y).sum::<f64>() / c.rows().max(1) as f64).sqrt().max(1e-300))
-        .collect::<Vec<f64>>();
-    let mut pass = 0;
-    loop {
-        let stacked = stack(members, &weights);
-        let fit = fit_rows(&stacked, None, method)?;
-        pass += 1;
-        if pass == PASSES {
-            return Ok(fit);
-        }
-        for (member, block) in weights.iter_mut().zip(blocks_of(&stacked, members)) {
-            let residual = |row: usize| {
-                stacked.rhs[row] - stacked.columns.iter().zip(&fit.values).map(|(c, v)| c[row] * v).sum::<f64>()
-            };
-            let rms = (block.clone().map(|row| residual(row).powi(2)).sum::<f64>() / block.len().max(1) as f64).sqrt();
-            // a perfect fit needs no other weight
-            *member /= rms.max(1e-12);
-        }
-    }
+/// The inertia of `dof`, where it is free.
+pub(super) fn own_inertia(model: &Model, dof: Dof) -> Option<usize> {
+    model.parameter_of(&format!("inertia@{dof}")).filter(|p| !model.parameters[*p].fixed)
 }
 
-/// Rows of each member in the stacked system.
-fn blocks_of(stacked: &Columns, members: &[(Dof, Columns)]) -> Vec<std::ops::Range<usize>> {
-    let rows = |dof: Dof| stacked.blocks.iter().filter(move |b| b.dof == dof).map(|b| b.rows.clone());
-    members
+/// Solves degrees of freedom together, each with the parameter of its own inertia; `None` where that does not settle.
+fn fit_together(
+    members: &[(Dof, Columns)],
+    own: &[Option<usize>],
+    options: IntegralOptions,
+) -> Result<Option<RowFit>, LeastSquaresError> {
+    let joint = stack(members, &vec![1.0; members.len()]);
+    let places: Vec<Vec<usize>> = members
         .iter()
-        .map(|(dof, _)| {
-            let begin = rows(*dof).map(|r| r.start).min().unwrap_or(0);
-            begin..rows(*dof).map(|r| r.end).max().unwrap_or(begin)
+        .map(|(_, c)| c.parameters.iter().filter_map(|c| joint.parameters.iter().position(|all| all == c)).collect())
+        .collect();
+    let of = |k: usize, theta: &[f64]| -> Vec<f64> { places[k].iter().map(|place| theta[*place]).collect() };
+    let described: Vec<Member> = members
+        .iter()
+        .zip(own)
+        .map(|((_, columns), own)| {
+            let at = own.and_then(|p| columns.column_of(p));
+            let alone = at.and_then(|at| Some(fit_rows(columns, *own, StdMethod::Paper).ok()?.values[at]));
+            Member {
+                own: own.and_then(|p| joint.column_of(p)).filter(|_| at.is_some()),
+                alone: alone.filter(|m| m.is_finite() && *m > 0.0),
+                size: columns.residual_rms(&vec![0.0; columns.columns.len()]),
+                rows: columns.rows() as f64,
+            }
         })
-        .collect()
+        .collect();
+    settled(
+        &described,
+        options.together,
+        |theta, weights| {
+            let predicted = |(k, (dof, columns)): (usize, &(Dof, Columns))| {
+                let at = own[k].and_then(|p| columns.column_of(p));
+                let turned = theta.zip(at).map(|(theta, at)| columns.predicted(at, &of(k, theta)));
+                (*dof, turned.unwrap_or_else(|| columns.clone()))
+            };
+            let members: Vec<(Dof, Columns)> = members.iter().enumerate().map(predicted).collect();
+            fit_rows(&stack(&members, weights), None, options.std)
+        },
+        |k, theta| members[k].1.residual_rms(&of(k, theta)),
+    )
+}
+
+impl Columns {
+    /// Root of the mean square of y − Σ θⱼ cⱼ.
+    fn residual_rms(&self, theta: &[f64]) -> f64 {
+        let square = |row: usize| (self.rhs[row] - self.sum(row, theta)).powi(2);
+        ((0..self.rows()).map(square).sum::<f64>() / self.rows().max(1) as f64).sqrt()
+    }
+
+    fn sum(&self, row: usize, theta: &[f64]) -> f64 {
+        self.columns.iter().zip(theta).map(|(c, value)| c[row] * value).sum()
+    }
+
+    /// The same rows with what the others predict of column `at` in its place, and y moved along with it.
+    fn predicted(&self, at: usize, theta: &[f64]) -> Columns {
+        let mut turned = self.clone();
+        for row in 0..self.rows() {
+            // what is left of the row, as an increment
+            let by = (self.rhs[row] - self.sum(row, theta)) / theta[at];
+            turned.columns[at][row] += by;
+            turned.rhs[row] += theta[at] * by;
+        }
+        turned
+    }
 }
 
 fn stack(members: &[(Dof, Columns)], weights: &[f64]) -> Columns {

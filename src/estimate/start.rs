@@ -4,7 +4,7 @@
 //! samples keep the noise of the velocities from shrinking the inertias. A start that no vehicle has (an inertia that
 //! is not positive) is replaced by the force over the acceleration that the log shows.
 
-use super::{IntegralOptions, RegressorOptions, Span, integral_least_squares};
+use super::{IntegralOptions, RegressorOptions, Span, Together, integral_least_squares};
 use crate::effects::{Effect, Family};
 use crate::model::{Model, Term};
 use crate::run::{Run, Signal};
@@ -46,8 +46,9 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     }
     let all: Vec<&Run> = runs.iter().collect();
     let span = Span::Samples(samples_in(WINDOW, model, runs));
-    let options =
-        IntegralOptions { regressor: RegressorOptions { span, ..RegressorOptions::default() }, ..Default::default() };
+    let regressor = RegressorOptions { span, ..RegressorOptions::default() };
+    // a start needs no more than the right size, and one is wanted in any case
+    let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
     let mut started = model.clone();
     let Ok((plain, _)) = integral_least_squares(&all, &plain, options) else {
         return rough(started, runs);

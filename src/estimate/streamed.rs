@@ -5,13 +5,13 @@
 //! ```
 //!
 //! What [`super::integral_least_squares`] finds follows from the factors alone: per unit of the inertia by an exchange of
-//! two columns, shared parameters by stacking weighed factors. Standard deviations are those of clusters: b is a stretch
+//! two columns, shared parameters by stacking weighed factors; balances that share inertias (tied Coriolis) are refused. Standard deviations are those of clusters: b is a stretch
 //! of consecutive rows, g_b = H_bᵀ e_b, c = B/(B − 1) · n/(n − p). At most [`BLOCKS`] factors are kept; neighbours then
 //! merge, and the clusters grow.
 
 use std::collections::BTreeSet;
 
-use super::integral::{IntegralError, RowFit};
+use super::integral::{IntegralError, RowFit, own_inertia};
 use super::{Column, Folded, RegressorError, RegressorOptions, folded};
 use crate::frame::Dof;
 use crate::least_squares::{LeastSquaresError, Tall};
@@ -89,6 +89,10 @@ impl Streamed {
                     let own = own.filter(|p| !self.model.parameters[*p].fixed);
                     let at = own.and_then(|p| one.parameters.iter().position(|c| c.parameter == p));
                     solve(&one.blocks, at, &one.parameters, &[one.dof])
+                }
+                // the factors alone would give the solution as forces, with inertias that noise shrinks
+                several if several.iter().any(|s| own_inertia(&self.model, s.dof).is_some()) => {
+                    return Err(IntegralError::SharedInStream { dofs });
                 }
                 several => together(several),
             };

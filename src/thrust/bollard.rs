@@ -32,11 +32,13 @@ pub struct CurveOptions {
     pub deadband: DeadBand,
     /// Supply voltage at which a and b shall hold, V; the median of the table when absent.
     pub reference_supply: Option<f64>,
+    /// Greatest |command| that the thruster takes; a greater one in the table gives the force of this one.
+    pub max: Option<f64>,
 }
 
 impl Default for CurveOptions {
     fn default() -> CurveOptions {
-        CurveOptions { deadband: DeadBand::Given(0.0), reference_supply: None }
+        CurveOptions { deadband: DeadBand::Given(0.0), reference_supply: None, max: None }
     }
 }
 
@@ -148,6 +150,11 @@ pub(super) fn check(table: &Bollard<'_>, options: &CurveOptions) -> Result<(), F
         (DeadBand::Given(value), _) if !(value.is_finite() && value >= 0.0) => {
             Err(FitError::BadOption { option: "deadband", value, expected: "a number of at least 0" })
         }
+        _ if options.max.is_some_and(|max| !volts(max)) => Err(FitError::BadOption {
+            option: "max",
+            value: options.max.unwrap_or(f64::NAN),
+            expected: "a positive number",
+        }),
         (_, Some(value)) if !volts(value) => Err(FitError::BadOption { option: "reference_supply", value, expected }),
         _ => Ok(()),
     }

@@ -45,7 +45,7 @@ pub struct DirectionFit {
 /// A fitted curve with what is known about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFit {
-    /// The curve; its `max` is set only where thrust would fall beyond the table's greatest command.
+    /// The curve; its `max` is the one given, or, where thrust would fall beyond it, the table's greatest command.
     pub curve: ThrustCurve,
     /// Coefficients for V > 0.
     pub forward: DirectionFit,
@@ -112,12 +112,13 @@ struct Side {
 }
 
 impl Side {
-    fn new(table: &Bollard<'_>, direction: Direction, reference: f64) -> Result<Side, FitError> {
+    fn new(table: &Bollard<'_>, direction: Direction, reference: f64, max: f64) -> Result<Side, FitError> {
         let sign = if direction == Direction::Forward { 1.0 } else { -1.0 };
         let mut side = Side { direction, command: vec![], force: vec![], log_supply: vec![] };
         for (row, (&command, &force)) in table.command.iter().zip(table.force).enumerate() {
             if command * sign > 0.0 {
-                side.command.push(command.abs());
+                // beyond `max` the thruster is at its limit
+                side.command.push(command.abs().min(max));
                 side.force.push(force * sign);
                 side.log_supply.push(table.supply.map_or(0.0, |s| (s[row] / reference).ln()));
             }
@@ -217,8 +218,8 @@ fn minimum(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
 /// # Errors
 /// As [`fit_curve`].
 pub fn fit_direction(table: &Bollard<'_>, direction: Direction, deadband: f64) -> Result<DirectionFit, FitError> {
-    check(table, &CurveOptions { deadband: DeadBand::Given(deadband), reference_supply: None })?;
-    Side::new(table, direction, 1.0)?.fit(deadband, 0.0, false)
+    check(table, &CurveOptions { deadband: DeadBand::Given(deadband), ..CurveOptions::default() })?;
+    Side::new(table, direction, 1.0, f64::INFINITY)?.fit(deadband, 0.0, false)
 }
 
 /// Fits the whole curve to a bollard table. The exponent n is fitted when the table holds more than one supply voltage.
@@ -228,8 +229,9 @@ pub fn fit_direction(table: &Bollard<'_>, direction: Direction, deadband: f64) -
 /// tell the parameters apart; a force against the command; thrust that falls as the command grows.
 pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit, FitError> {
     check(table, options)?;
+    let limit = options.max.unwrap_or(f64::INFINITY);
     let reference = options.reference_supply.or_else(|| median(table.supply?)).unwrap_or(1.0);
-    let [forward, reverse] = [Direction::Forward, Direction::Reverse].map(|d| Side::new(table, d, reference));
+    let [forward, reverse] = [Direction::Forward, Direction::Reverse].map(|d| Side::new(table, d, reference, limit));
     let (forward, reverse) = (forward?, reverse?);
     let several = table.supply.is_some_and(|s| s.iter().any(|v| (v - s[0]).abs() > 1e-3 * s[0]));
 
@@ -272,7 +274,7 @@ pub fn fit_curve(table: &Bollard<'_>, options: &CurveOptions) -> Result<CurveFit
         forward: coefficients(&forward_fit),
         reverse: coefficients(&reverse_fit),
         deadband: c,
-        max: if turns { forward.greatest().min(reverse.greatest()) } else { f64::INFINITY },
+        max: if turns { forward.greatest().min(reverse.greatest()) } else { limit },
         supply: exponent.map(|n| Supply { reference, exponent: n.value }),
     };
     Ok(CurveFit { curve, forward: forward_fit, reverse: reverse_fit, deadband, exponent, covariance })
@@ -310,7 +312,7 @@ mod tests {
 
     fn fit(table: &[Vec<f64>; 3], deadband: DeadBand) -> Result<CurveFit, FitError> {
         let rows = Bollard { command: &table[0], force: &table[1], supply: Some(&table[2]) };
-        fit_curve(&rows, &CurveOptions { deadband, reference_supply: Some(16.0) })
+        fit_curve(&rows, &CurveOptions { deadband, reference_supply: Some(16.0), max: None })
     }
 
     #[test]

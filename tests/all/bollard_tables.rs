@@ -208,6 +208,39 @@ fixed = true
     assert!(AGREE.contains(&(carried(reported) / spread)), "{reported} {own} {spread}");
 }
 
+/// The table goes on to twice the command that the thruster takes: from there on it shows the force at that limit.
+#[test]
+fn a_thruster_with_a_limit_has_its_curve_below_it_and_saturates_there() {
+    const MAX: f64 = 0.5;
+    let folder = folder("limit");
+    let limited = |command: f64| force(command.clamp(-MAX, MAX));
+    let mut rows = String::from("V1,force\n");
+    for k in (-12..=12).filter(|k| *k != 0) {
+        let command = f64::from(k) / 12.0;
+        writeln!(rows, "{command},{}", limited(command)).unwrap();
+    }
+    let text = VEHICLE.replace("bollard = \"t1.csv\"", "bollard = \"t1.csv\"\nmax = 0.5");
+    write(&folder, &[("campaign.toml", &text), ("motion.csv", &motion(&mut Noise(7))), ("t1.csv", &rows)]);
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).unwrap();
+    let fitted = campaign.curves[0].fit;
+    for (side, [a, b]) in [fitted.forward, fitted.reverse].into_iter().zip(TRUTH) {
+        assert!((side.a.value - a).abs() < 1e-9 && (side.b.value - b).abs() < 1e-9, "{side:?}");
+    }
+    // the fitted curve, the thruster that exports read, and the force that a run is simulated with
+    let thruster = campaign.file.thrusters[0].curve();
+    let run = &campaign.runs[0];
+    let total = run.signal("tau_u").unwrap();
+    for (t, total) in total.time().iter().zip(total.values()) {
+        let command = command(*t);
+        for curve in [fitted.curve, thruster] {
+            assert!((curve.force(command) - limited(command)).abs() < 1e-9, "{command}");
+        }
+        assert!((total - 2.0 * limited(command)).abs() < 1e-9, "{command}: {total}");
+    }
+    assert_eq!((fitted.curve.max, fitted.curve.range()), (MAX, thruster.range()));
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
 #[test]
 fn a_table_without_a_curve_is_told() {
     let folder = folder("wrong");

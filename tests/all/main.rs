@@ -69,5 +69,7 @@ mod strd;
 mod t200;
 mod terminal;
 mod threads;
+mod tied_inertias;
 mod ties;
+mod unexcited;
 mod upright;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hydrosysid::account::page_of;
-use hydrosysid::campaign::{Campaign, LoadOptions, Published};
-use hydrosysid::report::Origin;
+use hydrosysid::account::{Results, account, page_of};
+use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions, LoadOptions, Published};
+use hydrosysid::report::{Origin, render};
 use hydrosysid::tank::{BlindOptions, paper_campaign, write_blind};
 
 struct Folder(PathBuf);
@@ -81,4 +81,32 @@ fn a_fit_of_free_motion_shows_noise_single_runs_and_published_values() {
     ];
     holds(&page, &titles);
     assert!(page.contains(">published</text>") && page.contains("300.0 ± 9.0 kg/m"), "the book beside the estimate");
+}
+
+/// Every row of the parameters with a deviation says so itself, and none does where the fit converged.
+#[test]
+fn deviations_of_a_fit_that_did_not_converge_are_marked_where_they_stand() {
+    let folder = Folder::new("unsettled");
+    write_blind(&folder.0, &BlindOptions { duration: 20.0, ..BlindOptions::default() }).expect("it sails");
+    let campaign = folder.campaign();
+    let mut fit =
+        campaign::fit(&campaign, FitOptions { estimator: Some(Estimator::Integral) }).expect("it can be fitted");
+    let comparison = campaign::compare(&campaign, &fit.model, &fit.envelope).expect("it compares");
+    let simulation = campaign::simulate(&campaign, &fit.model, &fit.envelope).expect("it simulates");
+    let each_run = campaign::EachRun { format: 1, models: Vec::new(), crossed: Vec::new(), left_out: Vec::new() };
+    let marked = |fit: &campaign::Fit| {
+        let results = Results {
+            campaign: &campaign,
+            fit,
+            comparison: &comparison,
+            simulation: &simulation,
+            each_run: &each_run,
+            discovery: None,
+            published: None,
+        };
+        render(&account(&results, Origin::default())).matches(">not converged<").count()
+    };
+    assert_eq!(marked(&fit), 0);
+    fit.converged = false;
+    assert_eq!(marked(&fit), fit.parameters.iter().filter(|p| !p.fixed).count());
 }

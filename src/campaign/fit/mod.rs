@@ -18,6 +18,7 @@ use super::identifiability::Identifiability;
 use super::load::{Campaign, moves};
 use super::noise::Noise;
 use super::thrusters::FittedCurve;
+use super::unexcited;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
 use crate::finding::Finding;
@@ -67,6 +68,10 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
             }
         };
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
+    }
+    if estimator != Estimator::Staged {
+        // the staged procedure asks of each of its stages what that is about
+        unexcited::refuse(campaign, &runs)?;
     }
     tell(format!("fitting by {}", estimator.name().replace('_', " ")), 0, 0);
     let mut raw = match estimator {

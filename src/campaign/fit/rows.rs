@@ -15,7 +15,8 @@ use crate::run::{Role, Run};
 pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
     let mut std = vec![None; model.parameters.len()];
     let all: Vec<&Run> = runs.iter().collect();
-    let options = IntegralOptions { regressor: RegressorOptions::default(), std: StdMethod::Paper };
+    let options =
+        IntegralOptions { regressor: RegressorOptions::default(), std: StdMethod::Paper, ..IntegralOptions::default() };
     if let Ok((_, fits)) = integral_least_squares(&all, model, options) {
         for fit in &fits {
             for (column, value) in fit.parameters.iter().zip(&fit.std_paper) {

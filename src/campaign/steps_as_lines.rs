@@ -1,0 +1,86 @@
+//! Commands that are held in a log and read as lines.
+//!
+//! ```text
+//! held: a clock of its own ([`hold`]), or at least half of the changes stand alone and the median one is above 5 % of the range
+//! ```
+//!
+//! A held command that is read as a line acts up to a row too early on the way to the next step. A coarse value of a
+//! smooth command also stays for some rows, but its changes are one quantum, far below its range.
+
+use super::codes;
+use super::load::moves;
+use super::window::numbered;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::log::check::hold;
+use crate::run::{Run, Signal};
+
+/// Part of the range that a step is at least.
+const STEP: f64 = 0.05;
+
+/// Changes that make a rule.
+const FEWEST: usize = 3;
+
+/// The advice, for the runs (with whether their commands are held as the campaign says) that are read as lines.
+pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Finding> {
+    let stepped: Vec<&Run> = runs
+        .iter()
+        .filter(|run| moves(run.kind) && !held(run) && commands(run).any(|(_, s)| steps(s.values())))
+        .collect();
+    let first = stepped.first()?;
+    let channels: Vec<&str> = commands(first).filter(|(_, s)| steps(s.values())).map(|(name, _)| name).collect();
+    let more = match stepped.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and in {more} more runs)"),
+    };
+    let text = format!(
+        "{}: {} keep their value over several rows and then step{more}, and input = \"linear\" reads slopes between the \
+         rows; write input = \"hold\" in [model] or in the [[run]]",
+        first.name,
+        channels.join(", ")
+    );
+    Some(Finding::new(&codes::STEPS_AS_LINES, text))
+}
+
+/// What was commanded: the thrusters' commands or forces where they are logged, else the wrench.
+fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
+    let thruster = |name: &str| numbered(name, "V") || numbered(name, "F");
+    let any = run.signals.keys().any(|name| thruster(name));
+    let wanted = move |name: &str| if any { thruster(name) } else { Dof::ALL.iter().any(|dof| dof.force() == name) };
+    run.signals.iter().map(|(name, signal)| (name.as_str(), signal)).filter(move |(name, _)| wanted(name))
+}
+
+/// Whether these values are those of a command that is held.
+fn steps(values: &[f64]) -> bool {
+    if hold::of(values).is_some() {
+        return true;
+    }
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let alone = |k: usize| changes[k] > 0.0 && changes.get(k + 1).is_none_or(|next| *next == 0.0);
+    let mut sizes: Vec<f64> = changes.iter().copied().filter(|c| *c > 0.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let isolated = (0..changes.len()).filter(|k| alone(*k)).count();
+    sizes.len() >= FEWEST && 2 * isolated >= sizes.len() && median > STEP * (high - low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(of: impl Fn(f64) -> f64) -> Vec<f64> {
+        (0..400).map(|k| of(f64::from(k))).collect()
+    }
+
+    #[test]
+    fn steps_are_told_from_smooth_coarse_and_resting_commands() {
+        let sine = |k: f64| 40.0 * (0.05 * k).sin();
+        assert!(steps(&values(|k| if (k / 60.0).floor() % 2.0 == 0.0 { 30.0 } else { -30.0 })), "square");
+        assert!(steps(&values(|k| sine((k / 5.0).floor() * 5.0))), "a slower clock");
+        assert!(!steps(&values(sine)), "smooth");
+        assert!(!steps(&values(|k| sine(k).round())), "coarse");
+        assert!(!steps(&values(|k| if k < 250.0 { 0.0 } else { sine(k) })), "a rest before it");
+        assert!(!steps(&values(|_| 20.0)), "one value");
+    }
+}

@@ -1,0 +1,100 @@
+//! Degrees of freedom of a model that no run of a fit drives or moves.
+//!
+//! ```text
+//! at rest:  max |τ_d| ≤ 10⁻⁹ max |τ|   and   rms ν_d ≤ 1.5 σ(ν_d)   in every run, with a free parameter of d
+//! ```
+//!
+//! σ is the noise that the samples show by their third differences ([`Samples::noise`]), or the one stated in `[noise]`.
+//! What such a degree of freedom gets for inertia and drag is made of noise. Slow motion, a coloured noise and a bias all
+//! lie above 1.5 σ: only what is surely at rest is refused.
+
+use super::codes;
+use super::error::Error;
+use super::load::Campaign;
+use crate::check::samples::Samples;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::Run;
+
+/// Root mean square of a velocity at rest, in units of its noise.
+const AT_REST: f64 = 1.5;
+
+/// A command below this part of the largest is rounding of the allocation, N or N·m over the same.
+const NO_COMMAND: f64 = 1e-9;
+
+/// Refuses a fit of degrees of freedom that are at rest in all its runs, unless all are.
+///
+/// # Errors
+/// [`Error::Refused`] with the `dofs` to write instead.
+pub(super) fn refuse(campaign: &Campaign, runs: &[Run]) -> Result<(), Error> {
+    let stated = |channel: &str| campaign.file.noise.sensors.get(channel).copied();
+    let (resting, moved): (Vec<Dof>, Vec<Dof>) =
+        campaign.model.dofs.iter().partition(|dof| runs.iter().all(|run| rests(run, **dof, &stated)));
+    let resting: Vec<Dof> = resting.into_iter().filter(|dof| is_free(&campaign.model, *dof)).collect();
+    if resting.is_empty() || moved.is_empty() {
+        return Ok(());
+    }
+    let kept: Vec<Dof> = campaign.model.dofs.iter().copied().filter(|dof| !resting.contains(dof)).collect();
+    Err(Error::Refused { findings: vec![Finding::new(&codes::NOT_EXCITED, told(&resting, &kept))] })
+}
+
+/// What is wrong, and the line to write.
+fn told(resting: &[Dof], kept: &[Dof]) -> String {
+    let names: Vec<&str> = resting.iter().map(|dof| dof.name()).collect();
+    let line: Vec<String> = kept.iter().map(|dof| format!("{:?}", dof.name())).collect();
+    format!(
+        "{}: in no run of the fit is there a command or a motion beyond the noise, so that inertia and drag cannot be \
+         found; write dofs = [{}] in [model], or add a run that moves it",
+        names.join(", "),
+        line.join(", ")
+    )
+}
+
+/// Whether a free parameter stands in the balance of this degree of freedom alone.
+fn is_free(model: &Model, dof: Dof) -> bool {
+    model.parameters.iter().any(|p| !p.fixed && p.prior.is_none() && p.place.dof == Some(dof))
+}
+
+/// Whether a run has no command and no motion of a degree of freedom whose velocity it logs.
+fn rests(run: &Run, dof: Dof, stated: &dyn Fn(&str) -> Option<f64>) -> bool {
+    let largest = |dof: Dof| {
+        let values = run.signal(dof.force()).map(|s| s.values()).unwrap_or_default();
+        values.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
+    };
+    let most = Dof::ALL.into_iter().map(largest).fold(0.0, f64::max);
+    let Some(velocity) = run.signal(dof.velocity()).filter(|s| !s.is_empty()) else { return false };
+    let rms = (velocity.values().iter().map(|x| x * x).sum::<f64>() / velocity.len() as f64).sqrt();
+    let seen = Samples::of(velocity).map_or(0.0, |samples| samples.noise());
+    let noise = stated(dof.velocity()).map_or(seen, |stated| stated.max(seen));
+    largest(dof) <= NO_COMMAND * most && rms <= AT_REST * noise
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+    use crate::run::Signal;
+
+    #[test]
+    fn noise_is_rest_and_slow_motion_is_not() {
+        let mut draw = Noise::new(1, 0);
+        let time: std::sync::Arc<[f64]> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+        let noise: Vec<f64> = time.iter().map(|_| 0.01 * draw.normal()).collect();
+        let slow: Vec<f64> = time.iter().zip(&noise).map(|(t, n)| n + 0.03 * (0.2 * t).sin()).collect();
+        let run = |v: Vec<f64>, tau: f64| {
+            let mut run = Run::default();
+            for (name, values) in [("v", v), ("tau_v", vec![tau; 400]), ("tau_u", vec![10.0; 400])] {
+                run.signals.insert(name.into(), Signal::new(time.clone(), values));
+            }
+            run
+        };
+        let none = |_: &str| None;
+        assert!(rests(&run(noise.clone(), 0.0), Dof::Sway, &none));
+        assert!(rests(&run(vec![0.0; 400], 1e-12), Dof::Sway, &none));
+        assert!(!rests(&run(noise, 1.0), Dof::Sway, &none));
+        assert!(!rests(&run(slow.clone(), 0.0), Dof::Sway, &none));
+        assert!(rests(&run(slow.clone(), 0.0), Dof::Sway, &|_| Some(0.05)));
+        assert!(!rests(&run(slow, 0.0), Dof::Yaw, &none), "what is not logged is not judged");
+    }
+}

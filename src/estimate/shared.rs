@@ -1,0 +1,112 @@
+//! Degrees of freedom that share free parameters, solved together without the bias of noise in their inertias' columns.
+//!
+//! ```text
+//! eᵢ = Δνᵢ − Δν̂ᵢ,   Δν̂ᵢ = (y − Σ_{j≠i} θⱼ cⱼ)/mᵢ        minimise Σᵢ wᵢ² |eᵢ|²,   wᵢ = 1/rms(eᵢ)
+//! step of Gauss and Newton:   Σ θⱼ c̃ⱼ = y + mᵢ (Δν̂ᵢ − Δνᵢ),   c̃ᵢ = Δν̂ᵢ,   c̃ⱼ = cⱼ else
+//! ```
+//!
+//! The column of an inertia in its own balance is the increment Δν of a measured velocity, a difference of two samples
+//! whose noise is about as large as what it shows. As a regressor it pulls the inertia towards zero (Fuller, *Measurement
+//! Error Models*, Wiley 1987, 1.1.1: 196 ± 6 for 300). Alone in its balance an inertia is found per unit of it, with Δν on the left;
+//! where it also stands in another balance (tied Coriolis) that is no longer linear, and Δν̂ takes its column step by
+//! step. The other columns are integrals, in which the noise averages.
+
+use super::integral::{RowFit, Together};
+use crate::least_squares::LeastSquaresError;
+
+/// Steps after which there is no solution to be had.
+const STEPS: usize = 60;
+
+/// Times that a step is halved for a smaller cost.
+const HALVINGS: i32 = 20;
+
+/// Solutions as forces, each weighed by the residuals of the one before.
+const PASSES: usize = 3;
+
+/// A residual below this part of the right-hand side is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// One balance among those that are solved together.
+pub(super) struct Member {
+    /// Place of its own inertia among the joint parameters, where it is free.
+    pub own: Option<usize>,
+    /// Its inertia per unit of it, from its balance alone: the start.
+    pub alone: Option<f64>,
+    /// Root of the mean square of its right-hand side.
+    pub size: f64,
+    /// Number of its rows.
+    pub rows: f64,
+}
+
+/// The joint solution, `None` where it does not settle. `solve` solves all balances with these weights and, where they
+/// are given, the increments predicted with these parameters in the columns of the own inertias; `rms` is what the
+/// parameters leave of a balance as a force.
+///
+/// # Errors
+/// Those of `solve`.
+pub(super) fn settled(
+    members: &[Member],
+    together: Together,
+    mut solve: impl FnMut(Option<&[f64]>, &[f64]) -> Result<RowFit, LeastSquaresError>,
+    rms: impl Fn(usize, &[f64]) -> f64,
+) -> Result<Option<RowFit>, LeastSquaresError> {
+    let sizes: Vec<f64> = members.iter().map(|m| m.size.max(f64::MIN_POSITIVE)).collect();
+    // the forces' own size as weight, then the residuals that the step before has shown; a perfect fit needs no other
+    let first: Vec<f64> = sizes.iter().map(|size| 1.0 / size).collect();
+    let weights = |theta: &[f64]| -> Vec<f64> {
+        sizes.iter().enumerate().map(|(k, size)| 1.0 / rms(k, theta).max(1e-12 * size)).collect()
+    };
+    let mut linear = solve(None, &first)?;
+    for _ in 1..PASSES {
+        linear = solve(None, &weights(&linear.values))?;
+    }
+    if together == Together::AsForces {
+        return Ok(Some(linear));
+    }
+    let mut theta = linear.values;
+    for member in members {
+        if let Some(own) = member.own {
+            theta[own] = member.alone.unwrap_or(theta[own].abs().max(f64::MIN_POSITIVE));
+        }
+    }
+    // Σ n ln rms(e): its gradient is that of the weighed squares
+    let cost = |theta: &[f64]| -> f64 {
+        let of = |(k, member): (usize, &Member)| {
+            let inertia = member.own.map_or(1.0, |own| theta[own]);
+            member.rows * (rms(k, theta).max(ROUNDING * sizes[k]) / inertia).ln()
+        };
+        members.iter().enumerate().map(of).sum()
+    };
+    for _ in 0..STEPS {
+        let fit = solve(Some(&theta), &weights(&theta))?;
+        let within = |part: f64| {
+            let near = |(k, (new, old)): (usize, (&f64, &f64))| {
+                (new - old).abs() <= part * fit.std_paper[k] + ROUNDING * new.abs()
+            };
+            fit.values.iter().zip(&theta).enumerate().all(near)
+        };
+        let exact = sizes.iter().enumerate().all(|(k, size)| rms(k, &fit.values) <= ROUNDING * size);
+        if exact || within(1e-6) {
+            return Ok(Some(fit));
+        }
+        let before = cost(&theta);
+        let shorter = (0..HALVINGS).map(|k| stepped(members, &theta, &fit.values, 0.5_f64.powi(k)));
+        match shorter.into_iter().find(|theta| cost(theta) < before) {
+            Some(better) => theta = better,
+            // what is left to gain is below the rounding of the cost
+            None => return Ok(within(1e-3).then_some(fit)),
+        }
+    }
+    Ok(None)
+}
+
+/// A `part` of the way from `from` to `to`; own inertias in their logarithm, by a factor of e at most, so that none ends
+/// below 0.
+fn stepped(members: &[Member], from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
+    let is_own = |k: usize| members.iter().any(|member| member.own == Some(k));
+    let one = |(k, (old, new)): (usize, (&f64, &f64))| match is_own(k) {
+        true => old * (part * (new / old - 1.0).clamp(-1.0, 1.0)).exp(),
+        false => old + part * (new - old),
+    };
+    from.iter().zip(to).enumerate().map(one).collect()
+}

@@ -1,0 +1,94 @@
+//! Degrees of freedom that no run moves, and commands that are steps: what a campaign of them is told.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
+use hydrosysid::campaign::{self, Campaign, Error, Estimator, FitOptions};
+use hydrosysid::noise::Noise;
+use hydrosysid::run::{Run, Signal};
+
+const MASS: f64 = 300.0;
+const DRAG: f64 = 90.0;
+
+/// Surge alone is driven, by a sine or by steps of 4 s; the other sensors log their noise.
+fn run(steps: bool) -> Run {
+    let (step, count) = (0.1, 900);
+    let mut draw = Noise::new(2, 0);
+    let force = |t: f64| match steps {
+        true => 60.0 * [1.0, -0.5, 0.7, -1.0, 0.2][(t / 4.0) as usize % 5],
+        false => 60.0 * (0.7 * t).sin(),
+    };
+    let time: Arc<[f64]> = (0..count).map(|k| step * f64::from(k)).collect();
+    let mut u = 0.0;
+    let mut speeds = Vec::new();
+    for t in time.iter() {
+        speeds.push(u + 0.002 * draw.normal());
+        for sub in 0..20 {
+            let h = step / 20.0;
+            u += h * (force(t + h * (f64::from(sub) + 0.5)) - DRAG * u) / MASS;
+        }
+    }
+    let quiet = |size: f64, draw: &mut Noise| (0..count).map(|_| size * draw.normal()).collect::<Vec<f64>>();
+    let mut run = Run { name: "surge.csv".into(), ..Run::default() };
+    let channels = [
+        ("u", speeds),
+        ("v", quiet(0.002, &mut draw)),
+        ("r", quiet(0.001, &mut draw)),
+        ("tau_u", time.iter().map(|t| force(*t)).collect()),
+        ("tau_v", vec![0.0; count as usize]),
+        ("tau_r", vec![0.0; count as usize]),
+    ];
+    for (name, values) in channels {
+        run.signals.insert(name.into(), Signal::new(time.clone(), values));
+    }
+    run
+}
+
+fn campaign(dofs: &str, more: &str, run: Run) -> Campaign {
+    let text = format!(
+        "format = 1\n[model]\ndofs = [{dofs}]\neffects = ['inertia', 'linear_drag']\n{more}\n[[run]]\nfile = 'surge.csv'\n"
+    );
+    let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+    let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("rest.toml"), &options);
+    Campaign::from_runs(file.unwrap_or_else(|e| panic!("{e}")), vec![run]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+const ESTIMATORS: [Estimator; 3] = [Estimator::Integral, Estimator::OutputError, Estimator::FilterError];
+
+#[test]
+fn surge_alone_is_no_campaign_of_three_degrees_of_freedom() {
+    let three = campaign("'surge', 'sway', 'yaw'", "", run(false));
+    for estimator in ESTIMATORS {
+        let error = campaign::fit(&three, FitOptions { estimator: Some(estimator) }).expect_err("two are at rest");
+        let Error::Refused { findings } = error else { panic!("{error}") };
+        assert_eq!((findings.len(), findings[0].code), (1, campaign::codes::NOT_EXCITED.code));
+        let text = &findings[0].message;
+        assert!(text.starts_with("sway, yaw: ") && text.contains("dofs = [\"surge\"]"), "{text}");
+    }
+    let one = campaign("'surge'", "", run(false));
+    let fit = campaign::fit(&one, FitOptions { estimator: Some(Estimator::OutputError) }).expect("the line to write");
+    let mass = &fit.parameters[0];
+    assert!((mass.value - MASS).abs() < 5.0, "{}", mass.value);
+}
+
+#[test]
+fn parameters_that_are_held_need_no_motion() {
+    let held = ["inertia@sway", "inertia@yaw", "linear_drag@sway", "linear_drag@yaw"]
+        .map(|name| format!("[[parameter]]\neffect = '{name}'\nvalue = 400.0\nfixed = true\n"));
+    let three = campaign("'surge', 'sway', 'yaw'", &held.concat(), run(false));
+    campaign::fit(&three, FitOptions { estimator: Some(Estimator::OutputError) }).expect("nothing is asked of them");
+}
+
+#[test]
+fn steps_that_are_read_as_lines_are_told() {
+    let told = |more: &str, steps: bool| {
+        let campaign = campaign("'surge'", more, run(steps));
+        let found = campaign.findings.iter().find(|f| f.code == campaign::codes::STEPS_AS_LINES.code);
+        found.map(|f| f.message.clone())
+    };
+    let text = told("", true).expect("steps under input = \"linear\"");
+    assert!(text.contains("tau_u") && text.contains("input = \"hold\""), "{text}");
+    assert_eq!(told("input = 'hold'", true), None);
+    assert_eq!(told("", false), None, "a sine");
+}
