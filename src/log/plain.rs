@@ -176,18 +176,15 @@ impl Sheet {
         self.values.clear();
         let mut row = vec![f64::NAN; way.slots];
         let mut taken = 0;
-        loop {
-            let Some((t, bytes, decimals)) = (match clock.has_begun() {
-                true => read_row(&text[taken..], way, columns, clock, &mut row),
-                // a row that is refused in the end must not have said where the clock begins
-                false => {
-                    let mut trial = clock.clone();
-                    let read = read_row(&text[taken..], way, columns, &mut trial, &mut row);
-                    read.inspect(|_| *clock = trial)
-                }
-            }) else {
-                break;
-            };
+        let next = |rest: &[u8], clock: &mut Clock, row: &mut [f64]| match clock.has_begun() {
+            true => read_row(rest, way, columns, clock, row),
+            // a row that is refused in the end must not have said where the clock begins
+            false => {
+                let mut trial = clock.clone();
+                read_row(rest, way, columns, &mut trial, row).inspect(|_| *clock = trial)
+            }
+        };
+        while let Some((t, bytes, decimals)) = next(&text[taken..], clock, &mut row) {
             if t <= previous && !way.any_order {
                 break;
             }

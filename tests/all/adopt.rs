@@ -1,7 +1,7 @@
 //! `discover --adopt`: what was named is written into the campaign, and the campaign can be worked with.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const CAMPAIGN: &str = "# my vehicle
@@ -47,11 +47,11 @@ fn sailed(name: &str, bias: f64) -> PathBuf {
     folder
 }
 
-fn run(folder: &PathBuf, arguments: &[&str]) -> Output {
+fn run(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hydrosysid")).args(arguments).current_dir(folder).output().expect("it starts")
 }
 
-fn text(folder: &PathBuf, name: &str) -> String {
+fn text(folder: &Path, name: &str) -> String {
     std::fs::read_to_string(folder.join(name)).expect("it was written")
 }
 
