@@ -61,7 +61,7 @@ impl Default for FilterErrorOptions {
         FilterErrorOptions {
             base,
             forces: Forces::default(),
-            iterations: 60,
+            iterations: 120,
             tolerance: 1e-2,
             refine: true,
             told: false,

@@ -7,12 +7,16 @@ use nalgebra::DMatrix;
 use super::forecast::Whiteness;
 use super::likelihood::Linear;
 use super::noise::{Coloured, NoiseModel};
+use super::start::TIME;
 use super::steps::Search;
 use crate::estimate::output_error::read_inputs;
 use crate::model::Model;
 
 /// Rise of −2 ln L without a force of two unknowns that chance makes once in a hundred: the 99 % quantile of χ²(2).
 const CHANCE: f64 = 9.21;
+
+/// Share of a force with which the search goes on once sensors are given colour.
+const STOOD_IN: f64 = 0.1;
 
 impl Search<'_> {
     /// Gives the noise of sensors a part that is correlated in time where innovations are not white and the likelihood
@@ -33,6 +37,12 @@ impl Search<'_> {
             let sensor = &mut self.noise.sensors[*output];
             let part = sensor.std * std::f64::consts::FRAC_1_SQRT_2;
             (sensor.std, sensor.coloured) = (part, Some(Coloured { rms: part, time: 4.0 * self.times.0 }));
+        }
+        // a force that has stood in for the colour is slow to go and quick to grow
+        if self.options.forces.is_estimated() {
+            for force in &mut self.noise.forces {
+                (force.rms, force.time) = (STOOD_IN * force.rms, TIME);
+            }
         }
         self.renew();
         let converged = self.climb();

@@ -28,6 +28,20 @@ const HELD_BACK: f64 = 2.0;
 /// Share of a force's start below which it is nothing.
 const NOTHING: f64 = 1e-3;
 
+/// Least white part of a sensor's noise beside a correlated one: it adds less than a hundredth to what a sample tells
+/// anew, and the likelihood would lead it to nothing for ever.
+const LEAST_WHITE: f64 = 0.05;
+
+/// Information of a logarithm that is added to each: one of which the data know less, a deviation of three and more, goes
+/// no further than its slope asks, and does not shorten the steps of the others.
+const FLAT: f64 = 0.1;
+
+/// A logarithm that cannot go a tenth of this further stands at its bound.
+const NEAR: f64 = 0.1;
+
+/// Most times its length that a step of the noise is taken.
+const STRETCHED: f64 = 8.0;
+
 /// Longest step of a logarithm.
 const FARTHEST: f64 = 2.0;
 
@@ -54,6 +68,8 @@ pub(super) struct Search<'a> {
     /// Shortest and longest correlation time, s.
     pub(super) times: (f64, f64),
     pub(super) damping: f64,
+    /// Times its length that a step of the noise is taken.
+    pub(super) stretch: f64,
     /// Longest step of the integrator, s.
     pub(super) step_length: f64,
     pub(super) passes: usize,
@@ -130,6 +146,7 @@ impl<'a> Search<'a> {
             stated,
             silent,
             damping: 1e-6,
+            stretch: 1.0,
             step_length: longest_step(model, &options.base),
             passes: 0,
             filtered,
@@ -266,8 +283,8 @@ impl<'a> Search<'a> {
         // what stands at its bound and would leave it stays there
         for (k, c) in coordinates.iter().enumerate() {
             let now = self.noise.at(*c);
-            let there = self.bounded(*c, now - 1e-3 * gradient[k].signum());
-            if (there - now).abs() < 1e-9 {
+            let there = self.bounded(*c, now - NEAR * gradient[k].signum());
+            if (there - now).abs() < 0.1 * NEAR {
                 gradient[k] = 0.0;
                 information.row_mut(k).fill(0.0);
                 information.column_mut(k).fill(0.0);
@@ -278,7 +295,7 @@ impl<'a> Search<'a> {
         loop {
             let mut damped = information.clone();
             for k in 0..coordinates.len() {
-                damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + 1e-9;
+                damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + FLAT;
             }
             let Some(factor) = damped.clone().cholesky() else { return 0.0 };
             let mut step = factor.solve(&-&gradient);
@@ -288,7 +305,7 @@ impl<'a> Search<'a> {
                 return promised.max(0.0);
             }
             // a long step keeps its direction: of two that go together one alone may lead up
-            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
+            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(self.stretch);
             let mut trial = self.noise.clone();
             for (k, c) in coordinates.iter().enumerate() {
                 let now = trial.at(*c);
@@ -300,10 +317,12 @@ impl<'a> Search<'a> {
             self.passes += 1;
             if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
                 let fell = self.cost - cost;
+                // where the likelihood rises by more than the quadratic has it, its curvature is less, and steps are longer
+                self.stretch = if fell > promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
                 (self.noise, self.current, self.cost) = (trial, next, cost);
                 return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
             }
-            damping = f64::max(damping * 10.0, 0.1);
+            (damping, self.stretch) = (f64::max(damping * 10.0, 0.1), 1.0);
             // what a millionth of a step does not gain is not to be had
             if damping > 1e6 {
                 return 0.0;
@@ -328,7 +347,10 @@ impl<'a> Search<'a> {
     /// A logarithm within what has a meaning.
     fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
         match coordinate {
-            Coordinate::Sensor(output) => log.max(self.floors[output].ln()),
+            Coordinate::Sensor(output) => {
+                let coloured = self.noise.sensors[output].coloured.map_or(0.0, |c| LEAST_WHITE * c.rms);
+                log.max(self.floors[output].max(coloured).ln())
+            }
             Coordinate::ForceTime(_) | Coordinate::ColouredTime(_) => log.clamp(self.times.0.ln(), self.times.1.ln()),
             Coordinate::ForceRms(i) => {
                 let most = match &self.options.forces {
