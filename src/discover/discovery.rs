@@ -6,14 +6,15 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::found::{FoundEffect, SmallestVisible, found_effects, smallest_visible};
-use super::gap::{GapStep, gap_step, improvement, noise_floor, predictions, with_parameters_open};
+use super::gap::{GapStep, gap_step, improvement, noise_floor, predictions};
+use super::held_out::on_others;
 use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, Search, SearchOptions, Step, Task, search};
 use super::verdict::{Verdict, digits, sentence, verdict};
 use super::whereabouts::{Where, whereabouts};
 use crate::effects::{Effect, Place};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, with_parameters_open};
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
@@ -140,7 +141,9 @@ pub fn discover(
     let (outputs, last) = &predicted[predicted.len() - 1];
     let mut failing = super::verdict::failing(outputs, last);
     if !failing.is_empty() && !held.is_empty() {
-        let allowed = with_parameters_open(found.last_fit(), last, &held, fitting, options.seed)?;
+        let fit = found.last_fit();
+        let estimated = on_others(fit, &held, fitting)?;
+        let allowed = with_parameters_open(fit, &estimated, last, (&held, &fitting.base), options.seed)?;
         failing = super::verdict::failing(outputs, &allowed);
     }
     let mut effects = found_effects(&found);

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::held_out::on_others;
@@ -13,7 +12,6 @@ use crate::estimate::filter_error::{
 use crate::estimate::output_error::OutputErrorError;
 use crate::frame::{Dof, Measured};
 use crate::model::Model;
-use crate::noise::Noise;
 use crate::run::Run;
 
 /// The gap on held-out runs after one step.
@@ -86,52 +84,6 @@ pub(super) fn predictions(
     let model = on_others(fit, held, fitting)?;
     let filtered = Filtered::new(&model, held, &fitting.base)?;
     Ok((outputs, filtered.forecast(&model, &fit.noise, fit.limit)))
-}
-
-/// Draws of the parameters by which it is found how far their uncertainty spreads predictions.
-const DRAWS: usize = 8;
-
-/// `forecasts` of the held-out runs with what the uncertainty of the parameters adds to the expected errors: the mean of
-/// their squares under parameters drawn from the estimate's distribution, less that under the estimate itself. Without a
-/// random force it is all that makes an unstable vehicle's predictions err.
-pub(super) fn with_parameters_open(
-    fit: &FilterErrorFit,
-    forecasts: &[Forecast],
-    held: &[Run],
-    fitting: &FilterErrorOptions,
-    seed: u64,
-) -> Result<Vec<Forecast>, OutputErrorError> {
-    let unknowns = &fit.filtered.problem.unknowns;
-    let p = unknowns.len();
-    let mut open = forecasts.to_vec();
-    let Some(root) = DMatrix::from_row_slice(p, p, &fit.covariance).cholesky().map(|f| f.l()) else { return Ok(open) };
-    let mut noise = Noise::new(seed, 0xd4a3);
-    let estimated = on_others(fit, held, fitting)?;
-    for _ in 0..DRAWS {
-        let step = &root * DVector::from_fn(p, |_, _| noise.normal());
-        let mut model = estimated.clone();
-        for (unknown, by) in unknowns.iter().zip(step.iter()).filter(|(u, _)| u.run.is_none()) {
-            let parameter = &mut model.parameters[unknown.parameter];
-            parameter.value = (parameter.value + by).clamp(parameter.min, parameter.max);
-        }
-        let drawn = Filtered::new(&model, held, &fitting.base)?.forecast(&model, &fit.noise, fit.limit);
-        for ((open, drawn), own) in open.iter_mut().zip(&drawn).zip(forecasts) {
-            for ((open, drawn), own) in open.channels.iter_mut().zip(&drawn.channels).zip(&own.channels) {
-                for ((open, drawn), own) in open.predictions.iter_mut().zip(&drawn.predictions).zip(&own.predictions) {
-                    open.expected += (drawn.squares - own.squares) / DRAWS as f64;
-                }
-            }
-        }
-    }
-    for (open, own) in open.iter_mut().zip(forecasts) {
-        for (open, own) in open.channels.iter_mut().zip(&own.channels) {
-            for (open, own) in open.predictions.iter_mut().zip(&own.predictions) {
-                // a draw that runs away leaves all open
-                open.expected = if open.expected.is_nan() { f64::INFINITY } else { open.expected.max(own.expected) };
-            }
-        }
-    }
-    Ok(open)
 }
 
 /// What a channel measures, of those that are compared.

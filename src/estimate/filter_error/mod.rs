@@ -16,6 +16,7 @@ mod forecast;
 mod gauss_markov;
 mod likelihood;
 mod noise;
+mod open;
 mod options;
 mod pass;
 mod problem;
@@ -31,6 +32,7 @@ use nalgebra::DMatrix;
 pub use forecast::{AHEAD, Channel, Forecast, Point, Prediction, Whiteness};
 pub use likelihood::Linear;
 pub use noise::{Coloured, Coordinate, NoiseModel, RandomForce, SensorNoise};
+pub use open::with_parameters_open;
 pub use options::{FilterErrorOptions, Forces};
 pub use problem::Filtered;
 
