@@ -36,7 +36,7 @@ mod _native {
     #[pymodule_export]
     use super::log::{check_logs, csv_of, read_log, to_si};
     #[pymodule_export]
-    use super::models::{export_model, model_difference};
+    use super::models::{adopt, export_model, model_difference};
     #[pymodule_export]
     use super::numbers::{fit_thruster, polynomial_filter, rk4};
     #[pymodule_export]

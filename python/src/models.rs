@@ -58,3 +58,9 @@ pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) ->
     let (a, b) = (read(a)?, read(b)?);
     error::to_json(&detached(py, || difference(&a, &b, names))?)
 }
+
+/// The text of a campaign with `names` in its list of effects.
+#[pyfunction]
+pub fn adopt(py: Python<'_>, text: &str, names: Vec<String>) -> PyResult<String> {
+    hydrosysid::campaign::adopt(text, &names).map_err(|e| error::usage(py, &e))
+}

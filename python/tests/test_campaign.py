@@ -73,7 +73,38 @@ def test_discover_has_nothing_to_add(campaign: hs.Campaign) -> None:
     found = hs.discover(campaign)
     assert found.verdict == "nothing_missing"
     assert found.effects == ()
-    assert "verdict: nothing missing" in found.summary()
+    assert found.summary().startswith("Nothing is missing")
+    assert found.sentence in found._repr_html_()
+
+
+def test_what_is_found_is_adopted(tmp_path: Path) -> None:
+    time = np.arange(600) * 0.1
+    for run in range(3):
+        fine = np.arange(59901) * 0.001
+        force = np.interp(fine, time, 12.0 * np.sin((0.5 + 0.2 * run) * time) + 5.0 * np.sin(1.7 * time))
+        u = np.zeros(len(fine))
+        for k in range(len(fine) - 1):
+            u[k + 1] = u[k] + 0.001 * (force[k] - 40.0 * u[k] * abs(u[k]) - 2.0) / 20.0
+        noise = 0.003 * np.random.default_rng(run).standard_normal(600)
+        table = np.column_stack([time, u[::100] + noise, force[::100]])
+        np.savetxt(tmp_path / f"{run}.csv", table, delimiter=",", header="t,u,tau_u", comments="", fmt="%.9g")
+    roles = "".join(f"[[run]]\nfile = '{k}.csv'\n" for k in range(3)) + "role = 'validate'\n"
+    text = "format = 1 # mine\n[model]\ndofs = ['surge']\neffects = ['inertia', 'quadratic_drag']\n" + roles
+    (tmp_path / "campaign.toml").write_text(text, encoding="utf-8")
+    found = hs.discover(tmp_path)
+    assert [effect.id for effect in found.effects] == ["bias@surge"]
+    assert found.effects[0].common_name in found.sentence
+    found.adopt(tmp_path, tmp_path / "mine.toml")
+    assert (tmp_path / "campaign.toml").read_text(encoding="utf-8") == text
+    expected = text.replace("'quadratic_drag']", "'quadratic_drag', \"bias@surge\"]")
+    assert (tmp_path / "mine.toml").read_text(encoding="utf-8") == expected
+    found.adopt(tmp_path)
+    assert hs.discover(tmp_path).verdict == "nothing_missing"
+    with pytest.raises(ValueError, match="another folder"):
+        found.adopt(tmp_path, tmp_path.parent / "mine.toml")
+    (tmp_path / "none.toml").write_text("a = 1", encoding="utf-8")
+    with pytest.raises(hs.UsageError):
+        found.adopt(tmp_path / "none.toml")
 
 
 def test_results_are_plain_data(campaign: hs.Campaign, fit: hs.Fit) -> None:

@@ -209,6 +209,7 @@ mod tests {
             places: Vec::new(),
             residuals: Vec::new(),
             gap: Vec::new(),
+            adopt: Vec::new(),
             removed: Vec::new(),
             log_findings: Vec::new(),
             smallest_visible: Vec::new(),

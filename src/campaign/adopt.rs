@@ -20,7 +20,7 @@ struct ModelListing {
 }
 
 /// Names under which a campaign lists what `found` added to its baseline, `"coriolis_yaw"`; of an effect of its own the id.
-pub fn named(campaign: &Campaign, found: &Discovery) -> Vec<String> {
+pub(super) fn named(campaign: &Campaign, found: &Discovery) -> Vec<String> {
     let terms = |step: Option<&crate::discover::Step>| -> Vec<String> {
         step.map_or(Vec::new(), |step| step.fit.model.terms.iter().map(crate::model::Term::name).collect())
     };

@@ -1,5 +1,6 @@
 //! The verb `discover`: what the campaign's baseline lacks, if anything.
 
+use super::adopt::named;
 use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
@@ -36,6 +37,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     if let Some(held) = held {
         found = search(&held)?;
     }
+    found.adopt = named(campaign, &found);
     found.warnings.extend(said);
     if table.families != usual.families {
         let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();

@@ -49,7 +49,7 @@ mod vehicles;
 mod vertical;
 mod window;
 
-pub use adopt::{adopt, named};
+pub use adopt::adopt;
 pub use baseline::Own;
 pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};

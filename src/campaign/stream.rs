@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn a_stream_finds_what_logs_in_memory_say() {
         let folder = folder("same");
-        write_blind(&folder, &BlindOptions { duration: 30.0, ..BlindOptions::default() }).unwrap();
+        write_blind(&folder, &BlindOptions { duration: 60.0, ..BlindOptions::default() }).unwrap();
         let path = folder.join("campaign.toml");
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, text.replace("coriolis = \"tied\"", "coriolis = \"free\"")).unwrap();

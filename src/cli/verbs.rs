@@ -177,8 +177,7 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     }
     let found = output.working("searching", || campaign::discover(&loaded))??;
     super::discovered::print(&found, output);
-    let names = campaign::named(&loaded, &found);
-    match (&a.adopt, names.as_slice()) {
+    match (&a.adopt, found.adopt.as_slice()) {
         (_, []) => {}
         (Some(to), names) => super::adopted::adopt(&a.campaign, to.as_deref(), names, output)?,
         (None, names) => {

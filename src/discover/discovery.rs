@@ -55,6 +55,8 @@ pub struct Discovery {
     pub gap: Vec<GapStep>,
     /// What helped and broke a rule of physics or of held-out runs: no names.
     pub behaves_like: Vec<BehavesLike>,
+    /// What to add to the `effects` of the campaign's [model] for all that was added; filled by the campaign.
+    pub adopt: Vec<String>,
     /// What was added and dropped again.
     pub removed: Vec<String>,
     /// What looks like a fault of the log.
@@ -186,6 +188,7 @@ pub fn discover(
         effects,
         gap,
         behaves_like,
+        adopt: Vec::new(),
         removed: found.removed.clone(),
         log_findings: Vec::new(),
         smallest_visible: smallest_visible(&found),

@@ -28,11 +28,13 @@ if TYPE_CHECKING:
     from ._convert import convert, explain
     from ._cross import Crossed, CrossValidation, OwnEstimate, OwnModel
     from ._discovery import (
+        BehavesLike,
         Change,
         Dependence,
         Discovery,
         FoundEffect,
         FoundParameter,
+        GapForce,
         GapOfRun,
         GapStep,
         LogFinding,
@@ -81,6 +83,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "BehavesLike",
     "Campaign",
     "Change",
     "Check",
@@ -102,6 +105,7 @@ __all__ = [
     "Forces",
     "FoundEffect",
     "FoundParameter",
+    "GapForce",
     "GapOfRun",
     "GapStep",
     "HydrosysidError",
@@ -181,8 +185,8 @@ _HOMES = {
     "_convert": "convert explain",
     "_cross": "Crossed CrossValidation OwnEstimate OwnModel",
     "_discovery": (
-        "Change Dependence Discovery FoundEffect FoundParameter GapOfRun GapStep LogFinding Residual "
-        "SmallestVisible Where"
+        "BehavesLike Change Dependence Discovery FoundEffect FoundParameter GapForce GapOfRun GapStep LogFinding "
+        "Residual SmallestVisible Where"
     ),
     "_errors": "DataError Finding HydrosysidError UsageError",
     "_fit": "Fit FittedCurve Parameter Stage StageEstimate",

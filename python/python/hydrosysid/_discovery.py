@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from . import _native
 from ._errors import Finding
+from ._noise import Prediction
 from ._result import Result
 from ._view import Rows, html_table, over_noise, text_table
 
 if TYPE_CHECKING:
+    from os import PathLike
+
     from matplotlib.axes import Axes
 
 
@@ -30,6 +36,7 @@ class FoundEffect:
 
     Attributes:
         id: ``id``, ``id@dof`` or ``id@dof:other``.
+        common_name: what practitioners call it.
         dofs: degrees of freedom in which it acts.
         parameters: its parameters in the final fit; none of a whole row of the Coriolis forces, which is tied to the
             inertias.
@@ -39,11 +46,37 @@ class FoundEffect:
     """
 
     id: str
+    common_name: str
     dofs: tuple[str, ...]
     parameters: tuple[FoundParameter, ...]
     p_value: float
     also_possible: tuple[str, ...]
     evidence: str
+
+
+@dataclass(frozen=True)
+class BehavesLike:
+    """What helped and broke a rule of physics or of the runs that took no part: no name.
+
+    Attributes:
+        id: ``id``, ``id@dof`` or ``id@dof:other``.
+        why: which rule, in words.
+        gain: by how much −2 ln L fell.
+    """
+
+    id: str
+    why: str
+    gain: float
+
+
+@dataclass(frozen=True)
+class GapForce:
+    """The random force of a step of the gap in one degree of freedom, `rms` in `unit`, `correlation_time` in s."""
+
+    dof: str
+    rms: float
+    unit: str
+    correlation_time: float
 
 
 @dataclass(frozen=True)
@@ -68,13 +101,18 @@ class GapOfRun:
 
 @dataclass(frozen=True)
 class GapStep:
-    """Error on held-out runs after `added` came in; `None` for the refitted baseline, `dropped` if it went again."""
+    """Error on held-out runs after `added` came in; `None` for the refitted baseline, `dropped` if it went again.
+
+    `force` is the random force of this step, which a true name makes fall; `prediction` how predictions err.
+    """
 
     added: str | None
     dropped: bool
     held_out_rms: dict[str, float]
     noise_floor: dict[str, float]
     runs: tuple[GapOfRun, ...]
+    force: tuple[GapForce, ...] = ()
+    prediction: tuple[Prediction, ...] = ()
 
 
 def _label(step: GapStep) -> str:
@@ -143,10 +181,13 @@ class Discovery(Result):
     Attributes:
         format: 1.
         verdict: ``nothing_missing``, ``explained``, ``partly_explained`` or ``unexplained``.
+        sentence: the verdict in words.
         effects: what was added, in order.
         where: where the baseline disagrees with the data.
         residuals: the force that the baseline lacks, by degree of freedom.
         gap: error on held-out runs before and after each step.
+        behaves_like: what helped and broke a rule of physics or of the runs that took no part.
+        adopt_names: what stands in the campaign's list of effects once it is adopted; see `adopt`.
         removed: what was added and dropped again.
         log_findings: what looks like a fault of the log.
         smallest_visible: what this data could have shown.
@@ -157,10 +198,13 @@ class Discovery(Result):
 
     format: int
     verdict: str
+    sentence: str
     effects: tuple[FoundEffect, ...]
     where: tuple[Where, ...]
     residuals: tuple[Residual, ...]
     gap: tuple[GapStep, ...]
+    behaves_like: tuple[BehavesLike, ...]
+    adopt_names: tuple[str, ...] = field(metadata={"key": "adopt"})
     removed: tuple[str, ...]
     log_findings: tuple[LogFinding, ...]
     smallest_visible: tuple[SmallestVisible, ...]
@@ -169,6 +213,26 @@ class Discovery(Result):
     warnings: tuple[Finding, ...]
 
     title: ClassVar[str] = "Missing effects"
+
+    def adopt(self, campaign: str | PathLike[str], to: str | PathLike[str] | None = None) -> None:
+        """Writes what was found into the effects of a campaign's model; comments and everything else stay.
+
+        Args:
+            campaign: the campaign file, or the folder that holds ``campaign.toml``.
+            to: another campaign file that is written in its stead, from the text of `campaign`; in the same folder,
+                from which logs are found.
+
+        Raises:
+            UsageError: `campaign` is no campaign.
+            ValueError: `to` lies in another folder.
+        """
+        own = Path(campaign)
+        own = own / "campaign.toml" if own.is_dir() else own
+        target = own if to is None else Path(to)
+        if target.absolute().parent != own.absolute().parent:
+            raise ValueError(f"{target} lies in another folder than {own}, and logs are found from there")
+        text = own.read_text(encoding="utf-8")
+        target.write_text(_native.adopt(text, list(self.adopt_names)), encoding="utf-8")
 
     def rows(self) -> Rows:
         """One row a parameter of an effect that was found; one without for a row that is tied to the inertias."""
@@ -203,10 +267,10 @@ class Discovery(Result):
         found = [text_table(self.rows(), self.title)] if self.effects else []
         following = [f"next: {self.next_experiment}"] if self.next_experiment else []
         gap = text_table(self._gap_rows(), "Gap on held-out runs")
-        return "\n".join([f"verdict: {self.verdict.replace('_', ' ')}", *found, gap, *following, *self._remarks()])
+        return "\n".join([self.sentence, *found, gap, *following, *self._remarks()])
 
     def _repr_html_(self) -> str:
-        head = f"<p><b>{self.verdict.replace('_', ' ')}</b></p>"
+        head = f"<p><b>{escape(self.sentence)}</b></p>"
         return head + super()._repr_html_() + html_table(self._gap_rows(), "Gap on held-out runs")
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:

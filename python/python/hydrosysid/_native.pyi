@@ -16,6 +16,7 @@ _Run = tuple[str, str, str, list[float], Mapping[str, str], Mapping[str, tuple[_
 __all__ = [
     "NativeCampaign",
     "__version__",
+    "adopt",
     "block_bootstrap",
     "check_campaign",
     "check_logs",
@@ -119,6 +120,7 @@ def plan_campaign(
 def plan_model(
     model: str, request: str, progress: _Progress
 ) -> tuple[str, list[tuple[str, str, dict[str, tuple[_Array, _Array]]]]]: ...
+def adopt(text: str, names: Sequence[str]) -> str: ...
 def model_difference(a: str, b: str, names: Sequence[str]) -> str: ...
 def polynomial_filter(
     t: _Array, x: _Array, samples: int | None, seconds: float | None, degree: int, gaps: Sequence[float]
