@@ -155,8 +155,9 @@ def test_every_long_call_says_what_it_does(name: str, campaign: hs.Campaign, fit
 def test_steps_of_a_fit_are_counted(campaign: hs.Campaign) -> None:
     heard: list[tuple[str, int, int]] = []
     hs.fit(campaign, progress=lambda what, done, of: heard.append((what, done, of)))
-    steps = [done for what, done, of in heard if what == "fitting by output error" and of == 0]
-    assert steps[:3] == [0, 1, 2]
+    steps = [done for what, done, of in heard if what == "fitting by filter error" and of == 0]
+    assert len(steps) > 3
+    assert steps[1:] == sorted(set(steps[1:]))
 
 
 def test_a_demo_says_what_it_does_and_can_be_ended(tmp_path: Path) -> None:

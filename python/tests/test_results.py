@@ -48,7 +48,7 @@ def fit(campaign: hs.Campaign) -> hs.Fit:
 
 def test_an_effect_without_parameters_has_a_row(campaign: hs.Campaign) -> None:
     found = hs.discover(campaign)
-    row = hs.FoundEffect("coriolis_yaw", ("yaw",), (), 1e-9, (), "it is seen")
+    row = hs.FoundEffect("coriolis_yaw", "the Munk moment", ("yaw",), (), 1e-9, (), "it is seen")
     size = hs.SmallestVisible("coriolis_roll", 0.02, "1", tied=True)
     tied = replace(found, effects=(row,), smallest_visible=(size,))
     assert [r["effect"] for r in tied.rows()] == ["coriolis_yaw"]

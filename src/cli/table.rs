@@ -32,6 +32,22 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     table.to_string()
 }
 
+/// A sentence in lines that the terminal holds; as it is where there is none.
+pub(super) fn sentence(text: &str) -> String {
+    let width = Table::new().width().map_or(usize::MAX, usize::from);
+    let (mut lines, mut length) = (String::new(), 0);
+    for word in text.split(' ') {
+        let more = word.chars().count();
+        let breaks = length > 0 && length + 1 + more > width;
+        if length > 0 {
+            lines.push(if breaks { '\n' } else { ' ' });
+        }
+        lines.push_str(word);
+        length = if breaks || length == 0 { more } else { length + 1 + more };
+    }
+    lines
+}
+
 /// Length of the longest word of each column, its header among them.
 fn longest_words(headers: &[&str], rows: &[Vec<String>]) -> Vec<usize> {
     let longest = |text: &str| text.split_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);

@@ -95,8 +95,8 @@ class Simulation(Result):
         return latex_table(self._brief_rows())
 
     def series(self) -> Run:
-        """Channels ``RUN/u/measured``, ``RUN/u/simulated`` and ``RUN/u/residual`` of all runs, as one run."""
-        return side_by_side({run.run: (run.time, run.simulated, run.measured) for run in self.runs})
+        """Channels ``RUN/u/measured``, ``simulated``, ``residual`` and ``std`` of all runs, as one run."""
+        return side_by_side({run.run: (run.time, run.simulated, run.measured, run.std) for run in self.runs})
 
     def to_csv(self, path: str | PathLike[str], *, force: bool = False) -> None:
         """Writes the series of all runs side by side, as the command's ``--series`` does: for PlotJuggler.

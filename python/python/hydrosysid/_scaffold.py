@@ -197,13 +197,16 @@ def _table(path: Path, target: Path) -> None:
     """Columns of a plain table as CSV under their own names, those of the usual length."""
     timed: Mapping[str, Any] = {"columns": {"_": {"name": "_", "time": "_"}}}
     source, _ = open_source(path, ColumnMap.of(timed))
-    fields = source.read({"": frozenset(source.contents[""])})[""].fields
+    names = frozenset(source.contents.get("", ()))
+    fields = source.read({"": names})[""].fields if names else {}
+    if not fields:
+        raise DataError(f"{path}: it holds no column of numbers")
     usual, _ = Counter(len(values) for values in fields.values()).most_common(1)[0]
-    names = [name for name in source.contents[""] if len(fields[name]) == usual]
+    columns = [name for name in source.contents[""] if len(fields[name]) == usual]
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(names)
-    rows.writerows(zip(*([_cell(x) for x in fields[name].tolist()] for name in names), strict=True))
+    rows.writerow(columns)
+    rows.writerows(zip(*([_cell(x) for x in fields[name].tolist()] for name in columns), strict=True))
     write(target, text.getvalue().encode(), True)
 
 

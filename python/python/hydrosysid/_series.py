@@ -13,15 +13,15 @@ from ._formats.extras import needed
 from ._run import Run
 
 Array = NDArray[np.float64]
-KINDS = ("measured", "simulated", "residual")
+KINDS = ("measured", "simulated", "residual", "std")
 
 
 def mcap_of(series: Run) -> bytes:
     """An MCAP log of channels ``RUN/CHANNEL/KIND``.
 
-    A topic ``/RUN/CHANNEL`` has the fields ``measured``, ``simulated`` and ``residual``, SI; a field is absent where it
-    is not known. Log time is the time of the run; where a run begins before 0 s, all are shifted by whole seconds, and
-    the metadata record ``hydrosysid`` says by how many.
+    A topic ``/RUN/CHANNEL`` has the fields ``measured``, ``simulated``, ``residual`` and ``std``, SI; a field is absent
+    where it is not known. Log time is the time of the run; where a run begins before 0 s, all are shifted by whole
+    seconds, and the metadata record ``hydrosysid`` says by how many.
     """
     writing = needed("mcap.writer", "mcap", "MCAP files")
     topics: dict[str, dict[float, dict[str, float]]] = {}
@@ -49,13 +49,16 @@ def mcap_of(series: Run) -> bytes:
     return sink.getvalue()
 
 
-def side_by_side(runs: Mapping[str, tuple[Array, Mapping[str, Array], Mapping[str, Array]]]) -> Run:
-    """Channels ``RUN/CHANNEL/KIND``, as ``--series`` writes them, from time, simulated and measured of each run."""
+def side_by_side(
+    runs: Mapping[str, tuple[Array, Mapping[str, Array], Mapping[str, Array], Mapping[str, Array]]],
+) -> Run:
+    """Channels ``RUN/CHANNEL/KIND``, as ``--series`` writes them, from time, simulated, measured and std."""
     signals = {}
-    for run, (time, simulated, measured) in runs.items():
+    for run, (time, simulated, measured, std) in runs.items():
         for channel, values in simulated.items():
             there = measured[channel]
-            for kind, series in zip(KINDS, (there, values, there - values), strict=True):
+            expected = std.get(channel, np.full_like(values, np.nan))
+            for kind, series in zip(KINDS, (there, values, there - values, expected), strict=True):
                 known = np.isfinite(series)
                 if known.any():
                     signals[f"{run}/{channel}/{kind}"] = (time[known], series[known])

@@ -262,7 +262,10 @@ fn forecast(batch: Batch<'_, 1>) -> Forecast {
                 sensors.update(Plain, output, &[measured], &mut belief, &mut None, &mut |at| {
                     let (e, s) = (at.e[0], at.s[0]);
                     let (channel, root) = (&mut channels[output], s.sqrt());
-                    channel.predictions[0].add(e, s);
+                    // of the first sample nothing is predicted but what is believed beforehand
+                    if now > begin {
+                        channel.predictions[0].add(e, s);
+                    }
                     channel.squares += e * e / s;
                     channel.next.push(Point { time: now, measured, mean: measured - e, std: root });
                     z[output].push((e / root).clamp(-CLIPPED, CLIPPED));
