@@ -114,13 +114,15 @@ def test_every_figure_with_curves_zooms_and_reads(browser, report):
 
 def test_tables_copy_as_csv_and_latex(browser, report):
     browser.open(report)
-    texts = browser.run("[...document.querySelectorAll('#table-1 .copy')].map(b => b.dataset.text)")
+    found = "[...document.querySelectorAll('figure.table')].find(f => /symbol/.test(f.innerText))"
+    table = browser.run(f"{found}.id")
+    texts = browser.run(f"[...document.querySelectorAll('#{table} .copy')].map(b => b.dataset.text)")
     assert len(texts) == 2
     csv, latex = texts
     assert csv.splitlines()[0].startswith("effect,degree of freedom,symbol")
-    assert len(csv.splitlines()) == 1 + browser.run("document.querySelectorAll('#table-1 tbody tr').length")
+    assert len(csv.splitlines()) == 1 + browser.run(f"document.querySelectorAll('#{table} tbody tr').length")
     assert r"\begin{tabular}" in latex
-    button = "document.querySelector('#table-1 .copy')"
+    button = f"document.querySelector('#{table} .copy')"
     browser.run(f"{button}.click()")
     browser.run("new Promise(done => setTimeout(done, 200))")
     assert browser.run(f"{button}.textContent") == "Copied"
