@@ -55,7 +55,7 @@ pub struct Discovery {
     pub gap: Vec<GapStep>,
     /// What helped and broke a rule of physics or of held-out runs: no names.
     pub behaves_like: Vec<BehavesLike>,
-    /// What to add to the `effects` of the campaign's [model] for all that was added; filled by the campaign.
+    /// What to add to the `effects` of the campaign's table `model` for all that was added; filled by the campaign.
     pub adopt: Vec<String>,
     /// What was added and dropped again.
     pub removed: Vec<String>,
