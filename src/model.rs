@@ -340,7 +340,7 @@ pub fn places_of(effect: &dyn Effect, dofs: &[Dof]) -> Vec<Place> {
     let all = match effect.about().scope {
         Scope::Each(list) => list.iter().map(|d| Place::at(*d)).collect(),
         Scope::Pairs => Dof::ALL.iter().flat_map(|i| Dof::ALL.iter().map(|j| Place::pair(*i, *j))).collect(),
-        Scope::Vehicle(_) | Scope::Everywhere => vec![Place::VEHICLE],
+        Scope::Vehicle(_) | Scope::VehicleAny(_) | Scope::Everywhere => vec![Place::VEHICLE],
     };
     let modelled = |place: &Place| place.other.is_none_or(|other| dofs.contains(&other));
     all.into_iter().filter(|p| modelled(p) && misplaced(effect, *p, dofs).is_none()).collect()
@@ -354,6 +354,10 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
         (Scope::Each(list), Some(dof), None) if list.contains(&dof) => absent(dof),
         (Scope::Pairs, Some(dof), Some(other)) if dof != other => absent(dof),
         (Scope::Vehicle(needed), None, None) => needed.iter().find_map(|dof| absent(*dof)),
+        (Scope::VehicleAny(sets), None, None) => {
+            let missing = |set: &&[Dof]| set.iter().find_map(|dof| absent(*dof));
+            sets.iter().all(|set| missing(set).is_some()).then(|| sets.iter().find_map(missing)).flatten()
+        }
         (Scope::Everywhere, None, None) => None,
         (Scope::Each(_), ..) => Some("it is written id@dof".into()),
         (Scope::Pairs, ..) => Some("it is written id@dof:other, with two different degrees of freedom".into()),

@@ -205,7 +205,11 @@ impl Suite {
             dvl.iter_mut().for_each(|(_, n)| *n = noise);
         }
         let gyro = pick(angular, false, Dof::velocity, 0.003);
-        let attitude = pick(angular, self.attitude, Dof::position, 0.5_f64.to_radians());
+        let mut attitude = pick(angular, self.attitude, Dof::position, 0.5_f64.to_radians());
+        // north and east say nothing without a heading
+        if self.position && !has(&Dof::Yaw) && !self.attitude && linear[..2].iter().any(has) {
+            attitude.push((Dof::Yaw.position(), 0.5_f64.to_radians() * self.noise));
+        }
         let fix = if self.position { pick(&linear[..2], false, Dof::position, 0.05) } else { Vec::new() };
         let depth = pick(&linear[2..], self.attitude, Dof::position, 0.02);
         let mut list = Vec::new();

@@ -98,17 +98,17 @@ pub(crate) fn baseline(plant: &Plant, dofs: &[Dof]) -> Vec<String> {
             }
         }
     }
-    // what each row multiplies, by EFFECTS.md
-    let needs: [[Dof; 3]; 6] = [
-        [Dof::Surge, Dof::Sway, Dof::Yaw],
-        [Dof::Surge, Dof::Sway, Dof::Yaw],
-        [Dof::Surge, Dof::Heave, Dof::Pitch],
-        [Dof::Sway, Dof::Heave, Dof::Roll],
-        [Dof::Surge, Dof::Heave, Dof::Pitch],
-        [Dof::Surge, Dof::Sway, Dof::Yaw],
+    // the two products of each row of −C(ν)ν: of ω × P, and of v × P and ω × L
+    let needs: [[[Dof; 2]; 2]; 6] = [
+        [[Dof::Sway, Dof::Yaw], [Dof::Heave, Dof::Pitch]],
+        [[Dof::Surge, Dof::Yaw], [Dof::Heave, Dof::Roll]],
+        [[Dof::Surge, Dof::Pitch], [Dof::Sway, Dof::Roll]],
+        [[Dof::Sway, Dof::Heave], [Dof::Pitch, Dof::Yaw]],
+        [[Dof::Surge, Dof::Heave], [Dof::Roll, Dof::Yaw]],
+        [[Dof::Surge, Dof::Sway], [Dof::Roll, Dof::Pitch]],
     ];
     for dof in dofs {
-        if needs[dof.index()].iter().all(|n| dofs.contains(n)) {
+        if needs[dof.index()].iter().any(|pair| pair.iter().all(|n| dofs.contains(n))) {
             list.push(format!("coriolis_{}", dof.name()));
         }
     }

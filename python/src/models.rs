@@ -59,8 +59,8 @@ pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) ->
     error::to_json(&detached(py, || difference(&a, &b, names))?)
 }
 
-/// The text of a campaign with `names` in its list of effects.
+/// Writes `names` into the effects of a campaign, or of another beside it.
 #[pyfunction]
-pub fn adopt(py: Python<'_>, text: &str, names: Vec<String>) -> PyResult<String> {
-    hydrosysid::campaign::adopt(text, &names).map_err(|e| error::usage(py, &e))
+pub fn adopt(py: Python<'_>, campaign: PathBuf, to: Option<PathBuf>, names: Vec<String>) -> PyResult<()> {
+    hydrosysid::campaign::adopt(&campaign, to.as_deref(), &names).map(drop).map_err(|e| error::usage(py, &e))
 }

@@ -100,7 +100,7 @@ def test_what_is_found_is_adopted(tmp_path: Path) -> None:
     assert (tmp_path / "mine.toml").read_text(encoding="utf-8") == expected
     found.adopt(tmp_path)
     assert hs.discover(tmp_path).verdict == "nothing_missing"
-    with pytest.raises(ValueError, match="another folder"):
+    with pytest.raises(hs.UsageError, match="another folder"):
         found.adopt(tmp_path, tmp_path.parent / "mine.toml")
     (tmp_path / "none.toml").write_text("a = 1", encoding="utf-8")
     with pytest.raises(hs.UsageError):

@@ -1,12 +1,14 @@
 //! Effects that were named, written into the text of a campaign: its list `effects` grows, everything else stays as it
 //! stands, comments included.
 
+use std::path::{Path, PathBuf};
+
 use serde::Deserialize;
+use thiserror::Error;
 use toml::Spanned;
 
-use super::baseline::Own;
-use super::load::Campaign;
-use crate::discover::Discovery;
+use super::file::CampaignFile;
+use crate::whole;
 
 /// Where a campaign lists the effects of its baseline.
 #[derive(Deserialize)]
@@ -19,27 +21,66 @@ struct ModelListing {
     effects: Spanned<Vec<Spanned<String>>>,
 }
 
-/// Names under which a campaign lists what `found` added to its baseline, `"coriolis_yaw"`; of an effect of its own the id.
-pub(super) fn named(campaign: &Campaign, found: &Discovery) -> Vec<String> {
-    let terms = |step: Option<&crate::discover::Step>| -> Vec<String> {
-        step.map_or(Vec::new(), |step| step.fit.model.terms.iter().map(crate::model::Term::name).collect())
+/// Why nothing was adopted.
+#[derive(Debug, Error)]
+pub enum AdoptError {
+    /// Another folder than the campaign's, from which its logs would not be found.
+    #[error("{} lies in another folder, and logs are found from there: choose a name beside {}", .to.display(), .campaign.display())]
+    Elsewhere {
+        /// Where it was to go.
+        to: PathBuf,
+        /// The campaign.
+        campaign: PathBuf,
+    },
+    /// No campaign.
+    #[error("{}: {message}", .file.display())]
+    NoCampaign {
+        /// The file.
+        file: PathBuf,
+        /// What it lacks.
+        message: String,
+    },
+    /// A file cannot be read or written.
+    #[error("{}: {source}", .file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// Writes `names` into the effects of `campaign` (or the folder that holds `campaign.toml`), or into `to`, a campaign
+/// beside it, which begins as its copy where it does not exist. Returns the file that was written.
+///
+/// # Errors
+/// [`AdoptError`].
+pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String]) -> Result<PathBuf, AdoptError> {
+    let own = CampaignFile::at(campaign);
+    let to = to.map_or_else(|| own.clone(), Path::to_path_buf);
+    let unusable = |file: &Path| {
+        let file = file.to_path_buf();
+        move |source| AdoptError::File { file, source }
     };
-    let before = terms(found.steps.first());
-    let own = |name: &String| {
-        let of = |(effect, place): &Own| crate::model::name_of(effect.about().id, *place) == *name;
-        campaign.candidates.iter().find(|own| of(own)).map(|(effect, _)| effect.about().id.to_string())
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        parent.canonicalize().map_err(unusable(parent))
     };
-    let added = terms(found.steps.last()).into_iter().filter(|name| !before.contains(name));
-    // a term that left again does not count
-    let kept = |name: &String| found.effects.iter().any(|e| e.id.split('@').next() == name.split('@').next());
-    added.filter(kept).map(|name| own(&name).unwrap_or(name)).collect()
+    if folder(&to)? != folder(&own)? {
+        return Err(AdoptError::Elsewhere { to, campaign: own });
+    }
+    let from = if to.is_file() { &to } else { &own };
+    let text = std::fs::read_to_string(from).map_err(unusable(from))?;
+    let text = with_effects(&text, names).map_err(|message| AdoptError::NoCampaign { file: from.clone(), message })?;
+    whole::write(&to, |file| std::io::Write::write_all(file, text.as_bytes())).map_err(unusable(&to))?;
+    Ok(to)
 }
 
 /// `text` of a campaign with `names` in its list `effects`; as it is where they stand there already.
 ///
 /// # Errors
 /// What `text` lacks to be the text of a campaign.
-pub fn adopt(text: &str, names: &[String]) -> Result<String, String> {
+fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     let listing: Listing = toml::from_str(text).map_err(|e| e.message().to_string())?;
     let effects = listing.model.effects;
     let there: Vec<&str> = effects.get_ref().iter().map(|name| name.get_ref().as_str()).collect();
@@ -67,12 +108,12 @@ pub fn adopt(text: &str, names: &[String]) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::adopt;
+    use super::with_effects;
 
     fn with(list: &str, names: &[&str]) -> String {
         let text = format!("# mine\n[model]\ndofs = [\"yaw\"] # one\neffects = {list} # so far\n[fit]\n");
         let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-        let text = adopt(&text, &names).unwrap();
+        let text = with_effects(&text, &names).unwrap();
         let (begin, end) = ("# mine\n[model]\ndofs = [\"yaw\"] # one\neffects = ", " # so far\n[fit]\n");
         text.strip_prefix(begin).and_then(|t| t.strip_suffix(end)).expect("the rest stands").to_string()
     }
@@ -89,6 +130,6 @@ mod tests {
 
     #[test]
     fn what_is_no_campaign_is_told() {
-        assert!(adopt("format = 1", &[]).unwrap_err().contains("model"));
+        assert!(with_effects("format = 1", &[]).unwrap_err().contains("model"));
     }
 }

@@ -47,6 +47,7 @@ codes! {
     NEAR_VERTICAL = "M126" "near-vertical" Warning "A run comes near a pitch of 90 degrees without logging what a quaternion needs (phi, theta and psi at the same instants, in every run): roll and yaw are not told apart there, and what hangs on them is poor.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
+    NO_HEADING = "M221" "no-heading" Warning "North and east are logged and the heading is neither modelled nor logged: they say nothing of surge and sway, and take no part. Log psi.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
     LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
     COLUMN = "M206" "column-candidate" Note "A further column of the log has a standard form as a force: the discovery tries it beside the catalogue.";

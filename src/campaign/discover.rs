@@ -1,16 +1,16 @@
 //! The verb `discover`: what the campaign's baseline lacks, if anything.
 
-use super::adopt::named;
 use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
-use super::fit::filter_error;
+use super::fit::{dry_mass, filter_error, is_below};
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
 
 use crate::discover::{self, Discovery, SearchOptions};
 use crate::finding::Finding;
 use crate::model::{Model, Parameter};
+use crate::vehicle::Vehicle;
 
 /// Looks for what the baseline of a campaign lacks on its runs of free motion.
 ///
@@ -33,11 +33,10 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let fitting = filter_error::options(campaign);
     let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
     let mut found = search(&campaign.model)?;
-    let (held, said) = undetermined(&campaign.model, &found, campaign.file.vehicle.mass);
+    let (held, said) = undetermined(&campaign.model, &found, &campaign.file.vehicle);
     if let Some(held) = held {
         found = search(&held)?;
     }
-    found.adopt = named(campaign, &found);
     found.warnings.extend(said);
     if table.families != usual.families {
         let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();
@@ -65,14 +64,11 @@ const UNKNOWN: f64 = 0.3;
 ///
 /// Such are those of the baseline that have a wide deviation, and those that are below the dry mass, which no vehicle has,
 /// when the search is done: they are kept at or above it.
-fn undetermined(model: &Model, found: &Discovery, dry: Option<f64>) -> (Option<Model>, Vec<Finding>) {
+fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<Model>, Vec<Finding>) {
     let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) else { return (None, Vec::new()) };
     let inertia = |p: &&Parameter| p.effect == "inertia" && !p.fixed && p.prior.is_none();
     let loose = |p: &&Parameter| p.std.is_some_and(|std| std > UNKNOWN * p.value.abs());
-    let light = |p: &Parameter| {
-        let sure = p.value + 2.0 * p.std.unwrap_or(f64::INFINITY);
-        dry.filter(|dry| p.place.dof.is_some_and(|dof| !dof.is_rotation()) && sure < *dry && p.min < *dry)
-    };
+    let light = |p: &Parameter| dry_mass(p, vehicle).filter(|dry| is_below(p, *dry) && p.min < *dry);
     let mut held = model.clone();
     let (mut any, mut said) = (false, Vec::new());
     let wide = first.fit.model.parameters.iter().filter(inertia).filter(loose).map(|p| (p, None));

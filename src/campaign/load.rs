@@ -12,6 +12,7 @@ use super::derived;
 use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::forces;
+use super::heading;
 use super::logs::{self, Logged};
 use super::model_noise::ModelNoise;
 use super::steps_as_lines;
@@ -293,6 +294,9 @@ pub(super) fn assemble(
     let (tables, brought) = columns::bring(&mut file, &runs);
     for table in &tables {
         candidates.push(baseline::own(table).map_err(|e| wrong(&file, "effect", &e))?);
+    }
+    if position {
+        findings.extend(heading::finding(&model, &runs));
     }
     if !runs.iter().any(|run| run.role == Role::Validate) {
         let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";

@@ -22,6 +22,7 @@ mod examine_rows;
 pub mod file;
 mod fit;
 mod forces;
+mod heading;
 mod identifiability;
 mod inertia_amplitude;
 mod init;
@@ -49,7 +50,7 @@ mod vehicles;
 mod vertical;
 mod window;
 
-pub use adopt::adopt;
+pub use adopt::{AdoptError, adopt};
 pub use baseline::Own;
 pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};

@@ -209,17 +209,16 @@ pub(super) fn by_dof(filtered: &Filtered, forecasts: &[Forecast], ahead: Option<
     all
 }
 
-/// Whether no channel's innovations are correlated beyond one chance in a hundred, all channels together.
+/// Whether no channel's innovations are correlated.
 pub(super) fn white(forecasts: &[Forecast]) -> bool {
-    let Some(first) = forecasts.first() else { return true };
-    let level = 0.01 / first.channels.len().max(1) as f64;
-    (0..first.channels.len()).all(|c| {
+    let channels = forecasts.first().map_or(0, |f| f.channels.len());
+    (0..channels).all(|c| {
         let all = forecasts.iter().map(|f| f.channels[c].whiteness.clone());
-        all.reduce(|a, b| a.with(&b)).is_none_or(|w| w.p_value() >= level)
+        all.reduce(|a, b| a.with(&b)).is_none_or(|w| !w.is_coloured(channels))
     })
 }
 
-/// A fit's noise, with how it predicts `runs`.
+/// A fit's noise, with how it predicts runs; whether innovations are white is asked of its own.
 pub(super) fn of_fit(
     fit: &FilterErrorFit,
     training: &[Run],
@@ -229,7 +228,7 @@ pub(super) fn of_fit(
     Noise {
         force: forces(fit, training),
         sensors: sensors(&fit.filtered, &fit.noise, stated, forecasts),
-        innovations_white: white(forecasts),
+        innovations_white: white(&fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)),
         prediction: predicted(filtered, forecasts),
     }
 }

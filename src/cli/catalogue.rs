@@ -78,12 +78,14 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
 
 fn entry(effect: &dyn Effect) -> Entry {
     let about = effect.about();
+    let names = |list: &[Dof]| list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ");
     let place = match about.scope {
         Scope::Each(list) if list.len() == 6 => "@ each dof".to_string(),
-        Scope::Each(list) => format!("@ {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", ")),
+        Scope::Each(list) => format!("@ {}", names(list)),
         Scope::Pairs => "@ dof:other".to_string(),
-        Scope::Vehicle(list) => {
-            format!("vehicle; needs {}", list.iter().map(|d| d.name()).collect::<Vec<_>>().join(", "))
+        Scope::Vehicle(list) => format!("vehicle; needs {}", names(list)),
+        Scope::VehicleAny(sets) => {
+            format!("vehicle; needs {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(", or "))
         }
         Scope::Everywhere => "vehicle".to_string(),
     };

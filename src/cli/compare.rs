@@ -3,7 +3,7 @@
 use super::arguments::Compare;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{measured, number, sentence, size, table};
+use super::table::{measured, number, size, table, wrapped};
 use super::verbs::{Chosen, chosen, load, may_hold_series, write_series};
 use super::{noise, plot};
 use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Noise, Published, PublishedComparison};
@@ -50,7 +50,7 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
 
 /// The random force in words, and with `--verbose` how each run is predicted.
 fn forces(found: &Noise, output: &Output) {
-    output.print(&sentence(&found.sentence()));
+    output.print(&wrapped(&found.sentence()));
     if output.is_verbose() {
         noise::by_run(found, output);
     }

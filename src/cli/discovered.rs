@@ -1,7 +1,7 @@
 //! What `discover` says on a terminal: the verdict, what is missing, the gap as it shrinks, where it lies, what next.
 
 use super::output::Output;
-use super::table::{measured, number, sentence, size, table};
+use super::table::{measured, number, size, table, wrapped};
 use crate::discover::{Discovery, LEAST_P, SmallestVisible, TIED_ROW, Verdict};
 use crate::frame::Measured;
 
@@ -10,7 +10,7 @@ const SHOWN: usize = 5;
 
 /// Prints a discovery.
 pub(super) fn print(found: &Discovery, output: &Output) {
-    output.print(&sentence(&found.sentence));
+    output.print(&wrapped(&found.sentence));
     if !found.log_findings.is_empty() {
         let rows: Vec<Vec<String>> = found
             .log_findings

@@ -14,6 +14,9 @@ pub(super) enum Failure {
     /// A model file cannot be used.
     #[error(transparent)]
     Model(#[from] ModelFileError),
+    /// Nothing was adopted.
+    #[error(transparent)]
+    Adopt(#[from] crate::campaign::AdoptError),
     /// Nothing can be exported.
     #[error(transparent)]
     Export(#[from] crate::export::ExportError),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::noise;
 use super::output::Output;
-use super::table::{UNSETTLED, estimated, measured, number, sentence, table};
+use super::table::{UNSETTLED, estimated, measured, number, table, wrapped};
 use crate::campaign::{self, Fit};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
@@ -12,7 +12,7 @@ use crate::thrust::fit::Estimate;
 /// The verdict, the parameters, the noise; with `--verbose` stages, curves of thrusters, filters, and what speaks for the
 /// estimates.
 pub(super) fn print(fitted: &Fit, output: &Output) {
-    output.print(&sentence(&fitted.sentence));
+    output.print(&wrapped(&fitted.sentence));
     parameters(fitted, output);
     if let Some(found) = &fitted.noise {
         noise::print(found, fitted.converged, output);

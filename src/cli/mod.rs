@@ -3,7 +3,6 @@
 //! People get tables on standard output, programs get JSON by `--json`; progress and messages go to standard error.
 //! Exit codes: 0 done, 1 the data was refused or the work not possible with it, 2 wrong use.
 
-mod adopted;
 mod arguments;
 mod bench;
 mod catalogue;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{number, sentence, table};
+use super::table::{number, table, wrapped};
 use super::verbs::load;
 use crate::campaign::{self, FitOptions, ModelFile, Plan, PlanRequest, PlanSource, PlannedRun};
 use crate::frame::Dof;
@@ -117,7 +117,7 @@ fn print(made: &Plan, output: &Output) {
         let worst = run.worst.map_or("-".into(), number);
         vec![run.name.clone(), number(run.length), in_words(&run.pushes), speeds.join(" "), number(run.reach), worst]
     };
-    output.print(&sentence(&made.sentence));
+    output.print(&wrapped(&made.sentence));
     let rows: Vec<Vec<String>> = made.runs.iter().map(row).collect();
     if rows.is_empty() {
         output.print("No run is needed: what is wanted is known already.");

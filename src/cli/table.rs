@@ -33,7 +33,7 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// A sentence in lines that the terminal holds; as it is where there is none.
-pub(super) fn sentence(text: &str) -> String {
+pub(super) fn wrapped(text: &str) -> String {
     let width = Table::new().width().map_or(usize::MAX, usize::from);
     let (mut lines, mut length) = (String::new(), 0);
     for word in text.split(' ') {

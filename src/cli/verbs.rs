@@ -179,7 +179,12 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     super::discovered::print(&found, output);
     match (&a.adopt, found.adopt.as_slice()) {
         (_, []) => {}
-        (Some(to), names) => super::adopted::adopt(&a.campaign, to.as_deref(), names, output)?,
+        (Some(to), names) => {
+            // that it is edited was asked for: it is the one input that a call writes
+            let file = campaign::adopt(&a.campaign, to.as_deref(), names)?;
+            let (file, names) = (file.display(), names.join(", "));
+            output.print(&format!("{file} has {names} in its model now; next: hydrosysid fit {file}"));
+        }
         (None, names) => {
             let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
             output.print(&format!("next: add {list} to `effects` of [model], or repeat this with --adopt"));

@@ -1,13 +1,13 @@
 //! Candidates: every effect of the catalogue that is not in the model yet, at every place where it may stand.
 //!
 //! An effect with shape parameters is probed at each point of its grid; a candidate is all its probes. Terms that
-//! share a parameter (the net weight in surge and sway) are one candidate. A row of −C(ν)ν that has two products here is
-//! asked for as a whole, its coefficients those of the momentum, beside its leading product alone.
+//! share a parameter (the net weight in surge and sway) are one candidate. A row of −C(ν)ν of which the leading product is
+//! not all is asked for as a whole, its coefficients those of the momentum, beside that product alone.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::effects::{Coriolis, Effect, Family, ParameterKind, Place, Scope, catalogue, coriolis_products};
+use crate::effects::{Coriolis, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal};
@@ -96,8 +96,8 @@ impl Candidate {
 /// The rows of −C(ν)ν of which one free coefficient does not tell the whole: nothing of them is left to find.
 fn whole_rows(model: &Model) -> Vec<Arc<dyn Effect>> {
     let mut rows = catalogue(Coriolis::Tied);
-    let two = |row: &Dof| coriolis_products(*row).iter().flatten().all(|d| model.dofs.contains(d));
-    let whole: Vec<String> = Dof::ALL.iter().filter(|d| two(d)).map(|d| format!("coriolis_{d}")).collect();
+    let more = |row: &&Dof| !leading_is_all(**row, &model.dofs);
+    let whole: Vec<String> = model.dofs.iter().filter(more).map(|d| format!("coriolis_{d}")).collect();
     rows.retain(|e| model.coriolis == Coriolis::Tied && whole.iter().any(|id| e.about().id == *id));
     rows
 }
@@ -285,6 +285,9 @@ mod tests {
                 assert!(spatial.contains(&(row.clone(), parameters)), "{row}: {spatial:?}");
             }
         }
+        let vertical = rows(&[Dof::Surge, Dof::Heave, Dof::Pitch], Coriolis::Tied);
+        let named = [("coriolis_heave", true), ("coriolis_pitch", true), ("coriolis_surge", false)];
+        assert_eq!(vertical, named.map(|(id, parameters)| (id.to_string(), parameters)), "−m_w w q is asked for");
         assert!(rows(&Dof::ALL, Coriolis::Free).iter().all(|(_, parameters)| *parameters));
     }
 }

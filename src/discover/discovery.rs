@@ -5,8 +5,8 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::candidate::Candidate;
-use super::found::{FoundEffect, SmallestVisible, found_effects, smallest_visible};
-use super::gap::{GapStep, gap_step, improvement, noise_floor, predictions};
+use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, smallest_visible};
+use super::gap::{GapStep, excess, gap_step, improvement, noise_floor, predictions};
 use super::held_out::on_others;
 use super::next;
 use super::residual::{Residual, residuals};
@@ -14,7 +14,7 @@ use super::search::{BehavesLike, Search, SearchOptions, Step, Task, search};
 use super::verdict::{Verdict, digits, sentence, verdict};
 use super::whereabouts::{Where, whereabouts};
 use crate::effects::{Effect, Place};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, with_parameters_open};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
@@ -55,7 +55,7 @@ pub struct Discovery {
     pub gap: Vec<GapStep>,
     /// What helped and broke a rule of physics or of held-out runs: no names.
     pub behaves_like: Vec<BehavesLike>,
-    /// What to add to the `effects` of the campaign's table `model` for all that was added; filled by the campaign.
+    /// What to add to the `effects` of the campaign's table `model` for all that was named.
     pub adopt: Vec<String>,
     /// What was added and dropped again.
     pub removed: Vec<String>,
@@ -141,12 +141,14 @@ pub fn discover(
         .map(|(k, (step, (outputs, forecasts)))| gap_step(&found, k, step, outputs, forecasts, &floor))
         .collect();
     let (outputs, last) = &predicted[predicted.len() - 1];
-    let mut failing = super::verdict::failing(outputs, last);
+    let fit = found.last_fit();
+    let of_training = |fit: &FilterErrorFit| fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
+    let training = of_training(fit);
+    let mut failing = super::verdict::failing(outputs, last, &training);
     if !failing.is_empty() && !held.is_empty() {
-        let fit = found.last_fit();
         let estimated = on_others(fit, &held, fitting)?;
-        let allowed = with_parameters_open(fit, &estimated, last, (&held, &fitting.base), options.seed)?;
-        failing = super::verdict::failing(outputs, &allowed);
+        let allowed = with_all_open(fit, &estimated, last, (&held, &fitting.base), options.seed)?;
+        failing = super::verdict::failing(outputs, &allowed, &training);
     }
     let mut effects = found_effects(&found);
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
@@ -155,7 +157,7 @@ pub fn discover(
     warnings.extend(half_a_sample(&effects, &train));
     let mut behaves_like = found.behaves_like.clone();
     if !failing.is_empty() {
-        stand_ins(&found, &mut effects, &mut behaves_like);
+        stand_ins(&found, &gap, &mut effects, &mut behaves_like);
     }
     let verdict = verdict(!effects.is_empty(), failing.is_empty());
     let residuals = residuals(&found.steps[0].fit, &train);
@@ -173,22 +175,21 @@ pub fn discover(
     let places = if verdict == Verdict::NothingMissing {
         Vec::new()
     } else {
-        let of = |fit: &FilterErrorFit| fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
-        let (first, last) = (&found.steps[0].fit, found.last_fit());
+        let first = &found.steps[0].fit;
         let outputs = &first.filtered.problem.dynamics.outputs;
-        whereabouts(&first.model, outputs, (&of(first), &of(last)), &train)
+        whereabouts(&first.model, outputs, (&of_training(first), &training), &train)
     };
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: sentence(verdict, &effects, &behaves_like, &found.last_fit().noise.forces, better, &failing),
+        sentence: sentence(verdict, &effects, &behaves_like, &fit.noise.forces, better, &failing),
         next_experiment: next::experiment(verdict, &effects, &open, &residuals, &unseen),
         residuals,
         places,
+        adopt: names_to_list(&found, &effects, own),
         effects,
         gap,
         behaves_like,
-        adopt: Vec::new(),
         removed: found.removed.clone(),
         log_findings: Vec::new(),
         smallest_visible: smallest_visible(&found),
@@ -198,13 +199,15 @@ pub fn discover(
     })
 }
 
-/// Names that help but leave a failing model are no physics: all but one that takes most of the fall of the likelihood
-/// stand in for something else, and are told as what it behaves like.
-fn stand_ins(found: &Search, effects: &mut Vec<FoundEffect>, behaves_like: &mut Vec<BehavesLike>) {
+/// Names that help but leave a failing model are no physics: one stands that takes most of the fall of the likelihood and
+/// closes most of the gap that it met; the others stand in for something else, and are told as what it behaves like.
+fn stand_ins(found: &Search, gap: &[GapStep], effects: &mut Vec<FoundEffect>, behaves_like: &mut Vec<BehavesLike>) {
     let total: f64 = found.added.iter().map(|a| a.gain).sum();
     for added in &found.added {
-        if added.gain < 0.5 * total {
-            let id = added.candidate.name();
+        let id = added.candidate.name();
+        let closes =
+            |steps: &[GapStep]| steps[1].added.as_ref() == Some(&id) && excess(&steps[1]) <= 0.5 * excess(&steps[0]);
+        if added.gain < 0.5 * total || !gap.windows(2).any(closes) {
             effects.retain(|e| e.id != id);
             let why = "something else is left that the catalogue does not hold, for which it may stand in".to_string();
             behaves_like.push(BehavesLike { id, why, gain: added.gain });

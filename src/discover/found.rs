@@ -1,12 +1,14 @@
 //! What was found, and how small it might have been: effects with their parameters, sizes from which on others would show.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::candidate::Candidate;
 use super::search::Search;
 use super::verdict::digits;
-use crate::effects::common_name;
+use crate::effects::{Effect, Place, common_name};
 use crate::frame::Dof;
 use crate::model::name_of;
 
@@ -117,6 +119,23 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
         .collect()
 }
 
+/// Names under which a campaign lists what was added and stands among `effects`.
+pub(super) fn names_to_list(found: &Search, effects: &[FoundEffect], own: &[(Arc<dyn Effect>, Place)]) -> Vec<String> {
+    let named = |c: &&Candidate| effects.iter().any(|e| e.id == c.name());
+    found.added.iter().map(|a| &a.candidate).filter(named).flat_map(|c| listed(c, own)).collect()
+}
+
+/// Names under which a campaign lists the terms of a candidate, every one: of a user's effect (`own`), which has one place,
+/// the id.
+fn listed(candidate: &Candidate, own: &[(Arc<dyn Effect>, Place)]) -> Vec<String> {
+    let of_user = |id: &str| own.iter().any(|(effect, _)| effect.about().id == id);
+    let name = |(effect, place): &(Arc<dyn Effect>, Place)| match effect.about().id {
+        id if of_user(id) => id.to_string(),
+        id => name_of(id, *place),
+    };
+    candidate.terms.iter().map(name).collect()
+}
+
 /// Of each candidate the smallest size that this data would have shown, as a rule in half of the cases: its deviation
 /// times the threshold of the search.
 pub(super) fn smallest_visible(found: &Search) -> Vec<SmallestVisible> {
@@ -147,6 +166,22 @@ pub(super) fn smallest_visible(found: &Search) -> Vec<SmallestVisible> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The net weight acts in surge and heave by one parameter: without either term the model would be another.
+    #[test]
+    fn every_term_of_a_group_is_listed() {
+        let effects = ["inertia", "linear_drag"];
+        let model =
+            crate::model::Model::with_effects(&[Dof::Surge, Dof::Heave], crate::effects::Coriolis::Tied, &effects);
+        let mut run = crate::run::Run::default();
+        for channel in ["u", "w", "tau_u", "theta", "phi"] {
+            run.signals.insert(channel.into(), crate::run::Signal::new(vec![0.0, 1.0].into(), vec![0.0, 1.0]));
+        }
+        let candidates = crate::discover::candidates(&model.unwrap(), &[run], &[]);
+        let of = |name: &str| candidates.iter().find(|c| c.name() == name).map(|c| listed(c, &[]));
+        assert_eq!(of("restoring_surge").unwrap(), ["restoring_surge", "restoring_heave"]);
+        assert_eq!(of("bias@heave").unwrap(), ["bias@heave"]);
+    }
 
     #[test]
     fn a_whole_row_is_told_in_per_cent_and_a_coefficient_in_its_unit() {

@@ -155,6 +155,13 @@ pub(super) fn improvement(gap: &[GapStep]) -> Option<(Dof, f64)> {
     all.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
+/// What free runs leave beyond the noise of the sensors: Σ (E²/σ² − 1)₊ over what is compared.
+pub(super) fn excess(step: &GapStep) -> f64 {
+    let of =
+        |(dof, rms): (&Measured, &f64)| step.noise_floor.get(dof).map(|noise| ((rms / noise).powi(2) - 1.0).max(0.0));
+    step.held_out_rms.iter().filter_map(of).sum()
+}
+
 /// Whether what came in step `k` is not in the final model, or came again later.
 fn dropped(found: &Search, k: usize) -> bool {
     let name = found.steps[k].name.as_ref();

@@ -116,21 +116,18 @@ fn worse(
     with: &FilterErrorFit,
     (runs, fitting): (&[Run], &FilterErrorOptions),
 ) -> Result<Option<String>, OutputErrorError> {
-    let errors = |fit: &FilterErrorFit| -> Result<(Vec<String>, Vec<Forecast>), OutputErrorError> {
-        let model = on_others(fit, runs, fitting)?;
-        let filtered = Filtered::new(&model, runs, &fitting.base)?;
-        let forecasts = filtered.forecast(&model, &fit.noise, fit.limit);
-        Ok((filtered.problem.dynamics.outputs, forecasts))
-    };
-    let ((outputs, before), (_, after)) = (errors(without)?, errors(with)?);
+    let model = on_others(without, runs, fitting)?;
+    let filtered = Filtered::new(&model, runs, &fitting.base)?;
+    let before = filtered.forecast(&model, &without.noise, without.limit);
+    let silent = filtered.silent(&without.noise);
+    let model = on_others(with, runs, fitting)?;
+    let after = Filtered::new(&model, runs, &fitting.base)?.forecast(&model, &with.noise, with.limit);
+    let outputs = &filtered.problem.dynamics.outputs;
     let n = before.len() as f64;
-    for (k, output) in outputs.iter().enumerate() {
+    for (k, output) in outputs.iter().enumerate().filter(|(k, _)| !silent[*k]) {
         let of = |run: &Forecast| run.channels[k].predictions.iter().find(|p| p.ahead == Some(AHEAD)).copied();
         let pairs: Vec<(Prediction, Prediction)> =
             before.iter().zip(&after).filter_map(|(b, a)| Some((of(b)?, of(a)?))).collect();
-        if !pairs.iter().any(|(_, a)| a.takes_part()) {
-            continue;
-        }
         let difference: Vec<f64> = pairs.iter().map(|(b, a)| a.squares - b.squares).collect();
         let (sum, all): (f64, f64) = (difference.iter().sum(), pairs.iter().map(|(b, _)| b.squares).sum());
         let mean = sum / n;

@@ -325,13 +325,13 @@ fn name_among(
         rivals: Vec::new(),
     };
     let Some(first) = names.first() else { return Ok(None) };
-    let mut found = added(first);
+    let mut named = added(first);
     let tied = names[1..].iter().filter(|other| first.worth() - other.worth() < TIE).map(name_of);
-    found.also_possible.extend(tied);
-    found.rivals = names[1..].iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
+    named.also_possible.extend(tied);
+    named.rivals = names[1..].iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
     let Contender { fit, .. } = names.swap_remove(0);
     let fit = filter_error_from(&fit.model, task.train, fit.noise, &level(task))?;
-    Ok(Some((found, fit)))
+    Ok(Some((named, fit)))
 }
 
 /// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
@@ -351,9 +351,9 @@ fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Result<(), Out
             }
             let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
             let Ok(fit) = filter_error_from(&model, task.train, noise, &level(task)) else { continue };
-            let fall = last.cost - fit.cost + fall(last, &fit, task)?;
-            let tied = fall.abs() < TIE;
-            if fall > 0.0 {
+            let gain = last.cost - fit.cost + fall(last, &fit, task)?;
+            let tied = gain.abs() < TIE;
+            if gain > 0.0 {
                 let former = std::mem::replace(&mut found.added[k], rival).candidate.name();
                 found.added[k].also_possible.extend(tied.then(|| former.clone()));
                 found.removed.push(former);

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::FoundEffect;
 use super::search::BehavesLike;
 use crate::effects::common_name;
-use crate::estimate::filter_error::{AHEAD, Forecast, Prediction, RandomForce, Whiteness};
+use crate::estimate::filter_error::{AHEAD, Channel, Forecast, Prediction, RandomForce, Whiteness};
 use crate::frame::Dof;
 
 /// The four answers.
@@ -26,24 +26,22 @@ pub enum Verdict {
     Unexplained,
 }
 
-/// Autocorrelation of innovations below which their colour does no harm, however surely it is seen.
-const HARMLESS: f64 = 0.15;
-
-/// Chance of calling white innovations coloured, all channels together.
-const LEVEL: f64 = 1e-3;
-
-/// Channels in which the noise model fails the test, with how far predictions err; empty where it passes.
-pub(super) fn failing(outputs: &[String], forecasts: &[Forecast]) -> Vec<(String, f64)> {
+/// Channels in which the noise model fails the test, with how far predictions err; empty where it passes. Predictions are
+/// those of the runs that took no part, innovations those of the runs of the fit (`own`).
+pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecast]) -> Vec<(String, f64)> {
+    fn channels(of: &[Forecast], output: usize) -> impl Iterator<Item = &Channel> {
+        of.iter().filter_map(move |f| f.channels.iter().find(|c| c.output == output))
+    }
     let mut failing = Vec::new();
     for (output, name) in outputs.iter().enumerate() {
-        let channels = || forecasts.iter().filter_map(|f| f.channels.iter().find(|c| c.output == output));
         let ahead = |seconds: f64| {
-            let of = channels().filter_map(|c| c.predictions.iter().find(|p| p.ahead == Some(seconds)));
+            let of =
+                channels(forecasts, output).filter_map(|c| c.predictions.iter().find(|p| p.ahead == Some(seconds)));
             of.copied().reduce(|a, b| a.with(&b))
         };
         let erring = AHEAD.into_iter().filter_map(ahead).filter(Prediction::errs).map(|p| p.ratio());
-        let whiteness = channels().map(|c| c.whiteness.clone()).reduce(|a: Whiteness, b| a.with(&b));
-        let coloured = whiteness.filter(|w| w.p_value() < LEVEL / outputs.len() as f64 && w.first().abs() > HARMLESS);
+        let whiteness = channels(own, output).map(|c| c.whiteness.clone()).reduce(|a: Whiteness, b| a.with(&b));
+        let coloured = whiteness.filter(|w| w.is_coloured(outputs.len()));
         if let Some(ratio) = erring.reduce(f64::max).or(coloured.map(|_| 1.0)) {
             failing.push((name.clone(), ratio));
         }

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! −ν ×* π = −(ω × P, ω × L + v × P)      π = (P, L) the momentum, ν = (v, ω)
-//! surge: + m_v v r      sway: − m_u u r      yaw: − (m_v − m_u) u v, the Munk moment      (planar, diagonal inertia)
+//! surge: + m_v v r − m_w w q      sway: − m_u u r + m_w w p      yaw: − (m_v − m_u) u v − …, the Munk moment
+//!                                                                                     (diagonal inertia)
 //! ```
 //!
 //! *Tied*: the coefficients are those of the momentum, nothing is left to find, and the three terms together do no
@@ -35,50 +36,110 @@ pub struct CoriolisRow {
     pub coriolis: Coriolis,
 }
 
-/// Leading product νⱼ νₖ of each row, its sign, and the name of its coefficient.
-const LEADING: [(f64, Dof, Dof, &str); 6] = [
-    (1.0, Dof::Sway, Dof::Yaw, "k_vr"),
-    (-1.0, Dof::Surge, Dof::Yaw, "k_ur"),
-    (1.0, Dof::Surge, Dof::Pitch, "k_uq"),
-    (-1.0, Dof::Sway, Dof::Heave, "k_vw"),
-    (-1.0, Dof::Heave, Dof::Surge, "k_wu"),
-    (-1.0, Dof::Surge, Dof::Sway, "k_uv"),
-];
+/// What a row of −C(ν)ν with a diagonal inertia is made of.
+struct Row {
+    id: &'static str,
+    /// The row's own degree of freedom and those of each of its two products, the leading one first. It stands wherever
+    /// one of its products does: in the vertical plane as in the horizontal one.
+    sets: [&'static [Dof]; 2],
+    /// The products as they are written: of ω × P in the rows of force, of v × P and ω × L in those of moment.
+    parts: [&'static str; 2],
+    whole: &'static str,
+    /// The leading product with a coefficient of its own.
+    free: &'static str,
+    symbol: &'static str,
+}
 
-/// The products νⱼ νₖ in a row of −C(ν)ν with a diagonal inertia: ω × P in the rows of force, ω × L + v × P in those of
-/// moment.
-pub fn products(row: Dof) -> [[Dof; 2]; 2] {
-    let i = row.index() % 3;
-    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-    let (v, omega) = (&Dof::ALL[..3], &Dof::ALL[3..]);
-    if row.is_rotation() { [[v[j], v[k]], [omega[j], omega[k]]] } else { [[omega[j], v[k]], [omega[k], v[j]]] }
+const ROWS: [Row; 6] = {
+    use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
+    [
+        Row {
+            id: "coriolis_surge",
+            sets: [&[Surge, Sway, Yaw], &[Surge, Heave, Pitch]],
+            parts: ["+ m_v v r", "− m_w w q"],
+            whole: "+ m_v v r − m_w w q",
+            free: "+ k_vr v r, k_vr = m_v",
+            symbol: "k_vr",
+        },
+        Row {
+            id: "coriolis_sway",
+            sets: [&[Sway, Surge, Yaw], &[Sway, Heave, Roll]],
+            parts: ["− m_u u r", "+ m_w w p"],
+            whole: "− m_u u r + m_w w p",
+            free: "− k_ur u r, k_ur = m_u",
+            symbol: "k_ur",
+        },
+        Row {
+            id: "coriolis_heave",
+            sets: [&[Heave, Surge, Pitch], &[Heave, Sway, Roll]],
+            parts: ["+ m_u u q", "− m_v v p"],
+            whole: "+ m_u u q − m_v v p",
+            free: "+ k_uq u q, k_uq = m_u",
+            symbol: "k_uq",
+        },
+        Row {
+            id: "coriolis_roll",
+            sets: [&[Roll, Sway, Heave], &[Roll, Pitch, Yaw]],
+            parts: ["− (m_w − m_v) v w", "− (I_r − I_q) q r"],
+            whole: "− (m_w − m_v) v w − (I_r − I_q) q r",
+            free: "− k_vw v w, k_vw = m_w − m_v",
+            symbol: "k_vw",
+        },
+        Row {
+            id: "coriolis_pitch",
+            sets: [&[Pitch, Heave, Surge], &[Pitch, Yaw, Roll]],
+            parts: ["− (m_u − m_w) w u", "− (I_p − I_r) r p"],
+            whole: "− (m_u − m_w) w u − (I_p − I_r) r p",
+            free: "− k_wu w u, k_wu = m_u − m_w",
+            symbol: "k_wu",
+        },
+        Row {
+            id: "coriolis_yaw",
+            sets: [&[Yaw, Surge, Sway], &[Yaw, Roll, Pitch]],
+            parts: ["− (m_v − m_u) u v", "− (I_q − I_p) p q"],
+            whole: "− (m_v − m_u) u v − (I_q − I_p) p q",
+            free: "− k_uv u v, k_uv = m_v − m_u",
+            symbol: "k_uv",
+        },
+    ]
+};
+
+impl Row {
+    /// Which of its products stand in a model of these degrees of freedom.
+    fn standing(&self, dofs: &[Dof]) -> impl Iterator<Item = usize> {
+        (0..2).filter(|k| self.sets[*k].iter().all(|d| dofs.contains(d)))
+    }
+
+    /// Factors of the leading product, and its sign.
+    fn leading(&self) -> (f64, Dof, Dof) {
+        (if self.free.starts_with('−') { -1.0 } else { 1.0 }, self.sets[0][1], self.sets[0][2])
+    }
+}
+
+/// Whether the leading product of a row is all of it in a model of these degrees of freedom: its coefficient then tells
+/// the whole.
+pub fn leading_is_all(row: Dof, dofs: &[Dof]) -> bool {
+    ROWS[row.index()].standing(dofs).eq([0])
+}
+
+/// A tied row of −C(ν)ν as it stands in a model of these degrees of freedom: `− m_w w q`.
+pub fn formula_in(row: Dof, dofs: &[Dof]) -> String {
+    let row = &ROWS[row.index()];
+    row.standing(dofs).map(|k| row.parts[k]).collect::<Vec<_>>().join(" ")
 }
 
 impl Effect for CoriolisRow {
     fn about(&self) -> About<'_> {
-        const IDS: [&str; 6] =
-            ["coriolis_surge", "coriolis_sway", "coriolis_heave", "coriolis_roll", "coriolis_pitch", "coriolis_yaw"];
-        const FORMULAS: [&str; 6] = [
-            "+ m_v v r",
-            "− m_u u r",
-            "+ m_u u q",
-            "− (m_w − m_v) v w",
-            "− (m_u − m_w) w u",
-            "− k_uv u v, k_uv = m_v − m_u",
-        ];
-        const SCOPES: [&[Dof]; 6] = [
-            &[Dof::Surge, Dof::Sway, Dof::Yaw],
-            &[Dof::Surge, Dof::Sway, Dof::Yaw],
-            &[Dof::Surge, Dof::Heave, Dof::Pitch],
-            &[Dof::Sway, Dof::Heave, Dof::Roll],
-            &[Dof::Surge, Dof::Heave, Dof::Pitch],
-            &[Dof::Surge, Dof::Sway, Dof::Yaw],
-        ];
+        let row = &ROWS[self.row.index()];
+        let (formula, scope) = match self.coriolis {
+            Coriolis::Tied => (row.whole, Scope::VehicleAny(&row.sets)),
+            Coriolis::Free => (row.free, Scope::Vehicle(row.sets[0])),
+        };
         About {
-            id: IDS[self.row.index()],
+            id: row.id,
             family: Family::Body,
-            scope: Scope::Vehicle(SCOPES[self.row.index()]),
-            formula: FORMULAS[self.row.index()],
+            scope,
+            formula,
             meaning: "A row of −C(ν)ν: force from the turning of the axes in which momentum is counted.",
             source: "Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), ch. 6",
             shown_by: "turns with speed, as in a zig-zag",
@@ -89,7 +150,8 @@ impl Effect for CoriolisRow {
         if self.coriolis == Coriolis::Tied {
             return Vec::new();
         }
-        let (sign, j, k, name) = LEADING[self.row.index()];
+        let row = &ROWS[self.row.index()];
+        let ((sign, j, k), name) = (row.leading(), row.symbol);
         let product = velocity(j).times(velocity(k));
         let sname = format!("{}_{}", self.row.sname(), &name[2..]);
         let spec = ParameterSpec::linear(name, force(self.row).over(product));
@@ -102,7 +164,7 @@ impl Effect for CoriolisRow {
         match theta {
             [] => wrench[row] -= row_of_coriolis(row, &at.nu_r, &at.momentum),
             [coefficient, ..] => {
-                let (sign, j, k, _) = LEADING[row];
+                let (sign, j, k) = ROWS[row].leading();
                 wrench[row] += *coefficient * at.nu_r[j.index()] * at.nu_r[k.index()] * sign;
             }
         }
@@ -123,14 +185,43 @@ fn row_of_coriolis<'g>(row: usize, nu: &Six<'g>, pi: &Six<'g>) -> Expr<'g> {
 mod tests {
     use super::*;
 
+    /// Row i of ω × P holds ωⱼ vₖ and ωₖ vⱼ; of v × P and ω × L it holds vⱼ vₖ and ωⱼ ωₖ: i, j, k in turn.
     #[test]
-    fn the_leading_product_is_one_of_the_row() {
-        for row in Dof::ALL {
-            let (_, j, k, _) = LEADING[row.index()];
-            let of_row = products(row);
-            assert!(of_row.contains(&[j, k]) || of_row.contains(&[k, j]), "{row}: {of_row:?}");
+    fn the_products_of_a_row_are_those_of_the_cross_product() {
+        for dof in Dof::ALL {
+            let i = dof.index() % 3;
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let products = if dof.is_rotation() { [[j, k], [j + 3, k + 3]] } else { [[j + 3, k], [k + 3, j]] };
+            let sorted = |set: &[Dof]| {
+                let mut pair: Vec<usize> = set[1..].iter().map(|d| d.index()).collect();
+                pair.sort_unstable();
+                pair
+            };
+            let row = &ROWS[dof.index()];
+            assert!(row.sets.iter().all(|set| set[0] == dof));
+            for product in products {
+                let mut product = product.to_vec();
+                product.sort_unstable();
+                assert!(row.sets.iter().any(|set| sorted(set) == product), "{dof}: {product:?}");
+            }
+            let (sign, j, k) = row.leading();
+            assert_eq!(row.symbol, format!("k_{}{}", j.velocity(), k.velocity()));
+            assert_eq!(sign < 0.0, row.parts[0].starts_with('−'), "{dof}");
+            assert_eq!(row.parts.join(" "), row.whole);
         }
-        assert_eq!(products(Dof::Surge), [[Dof::Pitch, Dof::Heave], [Dof::Yaw, Dof::Sway]]);
-        assert_eq!(products(Dof::Yaw), [[Dof::Surge, Dof::Sway], [Dof::Roll, Dof::Pitch]]);
+    }
+
+    #[test]
+    fn a_row_stands_wherever_one_of_its_products_does() {
+        let vertical = [Dof::Surge, Dof::Heave, Dof::Pitch];
+        assert_eq!(formula_in(Dof::Surge, &vertical), "− m_w w q");
+        assert_eq!(formula_in(Dof::Surge, &[Dof::Surge, Dof::Sway, Dof::Yaw]), "+ m_v v r");
+        assert_eq!(formula_in(Dof::Yaw, &vertical), "");
+        let of = |row, coriolis| crate::model::places_of(&CoriolisRow { row, coriolis }, &vertical).len();
+        assert_eq!((of(Dof::Surge, Coriolis::Tied), of(Dof::Surge, Coriolis::Free)), (1, 0));
+        assert_eq!((of(Dof::Pitch, Coriolis::Tied), of(Dof::Pitch, Coriolis::Free)), (1, 1));
+        assert_eq!(of(Dof::Sway, Coriolis::Tied), 0);
+        assert!(!leading_is_all(Dof::Surge, &vertical) && leading_is_all(Dof::Pitch, &vertical));
+        assert!(!leading_is_all(Dof::Pitch, &Dof::ALL));
     }
 }

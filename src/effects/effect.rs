@@ -38,6 +38,8 @@ pub enum Scope {
     Pairs,
     /// `id`, once for the whole vehicle; it needs all of these degrees of freedom.
     Vehicle(&'static [Dof]),
+    /// `id`, once for the whole vehicle; it needs all degrees of freedom of one of these sets.
+    VehicleAny(&'static [&'static [Dof]]),
     /// `id`, once for the whole vehicle; it acts in whichever of the modelled degrees of freedom it applies to.
     Everywhere,
 }

@@ -65,7 +65,7 @@ mod wave;
 use std::sync::Arc;
 
 pub use common_name::common_name;
-pub use coriolis::{Coriolis, products as coriolis_products};
+pub use coriolis::{Coriolis, formula_in as coriolis_formula, leading_is_all};
 pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};

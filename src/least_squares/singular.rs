@@ -34,10 +34,12 @@ pub(super) fn singular_values(mut columns: Vec<Vec<f64>>) -> Vec<f64> {
     lengths
 }
 
-/// Greatest over smallest singular value of the matrix with these columns.
+/// Greatest over smallest singular value of the matrix with these columns; 1 for one or none.
 pub(crate) fn singular_ratio(columns: Vec<Vec<f64>>) -> f64 {
-    let values = singular_values(columns);
-    values[0] / values[values.len() - 1]
+    match singular_values(columns).as_slice() {
+        [first, .., last] => first / last,
+        _ => 1.0,
+    }
 }
 
 /// Turns x and y within their plane until they are orthogonal; whether they were so before.

@@ -38,6 +38,9 @@ fn places(scope: Scope) -> String {
         Scope::Each(list) => format!("`@dof`: {}", names(list)),
         Scope::Pairs => "`@dof:other`".into(),
         Scope::Vehicle(list) => format!("the vehicle, with {}", names(list)),
+        Scope::VehicleAny(sets) => {
+            format!("the vehicle, with {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(" or "))
+        }
         Scope::Everywhere => "the vehicle".into(),
     }
 }

@@ -56,6 +56,28 @@ fn blind_an_effect_under_a_random_force_is_named() {
     assert!(force(1) < 0.7 * force(0), "{} N m, then {}", force(0), force(1));
 }
 
+/// In the vertical plane −m_w w q stands in surge as + m_v v r does in the horizontal one: a baseline without it lacks
+/// something that has a name, and one with it lacks nothing, however much more than those of the fit a run pitches.
+#[test]
+fn blind_the_vertical_plane_has_its_coriolis_force_too() {
+    let plane = [Dof::Surge, Dof::Heave, Dof::Pitch];
+    let instruments = Suite { rate: 5.0, ..Suite::default() }.instruments(&plane);
+    let vehicle = Vehicle::named("heavy").expect("the plant has this vehicle");
+    let sea = Sea { instruments, seed: 204, duration: 30.0, ..Sea::new(vehicle, &plane) };
+    let found = answer("vertical", &sea);
+    assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
+    let hidden = sea.sail().expect("the plant sails");
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("discovery_vertical");
+    hidden.write(&folder).expect("the folder is written");
+    let file = folder.join("campaign.toml");
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    assert!(text.contains("\"coriolis_surge\", "), "{text}");
+    std::fs::write(&file, text.replace("\"coriolis_surge\", ", "")).expect("it can be written");
+    let lame = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
+    let found = campaign::discover(&lame).expect("a fit");
+    assert_eq!((names(&found), found.verdict), (vec!["coriolis_surge"], Verdict::Explained), "{}", found.sentence);
+}
+
 /// What no catalogue holds may look like a neighbour, but is not explained by a stranger.
 #[test]
 fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {

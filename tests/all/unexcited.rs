@@ -80,6 +80,18 @@ fn parameters_that_are_held_need_no_motion() {
     campaign::fit(&three, FitOptions { estimator: Some(Estimator::OutputError) }).expect("nothing is asked of them");
 }
 
+/// With nothing left to find the noise is found, and nothing panics.
+#[test]
+fn a_model_of_which_all_is_held_has_its_noise_estimated() {
+    let held = [("inertia@surge", MASS), ("linear_drag@surge", DRAG)]
+        .map(|(name, value)| format!("[[parameter]]\neffect = '{name}'\nvalue = {value}\nfixed = true\n"));
+    let all = campaign("'surge'", &held.concat(), run(false));
+    for estimator in [Estimator::FilterError, Estimator::OutputError] {
+        let fit = campaign::fit(&all, FitOptions { estimator: Some(estimator) }).expect("there is nothing to find");
+        assert!(fit.parameters.iter().all(|p| p.fixed && p.std.is_none_or(|std| std == 0.0)), "{:?}", fit.parameters);
+    }
+}
+
 #[test]
 fn steps_that_are_read_as_lines_are_told() {
     let told = |more: &str, steps: bool| {

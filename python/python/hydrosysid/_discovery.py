@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from . import _native
@@ -219,20 +218,13 @@ class Discovery(Result):
 
         Args:
             campaign: the campaign file, or the folder that holds ``campaign.toml``.
-            to: another campaign file that is written in its stead, from the text of `campaign`; in the same folder,
-                from which logs are found.
+            to: another campaign in the same folder, from which logs are found; a copy of `campaign` where it does not
+                exist.
 
         Raises:
-            UsageError: `campaign` is no campaign.
-            ValueError: `to` lies in another folder.
+            UsageError: one of them is no campaign, or `to` lies in another folder.
         """
-        own = Path(campaign)
-        own = own / "campaign.toml" if own.is_dir() else own
-        target = own if to is None else Path(to)
-        if target.absolute().parent != own.absolute().parent:
-            raise ValueError(f"{target} lies in another folder than {own}, and logs are found from there")
-        text = own.read_text(encoding="utf-8")
-        target.write_text(_native.adopt(text, list(self.adopt_names)), encoding="utf-8")
+        _native.adopt(campaign, to, list(self.adopt_names))
 
     def rows(self) -> Rows:
         """One row a parameter of an effect that was found; one without for a row that is tied to the inertias."""

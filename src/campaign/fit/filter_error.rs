@@ -12,7 +12,7 @@ use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, thrust};
 use crate::estimate::filter_error::{
-    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_parameters_open,
+    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
 };
 use crate::estimate::{output_error::OutputErrorOptions, started};
 use crate::finding::Finding;
@@ -48,7 +48,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let (mut erring, others) = (errs(&forecasts), others(campaign));
     if !erring.is_empty() && !others.is_empty() {
         let at = (&others[..], &options.base);
-        erring = errs(&with_parameters_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
+        erring = errs(&with_all_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
     }
     let sentence = sentence(&fitted, &found, &erring);
     if !erring.is_empty() {

@@ -10,6 +10,7 @@ pub(super) mod thrust;
 pub(super) use self::result::row_of;
 pub use self::result::{Fit, FitParameter, FitStage, described};
 pub(super) use self::rows::{again, integral_again, of_rows};
+pub(in crate::campaign) use judge::{dry_mass, is_below};
 
 use super::codes;
 use super::error::Error;

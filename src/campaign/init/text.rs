@@ -9,6 +9,7 @@ use super::reading::Understood;
 use super::{InitRequest, geometry};
 use crate::campaign::vehicles::{KnownVehicle, with_turned_thruster};
 use crate::check::motion::{self, Moved};
+use crate::effects::coriolis_formula;
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
 use crate::run::Signal;
@@ -196,15 +197,8 @@ impl Draft<'_> {
     fn model_table(&self, chosen: &Chosen) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
         let mut effects = vec!["inertia".to_string(), "linear_drag".into(), "quadratic_drag".into()];
-        for (dof, needed) in [
-            (Dof::Surge, [Dof::Sway, Dof::Yaw]),
-            (Dof::Sway, [Dof::Surge, Dof::Yaw]),
-            (Dof::Yaw, [Dof::Surge, Dof::Sway]),
-        ] {
-            if has(dof) && needed.into_iter().all(has) {
-                effects.push(format!("coriolis_{dof}"));
-            }
-        }
+        let rows = chosen.dofs.iter().filter(|dof| !coriolis_formula(**dof, &chosen.dofs).is_empty());
+        effects.extend(rows.map(|dof| format!("coriolis_{dof}")));
         effects.extend(
             [Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).map(|d| format!("restoring_{d}")),
         );

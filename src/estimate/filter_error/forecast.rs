@@ -2,20 +2,21 @@
 //!
 //! ```text
 //! ahead by H:  (y − ŷ(t | t−H))² beside its variance  c P(t | t−H) cᵀ + R          updates masked for H seconds
-//! Ljung-Box:   Q = N (N+2) Σ_k r_k²/(N−k)  ~  χ²(m)      r_k: autocorrelation of the innovations z = e/√s at lag k
 //! ```
 //!
-//! Whiteness alone is not enough: a lag of the thrust that no model had left white innovations, and predictions eight
-//! seconds ahead that erred five times as much as they should. Ljung and Box, *Biometrika* 65 (1978) 297-303.
+//! Whiteness ([`super::whiteness`]) alone is not enough: a lag of the thrust that no model had left white innovations, and
+//! predictions eight seconds ahead that erred five times as much as they should.
 
 use rayon::prelude::*;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::noise::NoiseModel;
+use super::prediction::Prediction;
 use super::problem::{Batch, Filtered};
 use super::sensor::{Sensors, shortest};
 use super::transition::{Belief, Transition};
+use super::whiteness::Whiteness;
 use crate::model::Model;
+use crate::noise::Noise;
 use crate::simulate::{Evaluator, Feed, prepared};
 use crate::wide::Plain;
 
@@ -25,77 +26,8 @@ pub const AHEAD: [f64; 2] = [2.0, 8.0];
 /// Seconds of a run in which the filter finds its state before a free run begins.
 const SETTLED: f64 = 2.0;
 
-/// Lags of the Ljung-Box test.
-const LAGS: usize = 20;
-
 /// Innovations beyond so many deviations count as so many: one outlier says nothing of correlation.
 const CLIPPED: f64 = 4.0;
-
-/// How a prediction errs, and how it should.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prediction {
-    /// Seconds ahead: 0 for one sample, `None` for a free run.
-    pub ahead: Option<f64>,
-    /// Σ error².
-    pub squares: f64,
-    /// Σ of the variances that the filter expected.
-    pub expected: f64,
-    /// Number of predictions.
-    pub count: usize,
-}
-
-/// Errors below this share of what is expected are of a sensor that takes no part: its stated noise is beyond all that it
-/// shows.
-const BESIDE: f64 = 0.1;
-
-impl Prediction {
-    fn new(ahead: Option<f64>) -> Prediction {
-        Prediction { ahead, squares: 0.0, expected: 0.0, count: 0 }
-    }
-
-    fn add(&mut self, error: f64, variance: f64) {
-        self.squares += error * error;
-        self.expected += variance;
-        self.count += 1;
-    }
-
-    /// Root-mean-square error, in the channel's unit.
-    pub fn rms(&self) -> f64 {
-        (self.squares / self.count.max(1) as f64).sqrt()
-    }
-
-    /// The error that was expected, in the channel's unit.
-    pub fn expected_rms(&self) -> f64 {
-        (self.expected / self.count.max(1) as f64).sqrt()
-    }
-
-    /// Whether the sensor takes part: its errors are not far below all that is expected of it.
-    pub fn takes_part(&self) -> bool {
-        self.squares > BESIDE * BESIDE * self.expected
-    }
-
-    /// Both together.
-    pub fn with(&self, other: &Prediction) -> Prediction {
-        let (squares, expected) = (self.squares + other.squares, self.expected + other.expected);
-        Prediction { squares, expected, count: self.count + other.count, ..*self }
-    }
-
-    /// Error over what was expected; 1 where nothing was predicted.
-    pub fn ratio(&self) -> f64 {
-        if self.expected > 0.0 { (self.squares / self.expected).sqrt() } else { 1.0 }
-    }
-
-    /// Probability that chance makes such a ratio; predictions half of a horizon apart share half of their error.
-    pub fn p_value(&self) -> f64 {
-        let n = (0.5 * self.count as f64).max(1.0);
-        if self.count == 0 { 1.0 } else { ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2))) }
-    }
-
-    /// Whether it errs by more than it should: by a fifth at least, and beyond one chance in a thousand.
-    pub fn errs(&self) -> bool {
-        self.ratio() > 1.2 && self.p_value() < 1e-3
-    }
-}
 
 /// A point of a predicted series.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,46 +40,6 @@ pub struct Point {
     pub mean: f64,
     /// Deviation with which a sample is expected about it.
     pub std: f64,
-}
-
-/// Autocorrelation of normalised innovations, summed over stretches.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Whiteness {
-    products: [f64; LAGS + 1],
-    count: usize,
-}
-
-impl Whiteness {
-    pub(super) fn of(z: &[f64]) -> Whiteness {
-        let mut products = [0.0; LAGS + 1];
-        for (lag, sum) in products.iter_mut().enumerate() {
-            *sum = z.iter().skip(lag).zip(z).map(|(a, b)| a * b).sum();
-        }
-        Whiteness { products, count: z.len() }
-    }
-
-    /// Both together.
-    pub fn with(&self, other: &Whiteness) -> Whiteness {
-        let products = std::array::from_fn(|k| self.products[k] + other.products[k]);
-        Whiteness { products, count: self.count + other.count }
-    }
-
-    /// Probability that white innovations are correlated as much as these; 1 for too few.
-    pub fn p_value(&self) -> f64 {
-        let lags = LAGS.min(self.count / 10);
-        if lags == 0 || self.products[0] <= 0.0 {
-            return 1.0;
-        }
-        let n = self.count as f64;
-        let terms = (1..=lags).map(|k| (self.products[k] / self.products[0]).powi(2) / (n - k as f64));
-        let q = n * (n + 2.0) * terms.sum::<f64>();
-        ChiSquared::new(lags as f64).map_or(1.0, |chi| chi.sf(q))
-    }
-
-    /// Autocorrelation at lag one.
-    pub fn first(&self) -> f64 {
-        if self.products[0] > 0.0 { self.products[1] / self.products[0] } else { 0.0 }
-    }
 }
 
 /// One channel of one stretch.
@@ -165,6 +57,8 @@ pub struct Channel {
     pub free: Vec<Point>,
     /// One sample ahead, point by point.
     pub next: Vec<Point>,
+    /// Every prediction further ahead, in order: which of `predictions`, and its value.
+    pub(super) foretold: Vec<(usize, f64)>,
 }
 
 /// One stretch of a run.
@@ -188,15 +82,33 @@ struct Branch {
 impl Filtered {
     /// How `model` under `noise` predicts every stretch.
     pub fn forecast(&self, model: &Model, noise: &NoiseModel, limit: f64) -> Vec<Forecast> {
+        self.forecast_drawn(model, noise, limit, None)
+    }
+
+    /// The same; with a seed each prediction starts from a state that is drawn from what the filter believes, and is
+    /// pushed by forces that are drawn from the noise model.
+    pub(super) fn forecast_drawn(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        limit: f64,
+        seed: Option<u64>,
+    ) -> Vec<Forecast> {
         let Some(mobilities) = self.mobilities(model) else { return Vec::new() };
-        (0..self.problem.segments.len())
-            .into_par_iter()
-            .map(|k| forecast(self.batch::<1>(model, &[k], [noise.clone()], &mobilities, limit)))
-            .collect()
+        let silent = self.silent(noise);
+        let of = |k| {
+            let drawn = seed.map(|seed| Noise::new(seed, k as u64));
+            let mut forecast = forecast(self.batch::<1>(model, &[k], [noise.clone()], &mobilities, limit), drawn);
+            // innovations that no noise was estimated for say nothing of it
+            let beside = forecast.channels.iter_mut().filter(|channel| silent[channel.output]);
+            beside.for_each(|channel| channel.whiteness = Whiteness::of(&[]));
+            forecast
+        };
+        (0..self.problem.segments.len()).into_par_iter().map(of).collect()
     }
 }
 
-fn forecast(batch: Batch<'_, 1>) -> Forecast {
+fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
     let Batch { problem, stretches, theta, noise, mobility, mut belief, limit } = batch;
     let dynamics = &problem.dynamics;
     let (nx, ny) = (dynamics.states.len(), dynamics.outputs.len());
@@ -227,6 +139,7 @@ fn forecast(batch: Batch<'_, 1>) -> Forecast {
             squares: 0.0,
             free: Vec::new(),
             next: Vec::new(),
+            foretold: Vec::new(),
         })
         .collect();
     let mut z = vec![Vec::new(); ny];
@@ -243,9 +156,10 @@ fn forecast(batch: Batch<'_, 1>) -> Forecast {
                         let [measured] = std::array::from_fn::<f64, 1, _>(|lane| {
                             problem.measured(&stretches, &feed.grid, lane, output)
                         });
-                        let at = channel.predictions.iter_mut().find(|p| p.ahead == branch.ahead);
+                        let at = channel.predictions.iter().position(|p| p.ahead == branch.ahead);
                         if let (Some(at), false) = (at, measured.is_nan()) {
-                            at.add(sensors.error(output, measured, mean), variance);
+                            channel.predictions[at].add(sensors.error(output, measured, mean), variance);
+                            channel.foretold.push((at, mean));
                         }
                         if branch.ahead.is_none() {
                             channel.free.push(Point { time: now, measured, mean, std: variance.sqrt() });
@@ -274,7 +188,11 @@ fn forecast(batch: Batch<'_, 1>) -> Forecast {
             for branch in &mut branches {
                 let due = branch.ahead.is_some_and(|h| now - branch.began > h - 1e-6);
                 if now >= branch.first - 1e-6 && (branch.belief.is_none() || due) {
-                    (branch.belief, branch.began) = (Some(belief.clone()), now);
+                    let mut start = belief.clone();
+                    if let Some(noise) = &mut drawn {
+                        start.draw(noise);
+                    }
+                    (branch.belief, branch.began) = (Some(start), now);
                 }
             }
         }
@@ -286,11 +204,13 @@ fn forecast(batch: Batch<'_, 1>) -> Forecast {
         transition.predict(Plain, &feed, &mut belief);
         for belief in branches.iter_mut().filter_map(|b| b.belief.as_mut()) {
             transition.predict(Plain, &feed, belief);
+            if let Some(noise) = &mut drawn {
+                transition.push(&mut belief.x, noise);
+            }
         }
     }
     for (channel, z) in channels.iter_mut().zip(&z) {
-        let takes_part = channel.squares > BESIDE * BESIDE * z.len() as f64;
-        channel.whiteness = Whiteness::of(if takes_part { z } else { &[] });
+        channel.whiteness = Whiteness::of(z);
     }
     Forecast { run: problem.tracks[track].name.clone(), channels }
 }
@@ -299,24 +219,5 @@ impl<const L: usize> Sensors<'_, L> {
     /// Measured less predicted; of an angle the shortest way.
     fn error(&self, output: usize, measured: f64, predicted: f64) -> f64 {
         if self.is_turn(output) { shortest(measured - predicted) } else { measured - predicted }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::noise::Noise;
-
-    /// White numbers pass at 1 % in all but some of a hundred, correlated ones never do.
-    #[test]
-    fn law_white_innovations_pass_and_coloured_do_not() {
-        let p = |colour: f64, seed: u64| {
-            let z = Noise::new(seed, 1).coloured(600, colour);
-            Whiteness::of(&z[..300]).with(&Whiteness::of(&z[300..])).p_value()
-        };
-        let white = (0..100).filter(|seed| p(0.0, *seed) < 0.01).count();
-        assert!(white <= 5, "{white}");
-        assert!((0..100).all(|seed| p(0.4, seed) < 0.01));
-        assert_eq!(Whiteness::of(&[1.0; 3]).p_value(), 1.0);
     }
 }

@@ -19,6 +19,7 @@ mod noise;
 mod open;
 mod options;
 mod pass;
+mod prediction;
 mod problem;
 mod refine;
 mod sensor;
@@ -26,15 +27,18 @@ mod start;
 mod steps;
 mod transition;
 mod ud;
+mod whiteness;
 
 use nalgebra::DMatrix;
 
-pub use forecast::{AHEAD, Channel, Forecast, Point, Prediction, Whiteness};
+pub use forecast::{AHEAD, Channel, Forecast, Point};
 pub use likelihood::Linear;
 pub use noise::{Coloured, Coordinate, NoiseModel, RandomForce, SensorNoise};
-pub use open::with_parameters_open;
+pub use open::with_all_open;
 pub use options::{FilterErrorOptions, Forces};
+pub use prediction::Prediction;
 pub use problem::Filtered;
+pub use whiteness::Whiteness;
 
 use super::output_error::{OutputErrorError, covariance};
 use crate::least_squares::singular_ratio;

@@ -4,11 +4,11 @@
 
 use nalgebra::DMatrix;
 
-use super::forecast::Whiteness;
 use super::likelihood::Linear;
 use super::noise::{Coloured, NoiseModel};
 use super::start::TIME;
 use super::steps::Search;
+use super::whiteness::Whiteness;
 use crate::estimate::output_error::read_inputs;
 use crate::model::Model;
 

@@ -54,13 +54,20 @@ fn samples(filtered: &Filtered, output: usize) -> impl Iterator<Item = Vec<f64>>
 }
 
 /// Range of each output in the run in which it is greatest.
-pub(super) fn ranges(filtered: &Filtered) -> Vec<f64> {
+fn ranges(filtered: &Filtered) -> Vec<f64> {
     let range = |y: Vec<f64>| {
         let (low, high) = y.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
         high - low
     };
     let outputs = filtered.problem.dynamics.outputs.len();
     (0..outputs).map(|output| samples(filtered, output).map(range).fold(0.0, f64::max)).collect()
+}
+
+impl Filtered {
+    /// Outputs that are compared and take no part: their noise is beyond all that they show.
+    pub fn silent(&self, noise: &NoiseModel) -> Vec<bool> {
+        ranges(self).into_iter().zip(&noise.sensors).map(|(range, sensor)| sensor.std > range).collect()
+    }
 }
 
 /// Least deviation of each output's noise: what its resolution makes, and a hundred-thousandth of its range, below which

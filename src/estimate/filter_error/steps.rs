@@ -61,7 +61,7 @@ pub(super) struct Search<'a> {
     /// Least deviation of each output's noise, and stated ones.
     pub(super) floors: Vec<f64>,
     pub(super) stated: Vec<Option<f64>>,
-    /// Outputs that are compared and take no part: their stated noise is beyond all that they show.
+    /// Outputs whose noise is stated beyond all that they show: it stays.
     pub(super) silent: Vec<bool>,
     /// Strength of a force with which the search began, by degree of freedom; below [`NOTHING`] of it there is none.
     pub(super) strengths: Vec<(crate::frame::Dof, f64)>,
@@ -131,7 +131,8 @@ impl<'a> Search<'a> {
         let outputs = &filtered.problem.dynamics.outputs;
         let stated: Vec<Option<f64>> =
             outputs.iter().map(|o| options.base.sigma.as_ref().and_then(|s| s.get(o).copied())).collect();
-        let silent = start::ranges(&filtered).into_iter().zip(&stated).map(|(r, s)| s.is_some_and(|s| s > r)).collect();
+        let silent =
+            filtered.silent(&noise).into_iter().zip(&stated).map(|(s, stated)| s && stated.is_some()).collect();
         let mut search = Search {
             options,
             model: model.clone(),

@@ -12,6 +12,7 @@ use super::gauss_markov::{self, Step};
 use super::noise::NoiseModel;
 use super::ud::{Covariance, Work};
 use crate::dynamics::{Dynamics, Entry};
+use crate::noise::Noise;
 use crate::simulate::{Evaluator, Feed};
 use crate::symbolic::Ends;
 use crate::wide::{Lanes, Wide};
@@ -26,6 +27,15 @@ pub(super) struct Belief<const L: usize> {
     pub x: Lanes<L>,
     /// Covariance.
     pub p: Covariance<L>,
+}
+
+impl Belief<1> {
+    /// Draws the state from what is believed of it.
+    pub fn draw(&mut self, noise: &mut Noise) {
+        for (x, by) in self.x.iter_mut().zip(self.p.drawn(noise)) {
+            x[0] += by;
+        }
+    }
 }
 
 /// ∂x/∂θ of the filtered state, row by row.
@@ -304,6 +314,18 @@ impl<'a, const L: usize> Transition<'a, L> {
             }
         }
         std::mem::swap(s, next);
+    }
+}
+
+impl Transition<'_, 1> {
+    /// Draws what the noise of the step that was predicted last has added.
+    pub fn push(&self, x: &mut [[f64; 1]], noise: &mut Noise) {
+        let sources = self.w.len() / x.len().max(1);
+        let unit: Vec<f64> = (0..sources).map(|_| noise.normal()).collect();
+        for (i, x) in x.iter_mut().enumerate() {
+            let row = &self.w[i * sources..(i + 1) * sources];
+            x[0] += row.iter().zip(&unit).map(|(w, unit)| w[0] * unit).sum::<f64>();
+        }
     }
 }
 

@@ -9,6 +9,7 @@
 //! scalar update: Bierman, *Factorization Methods for Discrete Sequential Estimation* (1977), chapters V and VI.
 //! `L` covariances side by side, one a lane.
 
+use crate::noise::Noise;
 use crate::wide::{Lanes, Wide};
 
 /// `L` factored covariances of `n` states.
@@ -141,6 +142,14 @@ impl<const L: usize> Work<L> {
     /// For `n` states and `noise` columns of noise.
     pub fn new(n: usize, noise: usize) -> Work<L> {
         Work { y: Lanes::zeros(n * (n + noise)), weights: Lanes::zeros(n + noise) }
+    }
+}
+
+impl Covariance<1> {
+    /// A sample of this covariance, U √D z.
+    pub fn drawn(&self, noise: &mut Noise) -> Vec<f64> {
+        let z: Vec<f64> = self.d.iter().map(|d| d[0].max(0.0).sqrt() * noise.normal()).collect();
+        (0..self.n).map(|i| z[i] + (i + 1..self.n).map(|j| self.u[i * self.n + j][0] * z[j]).sum::<f64>()).collect()
     }
 }
 

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 pub(crate) use fold::Fold;
-pub(crate) use problem::{LANES, longest_step};
+pub(crate) use problem::{LANES, heading_is_known, longest_step};
 pub use problem::{Linearised, Problem, Unknown};
 
 pub use bound::cramer_rao;

@@ -349,12 +349,19 @@ fn pose_only(dof: Dof, runs: &[Run]) -> bool {
     !dof.is_rotation() && !logged(dof.velocity()) && logged(dof.position())
 }
 
-/// Channels that are compared: those of modelled velocities and angles (turns for a quaternion) that some run logs, positions if independent, and
-/// observed functions of the states.
+/// Whether north and east can be told from surge and sway: the heading is modelled, or every run logs it.
+pub(crate) fn heading_is_known(model: &Model, runs: &[Run]) -> bool {
+    let logged = |run: &Run| run.signal(Dof::Yaw.position()).is_some_and(|s| !s.is_empty());
+    model.dofs.contains(&Dof::Yaw) || runs.iter().all(logged)
+}
+
+/// Channels that are compared: those of modelled velocities and angles (turns for a quaternion) that some run logs,
+/// positions if independent and of a known heading, and observed functions of the states.
 fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
     let turns = Attitude::of(model, runs) == Attitude::Quaternion;
+    let fixed = |dof: &Dof| options.position && (*dof == Dof::Heave || heading_is_known(model, runs));
     let states = model.dofs.iter().flat_map(|dof| {
-        let position = if dof.is_rotation() { !turns } else { options.position || pose_only(*dof, runs) };
+        let position = if dof.is_rotation() { !turns } else { fixed(dof) || pose_only(*dof, runs) };
         [Some(dof.velocity()), position.then(|| dof.position())]
     });
     let turns = upright::TURNS.into_iter().filter(|_| turns).map(Some);

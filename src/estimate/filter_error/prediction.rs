@@ -1,0 +1,86 @@
+//! How predictions err, and how they should.
+//!
+//! ```text
+//! ratio = √(Σ (y − ŷ)² / Σ (c P cᵀ + R)),      n ratio²  ~  χ²(n)      n: errors that stand for themselves
+//! ```
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Draws by which it is found how far predictions spread.
+pub(super) const DRAWS: usize = 16;
+
+/// How a prediction errs, and how it should.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Seconds ahead: 0 for one sample, `None` for a free run.
+    pub ahead: Option<f64>,
+    /// Σ error².
+    pub squares: f64,
+    /// Σ of the variances that the filter expected.
+    pub expected: f64,
+    /// Number of predictions.
+    pub count: usize,
+    /// How they spread where the linearised filter was put to the test: by how much they differ under each draw of
+    /// parameters, forces and start, squared and summed.
+    pub(super) drawn: Option<[f64; DRAWS]>,
+}
+
+impl Prediction {
+    pub(super) fn new(ahead: Option<f64>) -> Prediction {
+        Prediction { ahead, squares: 0.0, expected: 0.0, count: 0, drawn: None }
+    }
+
+    pub(super) fn add(&mut self, error: f64, variance: f64) {
+        self.squares += error * error;
+        self.expected += variance;
+        self.count += 1;
+    }
+
+    /// Root-mean-square error, in the channel's unit.
+    pub fn rms(&self) -> f64 {
+        (self.squares / self.count.max(1) as f64).sqrt()
+    }
+
+    /// The error that was expected, in the channel's unit.
+    pub fn expected_rms(&self) -> f64 {
+        (self.expected / self.count.max(1) as f64).sqrt()
+    }
+
+    /// Both together.
+    pub fn with(&self, other: &Prediction) -> Prediction {
+        let (squares, expected) = (self.squares + other.squares, self.expected + other.expected);
+        let drawn = match (self.drawn, other.drawn) {
+            (Some(a), Some(b)) => Some(std::array::from_fn(|k| a[k] + b[k])),
+            (one, None) | (None, one) => one,
+        };
+        Prediction { squares, expected, count: self.count + other.count, drawn, ..*self }
+    }
+
+    /// Error over what was expected; 1 where nothing was predicted.
+    pub fn ratio(&self) -> f64 {
+        if self.expected > 0.0 { (self.squares / self.expected).sqrt() } else { 1.0 }
+    }
+
+    /// Errors that stand for themselves: predictions half of a horizon apart share half of their error, and draws that
+    /// spread more widely than so many independent ones would say that there are fewer, 2 mean²/variance.
+    fn independent(&self) -> f64 {
+        let half = 0.5 * self.count as f64;
+        let by_draws = self.drawn.map_or(half, |drawn| {
+            let mean = drawn.iter().sum::<f64>() / DRAWS as f64;
+            let variance = drawn.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (DRAWS - 1) as f64;
+            if variance > 0.0 { 2.0 * mean * mean / variance } else { half }
+        });
+        half.min(by_draws).max(1.0)
+    }
+
+    /// Probability that chance makes such a ratio.
+    pub fn p_value(&self) -> f64 {
+        let n = self.independent();
+        if self.count == 0 { 1.0 } else { ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2))) }
+    }
+
+    /// Whether it errs by more than it should: by a fifth at least, and beyond one chance in a thousand.
+    pub fn errs(&self) -> bool {
+        self.ratio() > 1.2 && self.p_value() < 1e-3
+    }
+}
