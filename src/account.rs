@@ -18,7 +18,7 @@ pub use discovery::gap_figure;
 pub use motion::motion_figure;
 
 use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Published, Simulation};
-use crate::discover::{Discovery, Verdict};
+use crate::discover::Discovery;
 use crate::finding::{Finding, Severity};
 use crate::report::{Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
@@ -113,25 +113,8 @@ fn verdict(results: &Results<'_>) -> String {
     let first = format!("On {seen} the model's velocities are off by at most {worst:.1} times the sensor noise.");
     let second = match results.discovery {
         None => String::new(),
-        Some(d) => {
-            let names: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
-            match d.verdict {
-                Verdict::NothingMissing => " Nothing is missing from the model that this data could show.".to_string(),
-                Verdict::Explained => {
-                    let names = names.join(" and ");
-                    format!(
-                        " The campaign's own model lacks {names}: with it, as it stands here, the gap closes to the noise."
-                    )
-                }
-                Verdict::PartlyExplained => {
-                    format!(
-                        " Part of what the campaign's own model lacks is {}, which stands here with it; something is left that no known effect explains.",
-                        names.join(" and ")
-                    )
-                }
-                Verdict::Unexplained => " Something is missing that no known effect explains.".to_string(),
-            }
-        }
+        Some(d) if d.effects.is_empty() => format!(" {}", d.sentence),
+        Some(d) => format!(" {} This report is of the model with it.", d.sentence),
     };
     let fit = &results.fit.sentence;
     if fit.is_empty() { first + &second } else { format!("{fit} {first}{second}") }

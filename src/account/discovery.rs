@@ -2,7 +2,8 @@
 //! goes with, the gap as it shrinks, what the data could have shown.
 
 use super::Results;
-use crate::discover::{Discovery, Residual, TIED_ROW};
+use crate::discover::{Discovery, FoundEffect, FoundParameter, Residual, TIED_ROW, Verdict};
+use crate::effects::common_name;
 use crate::frame::Measured;
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
@@ -16,7 +17,11 @@ const PLACES: usize = 12;
 /// The section of a report.
 pub(super) fn section(results: &Results<'_>, found: &Discovery) -> Section {
     let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
-    paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", e.id, e.evidence)));
+    paragraphs.extend(found.effects.iter().map(|e| format!("{} ({}): {}.", e.common_name, e.id, e.evidence)));
+    let like = |b: &crate::discover::BehavesLike| {
+        format!("Something behaves like {} ({}), but {}.", common_name(&b.id), b.id, b.why)
+    };
+    paragraphs.extend(found.behaves_like.iter().map(like));
     paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", r.sentence.replace("N*m", "N·m"))));
     paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
     let mut blocks = Vec::new();
@@ -41,29 +46,31 @@ fn columns(names: &[&str]) -> Vec<Column> {
 }
 
 fn effects(found: &Discovery) -> Table {
-    let row = |e: &crate::discover::FoundEffect, p: &crate::discover::FoundParameter| {
-        vec![
-            Cell::from(e.id.as_str()),
-            Cell::Text(Label::symbol(&p.name)),
-            Cell::Estimate { value: p.value, std: Some(p.std) },
-            Cell::from(crate::report::unit(&p.unit).as_str()),
-            Cell::Number { value: e.p_value, digits: 2 },
-            Cell::from(e.also_possible.join(", ").as_str()),
-        ]
+    // beside something that has no name a probability would read as a proof
+    let partly = found.verdict == Verdict::PartlyExplained;
+    let row = |e: &FoundEffect, [symbol, value, unit]: [Cell; 3]| {
+        let p = (!partly).then_some(Cell::Number { value: e.p_value, digits: 2 });
+        let others = Cell::from(e.also_possible.join(", ").as_str());
+        [Cell::from(e.id.as_str()), symbol, value, unit].into_iter().chain(p).chain([others]).collect()
     };
-    let rows = |e: &crate::discover::FoundEffect| -> Vec<Vec<Cell>> {
-        if e.parameters.is_empty() {
-            let p = Cell::Number { value: e.p_value, digits: 2 };
-            let others = Cell::from(e.also_possible.join(", ").as_str());
-            return vec![vec![Cell::from(e.id.as_str()), Cell::Empty, Cell::from(TIED_ROW), Cell::Empty, p, others]];
+    let rows = |e: &FoundEffect| -> Vec<Vec<Cell>> {
+        let of = |p: &FoundParameter| {
+            let value = Cell::Estimate { value: p.value, std: Some(p.std) };
+            row(e, [Cell::Text(Label::symbol(&p.name)), value, Cell::from(crate::report::unit(&p.unit).as_str())])
+        };
+        match e.parameters.as_slice() {
+            [] => vec![row(e, [Cell::Empty, Cell::from(TIED_ROW), Cell::Empty])],
+            all => all.iter().map(of).collect(),
         }
-        e.parameters.iter().map(|p| row(e, p)).collect()
     };
+    let names = ["effect", "symbol", "value ± std", "unit", "p", "also possible"];
+    let names: Vec<&str> = names.into_iter().filter(|name| !partly || *name != "p").collect();
+    let chance = "p: probability of as much by chance, over all candidates.";
     Table {
-        title: "What was missing".into(),
-        columns: columns(&["effect", "symbol", "value ± std", "unit", "p", "also possible"]),
+        title: if partly { "What was missing, among other things" } else { "What was missing" }.into(),
+        columns: columns(&names),
         rows: found.effects.iter().flat_map(rows).collect(),
-        note: "p: probability of as much by chance, over all candidates.".into(),
+        note: if partly { String::new() } else { chance.into() },
     }
 }
 

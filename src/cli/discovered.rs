@@ -3,6 +3,7 @@
 use super::output::Output;
 use super::table::{measured, number, size, table, wrapped};
 use crate::discover::{Discovery, LEAST_P, SmallestVisible, TIED_ROW, Verdict};
+use crate::effects::common_name;
 use crate::frame::Measured;
 
 /// Most places and sizes that are printed; the JSON has them all.
@@ -20,7 +21,16 @@ pub(super) fn print(found: &Discovery, output: &Output) {
         output.print(&format!("\nthe log\n{}", table(&["channel", "fault", "factor", "what it is"], &rows)));
     }
     if !found.effects.is_empty() {
-        output.print(&format!("\nmissing\n{}", effects(found)));
+        let heading = if found.verdict == Verdict::PartlyExplained { "missing, among other things" } else { "missing" };
+        output.print(&format!("\n{heading}\n{}", effects(found)));
+    }
+    for like in found.behaves_like.iter().filter(|like| !found.sentence.contains(&format!("({})", like.id))) {
+        output.print(&wrapped(&format!(
+            "something behaves like {} ({}), but {}",
+            common_name(&like.id),
+            like.id,
+            like.why
+        )));
     }
     if !found.removed.is_empty() {
         output.print(&format!("added and dropped again: {}", found.removed.join(", ")));
@@ -32,11 +42,10 @@ pub(super) fn print(found: &Discovery, output: &Output) {
     place(found, output);
     smallest(found, output);
     if let Some(next) = &found.next_experiment {
-        output.print(&format!("\nnext: {next}"));
+        output.print(&format!("\n{}", wrapped(&format!("next: {next}"))));
     }
 }
 
-/// The verdict as a person would say it.
 /// A probability; below the least that is told, that.
 fn chance(p: f64) -> String {
     if p <= LEAST_P { format!("<{LEAST_P:e}") } else { format!("{p:.1e}") }
@@ -61,7 +70,13 @@ fn effects(found: &Discovery) -> String {
             rows.push(vec![name, String::new(), TIED_ROW.into(), String::new(), p, effect.also_possible.join(", ")]);
         }
     }
-    table(&["effect", "symbol", "value ± std", "unit", "p", "also possible"], &rows)
+    let mut headers = vec!["effect", "symbol", "value ± std", "unit", "p", "also possible"];
+    // beside something that has no name a probability would read as a proof
+    if found.verdict == Verdict::PartlyExplained {
+        headers.remove(4);
+        rows.iter_mut().for_each(|row| drop(row.remove(4)));
+    }
+    table(&headers, &rows)
 }
 
 /// One row a step, one column a measured quantity: error and, in brackets, how many times the noise that is.
@@ -95,7 +110,7 @@ fn place(found: &Discovery, output: &Output) {
     }
     output.print("\nwhere the baseline disagrees");
     for residual in &found.residuals {
-        output.print(&format!("  {}", residual.sentence));
+        output.print(&wrapped(&format!("  {}", residual.sentence)));
     }
     let rows: Vec<Vec<String>> = found
         .places

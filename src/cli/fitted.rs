@@ -29,8 +29,7 @@ pub(super) fn print(fitted: &Fit, output: &Output) {
 /// The command to type next.
 pub(super) fn print_next(fitted: &Fit, campaign: &Path, model: Option<&Path>, output: &Output) {
     let campaign = campaign.display();
-    let lacks = fitted.warnings.iter().any(|w| w.code == campaign::codes::MORE_MISSING.code);
-    let next = match (fitted.converged, lacks, model) {
+    let next = match (fitted.converged, fitted.may_lack(), model) {
         (false, ..) => format!("hydrosysid check {campaign}"),
         (true, true, _) => format!("hydrosysid discover {campaign}"),
         (true, false, None) => format!("hydrosysid fit {campaign} --model model.toml"),

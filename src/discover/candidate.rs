@@ -19,6 +19,9 @@ const SPOKEN_FOR: [(&str, &str); 1] = [("thrust_delay", "sensor_delay")];
 /// Samples that a period has to hold: two are the same at every sample or its opposite, and so stand in for a constant.
 const PERIOD: f64 = 3.0;
 
+/// Parts of two meshes of a grid when it is looked at more closely.
+const FINER: u8 = 8;
+
 /// Names for which a candidate speaks.
 pub(super) fn spoken_for(name: &str) -> impl Iterator<Item = String> {
     SPOKEN_FOR.into_iter().filter(move |(speaker, _)| *speaker == name).map(|(_, other)| other.to_string())
@@ -68,6 +71,21 @@ impl Candidate {
         dofs.sort_unstable();
         dofs.dedup();
         dofs
+    }
+
+    /// The candidate probed more finely about one of its probes, up to the neighbours on its grid; `None` for one without
+    /// a grid or with a grid of several shape parameters.
+    pub fn nearer(&self, probe: usize) -> Option<Candidate> {
+        let mut grid: Vec<f64> =
+            self.probes.iter().map(|p| if let [x] = p.as_slice() { *x } else { f64::NAN }).collect();
+        let at = grid[probe];
+        grid.sort_by(f64::total_cmp);
+        let k = grid.iter().position(|x| *x == at).filter(|_| grid.len() > 1)?;
+        let low = if k > 0 { grid[k - 1] } else { at };
+        let high = if k + 1 < grid.len() { grid[k + 1] } else { at };
+        let parts = f64::from(FINER);
+        let finer = (0..=FINER).map(|i| vec![low + (high - low) * f64::from(i) / parts]).collect();
+        Some(Candidate { probes: finer, ..self.clone() })
     }
 
     /// Adds its terms to a model; shape parameters take the values of `probe`.

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::FoundEffect;
 use super::search::BehavesLike;
 use crate::effects::common_name;
-use crate::estimate::filter_error::{AHEAD, Channel, Forecast, Prediction, RandomForce, Whiteness};
+use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
 use crate::frame::Dof;
 
 /// The four answers.
@@ -39,7 +39,8 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
                 channels(forecasts, output).filter_map(|c| c.predictions.iter().find(|p| p.ahead == Some(seconds)));
             of.copied().reduce(|a, b| a.with(&b))
         };
-        let erring = AHEAD.into_iter().filter_map(ahead).filter(Prediction::errs).map(|p| p.ratio());
+        let asked = AHEAD.len() * outputs.len();
+        let erring = AHEAD.into_iter().filter_map(ahead).filter(|p| p.errs(asked)).map(|p| p.ratio());
         let whiteness = channels(own, output).map(|c| c.whiteness.clone()).reduce(|a: Whiteness, b| a.with(&b));
         let coloured = whiteness.filter(|w| w.is_coloured(outputs.len()));
         if let Some(ratio) = erring.reduce(f64::max).or(coloured.map(|_| 1.0)) {

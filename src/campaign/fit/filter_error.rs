@@ -8,7 +8,7 @@ use super::super::file::Estimator;
 use super::super::identifiability::of_covariance;
 use super::super::load::{Campaign, moves};
 use super::super::noise;
-use super::result::FitStage;
+use super::result::{FitStage, NO_TURBULENCE};
 use super::rows::paper;
 use super::{Raw, thrust};
 use crate::estimate::filter_error::{
@@ -42,8 +42,9 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let forecasts = filtered.forecast(&model, &fitted.noise, fitted.limit);
     let found = noise::of_fit(&fitted, runs, &campaign.file.noise.sensors, (&filtered, &forecasts));
     let errs = |forecasts: &[Forecast]| -> Vec<String> {
-        let all = noise::by_dof(&filtered, forecasts, Some(8.0)).into_iter().filter(|(_, p)| p.errs());
-        all.map(|(dof, p)| format!("{dof} by {:.1}", p.ratio())).collect()
+        let all = noise::by_dof(&filtered, forecasts, Some(8.0));
+        let erring = all.iter().filter(|(_, p)| p.errs(all.len()));
+        erring.map(|(dof, p)| format!("{dof} by {:.1}", p.ratio())).collect()
     };
     let (mut erring, others) = (errs(&forecasts), others(campaign));
     if !erring.is_empty() && !others.is_empty() {
@@ -184,7 +185,3 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) ->
     };
     format!("The fit converged, and the model predicts 8 s ahead as well as it says. {pushed}{strong}{white}")
 }
-
-/// Share of the thrust above which a random force is likely to stand in for what the model lacks; what pushes vehicles in
-/// tanks, harbours and rivers was found to be some per cent.
-const NO_TURBULENCE: f64 = 0.2;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::campaign::codes;
 use crate::campaign::file::Estimator;
 use crate::campaign::identifiability::Identifiability;
 use crate::campaign::model_noise::ModelNoise;
@@ -68,10 +69,22 @@ pub struct Fit {
     pub instruments: Instruments,
 }
 
+/// Share of the thrust above which a random force is likely to stand in for what the model lacks; what pushes vehicles in
+/// tanks, harbours and rivers was found to be some per cent.
+pub(super) const NO_TURBULENCE: f64 = 0.2;
+
 impl Fit {
     /// The noise as a model file carries it.
     pub fn model_noise(&self) -> Option<ModelNoise> {
         self.noise.as_ref().map(ModelNoise::from)
+    }
+
+    /// Whether something seems to be missing: predictions err by more than they should, or the random force is more than
+    /// water makes.
+    pub fn may_lack(&self) -> bool {
+        let pushed =
+            self.noise.iter().flat_map(|n| &n.force).filter_map(|f| f.share_of_thrust).any(|s| s > NO_TURBULENCE);
+        pushed || self.warnings.iter().any(|w| w.code == codes::MORE_MISSING.code)
     }
 }
 

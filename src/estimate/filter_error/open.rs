@@ -54,8 +54,9 @@ pub fn with_all_open(
     for channel in open.iter_mut().flat_map(|forecast| &mut forecast.channels) {
         let variance = fit.noise.sensors[channel.output].std.powi(2);
         for prediction in &mut channel.predictions {
-            let Some(drawn) = prediction.drawn else { continue };
-            let spread = drawn.iter().sum::<f64>() / DRAWS as f64 + variance * prediction.count as f64;
+            let Some(drawn) = &mut prediction.drawn else { continue };
+            drawn.iter_mut().for_each(|draw| *draw += variance * prediction.count as f64);
+            let spread = drawn.iter().sum::<f64>() / DRAWS as f64;
             // a draw that runs away leaves all open
             prediction.expected = if spread.is_nan() { f64::INFINITY } else { prediction.expected.max(spread) };
         }

@@ -7,7 +7,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Draws by which it is found how far predictions spread.
-pub(super) const DRAWS: usize = 16;
+pub(super) const DRAWS: usize = 32;
 
 /// How a prediction errs, and how it should.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +20,7 @@ pub struct Prediction {
     pub expected: f64,
     /// Number of predictions.
     pub count: usize,
-    /// How they spread where the linearised filter was put to the test: by how much they differ under each draw of
-    /// parameters, forces and start, squared and summed.
+    /// Σ error² of each draw of parameters, forces and start, where the linearised filter was put to the test.
     pub(super) drawn: Option<[f64; DRAWS]>,
 }
 
@@ -79,8 +78,11 @@ impl Prediction {
         if self.count == 0 { 1.0 } else { ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2))) }
     }
 
-    /// Whether it errs by more than it should: by a fifth at least, and beyond one chance in a thousand.
-    pub fn errs(&self) -> bool {
-        self.ratio() > 1.2 && self.p_value() < 1e-3
+    /// Whether it, of so many that are asked, errs by more than it should: by a fifth at least, beyond one chance in a
+    /// thousand for all of them, and by more than any draw, whose spread has longer tails than χ² where a vehicle may turn
+    /// either way.
+    pub fn errs(&self, of: usize) -> bool {
+        let beyond_draws = self.drawn.is_none_or(|drawn| drawn.iter().all(|draw| *draw < self.squares));
+        self.ratio() > 1.2 && self.p_value() < 1e-3 / of.max(1) as f64 && beyond_draws
     }
 }
