@@ -76,11 +76,11 @@ impl Candidate {
     /// The candidate probed more finely about one of its probes, up to the neighbours on its grid; `None` for one without
     /// a grid or with a grid of several shape parameters.
     pub fn nearer(&self, probe: usize) -> Option<Candidate> {
-        let mut grid: Vec<f64> =
-            self.probes.iter().map(|p| if let [x] = p.as_slice() { *x } else { f64::NAN }).collect();
+        let single = |p: &Vec<f64>| if let [x] = p.as_slice() { Some(*x) } else { None };
+        let mut grid: Vec<f64> = self.probes.iter().map(single).collect::<Option<_>>()?;
         let at = grid[probe];
         grid.sort_by(f64::total_cmp);
-        let k = grid.iter().position(|x| *x == at).filter(|_| grid.len() > 1)?;
+        let k = grid.iter().position(|x| x.total_cmp(&at).is_eq()).filter(|_| grid.len() > 1)?;
         let low = if k > 0 { grid[k - 1] } else { at };
         let high = if k + 1 < grid.len() { grid[k + 1] } else { at };
         let parts = f64::from(FINER);
