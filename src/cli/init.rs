@@ -49,6 +49,9 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
         learned: a.learned.as_deref().map(learned).transpose()?.unwrap_or_default(),
     };
     let scaffold = output.working("reading logs", || campaign::init(&request))??;
+    for log in &scaffold.unread {
+        output.remark(&format!("warning: not read: {log}"));
+    }
     let Some(file) = file.as_deref() else {
         if !output.json_on_stdout() {
             output.hand_over(&scaffold.text);

@@ -185,6 +185,17 @@ fn it_writes_whatever_the_log_is() {
     assert_eq!(run(&["init", &folder.path("none.csv"), "-o", &folder.path("x")]).status.code(), Some(2));
 }
 
+/// A log that is not read is told where it is seen, and not only in the file.
+#[test]
+fn a_log_that_is_not_read_is_told() {
+    let folder = Folder::new("unread");
+    let log = folder.path("dive.BIN");
+    fs::write(&log, [0xa3, 0x95, 0x80, 0x80, 0x59, 0x46, 0x4d, 0x54, 0, 1, 2, 3]).expect("a file can be written");
+    let output = run(&["init", &log, "-o", &folder.path("made")]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("not read: ") && told.contains("dive.BIN") && told.contains("Python package"), "{told}");
+}
+
 #[test]
 fn columns_that_are_given_win_whatever_they_are_called() {
     let folder = Folder::new("given");

@@ -98,6 +98,8 @@ pub struct Scaffold {
     pub guesses: usize,
     /// Files that the campaign needs beside it, such as bollard tables of a vehicle file: where they are, how it names them.
     pub companions: Vec<(PathBuf, String)>,
+    /// Logs that could not be read, each with the reason; they stand in the text as comments.
+    pub unread: Vec<String>,
 }
 
 /// The text of a campaign over logs.
@@ -124,7 +126,9 @@ pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
     let companions = known.as_ref().map(|(known, _)| companions(known)).unwrap_or_default();
     let text =
         text::Draft { request, given: &given, vehicle: known.as_ref(), logs: &understood, dives: &dives }.write();
-    Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions })
+    let unread = understood.iter().filter(|log| log.log.is_none());
+    let unread = unread.map(|log| format!("{}: {}", log.shown, log.refused.join("; "))).collect();
+    Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread })
 }
 
 /// Bollard tables that the thrusters of a vehicle file name.
