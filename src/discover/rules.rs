@@ -3,6 +3,7 @@
 //! ```text
 //! |θ̂ − neutral| > 3 s        of one parameter at least
 //! min < θ̂ < max              dissipation dissipates, a delay is not negative
+//! θ̂ > h/20                   of a time, h: the time between samples
 //! s < ½ |θ̂|                  of a time constant, a limit or another shape that was searched over a grid
 //! ```
 
@@ -18,11 +19,16 @@ const BEYOND: f64 = 3.0;
 /// Deviation of a shape over its value from which on it is not determined.
 const DETERMINED: f64 = 0.5;
 
+/// Share of the time between samples below which a delay or a lag is none that samples show: the errors of a step of the
+/// integrator and of a clock are as large.
+const RESOLVED: f64 = 0.05;
+
 /// An amplitude of a wave below this share of the greatest counts as none: a wave is there in every run.
 const FAINT: f64 = 0.2;
 
-/// Which rule the parameters that `candidate` brought break, in words; `None` where they break none.
-pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate) -> Option<String> {
+/// Which rule the parameters that `candidate` brought break, in words; `None` where they break none. `sample` is the time
+/// between samples, s.
+pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sample: f64) -> Option<String> {
     let known = |p: &&Parameter| before.parameters.iter().all(|q| q.term != p.term || q.spec.name != p.spec.name);
     let new: Vec<&Parameter> = after.parameters.iter().filter(known).collect();
     if new.is_empty() {
@@ -38,6 +44,9 @@ pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate) -> Op
         }
         if p.spec.dimension == Dimension::TIME && p.value < 0.0 {
             return Some(format!("{} is negative: what the commands cause would come before them", told(p)));
+        }
+        if p.spec.dimension == Dimension::TIME && p.value < RESOLVED * sample {
+            return Some(format!("{} is less than a twentieth of a sample", told(p)));
         }
         let searched = candidate.probes.len() > 1 && !p.spec.is_linear();
         if searched && std > DETERMINED * p.value.abs() {
@@ -88,7 +97,7 @@ mod tests {
         for (p, (value, std)) in new.zip(values) {
             (p.value, p.std) = (*value, Some(*std));
         }
-        broken(&before, &after, &candidate)
+        broken(&before, &after, &candidate, 0.1)
     }
 
     #[test]
@@ -97,6 +106,7 @@ mod tests {
         assert!(told("bias@surge", &[(2.5, 1.0)]).unwrap().contains("within three deviations"));
         assert_eq!(told("thrust_delay", &[(0.3, 0.05)]), None);
         assert!(told("thrust_delay", &[(-0.3, 0.05)]).unwrap().contains("negative"));
+        assert!(told("thrust_delay", &[(0.0024, 0.0007)]).unwrap().contains("twentieth of a sample"));
         assert!(told("fluid_memory@surge", &[(9.0, 1.0), (59.0, 1166.0)]).unwrap().contains("not determined"));
         assert!(told("fluid_memory@surge", &[(0.0, 1.0), (5.0, 1.0)]).unwrap().contains("bound"));
     }

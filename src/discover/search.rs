@@ -360,7 +360,7 @@ fn name_among(
         let candidate = &found.candidates[contender.score.candidate];
         let HeldOut { gain, against } = agree(&here, &contender.fit, task)?;
         contender.held_out = gain;
-        match broken(&here.model, &contender.fit.model, candidate).or(against) {
+        match broken(&here.model, &contender.fit.model, candidate, here.filtered.sample_time()).or(against) {
             None => names.push(contender),
             Some(why) => {
                 found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: contender.gain });
