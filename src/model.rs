@@ -355,8 +355,8 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
         (Scope::Pairs, Some(dof), Some(other)) if dof != other => absent(dof),
         (Scope::Vehicle(needed), None, None) => needed.iter().find_map(|dof| absent(*dof)),
         (Scope::VehicleAny(sets), None, None) => {
-            let missing = |set: &&[Dof]| set.iter().find_map(|dof| absent(*dof));
-            sets.iter().all(|set| missing(set).is_some()).then(|| sets.iter().find_map(missing)).flatten()
+            let lacking: Option<Vec<_>> = sets.iter().map(|set| set.iter().find_map(|dof| absent(*dof))).collect();
+            lacking.and_then(|reasons| reasons.into_iter().next())
         }
         (Scope::Everywhere, None, None) => None,
         (Scope::Each(_), ..) => Some("it is written id@dof".into()),

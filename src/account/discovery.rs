@@ -2,8 +2,8 @@
 //! goes with, the gap as it shrinks, what the data could have shown.
 
 use super::Results;
-use crate::discover::{Discovery, FoundEffect, FoundParameter, Residual, TIED_ROW, Verdict};
-use crate::effects::common_name;
+use crate::discover::{Discovery, FoundEffect, FoundParameter, Residual, TIED_ROW};
+use crate::effects::named;
 use crate::frame::Measured;
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
@@ -17,11 +17,8 @@ const PLACES: usize = 12;
 /// The section of a report.
 pub(super) fn section(results: &Results<'_>, found: &Discovery) -> Section {
     let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
-    paragraphs.extend(found.effects.iter().map(|e| format!("{} ({}): {}.", e.common_name, e.id, e.evidence)));
-    let like = |b: &crate::discover::BehavesLike| {
-        format!("Something behaves like {} ({}), but {}.", common_name(&b.id), b.id, b.why)
-    };
-    paragraphs.extend(found.behaves_like.iter().map(like));
+    paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", named(&e.id), e.evidence)));
+    paragraphs.extend(found.behaves_like.iter().map(|like| format!("Something {}.", like.told())));
     paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", r.sentence.replace("N*m", "N·m"))));
     paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
     let mut blocks = Vec::new();
@@ -47,7 +44,7 @@ fn columns(names: &[&str]) -> Vec<Column> {
 
 fn effects(found: &Discovery) -> Table {
     // beside something that has no name a probability would read as a proof
-    let partly = found.verdict == Verdict::PartlyExplained;
+    let partly = !found.names_are_all();
     let row = |e: &FoundEffect, [symbol, value, unit]: [Cell; 3]| {
         let p = (!partly).then_some(Cell::Number { value: e.p_value, digits: 2 });
         let others = Cell::from(e.also_possible.join(", ").as_str());

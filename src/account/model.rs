@@ -1,7 +1,7 @@
 //! The part of the account on the model: its equations with their numbers, its parameters.
 
 use super::Results;
-use crate::effects::{Place, coriolis_formula};
+use crate::effects::Place;
 use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::report::{Block, Cell, Column, Equation, Label, Section, Style, Table, number};
@@ -122,10 +122,8 @@ fn balance(model: &Model, dof: Dof) -> Equation {
     let mut right = format!("τ_{v}");
     for term in model.terms.iter().filter(|t| in_balance(t, dof)) {
         let about = term.effect.about();
-        let formula = match term.parameters.as_slice() {
-            [] if about.id.starts_with("coriolis_") => coriolis_formula(dof, &model.dofs),
-            _ => written(about.formula.split(',').next().unwrap_or_default(), term.place),
-        };
+        let formula = term.effect.formula_in(&model.dofs);
+        let formula = written(formula.split(',').next().unwrap_or_default(), term.place);
         match (about.id, term.parameters.as_slice(), term.place.other) {
             ("inertia", [p], _) => left = left.replacen(&format!("m_{v} "), &format!("{} ", value(*p)), 1),
             ("added_mass_coupling", [p], Some(other)) => {

@@ -214,7 +214,7 @@ pub(super) fn white(forecasts: &[Forecast]) -> bool {
     let channels = forecasts.first().map_or(0, |f| f.channels.len());
     (0..channels).all(|c| {
         let all = forecasts.iter().map(|f| f.channels[c].whiteness.clone());
-        all.reduce(|a, b| a.with(&b)).is_none_or(|w| !w.is_coloured(channels))
+        all.reduce(|a, b| a.with(&b)).is_none_or(|w| w.is_white(channels))
     })
 }
 

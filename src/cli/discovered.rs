@@ -3,7 +3,6 @@
 use super::output::Output;
 use super::table::{measured, number, size, table, wrapped};
 use crate::discover::{Discovery, LEAST_P, SmallestVisible, TIED_ROW, Verdict};
-use crate::effects::common_name;
 use crate::frame::Measured;
 
 /// Most places and sizes that are printed; the JSON has them all.
@@ -21,16 +20,11 @@ pub(super) fn print(found: &Discovery, output: &Output) {
         output.print(&format!("\nthe log\n{}", table(&["channel", "fault", "factor", "what it is"], &rows)));
     }
     if !found.effects.is_empty() {
-        let heading = if found.verdict == Verdict::PartlyExplained { "missing, among other things" } else { "missing" };
+        let heading = if found.names_are_all() { "missing" } else { "missing, among other things" };
         output.print(&format!("\n{heading}\n{}", effects(found)));
     }
     for like in found.behaves_like.iter().filter(|like| !found.sentence.contains(&format!("({})", like.id))) {
-        output.print(&wrapped(&format!(
-            "something behaves like {} ({}), but {}",
-            common_name(&like.id),
-            like.id,
-            like.why
-        )));
+        output.print(&wrapped(&format!("something {}", like.told())));
     }
     if !found.removed.is_empty() {
         output.print(&format!("added and dropped again: {}", found.removed.join(", ")));
@@ -72,7 +66,7 @@ fn effects(found: &Discovery) -> String {
     }
     let mut headers = vec!["effect", "symbol", "value ± std", "unit", "p", "also possible"];
     // beside something that has no name a probability would read as a proof
-    if found.verdict == Verdict::PartlyExplained {
+    if !found.names_are_all() {
         headers.remove(4);
         rows.iter_mut().for_each(|row| drop(row.remove(4)));
     }

@@ -7,7 +7,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::effects::{Coriolis, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
+use super::screen::Score;
+use crate::effects::{Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal};
@@ -88,6 +89,22 @@ impl Candidate {
         Some(Candidate { probes: finer, ..self.clone() })
     }
 
+    /// A model with the candidate in it, started where its score says.
+    pub fn started(&self, model: &Model, score: &Score) -> Option<Model> {
+        let mut model = model.clone();
+        let probe = self.probes.get(score.probe).map_or(&[][..], Vec::as_slice);
+        let before = model.parameters.len();
+        self.add_to(&mut model, probe).ok()?;
+        let estimates = score.estimate.iter().filter(|_| !self.blended);
+        let new = model.parameters[before..].iter_mut();
+        // a shape that has no grid is its own direction
+        let single = self.probes.len() == 1;
+        for (parameter, estimate) in new.filter(|p| !p.spec.per_run && (p.spec.is_linear() || single)).zip(estimates) {
+            parameter.value = (parameter.spec.neutral + estimate).clamp(parameter.min, parameter.max);
+        }
+        Some(model)
+    }
+
     /// Adds its terms to a model; shape parameters take the values of `probe`.
     ///
     /// # Errors
@@ -113,11 +130,9 @@ impl Candidate {
 
 /// The rows of −C(ν)ν of which one free coefficient does not tell the whole: nothing of them is left to find.
 fn whole_rows(model: &Model) -> Vec<Arc<dyn Effect>> {
-    let mut rows = catalogue(Coriolis::Tied);
-    let more = |row: &&Dof| !leading_is_all(**row, &model.dofs);
-    let whole: Vec<String> = model.dofs.iter().filter(more).map(|d| format!("coriolis_{d}")).collect();
-    rows.retain(|e| model.coriolis == Coriolis::Tied && whole.iter().any(|id| e.about().id == *id));
-    rows
+    let tied = (model.coriolis == Coriolis::Tied).then_some(&model.dofs);
+    let rows = tied.into_iter().flatten().filter(|row| !leading_is_all(**row, &model.dofs));
+    rows.map(|row| Arc::new(CoriolisRow { row: *row, coriolis: Coriolis::Tied }) as Arc<dyn Effect>).collect()
 }
 
 /// Degrees of freedom of an effect of the whole vehicle that does not act in all of them.

@@ -75,6 +75,11 @@ pub struct Discovery {
 }
 
 impl Discovery {
+    /// Whether nothing is left beside the effects that are named.
+    pub fn names_are_all(&self) -> bool {
+        self.verdict != Verdict::PartlyExplained
+    }
+
     /// The model with everything that was added.
     pub fn model(&self) -> Option<&Model> {
         self.steps.last().map(|step| &step.fit.model)

@@ -4,6 +4,7 @@ mod candidate;
 mod carried;
 mod discovery;
 mod enlarged;
+mod focus;
 mod found;
 mod gap;
 mod held_out;

@@ -14,10 +14,11 @@
 use std::sync::Arc;
 
 use super::candidate::{Candidate, candidates, spoken_for};
+use super::focus::{Start, starts};
 use super::held_out::{HeldOut, agree, fall};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
-use crate::effects::{Effect, Family, Place};
+use crate::effects::{Effect, Family, Place, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
@@ -97,6 +98,13 @@ pub struct BehavesLike {
     pub why: String,
     /// Fall of −2 ln L.
     pub gain: f64,
+}
+
+impl BehavesLike {
+    /// `behaves like the Munk moment (coriolis_yaw), but …`.
+    pub fn told(&self) -> String {
+        format!("behaves like {}, but {}", named(&self.id), self.why)
+    }
 }
 
 /// One state of the search.
@@ -243,69 +251,6 @@ fn refine(found: &mut Search, task: &Task<'_>) -> Result<(), OutputErrorError> {
     Ok(())
 }
 
-/// The best of the candidates, each with the probe at which it scores best, on a grid eight times as fine about it: a shape
-/// that starts a mesh away from the truth may end on another hill of the likelihood. A random force that has taken up what
-/// is missing blurs the hills: they are looked at with the forces at a tenth, too, and where that tells otherwise there are
-/// two starts.
-fn focused(here: &FilterErrorFit, best: &[Score], list: &[Candidate], task: &Task<'_>) -> Vec<(Candidate, Score)> {
-    let mut quiet = here.clone();
-    quiet.noise.forces.iter_mut().for_each(|f| f.rms *= 0.1);
-    let chosen: Vec<(Candidate, Score)> = best.iter().map(|s| (list[s.candidate].clone(), s.clone())).collect();
-    let shaped: Vec<usize> = (0..chosen.len()).filter(|k| chosen[*k].0.nearer(chosen[*k].1.probe).is_some()).collect();
-    if shaped.is_empty() {
-        return chosen;
-    }
-    // the best probe of each, by the scores of a screen of them alone
-    let best_of = |fit: &FilterErrorFit, candidates: Vec<Candidate>| -> Vec<Option<(Candidate, Score)>> {
-        let seed = (task.options.level, task.options.seed);
-        let scores =
-            screen(fit, task.train, &candidates, &task.fitting.base, seed).map(|s| s.scores).unwrap_or_default();
-        let of = |(j, candidate)| Some((candidate, scores.iter().find(|score| score.candidate == j)?.clone()));
-        candidates.into_iter().enumerate().map(of).collect()
-    };
-    let nearer = |found: &[Option<(Candidate, Score)>]| -> Vec<Candidate> {
-        let of = |found: &Option<(Candidate, Score)>, k: usize| {
-            let (candidate, score) = found.as_ref().unwrap_or(&chosen[k]);
-            candidate.nearer(score.probe).unwrap_or_else(|| candidate.clone())
-        };
-        found.iter().zip(&shaped).map(|(found, k)| of(found, *k)).collect()
-    };
-    let loud = best_of(here, nearer(&vec![None; shaped.len()]));
-    let first = best_of(&quiet, shaped.iter().map(|k| chosen[*k].0.clone()).collect());
-    let still = best_of(&quiet, nearer(&first));
-    let mut all = Vec::new();
-    for (k, usual) in chosen.iter().enumerate() {
-        let Some(j) = shaped.iter().position(|s| *s == k) else {
-            all.push(usual.clone());
-            continue;
-        };
-        let value = |(candidate, score): &(Candidate, Score)| candidate.probes[score.probe][0];
-        let original =
-            |(candidate, score): (Candidate, Score)| (candidate, Score { candidate: usual.1.candidate, ..score });
-        let start = loud[j].clone().filter(|near| near.1.log_p < usual.1.log_p).unwrap_or_else(|| usual.clone());
-        let other = still[j].clone().filter(|other| (value(other) - value(&start)).abs() > 0.1 * value(&start).abs());
-        all.push(original(start));
-        all.extend(other.map(original));
-    }
-    all
-}
-
-/// The model with a candidate in it, started where its score says.
-fn with(model: &Model, candidate: &Candidate, score: &Score) -> Option<Model> {
-    let mut model = model.clone();
-    let probe = candidate.probes.get(score.probe).map_or(&[][..], Vec::as_slice);
-    let before = model.parameters.len();
-    candidate.add_to(&mut model, probe).ok()?;
-    let estimates = score.estimate.iter().filter(|_| !candidate.blended);
-    let new = model.parameters[before..].iter_mut();
-    // a shape that has no grid is its own direction
-    let single = candidate.probes.len() == 1;
-    for (parameter, estimate) in new.filter(|p| !p.spec.per_run && (p.spec.is_linear() || single)).zip(estimates) {
-        parameter.value = (parameter.spec.neutral + estimate).clamp(parameter.min, parameter.max);
-    }
-    Some(model)
-}
-
 /// The next name that survives everything, with its fit.
 ///
 /// What has a value of its own in every run follows anything that comes and goes: it is asked when nothing else is left.
@@ -338,13 +283,13 @@ fn name_among(
     let best: Vec<Score> = best.into_iter().take(REFITS).cloned().collect();
     let (noise, rough) = (afresh(&here.noise), FilterErrorOptions { tolerance: ROUGH, ..level(task) });
     let mut contenders: Vec<Contender> = Vec::new();
-    for (candidate, score) in focused(&here, &best, &found.candidates, task) {
+    for Start { candidate, score } in starts(&here, &best, &found.candidates, task) {
         let known = contenders.iter().any(|c| c.score.candidate == score.candidate);
         if contenders.len() == REFITS && !known {
             break;
         }
         progress::tell("refitting the best candidates", contenders.len(), REFITS);
-        let Some(model) = with(&here.model, &candidate, &score) else { continue };
+        let Some(model) = candidate.started(&here.model, &score) else { continue };
         let Ok(fit) = filter_error_from(&model, task.train, noise.clone(), &rough) else { continue };
         let gain = here.cost - fit.cost;
         let contender = Contender { score, fit, gain, held_out: 0.0 };

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::FoundEffect;
 use super::search::BehavesLike;
-use crate::effects::common_name;
+use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
 use crate::frame::Dof;
 
@@ -77,11 +77,6 @@ pub(super) fn digits(x: f64) -> String {
     format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
 }
 
-/// `the Munk moment (coriolis_yaw)`.
-fn named(id: &str) -> String {
-    format!("{} ({id})", common_name(id))
-}
-
 /// The verdict in plain words. `better` says how much better held-out predictions are with the names, and in which degree
 /// of freedom; `where_from` is the first place of disagreement.
 pub(super) fn sentence(
@@ -105,8 +100,7 @@ pub(super) fn sentence(
         [] => "the noise of the sensors".to_string(),
         forces => format!("the sensors and a random force of {}", force_in_words(forces)),
     };
-    let behaves =
-        behaves_like.first().map_or(String::new(), |b| format!(" It behaves like {}, but {}.", named(&b.id), b.why));
+    let behaves = behaves_like.first().map_or(String::new(), |b| format!(" It {}.", b.told()));
     let channels: Vec<&str> = failing.iter().map(|(name, _)| name.as_str()).collect();
     match verdict {
         Verdict::NothingMissing => match forces {

@@ -12,6 +12,11 @@ pub fn common_name(name: &str) -> String {
     }
 }
 
+/// Common name and id: `the Munk moment (coriolis_yaw)`.
+pub fn named(id: &str) -> String {
+    format!("{} ({id})", common_name(id))
+}
+
 const NAMES: &[(&str, &str)] = &[
     ("inertia", "virtual mass"),
     ("added_mass_coupling", "coupled added mass"),

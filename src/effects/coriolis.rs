@@ -47,62 +47,29 @@ struct Row {
     whole: &'static str,
     /// The leading product with a coefficient of its own.
     free: &'static str,
-    symbol: &'static str,
 }
 
-const ROWS: [Row; 6] = {
-    use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
-    [
+macro_rules! row {
+    ($id:literal, $own:ident; $j:ident, $k:ident, $first:literal; $l:ident, $m:ident, $second:literal; $free:literal) => {
         Row {
-            id: "coriolis_surge",
-            sets: [&[Surge, Sway, Yaw], &[Surge, Heave, Pitch]],
-            parts: ["+ m_v v r", "− m_w w q"],
-            whole: "+ m_v v r − m_w w q",
-            free: "+ k_vr v r, k_vr = m_v",
-            symbol: "k_vr",
-        },
-        Row {
-            id: "coriolis_sway",
-            sets: [&[Sway, Surge, Yaw], &[Sway, Heave, Roll]],
-            parts: ["− m_u u r", "+ m_w w p"],
-            whole: "− m_u u r + m_w w p",
-            free: "− k_ur u r, k_ur = m_u",
-            symbol: "k_ur",
-        },
-        Row {
-            id: "coriolis_heave",
-            sets: [&[Heave, Surge, Pitch], &[Heave, Sway, Roll]],
-            parts: ["+ m_u u q", "− m_v v p"],
-            whole: "+ m_u u q − m_v v p",
-            free: "+ k_uq u q, k_uq = m_u",
-            symbol: "k_uq",
-        },
-        Row {
-            id: "coriolis_roll",
-            sets: [&[Roll, Sway, Heave], &[Roll, Pitch, Yaw]],
-            parts: ["− (m_w − m_v) v w", "− (I_r − I_q) q r"],
-            whole: "− (m_w − m_v) v w − (I_r − I_q) q r",
-            free: "− k_vw v w, k_vw = m_w − m_v",
-            symbol: "k_vw",
-        },
-        Row {
-            id: "coriolis_pitch",
-            sets: [&[Pitch, Heave, Surge], &[Pitch, Yaw, Roll]],
-            parts: ["− (m_u − m_w) w u", "− (I_p − I_r) r p"],
-            whole: "− (m_u − m_w) w u − (I_p − I_r) r p",
-            free: "− k_wu w u, k_wu = m_u − m_w",
-            symbol: "k_wu",
-        },
-        Row {
-            id: "coriolis_yaw",
-            sets: [&[Yaw, Surge, Sway], &[Yaw, Roll, Pitch]],
-            parts: ["− (m_v − m_u) u v", "− (I_q − I_p) p q"],
-            whole: "− (m_v − m_u) u v − (I_q − I_p) p q",
-            free: "− k_uv u v, k_uv = m_v − m_u",
-            symbol: "k_uv",
-        },
-    ]
-};
+            id: concat!("coriolis_", $id),
+            sets: [&[Dof::$own, Dof::$j, Dof::$k], &[Dof::$own, Dof::$l, Dof::$m]],
+            parts: [$first, $second],
+            whole: concat!($first, " ", $second),
+            free: $free,
+        }
+    };
+}
+
+#[rustfmt::skip]
+const ROWS: [Row; 6] = [
+    row!("surge", Surge; Sway, Yaw, "+ m_v v r"; Heave, Pitch, "− m_w w q"; "+ k_vr v r, k_vr = m_v"),
+    row!("sway", Sway; Surge, Yaw, "− m_u u r"; Heave, Roll, "+ m_w w p"; "− k_ur u r, k_ur = m_u"),
+    row!("heave", Heave; Surge, Pitch, "+ m_u u q"; Sway, Roll, "− m_v v p"; "+ k_uq u q, k_uq = m_u"),
+    row!("roll", Roll; Sway, Heave, "− (m_w − m_v) v w"; Pitch, Yaw, "− (I_r − I_q) q r"; "− k_vw v w, k_vw = m_w − m_v"),
+    row!("pitch", Pitch; Heave, Surge, "− (m_u − m_w) w u"; Yaw, Roll, "− (I_p − I_r) r p"; "− k_wu w u, k_wu = m_u − m_w"),
+    row!("yaw", Yaw; Surge, Sway, "− (m_v − m_u) u v"; Roll, Pitch, "− (I_q − I_p) p q"; "− k_uv u v, k_uv = m_v − m_u"),
+];
 
 impl Row {
     /// Which of its products stand in a model of these degrees of freedom.
@@ -120,12 +87,6 @@ impl Row {
 /// the whole.
 pub fn leading_is_all(row: Dof, dofs: &[Dof]) -> bool {
     ROWS[row.index()].standing(dofs).eq([0])
-}
-
-/// A tied row of −C(ν)ν as it stands in a model of these degrees of freedom: `− m_w w q`.
-pub fn formula_in(row: Dof, dofs: &[Dof]) -> String {
-    let row = &ROWS[row.index()];
-    row.standing(dofs).map(|k| row.parts[k]).collect::<Vec<_>>().join(" ")
 }
 
 impl Effect for CoriolisRow {
@@ -146,15 +107,23 @@ impl Effect for CoriolisRow {
         }
     }
 
+    fn formula_in(&self, dofs: &[Dof]) -> String {
+        let row = &ROWS[self.row.index()];
+        match self.coriolis {
+            Coriolis::Tied => row.standing(dofs).map(|k| row.parts[k]).collect::<Vec<_>>().join(" "),
+            Coriolis::Free => row.free.into(),
+        }
+    }
+
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
         if self.coriolis == Coriolis::Tied {
             return Vec::new();
         }
-        let row = &ROWS[self.row.index()];
-        let ((sign, j, k), name) = (row.leading(), row.symbol);
+        let (sign, j, k) = ROWS[self.row.index()].leading();
+        let letters = format!("{}{}", j.velocity(), k.velocity());
         let product = velocity(j).times(velocity(k));
-        let sname = format!("{}_{}", self.row.sname(), &name[2..]);
-        let spec = ParameterSpec::linear(name, force(self.row).over(product));
+        let spec = ParameterSpec::linear(format!("k_{letters}"), force(self.row).over(product));
+        let sname = format!("{}_{letters}", self.row.sname());
         // lift and Munk moment are one regressor: SNAME's name of it; it has the other sign where the row has a minus
         vec![if sign > 0.0 { spec } else { spec.sname(sname) }]
     }
@@ -205,18 +174,18 @@ mod tests {
                 assert!(row.sets.iter().any(|set| sorted(set) == product), "{dof}: {product:?}");
             }
             let (sign, j, k) = row.leading();
-            assert_eq!(row.symbol, format!("k_{}{}", j.velocity(), k.velocity()));
+            assert!(row.free.contains(&format!("k_{}{} ", j.velocity(), k.velocity())), "{dof}");
             assert_eq!(sign < 0.0, row.parts[0].starts_with('−'), "{dof}");
-            assert_eq!(row.parts.join(" "), row.whole);
         }
     }
 
     #[test]
     fn a_row_stands_wherever_one_of_its_products_does() {
         let vertical = [Dof::Surge, Dof::Heave, Dof::Pitch];
-        assert_eq!(formula_in(Dof::Surge, &vertical), "− m_w w q");
-        assert_eq!(formula_in(Dof::Surge, &[Dof::Surge, Dof::Sway, Dof::Yaw]), "+ m_v v r");
-        assert_eq!(formula_in(Dof::Yaw, &vertical), "");
+        let written = |row, dofs: &[Dof]| CoriolisRow { row, coriolis: Coriolis::Tied }.formula_in(dofs);
+        assert_eq!(written(Dof::Surge, &vertical), "− m_w w q");
+        assert_eq!(written(Dof::Surge, &[Dof::Surge, Dof::Sway, Dof::Yaw]), "+ m_v v r");
+        assert_eq!(written(Dof::Yaw, &vertical), "");
         let of = |row, coriolis| crate::model::places_of(&CoriolisRow { row, coriolis }, &vertical).len();
         assert_eq!((of(Dof::Surge, Coriolis::Tied), of(Dof::Surge, Coriolis::Free)), (1, 0));
         assert_eq!((of(Dof::Pitch, Coriolis::Tied), of(Dof::Pitch, Coriolis::Free)), (1, 1));

@@ -148,6 +148,11 @@ pub trait Effect: Debug + Send + Sync {
     /// Id, family, scope, formula, meaning, source, and what data can show it.
     fn about(&self) -> About<'_>;
 
+    /// The formula as it stands in a model of these degrees of freedom.
+    fn formula_in(&self, _dofs: &[Dof]) -> String {
+        self.about().formula.to_string()
+    }
+
     /// Its parameters at this place.
     fn parameters(&self, place: Place) -> Vec<ParameterSpec>;
 

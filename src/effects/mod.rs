@@ -64,8 +64,8 @@ mod wave;
 
 use std::sync::Arc;
 
-pub use common_name::common_name;
-pub use coriolis::{Coriolis, formula_in as coriolis_formula, leading_is_all};
+pub use common_name::{common_name, named};
+pub use coriolis::{Coriolis, CoriolisRow, leading_is_all};
 pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
 pub use instant::{Instant, Logged, Six, channel};
@@ -84,7 +84,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(added_mass_amplitude::AddedMassAmplitude),
         Arc::new(fluid_memory::FluidMemory),
     ];
-    list.extend(Dof::ALL.map(|row| Arc::new(coriolis::CoriolisRow { row, coriolis }) as Arc<dyn Effect>));
+    list.extend(Dof::ALL.map(|row| Arc::new(CoriolisRow { row, coriolis }) as Arc<dyn Effect>));
     list.extend([
         Arc::new(linear_drag::LinearDrag) as Arc<dyn Effect>,
         Arc::new(quadratic_drag::QuadraticDrag),

@@ -9,9 +9,10 @@ use super::reading::Understood;
 use super::{InitRequest, geometry};
 use crate::campaign::vehicles::{KnownVehicle, with_turned_thruster};
 use crate::check::motion::{self, Moved};
-use crate::effects::coriolis_formula;
+use crate::effects::{Coriolis, CoriolisRow, Effect};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
+use crate::model::places_of;
 use crate::run::Signal;
 use crate::thrust::thruster::Thruster;
 
@@ -197,8 +198,9 @@ impl Draft<'_> {
     fn model_table(&self, chosen: &Chosen) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
         let mut effects = vec!["inertia".to_string(), "linear_drag".into(), "quadratic_drag".into()];
-        let rows = chosen.dofs.iter().filter(|dof| !coriolis_formula(**dof, &chosen.dofs).is_empty());
-        effects.extend(rows.map(|dof| format!("coriolis_{dof}")));
+        let rows = chosen.dofs.iter().map(|row| CoriolisRow { row: *row, coriolis: Coriolis::Tied });
+        let stands = |row: &CoriolisRow| !places_of(row, &chosen.dofs).is_empty();
+        effects.extend(rows.filter(stands).map(|row| row.about().id.to_string()));
         effects.extend(
             [Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).map(|d| format!("restoring_{d}")),
         );

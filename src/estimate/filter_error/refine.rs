@@ -26,7 +26,7 @@ impl Search<'_> {
         let innovations = self.filtered.innovations(&self.model, &self.noise, &self.mobilities, self.limit);
         let white = |output: usize| {
             let of = innovations.iter().map(|z| Whiteness::of(&z[output]));
-            of.reduce(|a, b| a.with(&b)).is_none_or(|w| w.p_value() >= 0.01 / outputs as f64)
+            of.reduce(|a, b| a.with(&b)).is_none_or(|w| w.is_white(outputs))
         };
         let asked: Vec<usize> = (0..outputs).filter(|c| !self.silent[*c] && !white(*c)).collect();
         if asked.is_empty() {

@@ -14,7 +14,7 @@ const LAGS: usize = 20;
 /// Autocorrelation of innovations below which their colour does no harm, however surely it is seen.
 const HARMLESS: f64 = 0.15;
 
-/// Chance of calling white innovations coloured, all channels together.
+/// Chance of calling white innovations harmfully coloured, all channels together.
 const LEVEL: f64 = 1e-3;
 
 /// Autocorrelation of normalised innovations, summed over stretches.
@@ -49,6 +49,11 @@ impl Whiteness {
         let terms = (1..=lags).map(|k| (self.products[k] / self.products[0]).powi(2) / (n - k as f64));
         let q = n * (n + 2.0) * terms.sum::<f64>();
         ChiSquared::new(lags as f64).map_or(1.0, |chi| chi.sf(q))
+    }
+
+    /// Whether chance makes innovations of one of so many channels as correlated as these, at one per cent for all of them.
+    pub fn is_white(&self, channels: usize) -> bool {
+        self.p_value() >= 0.01 / channels.max(1) as f64
     }
 
     /// Whether innovations of one of so many channels are correlated: beyond chance, and by enough to do harm. Asked of

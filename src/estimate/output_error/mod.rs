@@ -16,6 +16,7 @@ mod fold;
 mod join;
 mod loss;
 mod noise;
+mod observed;
 mod problem;
 mod resampled;
 mod response;
@@ -26,7 +27,8 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 pub(crate) use fold::Fold;
-pub(crate) use problem::{LANES, heading_is_known, longest_step};
+pub(crate) use observed::heading_is_known;
+pub(crate) use problem::{LANES, longest_step};
 pub use problem::{Linearised, Problem, Unknown};
 
 pub use bound::cramer_rao;

@@ -1,18 +1,15 @@
 //! The output-error problem: tracks, segments, weights and initial states.
 
-use std::collections::BTreeSet;
-
 use rayon::prelude::*;
 
 use super::fold::Fold;
 use super::loss::{Loss, Tempered};
 use super::noise;
+use super::observed::{available, observed, upright};
 use super::{OutputErrorError, OutputErrorOptions};
-use crate::chain::{Attitude, Available, StateId, memory_count};
+use crate::chain::{StateId, memory_count};
 use crate::dynamics::Dynamics;
-use crate::frame::Dof;
 use crate::model::{Model, Term};
-use crate::navigation::upright;
 use crate::run::{Run, rounding};
 use crate::simulate::{Emission, QUICKEST, Stretch, Track, integrate, memory_start, values_in_run};
 use crate::symbolic::Graph;
@@ -326,48 +323,6 @@ impl Work<LANES> for Linearisation<'_> {
     fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Linearised> {
         self.problem.linearise_lanes(wide, self.model, self.x0, self.batch)
     }
-}
-
-/// The runs with what a quaternion is compared with, where it carries the attitude.
-fn upright(model: &Model, runs: &[Run]) -> Option<Vec<Run>> {
-    (Attitude::of(model, runs) == Attitude::Quaternion).then(|| runs.iter().map(upright::with_quaternion).collect())
-}
-
-/// Channels that all runs have, and whether the position is simulated.
-pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Available {
-    let mut channels: BTreeSet<String> = runs.first().map(|r| r.signals.keys().cloned().collect()).unwrap_or_default();
-    channels.retain(|name| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty())));
-    let planar = model.dofs.iter().filter(|d| !d.is_rotation()).all(|d| channels.contains(d.position()));
-    let attitude = Attitude::of(model, runs);
-    let position = options.position && planar || model.dofs.iter().any(|dof| pose_only(*dof, runs));
-    Available { channels, position, from_log: false, attitude }
-}
-
-/// Whether a motion is known by its position alone: no run logs its velocity.
-fn pose_only(dof: Dof, runs: &[Run]) -> bool {
-    let logged = |name: &str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
-    !dof.is_rotation() && !logged(dof.velocity()) && logged(dof.position())
-}
-
-/// Whether north and east can be told from surge and sway: the heading is modelled, or every run logs it.
-pub(crate) fn heading_is_known(model: &Model, runs: &[Run]) -> bool {
-    let logged = |run: &Run| run.signal(Dof::Yaw.position()).is_some_and(|s| !s.is_empty());
-    model.dofs.contains(&Dof::Yaw) || runs.iter().all(logged)
-}
-
-/// Channels that are compared: those of modelled velocities and angles (turns for a quaternion) that some run logs,
-/// positions if independent and of a known heading, and observed functions of the states.
-fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
-    let turns = Attitude::of(model, runs) == Attitude::Quaternion;
-    let fixed = |dof: &Dof| options.position && (*dof == Dof::Heave || heading_is_known(model, runs));
-    let states = model.dofs.iter().flat_map(|dof| {
-        let position = if dof.is_rotation() { !turns } else { fixed(dof) || pose_only(*dof, runs) };
-        [Some(dof.velocity()), position.then(|| dof.position())]
-    });
-    let turns = upright::TURNS.into_iter().filter(|_| turns).map(Some);
-    let logged = |name: &&str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
-    let functions = model.observers.iter().map(crate::effects::Observer::channel);
-    states.chain(turns).flatten().chain(functions).filter(logged).map(str::to_string).collect()
 }
 
 /// The longest step, s: as asked, and half the quickest time constant of the model, at which the scheme is good to 0.03 %.
