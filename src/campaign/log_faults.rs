@@ -276,6 +276,38 @@ mod tests {
         assert_eq!(agreed(vec![57.0, 57.0, 3.0, 2.0], alike), None);
     }
 
+    /// A run that compared the sway velocity with something, and a sign against it or none.
+    fn report(sign: bool) -> CheckReport {
+        let fault = check::LogFault { kind: FaultKind::Sign, channel: "v".into(), factor: -1.0 };
+        let factor = if sign { -1.0 } else { 1.0 };
+        let known = check::Agreement {
+            channel: "v".into(),
+            against: "position".into(),
+            factor,
+            std: 0.1,
+            angle: None,
+            lag: None,
+        };
+        CheckReport {
+            run: "run".into(),
+            lights: Vec::new(),
+            findings: Vec::new(),
+            log_findings: if sign { vec![fault] } else { Vec::new() },
+            rates: Vec::new(),
+            agreements: vec![known],
+            answers: Vec::new(),
+            excitation: Vec::new(),
+            loops: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_sign_needs_most_of_the_runs_that_know_of_the_channel() {
+        let with = |signs: usize| -> Vec<CheckReport> { (0..5).map(|k| report(k < signs)).collect() };
+        assert_eq!(factors(&with(2)), vec![], "two of five, as a lever arm makes them");
+        assert_eq!(factors(&with(3)), vec![("v".to_string(), -1.0)]);
+    }
+
     #[test]
     fn mending_twice_is_as_before_for_reflections() {
         let time: std::sync::Arc<[f64]> = vec![0.0, 1.0].into();

@@ -323,4 +323,20 @@ mod tests {
         assert_eq!(vertical, named.map(|(id, parameters)| (id.to_string(), parameters)), "−m_w w q is asked for");
         assert!(rows(&Dof::ALL, Coriolis::Free).iter().all(|(_, parameters)| *parameters));
     }
+
+    /// A finer grid spans both neighbours of a probe, or one at an end, and a candidate of no grid has none.
+    #[test]
+    fn a_finer_grid_reaches_to_the_neighbours() {
+        let list = candidates(&Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap(), &[], &[]);
+        let drag = list.iter().find(|c| c.name() == "cubic_drag@surge").unwrap();
+        assert!(drag.nearer(0).is_none());
+        let grid = |values: &[f64]| Candidate { probes: values.iter().map(|x| vec![*x]).collect(), ..drag.clone() };
+        let ends = |probe: usize| {
+            let finer = grid(&[1.0, 2.0, 4.0]).nearer(probe).unwrap().probes;
+            assert_eq!(finer.len(), 9);
+            (finer[0][0], finer[8][0])
+        };
+        assert_eq!([ends(0), ends(1), ends(2)], [(1.0, 2.0), (1.0, 4.0), (2.0, 4.0)]);
+        assert!(grid(&[1.0]).nearer(0).is_none(), "nothing lies beside it");
+    }
 }

@@ -56,6 +56,23 @@ fn blind_an_effect_under_a_random_force_is_named() {
     assert!(force(1) < 0.7 * force(0), "{} N m, then {}", force(0), force(1));
 }
 
+/// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
+#[test]
+fn blind_a_thruster_that_fails_is_found_with_its_instant() {
+    let sea = sea("laurs", 0.02, &["thruster_fault@surge"], 205);
+    let found = answer("fault", &sea);
+    assert_eq!(
+        (names(&found), found.verdict),
+        (vec!["thruster_fault@surge"], Verdict::Explained),
+        "{}",
+        found.sentence
+    );
+    let [loss, instant] = found.effects[0].parameters.as_slice() else { panic!("{:?}", found.effects[0]) };
+    // what the plant hides: 0.4 of the thrust from 0.45 of the run on
+    assert!((loss.value - 0.4).abs() < 4.0 * loss.std, "{loss:?}");
+    assert!((instant.value - 0.45 * sea.duration).abs() < (4.0 * instant.std).max(0.1), "{instant:?}");
+}
+
 /// In the vertical plane −m_w w q stands in surge as + m_v v r does in the horizontal one: a baseline without it lacks
 /// something that has a name, and one with it lacks nothing, however much more than those of the fit a run pitches.
 #[test]

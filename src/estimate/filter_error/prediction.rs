@@ -86,3 +86,37 @@ impl Prediction {
         self.ratio() > 1.2 && self.p_value() < 1e-3 / of.max(1) as f64 && beyond_draws
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forty errors, their mean square so many times what was expected, and draws that are as expected but one.
+    fn prediction(times: f64, widest: Option<f64>) -> Prediction {
+        let count = 40;
+        let expected = count as f64;
+        let drawn = widest.map(|widest| std::array::from_fn(|k| if k == 7 { widest * expected } else { expected }));
+        Prediction { ahead: Some(8.0), squares: times * expected, expected, count, drawn }
+    }
+
+    #[test]
+    fn an_error_within_its_draws_is_no_error() {
+        assert!(prediction(9.0, None).errs(1));
+        assert!(prediction(9.0, Some(2.0)).errs(1));
+        assert!(!prediction(9.0, Some(10.0)).errs(1), "one draw in 32 errs as much");
+    }
+
+    #[test]
+    fn a_small_excess_is_no_error_however_sure() {
+        let sure = Prediction { squares: 1.4e6, expected: 1e6, count: 1_000_000, ..prediction(1.0, None) };
+        assert!(sure.p_value() < 1e-9);
+        assert!(!sure.errs(1), "by less than a fifth");
+    }
+
+    #[test]
+    fn the_more_are_asked_the_more_it_takes() {
+        let one = prediction(2.5, None);
+        assert!(one.errs(1), "{}", one.p_value());
+        assert!(!one.errs(1000), "{}", one.p_value());
+    }
+}
