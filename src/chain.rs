@@ -16,17 +16,19 @@
 mod accelerate;
 mod attitude;
 mod sense;
+mod touched;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::effects::{Instant, Six};
+use crate::effects::{Instant, Scope, Six};
 use crate::frame::Dof;
-use crate::model::Model;
+use crate::model::{Model, Term};
 use crate::navigation::upright;
 use crate::symbolic::{Expr, Graph, Leaf};
 use crate::units::Dimension;
 
 pub use attitude::{Attitude, turns_freely};
+pub use touched::{acts_in, memory_count};
 
 /// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The components of a
 /// quaternion stand at 9 to 12, where angles would.
@@ -300,14 +302,24 @@ fn actuate<'g>(
     memory: &mut Vec<State<'g>>,
 ) -> Six<'g> {
     let mut tau = at.command;
-    // what delays the command acts on the command itself, so it comes first
-    let (late, others): (Vec<_>, Vec<_>) =
-        model.terms.iter().enumerate().partition(|(_, term)| term.effect.delays_command().is_some());
-    for (k, term) in late.into_iter().chain(others) {
+    let mut at = at.clone();
+    // what delays the command acts on the command itself, so it comes first; then single thrusters, whose forces are the
+    // command; then what happens to the force
+    let order = |term: &Term| match term.effect.about().scope {
+        _ if term.effect.delays_command().is_some() => 0,
+        Scope::Thrusters => 1,
+        _ => 2,
+    };
+    let mut terms: Vec<(usize, &Term)> = model.terms.iter().enumerate().collect();
+    terms.sort_by_key(|(_, term)| order(term));
+    for (k, term) in terms {
         let before = tau;
         if let Some(index) = term.effect.delays_command() {
-            tau = commands(at.graph, inputs, Some(term.parameters[index]));
+            let delay = term.parameters[index];
+            tau = commands(at.graph, inputs, Some(delay));
+            late_thrusters(&mut at, model, inputs, delay, term.blend.map(|blend| parameters[blend]));
         }
+        let at = &at;
         let states = remember(at, model, k, &theta(k), &before, (&mut *inputs, &mut *memory), true);
         term.effect.actuate(at, term.place, &theta(k), &states, &mut tau);
         if let Some(blend) = term.blend {
@@ -317,6 +329,23 @@ fn actuate<'g>(
         }
     }
     tau
+}
+
+/// The forces of single thrusters that the model reads, late as the whole command is.
+fn late_thrusters<'g>(
+    at: &mut Instant<'g>,
+    model: &Model,
+    inputs: &mut Inputs<'g, '_>,
+    delay: usize,
+    blend: Option<Expr<'g>>,
+) {
+    let single = model.terms.iter().filter(|term| term.effect.about().scope == Scope::Thrusters);
+    let channels: BTreeSet<String> = single.flat_map(|term| term.effect.channels(term.place)).collect();
+    for name in channels.into_iter().filter(|name| inputs.available.channels.contains(name)) {
+        let leaf = Leaf::Delayed { input: inputs.index(&name), delay: delay as u16 };
+        let (now, late) = (at.channel(&name), at.graph.leaf(leaf, Dimension::ONE));
+        at.channels.insert(name, blend.map_or(late, |blend| now + blend * (late - now)));
+    }
 }
 
 /// The memory of a term: makes its states the first time it is asked for, returns their leaves.
@@ -355,29 +384,4 @@ fn remember<'g>(
         memory.push(State { id, leaf: leaves[i], rate, start: Some(start) });
     }
     symbols
-}
-
-/// Number of states that an effect carries at a place of `model`.
-pub fn memory_count(
-    graph: &Graph,
-    model: &Model,
-    effect: &dyn crate::effects::Effect,
-    place: crate::effects::Place,
-) -> usize {
-    let zero = graph.zero();
-    let at = Instant {
-        graph,
-        time: zero,
-        nu: [zero; 6],
-        nu_r: [zero; 6],
-        position: [zero; 3],
-        attitude: [zero; 3],
-        turned: None,
-        command: [zero; 6],
-        momentum: [zero; 6],
-        dofs: model.dofs.clone(),
-        weight: model.weight,
-        channels: BTreeMap::new(),
-    };
-    effect.memory(&at, place, &[zero; 6]).len()
 }

@@ -340,7 +340,7 @@ pub fn places_of(effect: &dyn Effect, dofs: &[Dof]) -> Vec<Place> {
     let all = match effect.about().scope {
         Scope::Each(list) => list.iter().map(|d| Place::at(*d)).collect(),
         Scope::Pairs => Dof::ALL.iter().flat_map(|i| Dof::ALL.iter().map(|j| Place::pair(*i, *j))).collect(),
-        Scope::Vehicle(_) | Scope::VehicleAny(_) | Scope::Everywhere => vec![Place::VEHICLE],
+        Scope::Vehicle(_) | Scope::VehicleAny(_) | Scope::Everywhere | Scope::Thrusters => vec![Place::VEHICLE],
     };
     let modelled = |place: &Place| place.other.is_none_or(|other| dofs.contains(&other));
     all.into_iter().filter(|p| modelled(p) && misplaced(effect, *p, dofs).is_none()).collect()
@@ -359,6 +359,11 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
             lacking.and_then(|reasons| reasons.into_iter().next())
         }
         (Scope::Everywhere, None, None) => None,
+        (Scope::Thrusters, ..) if !effect.about().id.contains('@') => Some(
+            "it is of thrusters that [[thruster]] describes, and is written with their names, as `@T6` or `@T2:T5`"
+                .into(),
+        ),
+        (Scope::Thrusters, None, None) => None,
         (Scope::Each(_), ..) => Some("it is written id@dof".into()),
         (Scope::Pairs, ..) => Some("it is written id@dof:other, with two different degrees of freedom".into()),
         _ => Some("it belongs to the whole vehicle and is written without a degree of freedom".into()),

@@ -14,6 +14,13 @@ pub fn rounding(t: f64) -> f64 {
     1e-9 + 4.0 * f64::EPSILON * t.abs()
 }
 
+/// Whether a channel holds what was commanded: a force `tau_u`, a command `V3`, a thruster's force `F3`, `acting_F3`. Between
+/// samples it does what commands do, held or on a line.
+pub fn is_command(channel: &str) -> bool {
+    let single = channel.strip_prefix("acting_").unwrap_or(channel).strip_prefix(['V', 'F']);
+    channel.starts_with("tau_") || single.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+}
+
 /// Beyond three years a stamp is that of a wall clock, not the time since a log began. s
 pub const WALL_CLOCK: f64 = 1e8;
 

@@ -1,6 +1,6 @@
 //! The rows of the table: what is random, and what is hidden.
 
-use hydrosysid_plant::{Campaign, Dof, Hidden, Input, Pilots, RandomForce, Suite, Vehicle, hide};
+use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, RandomForce, Suite, Vehicle, hide};
 
 /// One row.
 pub struct Cell {
@@ -19,6 +19,16 @@ pub struct Cell {
 /// A planar campaign of one of the two vehicles, by the seed.
 fn planar(suite: &Suite, force: f64, correlation: f64, hidden: &[String], seed: u64) -> Campaign {
     let name = if seed.is_multiple_of(2) { "laurs" } else { "small" };
+    of_vehicle(name, suite, (force, correlation), hidden, seed)
+}
+
+/// The same with commands of single thrusters.
+fn driven(name: &str, hidden: &[String], seed: u64) -> Campaign {
+    let planar = of_vehicle(name, &Suite::default(), (2.0, 1.0), hidden, seed);
+    Campaign { commands: Commands::Thrusters, ..planar }
+}
+
+fn of_vehicle(name: &str, suite: &Suite, (force, correlation): (f64, f64), hidden: &[String], seed: u64) -> Campaign {
     let vehicle = Vehicle::named(name).unwrap_or_else(|| unreachable!("the plant has this vehicle"));
     let force = RandomForce { share: force / 100.0, correlation };
     let hidden = hidden.iter().map(|name| Hidden::new(name)).collect();
@@ -75,14 +85,34 @@ pub fn cells() -> Vec<Cell> {
         let made = |h: &[String], s| planar(&Suite::default(), 2.0, 1.0, h, s);
         all.push(cell(single, name.clone(), &[&name], true, made));
     }
+    let thrusters = "Commands of single thrusters, force 2 %, 1 s";
+    for (vehicle, names) in [
+        ("laurs", ["", "thruster_loss@T2", "thruster_loss@T6", "thruster_swap@T2:T5", "thruster_swap@T6:T8"]),
+        ("small", ["", "thruster_loss@T1", "thruster_loss@T4", "thruster_swap@T2:T3", "thruster_swap@T1:T2"]),
+    ] {
+        for name in names {
+            let hidden: &[&str] = if name.is_empty() { &[] } else { &[name] };
+            let row = format!("{} on {vehicle}", if name.is_empty() { "nothing" } else { name });
+            all.push(cell(thrusters, row, hidden, true, move |h, s| driven(vehicle, h, s)));
+        }
+    }
     for pair in PAIRS {
         let made = |h: &[String], s| planar(&Suite::default(), 2.0, 1.0, h, s);
         all.push(cell("Two effects, force 2 %, 1 s", pair.join(" + "), &pair, true, made));
     }
     for name in hide::OUTSIDE {
+        let outside = "Outside of the catalogue, force 2 %, 1 s";
         let name = if name == "power_drag" { "power_drag@surge" } else { name };
-        let made = |h: &[String], s| planar(&Suite::default(), 2.0, 1.0, h, s);
-        all.push(cell("Outside of the catalogue, force 2 %, 1 s", name, &[name], false, made));
+        match name {
+            "thruster_advance" => all.push(cell(outside, name, &[name], false, |h, s| driven("small", h, s))),
+            "thruster_failure" => {
+                all.push(cell(outside, name, &["thruster_failure@T2"], false, |h, s| driven("laurs", h, s)));
+            }
+            _ => {
+                let made = |h: &[String], s| planar(&Suite::default(), 2.0, 1.0, h, s);
+                all.push(cell(outside, name, &[name], false, made));
+            }
+        }
     }
     all
 }

@@ -1,7 +1,7 @@
 //! The catalogue of effects, and their columns on runs.
 
 use hydrosysid::campaign::codes;
-use hydrosysid::effects::{Coriolis, Effect, Scope, catalogue};
+use hydrosysid::effects::{Coriolis, Effect, Place, Scope, catalogue};
 use hydrosysid::estimate::{Nodes, RegressorOptions, Span, regressors_of};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Model, places_of};
@@ -28,7 +28,7 @@ fn described(effect: &dyn Effect) -> Value {
         Scope::Vehicle(dofs) => dofs.to_vec(),
         _ => Dof::ALL.into_iter().filter(|dof| places.iter().any(|place| place.dof == Some(*dof))).collect(),
     };
-    let parameters = places.first().map(|place| effect.parameters(*place)).unwrap_or_default();
+    let parameters = effect.parameters(places.first().copied().unwrap_or(Place::VEHICLE));
     let parameters: Vec<Value> = parameters
         .iter()
         .map(|p| json!({"name": p.name, "unit": p.dimension.to_string(), "linear": p.is_linear(), "sname": p.sname}))

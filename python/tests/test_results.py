@@ -52,8 +52,8 @@ def test_an_effect_without_parameters_has_a_row(campaign: hs.Campaign) -> None:
     size = hs.SmallestVisible("coriolis_roll", 0.02, "1", tied=True)
     tied = replace(found, effects=(row,), smallest_visible=(size,))
     assert [r["effect"] for r in tied.rows()] == ["coriolis_yaw"]
-    assert "whole row, tied to the inertias" in tied.summary()
-    assert "whole row" in tied._repr_html_()
+    assert "as a whole" in tied.summary()
+    assert "as a whole" in tied._repr_html_()
     assert tied.to_frame("pandas")["value"].isna().all()
     assert tied.to_dict()["smallest_visible"] == [{"id": "coriolis_roll", "value": 0.02, "unit": "1", "tied": True}]
     assert all("tied" not in size for size in found.to_dict()["smallest_visible"])

@@ -2,7 +2,7 @@
 //! goes with, the gap as it shrinks, what the data could have shown.
 
 use super::Results;
-use crate::discover::{Discovery, FoundEffect, FoundParameter, Residual, TIED_ROW};
+use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residual};
 use crate::effects::named;
 use crate::frame::Measured;
 use crate::report::{
@@ -56,7 +56,7 @@ fn effects(found: &Discovery) -> Table {
             row(e, [Cell::Text(Label::symbol(&p.name)), value, Cell::from(crate::report::unit(&p.unit).as_str())])
         };
         match e.parameters.as_slice() {
-            [] => vec![row(e, [Cell::Empty, Cell::from(TIED_ROW), Cell::Empty])],
+            [] => vec![row(e, [Cell::Empty, Cell::from(AS_A_WHOLE), Cell::Empty])],
             all => all.iter().map(of).collect(),
         }
     };
@@ -224,6 +224,6 @@ mod tests {
         };
         let table = effects(&found);
         assert_eq!(table.rows.len(), 2);
-        assert_eq!(table.rows[0][2], Cell::from(TIED_ROW));
+        assert_eq!(table.rows[0][2], Cell::from(AS_A_WHOLE));
     }
 }

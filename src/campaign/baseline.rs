@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::error::Error;
 use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, ParameterTable, Problem};
-use crate::effects::{Effect, FormulaEffect, Observer, ParameterKind, Place};
+use super::single_thrusters;
+use crate::chain::acts_in;
+use crate::effects::{Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place};
 use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
 use crate::model::{Model, Parameter, Term, name_of};
@@ -32,11 +34,19 @@ pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
         Ok((table, effect))
     });
     let own = own.collect::<Result<Vec<_>, Error>>()?;
+    let single = single_thrusters::effects(file);
     for (i, name) in file.model.effects.iter().enumerate() {
         let at = format!("model.effects[{i}]");
-        let added = match own.iter().find(|(table, _)| table.id == name.id) {
-            Some((table, effect)) => model.add(effect.clone(), Place::at(table.dof)).map(|_| ()),
-            None => model.add_named(&name.to_string()).map(|_| ()),
+        let of_table = own.iter().find(|(table, _)| table.id == name.id);
+        let of_thruster = single.iter().find(|(effect, _)| is_called(effect.as_ref(), name));
+        let added = match (of_table, of_thruster) {
+            (Some((table, effect)), _) => model.add(effect.clone(), Place::at(table.dof)).map(|_| ()),
+            (None, Some((effect, place))) if acts_in(effect.as_ref(), *place, &model).is_empty() => {
+                return Err(wrong(file, &at, &single_thrusters::IDLE));
+            }
+            (None, Some((effect, place))) => model.add(effect.clone(), *place).map(|_| ()),
+            (None, None) if !name.thrusters.is_empty() => return Err(wrong(file, &at, &single_thrusters::UNLIKE)),
+            (None, None) => model.add_named(&name.to_string()).map(|_| ()),
         };
         added.map_err(|e| wrong(file, &at, &e))?;
     }
@@ -51,6 +61,9 @@ pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
             _ => {}
         }
     }
+    let moves = |(effect, place): &Own| !acts_in(effect.as_ref(), *place, &model).is_empty();
+    let absent = |(effect, place): &Own| model.term(&name_of(effect.about().id, *place)).is_none();
+    candidates.extend(single.into_iter().filter(|own| moves(own) && absent(own)));
     model.check().map_err(|e| wrong(file, "model.effects", &e))?;
     known(file, &mut model)?;
     model.observers = observers(file, &model)?;
@@ -215,7 +228,12 @@ fn ties(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
 /// Whether a `[[parameter]]` table means this term.
 fn meant(table: &ParameterTable, term: &Term) -> bool {
     let place = table.effect.dof.is_none() || table.effect.place() == term.place;
-    term.effect.about().id == table.effect.id && place
+    is_called(term.effect.as_ref(), &table.effect) && place
+}
+
+/// Whether a name, wherever it puts it, is that of this effect.
+fn is_called(effect: &dyn Effect, name: &EffectName) -> bool {
+    effect.about().id.parse().is_ok_and(|own: EffectName| own.overlaps(&EffectName { dof: None, ..name.clone() }))
 }
 
 /// Whether an effect carries a state with a time constant.

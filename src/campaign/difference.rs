@@ -246,6 +246,7 @@ mod tests {
             vehicle: Vehicle::default(),
             water: Water::default(),
             model: ModelTable::default(),
+            thrusters: Vec::new(),
             efficiency: Default::default(),
             envelope: BTreeMap::new(),
             effects: Vec::new(),

@@ -42,6 +42,7 @@ mod resample;
 mod same_log;
 mod scale;
 mod simulate;
+mod single_thrusters;
 mod steps_as_lines;
 mod stream;
 mod thrusters;

@@ -23,6 +23,7 @@ use crate::plan::Instruments;
 use crate::run::Run;
 use crate::text_file;
 use crate::thrust::efficiency::Efficiency;
+use crate::thrust::thruster::Thruster;
 use crate::units::Dimension;
 use crate::vehicle::{Vehicle, Water};
 
@@ -49,6 +50,9 @@ pub struct ModelFile {
     pub water: Water,
     /// Degrees of freedom, terms, what inputs do between samples.
     pub model: ModelTable,
+    /// The vehicle's thrusters, where a term is of single ones.
+    #[serde(default, rename = "thruster", skip_serializing_if = "Vec::is_empty")]
+    pub thrusters: Vec<Thruster>,
     /// Losses of thrust that the values go with.
     #[serde(default)]
     pub efficiency: Efficiency,
@@ -170,6 +174,8 @@ impl ModelFile {
     pub fn of(campaign: &Campaign, fit: &Fit) -> ModelFile {
         let model = &fit.model;
         let effects: Vec<EffectName> = model.terms.iter().filter_map(|t| t.name().parse().ok()).collect();
+        let single = effects.iter().any(|name| !name.thrusters.is_empty());
+        let thrusters = if single { campaign.file.thrusters.clone() } else { Vec::new() };
         let own = campaign.file.effects.iter();
         let own: Vec<EffectTable> = own
             .filter(|e| effects.iter().any(|name| name.id == e.id))
@@ -193,6 +199,7 @@ impl ModelFile {
             vehicle: campaign.vehicle.clone(),
             water: campaign.water,
             model: ModelTable { dofs: model.dofs.clone(), effects, coriolis: model.coriolis, input: model.input },
+            thrusters,
             efficiency: fit.efficiency.clone(),
             envelope: fit.envelope.clone(),
             sensors: fit.instruments.clone(),
@@ -259,6 +266,8 @@ impl ModelFile {
             vehicle: self.vehicle.clone(),
             water: self.water,
             model: self.model.clone(),
+            thrusters: self.thrusters.clone(),
+            efficiency: self.efficiency.clone(),
             effects: self.effects.clone(),
             observed: self.observed.clone(),
             parameters: self.tied.clone(),

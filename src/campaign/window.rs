@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::file::RunTable;
 use crate::formula::{Formula, FormulaError};
 use crate::log::check::is_measured;
-use crate::run::{Run, Signal, rounding};
+use crate::run::{Run, Signal, is_command, rounding};
 
 /// Cuts `run` to the instants from `from` to `to`, s.
 pub(super) fn cut(run: &mut Run, table: &RunTable) {
@@ -98,11 +98,6 @@ pub(super) fn steps(run: &mut Run) {
         }
         *signal = Signal::new(Arc::from(stamps), values);
     }
-}
-
-/// Whether a channel holds what was commanded.
-pub(super) fn is_command(name: &str) -> bool {
-    name.starts_with("tau_") || numbered(name, "V") || numbered(name, "F")
 }
 
 /// `V1`, `F12`: the letter and a number.

@@ -14,9 +14,7 @@ use crate::log::check::is_measured;
 use crate::log::check::statistics::median;
 use crate::log::check::time::usual_step;
 use crate::log::number::short;
-use crate::run::{Run, Signal};
-
-use super::rates::is_command;
+use crate::run::{Run, Signal, is_command};
 
 /// Drift that two honest clocks do not have over one run.
 const DRIFT: f64 = 0.002;

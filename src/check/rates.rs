@@ -11,7 +11,7 @@ use super::report::Found;
 use crate::log::check::time::{gaps, usual_step};
 use crate::log::check::{hold, is_measured};
 use crate::log::number::short;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, is_command};
 
 /// How often a channel says something new.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -52,11 +52,6 @@ fn rate(name: &str, signal: &Signal) -> Option<ChannelRate> {
     let logged_hz = 1.0 / mean;
     let (channel, samples) = (name.to_string(), signal.len());
     Some(ChannelRate { channel, rate_hz: logged_hz / held, logged_hz, samples, gaps: gaps.len(), held, jitter })
-}
-
-/// Whether the channel is a command: force, voltage, thruster.
-pub fn is_command(name: &str) -> bool {
-    name.starts_with("tau_") || number_of(name).is_some()
 }
 
 /// The number of the thruster that a channel `V3` or `F3` belongs to.

@@ -4,12 +4,12 @@
 //! 2 s and more than twenty samples.
 
 use super::codes;
-use super::rates::{is_command, number_of};
+use super::rates::number_of;
 use super::report::Found;
 use crate::log::check::time::usual_step;
 use crate::log::check::{hold, is_measured, repeat};
 use crate::log::number::short;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, is_command};
 
 /// Fewest samples and shortest time of a freeze.
 const FREEZE: (usize, f64) = (20, 2.0);

@@ -2,7 +2,7 @@
 
 use super::output::Output;
 use super::table::{measured, number, size, table, wrapped};
-use crate::discover::{Discovery, LEAST_P, SmallestVisible, TIED_ROW, Verdict};
+use crate::discover::{AS_A_WHOLE, Discovery, LEAST_P, SmallestVisible, Verdict};
 use crate::frame::Measured;
 
 /// Most places and sizes that are printed; the JSON has them all.
@@ -61,7 +61,7 @@ fn effects(found: &Discovery) -> String {
         }
         if effect.parameters.is_empty() {
             let (name, p) = (effect.id.clone(), chance(effect.p_value));
-            rows.push(vec![name, String::new(), TIED_ROW.into(), String::new(), p, effect.also_possible.join(", ")]);
+            rows.push(vec![name, String::new(), AS_A_WHOLE.into(), String::new(), p, effect.also_possible.join(", ")]);
         }
     }
     let mut headers = vec!["effect", "symbol", "value ± std", "unit", "p", "also possible"];

@@ -8,10 +8,12 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::screen::Score;
+use crate::chain::{acts_in, memory_count};
 use crate::effects::{Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal};
+use crate::symbolic::Graph;
 
 /// Effects that no data can tell from the one that speaks for them, and that are therefore not asked: a late log is a late
 /// command.
@@ -59,16 +61,8 @@ impl Candidate {
 
     /// Degrees of freedom in which it acts, among those of the model.
     pub fn dofs(&self, model: &Model) -> Vec<Dof> {
-        let mut dofs: Vec<Dof> = self
-            .terms
-            .iter()
-            .flat_map(|(effect, place)| match (place.dof, effect.about().scope) {
-                (Some(dof), _) => vec![dof],
-                (None, Scope::Everywhere) => model.dofs.clone(),
-                (None, _) => acts_in(effect.about().id, model),
-            })
-            .filter(|dof| model.dofs.contains(dof))
-            .collect();
+        let mut dofs: Vec<Dof> =
+            self.terms.iter().flat_map(|(effect, place)| acts_in(effect.as_ref(), *place, model)).collect();
         dofs.sort_unstable();
         dofs.dedup();
         dofs
@@ -135,21 +129,6 @@ fn whole_rows(model: &Model) -> Vec<Arc<dyn Effect>> {
     rows.map(|row| Arc::new(CoriolisRow { row: *row, coriolis: Coriolis::Tied }) as Arc<dyn Effect>).collect()
 }
 
-/// Degrees of freedom of an effect of the whole vehicle that does not act in all of them.
-fn acts_in(id: &str, model: &Model) -> Vec<Dof> {
-    let suffix = id.rsplit('_').next().unwrap_or_default();
-    match (Dof::from_name(suffix), id) {
-        (Some(dof), _) => vec![dof],
-        (None, "sensor_gyro_bias" | "sensor_gyro_scale" | "sensor_heading_offset") => vec![Dof::Yaw],
-        (None, "sensor_compass_magnetic" | "sensor_compass_deviation") => vec![Dof::Yaw],
-        (None, "sensor_tilt_offset") => vec![Dof::Roll, Dof::Pitch],
-        (None, "sensor_dvl_lever_arm" | "sensor_dvl_misalignment") => vec![Dof::Surge, Dof::Sway],
-        (None, "sensor_dvl_scale" | "tether_spring") => vec![Dof::Surge, Dof::Sway, Dof::Heave],
-        (None, "trim_offset") => vec![Dof::Roll, Dof::Pitch],
-        _ => model.dofs.clone(),
-    }
-}
-
 /// All candidates for `model` on `runs`, those of users (`own`) included.
 pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)]) -> Vec<Candidate> {
     let present: BTreeSet<String> = model.terms.iter().map(crate::model::Term::name).collect();
@@ -167,7 +146,7 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         if present.contains(&name_of(about.id, place)) || SPOKEN_FOR.iter().any(|(_, other)| *other == about.id) {
             continue;
         }
-        if !readable(effect.as_ref(), place, runs) {
+        if !readable(effect.as_ref(), place, model, runs) {
             continue;
         }
         let shared = effect.parameters(place).first().and_then(|p| p.shared);
@@ -191,10 +170,9 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         if probes.is_empty() {
             continue;
         }
-        let blended = parameters.is_empty()
-            || about.family == Family::Actuator
-                && parameters.iter().all(|p| !p.is_linear())
-                && about.id != "supply_voltage";
+        // a shape that has no grid is its own direction
+        let shaped = about.family == Family::Actuator && parameters.iter().all(|p| !p.is_linear());
+        let blended = parameters.is_empty() || shaped && probes.len() > 1;
         list.push(Candidate { terms: vec![(effect, place)], probes, blended });
     }
     list
@@ -219,24 +197,17 @@ fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
 }
 
 /// Whether every run has the channels that the effect reads.
-fn readable(effect: &dyn Effect, place: Place, runs: &[Run]) -> bool {
+fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> bool {
     let has = |name: &str| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
-    let about = effect.about();
-    let pose: &[&str] = match about.id {
-        "restoring_surge" | "restoring_pitch" => &["theta"],
-        "restoring_sway" | "restoring_roll" => &["phi"],
-        "tether_spring" => &["x", "y"],
-        "tether_drag" => &["z"],
-        _ => &[],
-    };
+    let family = effect.about().family;
     // a loss of thrust needs a thrust, and a memory of the motion listens to the log
-    let heard = match (about.family, place.other.or(place.dof)) {
+    let heard = match (family, place.other.or(place.dof)) {
         (Family::Actuator, Some(dof)) => has(dof.force()),
         (Family::Actuator, None) => Dof::ALL.iter().any(|dof| has(dof.force())),
-        (_, Some(dof)) if about.id == "fluid_memory" => has(dof.velocity()),
+        (_, Some(dof)) if memory_count(&Graph::new(), model, effect, place) > 0 => has(dof.velocity()),
         _ => true,
     };
-    heard && effect.channels(place).iter().all(|name| has(name)) && pose.iter().all(|name| has(name))
+    heard && effect.channels(place).iter().all(|name| has(name)) && effect.pose().iter().all(|name| has(name))
 }
 
 /// Whether a channel moves by more than its noise.

@@ -11,11 +11,12 @@ use super::held_out::on_others;
 use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, Search, SearchOptions, Step, Task, search};
-use super::verdict::{Verdict, digits, sentence, verdict};
+use super::verdict::{Verdict, digits, overwhelmed, sentence, verdict};
 use super::whereabouts::{Where, whereabouts};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
+use crate::estimate::{moved_by_thrust, started};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::Model;
@@ -127,7 +128,7 @@ pub fn discover(
 ) -> Result<Discovery, OutputErrorError> {
     let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|r| r.role == Role::Train);
     let task = Task { train: &train, held: &held, own, fitting, options };
-    let found = search(&crate::estimate::started(baseline, &train), &task)?;
+    let found = search(&started(&moved_by_thrust(baseline, &train), &train), &task)?;
     let mut warnings = Vec::new();
     if held.is_empty() {
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
@@ -155,6 +156,10 @@ pub fn discover(
         let allowed = with_all_open(fit, &estimated, last, (&held, &fitting.base), options.seed)?;
         failing = super::verdict::failing(outputs, &allowed, &training);
     }
+    let more = overwhelmed(&fit.noise.forces, &train);
+    failing.extend(
+        more.into_iter().filter(|(name, _)| failing.iter().all(|(known, _)| known != name)).collect::<Vec<_>>(),
+    );
     let mut effects = found_effects(&found);
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
         warnings.push(Finding::new(&TIED, TIED.meaning));

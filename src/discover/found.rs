@@ -52,28 +52,28 @@ pub struct FoundEffect {
 pub struct SmallestVisible {
     /// `id`, `id@dof` or `id@dof:other`.
     pub id: String,
-    /// Size of its first parameter; of a whole row the share of it.
+    /// Size of its first parameter; of what has none the share of it.
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// Whether this is the whole row of −C(ν)ν, its coefficients those of the inertias: it has no parameter, and `value` 1
-    /// is all of it.
+    /// Whether it has no parameter, as the whole row of −C(ν)ν with the coefficients of the inertias, or two thrusters that are
+    /// exchanged: `value` 1 is all of it.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub tied: bool,
 }
 
 impl SmallestVisible {
-    /// Name, size and unit for people: a whole row is told as such, its size in per cent.
+    /// Name, size and unit for people: what has no parameter is told as a whole, its size in per cent.
     pub fn told(&self) -> (String, f64, &str) {
         match self.tied {
-            true => (format!("{}, whole row", self.id), 100.0 * self.value, "% of the row"),
+            true => (format!("{}, as a whole", self.id), 100.0 * self.value, "% of it"),
             false => (self.id.clone(), self.value, &self.unit),
         }
     }
 }
 
 /// What stands for the value of an effect that has no parameter.
-pub const TIED_ROW: &str = "whole row, tied to the inertias";
+pub const AS_A_WHOLE: &str = "as a whole";
 
 pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
     let model = &found.last_fit().model;
@@ -188,7 +188,7 @@ mod tests {
         let product = SmallestVisible { id: "coriolis_yaw".into(), value: 4.0, unit: "kg".into(), tied: false };
         assert_eq!(product.told(), ("coriolis_yaw".into(), 4.0, "kg"));
         let row = SmallestVisible { value: 0.02, unit: "1".into(), tied: true, ..product.clone() };
-        assert_eq!(row.told(), ("coriolis_yaw, whole row".into(), 2.0, "% of the row"));
+        assert_eq!(row.told(), ("coriolis_yaw, as a whole".into(), 2.0, "% of it"));
         assert!(serde_json::to_value(&product).unwrap().get("tied").is_none());
         assert_eq!(serde_json::to_value(&row).unwrap()["tied"], true);
     }

@@ -23,7 +23,7 @@ use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
 pub use discovery::{CODES, Discovery, LogFinding, discover};
-pub use found::{FoundEffect, FoundParameter, SmallestVisible, TIED_ROW};
+pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};
 pub use gap::{GapForce, GapOfRun, GapPrediction, GapStep};
 pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};

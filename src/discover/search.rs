@@ -18,9 +18,10 @@ use super::focus::{Start, starts};
 use super::held_out::{HeldOut, agree, fall};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
-use crate::effects::{Effect, Family, Place, named};
+use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
+use crate::estimate::started;
 use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
@@ -50,6 +51,10 @@ const REFITS: usize = 6;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 const ROUGH: f64 = 0.5;
+
+/// Share of the fall of −2 ln L that its score promised, below which a refit has ended on another hill and is begun anew
+/// from the log: where the baseline is far from the truth its values are no start.
+const PROMISE: f64 = 0.5;
 
 /// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
 /// chosen after looking.
@@ -190,7 +195,9 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
         let fit = found.last_fit().clone();
-        let list = asked(&fit.model, task);
+        let mut list = asked(&fit.model, task);
+        // what broke a rule beside the others would come again, and go again
+        list.retain(|c| !found.removed.contains(&c.name()) || found.behaves_like.iter().all(|b| b.id != c.name()));
         let screen = screened(&fit, &list, task)?;
         same_signal(&mut found, &list, &screen);
         (found.candidates, found.screen) = (list, screen);
@@ -212,7 +219,11 @@ fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>) -> Result
 /// The candidates of the families that are searched, and the user's own.
 fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
     let mut list = candidates(model, task.train, task.own);
-    let of_user = |c: &Candidate| task.own.iter().any(|(effect, _)| effect.about().id == c.terms[0].0.about().id);
+    // thrusters come with the campaign, too, but their effects are those of the catalogue
+    let of_user = |c: &Candidate| {
+        let about = c.terms[0].0.about();
+        about.scope != Scope::Thrusters && task.own.iter().any(|(effect, _)| effect.about().id == about.id)
+    };
     list.retain(|c| task.options.families.contains(&c.family()) || of_user(c));
     list
 }
@@ -290,8 +301,14 @@ fn name_among(
         }
         progress::tell("refitting the best candidates", contenders.len(), REFITS);
         let Some(model) = candidate.started(&here.model, &score) else { continue };
-        let Ok(fit) = filter_error_from(&model, task.train, noise.clone(), &rough) else { continue };
-        let gain = here.cost - fit.cost;
+        let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
+        let mut refit = filter_error_from(&model, task.train, noise.clone(), &rough).ok().map(won);
+        if refit.as_ref().is_none_or(|(gain, _)| *gain < PROMISE * score.statistic) {
+            let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
+            let better = |(gain, _): &(f64, FilterErrorFit)| refit.as_ref().is_none_or(|(known, _)| gain > known);
+            refit = anew.filter(better).or(refit);
+        }
+        let Some((gain, fit)) = refit else { continue };
         let contender = Contender { score, fit, gain, held_out: 0.0 };
         match contenders.iter_mut().find(|known| known.score.candidate == contender.score.candidate) {
             Some(known) if known.gain < gain => *known = contender,
@@ -367,8 +384,8 @@ fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Result<(), Out
     Ok(())
 }
 
-/// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more
-/// has stood in for something else.
+/// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more,
+/// or whose parameters are not what nature allows any more, has stood in for something else.
 fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
     let level = level(task);
     let mut k = 0;
@@ -383,16 +400,19 @@ fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         }
         let parameters = fit.model.parameters.len() - model.parameters.len();
         let without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
-        let needed = match &without {
-            Ok(without) => log_survival(without.cost - fit.cost, parameters) <= found.screen.threshold,
-            Err(_) => true,
-        };
-        match (needed, without) {
+        let gain = without.as_ref().map_or(f64::INFINITY, |without| without.cost - fit.cost);
+        let needed = log_survival(gain, parameters) <= found.screen.threshold;
+        // beside the others a name needs physics still
+        let flaw = broken(&model, &fit.model, &found.added[k].candidate, fit.filtered.sample_time());
+        match (needed && flaw.is_none(), without) {
             (false, Ok(without)) => {
                 found.added.remove(k);
                 count -= 1;
                 if let Some(last) = found.steps.last_mut() {
                     last.fit = without;
+                }
+                if let Some(why) = flaw.filter(|_| needed) {
+                    found.behaves_like.push(BehavesLike { id: name.clone(), why, gain });
                 }
                 found.removed.push(name);
             }

@@ -11,6 +11,7 @@ use super::search::BehavesLike;
 use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
 use crate::frame::Dof;
+use crate::run::Run;
 
 /// The four answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -48,6 +49,22 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
         }
     }
     failing
+}
+
+/// Random force over that of the command beyond which the first is no disturbance: the model does not know what moves the
+/// vehicle, however well a force of any size predicts it. The free runs of a vehicle in a gale stay far below.
+const OVERWHELMING: f64 = 10.0;
+
+/// Channels of degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many
+/// times that of the command it is.
+pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(String, f64)> {
+    let ratio = |force: &RandomForce| {
+        let commands = runs.iter().filter_map(|run| run.signal(force.dof.force())).flat_map(|s| s.values());
+        let (sum, count) = commands.fold((0.0, 0), |(sum, count), tau| (sum + tau * tau, count + 1));
+        (sum > 0.0).then(|| force.rms / (sum / f64::from(count)).sqrt())
+    };
+    let beyond = |f: &RandomForce| Some((f.dof.velocity().to_string(), ratio(f).filter(|r| *r > OVERWHELMING)?));
+    forces.iter().filter_map(beyond).collect()
 }
 
 /// The verdict.
@@ -125,6 +142,18 @@ pub(super) fn sentence(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A yaw of 2 N·m is commanded: 21 N·m by chance is no disturbance of it, 19 may be; nobody commands sway.
+    #[test]
+    fn a_random_force_far_beyond_the_command_explains_nothing() {
+        let mut run = Run::default();
+        run.signals.insert("tau_r".into(), crate::run::Signal::new(vec![0.0, 1.0].into(), vec![2.0, -2.0]));
+        run.signals.insert("tau_v".into(), crate::run::Signal::new(vec![0.0, 1.0].into(), vec![0.0, 0.0]));
+        let force = |dof, rms| RandomForce { dof, rms, time: 1.0 };
+        let of = |forces: &[RandomForce]| overwhelmed(forces, std::slice::from_ref(&run));
+        assert_eq!(of(&[force(Dof::Yaw, 21.0)]), [("r".to_string(), 10.5)]);
+        assert_eq!(of(&[force(Dof::Yaw, 19.0), force(Dof::Sway, 5.0)]), []);
+    }
 
     #[test]
     fn every_verdict_has_its_sentence() {

@@ -1,5 +1,7 @@
 //! What practitioners call the effects of the catalogue.
 
+use super::{ThrusterLoss, ThrusterSwap};
+
 /// The common name of an effect: `coriolis_yaw` is the Munk moment. A place behind the id (`@surge`) is told with it; an
 /// id that has no other name is its own words.
 pub fn common_name(name: &str) -> String {
@@ -8,6 +10,10 @@ pub fn common_name(name: &str) -> String {
     let own = own.unwrap_or_else(|| id.replace('_', " "));
     match place {
         "" => own,
+        // thrusters have names of their own
+        place if [ThrusterLoss::ID, ThrusterSwap::ID].contains(&id) => {
+            format!("{own}, {}", place.replace(':', " and "))
+        }
         place => format!("{own} in {}", place.replace(':', " from ")),
     }
 }
@@ -75,10 +81,10 @@ mod tests {
     #[test]
     fn every_common_name_is_of_an_effect_and_tells_its_place() {
         let ids: Vec<String> = catalogue(Coriolis::Tied).iter().map(|e| e.about().id.to_string()).collect();
-        let single = ["thruster_loss", "thruster_swap"];
-        assert!(NAMES.iter().all(|(id, _)| ids.iter().any(|known| known == id) || single.contains(id)));
+        assert!(NAMES.iter().all(|(id, _)| ids.iter().any(|known| known == id)));
         assert_eq!(common_name("coriolis_yaw"), "the Munk moment");
         assert_eq!(common_name("linear_drag@sway"), "linear drag in sway");
+        assert_eq!(common_name("thruster_loss@T6"), "a weak, dead or reversed thruster, T6");
         assert_eq!(common_name("cross_drag@yaw:sway"), "cross drag in yaw from sway");
     }
 }

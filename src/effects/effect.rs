@@ -42,6 +42,9 @@ pub enum Scope {
     VehicleAny(&'static [&'static [Dof]]),
     /// `id`, once for the whole vehicle; it acts in whichever of the modelled degrees of freedom it applies to.
     Everywhere,
+    /// `id@T6` or `id@T2:T5`, of thrusters that a campaign describes: its channels are their forces, which are part of the
+    /// command, and it acts on the command before anything else does.
+    Thrusters,
 }
 
 /// Which instance of an effect: its degree of freedom and, for a coupling, the other one.
@@ -159,6 +162,11 @@ pub trait Effect: Debug + Send + Sync {
     /// Channels of the log that it reads besides states and commands.
     fn channels(&self, _place: Place) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Angles and positions of the log without which it says nothing.
+    fn pose(&self) -> &'static [&'static str] {
+        &[]
     }
 
     /// Whether it acts from a place on the ground, as an anchor does. Everything else is the same seen from the ground and

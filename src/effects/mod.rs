@@ -47,6 +47,7 @@ mod sensor_gyro_bias;
 mod sensor_gyro_scale;
 mod sensor_heading_offset;
 mod sensor_tilt_offset;
+mod single_thruster;
 mod supply_voltage;
 mod tether_drag;
 mod tether_spring;
@@ -59,6 +60,8 @@ mod thrust_lag;
 mod thrust_reverse_loss;
 mod thrust_saturation;
 mod thruster_fault;
+mod thruster_loss;
+mod thruster_swap;
 mod trim_offset;
 mod wave;
 
@@ -72,6 +75,9 @@ pub use instant::{Instant, Logged, Six, channel};
 pub use name::{EffectName, EffectNameError};
 pub use observer::Observer;
 pub use parameter::{ParameterKind, ParameterSpec};
+pub use single_thruster::SingleThruster;
+pub use thruster_loss::ThrusterLoss;
+pub use thruster_swap::ThrusterSwap;
 
 use crate::frame::Dof;
 
@@ -109,6 +115,8 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(thrust_interaction_loss::ThrustInteractionLoss),
         Arc::new(thrust_reverse_loss::ThrustReverseLoss),
         Arc::new(thruster_fault::ThrusterFault),
+        Arc::new(ThrusterLoss::of_none()),
+        Arc::new(ThrusterSwap::of_none()),
         Arc::new(thrust_advance_loss::ThrustAdvanceLoss),
         Arc::new(thrust_crosstalk::ThrustCrosstalk),
         Arc::new(propeller_advance::PropellerAdvance),

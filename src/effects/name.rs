@@ -1,4 +1,4 @@
-//! The name of an effect as a user writes it: `id`, `id@dof` or `id@dof:other`.
+//! The name of an effect as a user writes it: `id`, `id@dof` or `id@dof:other`; of single thrusters `id@T6`, `id@T2:T5`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,7 +6,7 @@ use std::str::FromStr;
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 use serde::{Serialize, Serializer};
 
-use super::Place;
+use super::{Place, ThrusterLoss, ThrusterSwap};
 use crate::frame::Dof;
 use crate::nearest::nearest;
 
@@ -19,7 +19,12 @@ pub struct EffectName {
     pub dof: Option<Dof>,
     /// The other degree of freedom of a coupling; only ever there with `dof`.
     pub other: Option<Dof>,
+    /// Thrusters of an effect of single thrusters, as the campaign calls them.
+    pub thrusters: Vec<String>,
 }
+
+/// Effects of single thrusters, and of how many each is.
+const OF_THRUSTERS: [(&str, usize); 2] = [(ThrusterLoss::ID, 1), (ThrusterSwap::ID, 2)];
 
 /// A text that names no effect.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -46,6 +51,14 @@ pub enum EffectNameError {
         /// The whole text.
         text: String,
     },
+    /// Too many or too few thrusters.
+    #[error("{text:?}: it is written with {}, as [[thruster]] tables name them", if *count == 1 { "one thruster, `@T6`" } else { "two thrusters, `@T2:T5`" })]
+    Thrusters {
+        /// The whole text.
+        text: String,
+        /// How many it takes.
+        count: usize,
+    },
 }
 
 fn suggestion(dof: Option<Dof>) -> String {
@@ -63,9 +76,20 @@ impl EffectName {
         self.dof.into_iter().chain(self.other)
     }
 
+    /// The id with the thrusters, which are no place of a model: what [`super::About::id`] of the effect says.
+    pub fn id_in_model(&self) -> String {
+        if self.thrusters.is_empty() { self.id.clone() } else { format!("{}@{}", self.id, self.thrusters.join(":")) }
+    }
+
     /// Whether two names mean, at one place at least, the same effect.
     pub fn overlaps(&self, other: &EffectName) -> bool {
-        self.id == other.id && (self.dof.is_none() || other.dof.is_none() || self.place() == other.place())
+        let sorted = |name: &EffectName| {
+            let mut names = name.thrusters.clone();
+            names.sort_unstable();
+            names
+        };
+        let placed = self.dof.is_none() || other.dof.is_none() || self.place() == other.place();
+        self.id == other.id && placed && sorted(self) == sorted(other)
     }
 }
 
@@ -84,6 +108,14 @@ impl FromStr for EffectName {
         if id.is_empty() || !id.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
             return Err(EffectNameError::Form { text: text.to_string() });
         }
+        if let Some((_, count)) = OF_THRUSTERS.into_iter().find(|(known, _)| *known == id) {
+            let thrusters: Vec<String> = place.into_iter().flat_map(|p| p.split(':')).map(str::to_string).collect();
+            let twice = thrusters.len() == 2 && thrusters[0] == thrusters[1];
+            if thrusters.len() != count || thrusters.iter().any(String::is_empty) || twice {
+                return Err(EffectNameError::Thrusters { text: text.to_string(), count });
+            }
+            return Ok(EffectName { id: id.to_string(), dof: None, other: None, thrusters });
+        }
         let (dof, other) = match place.map(|p| p.split_once(':').map_or((p, None), |(dof, other)| (dof, Some(other)))) {
             None => (None, None),
             Some((dof, None)) => (Some(dof_of(dof)?), None),
@@ -92,13 +124,13 @@ impl FromStr for EffectName {
         if other.is_some() && dof == other {
             return Err(EffectNameError::SameDof { text: text.to_string() });
         }
-        Ok(EffectName { id: id.to_string(), dof, other })
+        Ok(EffectName { id: id.to_string(), dof, other, thrusters: Vec::new() })
     }
 }
 
 impl fmt::Display for EffectName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.id)?;
+        f.write_str(&self.id_in_model())?;
         self.dof.map_or(Ok(()), |dof| write!(f, "@{dof}"))?;
         self.other.map_or(Ok(()), |other| write!(f, ":{other}"))
     }
@@ -118,7 +150,7 @@ impl<'de> Deserialize<'de> for EffectName {
             type Value = EffectName;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of an effect, `id`, `id@dof` or `id@dof:other`")
+                f.write_str("the name of an effect, `id`, `id@dof`, `id@dof:other` or `id@thruster`")
             }
 
             fn visit_str<E: Error>(self, text: &str) -> Result<EffectName, E> {
@@ -148,6 +180,26 @@ mod tests {
     }
 
     #[test]
+    fn thrusters_are_named_as_the_campaign_calls_them() {
+        for text in ["thruster_loss@T6", "thruster_loss@port bow", "thruster_swap@T2:T5"] {
+            let name: EffectName = text.parse().unwrap();
+            assert_eq!(
+                (name.to_string(), name.id_in_model(), name.place()),
+                (text.into(), text.into(), Place::VEHICLE)
+            );
+        }
+        let name = |text: &str| text.parse::<EffectName>().unwrap();
+        assert!(name("thruster_swap@T2:T5").overlaps(&name("thruster_swap@T5:T2")));
+        assert!(!name("thruster_loss@T2").overlaps(&name("thruster_loss@T5")));
+        for text in
+            ["thruster_loss", "thruster_loss@T1:T2", "thruster_swap@T1", "thruster_swap@T1:T1", "thruster_loss@"]
+        {
+            let error = text.parse::<EffectName>().unwrap_err();
+            assert!(matches!(error, EffectNameError::Thrusters { .. }), "{text}: {error}");
+        }
+    }
+
+    #[test]
     fn what_names_no_effect_says_why() {
         let refused = |text: &str| text.parse::<EffectName>().unwrap_err();
         let unknown = refused("linear_drag@sruge");
@@ -163,7 +215,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn law_any_text_is_refused_or_comes_back(text in "\\PC{0,24}|[a-z]{1,6}@(surge|yaw|heav)(:(roll|sway))?") {
+        fn law_any_text_is_refused_or_comes_back(text in "\\PC{0,24}|[a-z]{1,6}@(surge|yaw|heav)(:(roll|sway))?|thruster_(loss|swap)@T[1-9](:T[1-9])?") {
             if let Ok(name) = text.parse::<EffectName>() {
                 prop_assert_eq!(name.to_string(), text);
             }

@@ -37,6 +37,14 @@ impl Effect for RestoringForce {
         vec![ParameterSpec::linear("W-B", Dimension::FORCE).shared("net_weight")]
     }
 
+    fn pose(&self) -> &'static [&'static str] {
+        match self.0 {
+            Dof::Surge => &["theta"],
+            Dof::Sway => &["phi"],
+            _ => &[],
+        }
+    }
+
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
         let i = self.0.index();
         wrench[i] += theta[0] * at.down()[i];

@@ -36,6 +36,13 @@ impl Effect for RestoringMoment {
         vec![ParameterSpec::linear("z_gW-z_bB", Dimension::MOMENT).shared("righting")]
     }
 
+    fn pose(&self) -> &'static [&'static str] {
+        match self.0 {
+            Dof::Roll => &["phi"],
+            _ => &["theta"],
+        }
+    }
+
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
         let down = at.down();
         match self.0 {

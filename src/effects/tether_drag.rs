@@ -35,6 +35,10 @@ impl Effect for TetherDrag {
         vec![ParameterSpec::linear(format!("k_z{0}|{0}|", dof.velocity()), dimension).at_least(0.0)]
     }
 
+    fn pose(&self) -> &'static [&'static str] {
+        &["z"]
+    }
+
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
         let i = place.here().index();
         wrench[i] -= theta[0] * at.position[2] * at.nu_r[i] * at.nu_r[i].abs();

@@ -41,6 +41,10 @@ impl Effect for TetherSpring {
         vec![channel::ANCHOR_NORTH.into(), channel::ANCHOR_EAST.into()]
     }
 
+    fn pose(&self) -> &'static [&'static str] {
+        &["x", "y"]
+    }
+
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
         let [north, east, _] = at.position;
         let from_anchor =

@@ -23,7 +23,8 @@ pub use integral::{IntegralError, IntegralOptions, RowFit, Together, fit_rows, i
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
 pub(crate) use start::samples_in;
-pub use start::started;
+pub(crate) use start::tame;
+pub use start::{moved_by_thrust, started};
 pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, noise_of_mean, steady_windows};
 pub use streamed::Streamed;
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::balance::Source;
 use crate::model::Interpolation;
 use crate::navigation::unwrap;
-use crate::run::{Run, Signal, rounding};
+use crate::run::{Run, Signal, is_command, rounding};
 
 /// Instants of the trapezoid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -71,7 +71,7 @@ impl Reader {
             "phi" | "psi" => Signal::new(signal.shared_time().clone(), unwrap(signal.values())),
             _ => signal.clone(),
         });
-        let held = input == Interpolation::Hold && name.is_some_and(|name| name.starts_with("tau_"));
+        let held = input == Interpolation::Hold && name.is_some_and(is_command);
         Reader { samples, near: 0, held, late, origin: run.origin() }
     }
 

@@ -5,9 +5,12 @@
 //! is not positive) is replaced by the force over the acceleration that the log shows.
 
 use super::{IntegralOptions, RegressorOptions, Span, Together, integral_least_squares};
-use crate::effects::{Effect, Family};
+use crate::chain::memory_count;
+use crate::effects::{Effect, Family, Scope};
+use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::run::{Run, Signal};
+use crate::symbolic::Graph;
 
 /// The run with a velocity in each modelled degree of freedom of which it logs the position alone.
 fn with_slopes(model: &Model, run: &Run) -> Run {
@@ -70,8 +73,10 @@ fn regressible(model: &Model, term: &Term) -> bool {
     let effect: &dyn Effect = term.effect.as_ref();
     let about = effect.about();
     let linear = term.parameters.iter().all(|p| model.parameters[*p].spec.is_linear());
-    let memory = about.id == "fluid_memory";
-    about.family != Family::Sensor && about.family != Family::Actuator && linear && !memory
+    let remembers = memory_count(&Graph::new(), model, effect, term.place) > 0;
+    // single thrusters act on the command itself, in which they are linear; what other actuators do hangs on each other
+    let known = about.family != Family::Actuator || about.scope == Scope::Thrusters;
+    about.family != Family::Sensor && known && linear && !remembers
 }
 
 /// Number of samples of the slowest velocity sensor in `window` seconds, at least 1.
@@ -103,28 +108,78 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
         if model.parameters[index].fixed || model.parameters[index].given {
             continue;
         }
-        let greatest = |channel: &str| {
-            let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
-            values.fold(0.0, |m: f64, x| m.max(x.abs()))
-        };
-        let (force, speed) = (greatest(dof.force()), greatest(dof.velocity()));
+        let (force, speed) = greatest(dof, runs);
         let of = |term: &str| model.parameter_of(term).map_or(0.0, |p| model.parameters[p].value);
         let drag = of(&format!("linear_drag@{dof}")) + 2.0 * speed * of(&format!("quadratic_drag@{dof}"));
         let least = (drag * AT_ONCE).max(of(&format!("restoring_{dof}")) * AT_ONCE * AT_ONCE);
         let inertia = &mut model.parameters[index];
         if !(inertia.value.is_finite() && inertia.value > 0.0) {
-            inertia.value = if force > 0.0 && speed > 0.0 { force / (0.1 * speed) } else { 1.0 };
+            inertia.value = quick(force, speed);
         }
         inertia.value = inertia.value.max(least).clamp(inertia.min, inertia.max);
     }
     model
 }
 
+/// Greatest force and speed of the runs, N and m/s (N·m and rad/s).
+fn greatest(dof: Dof, runs: &[Run]) -> (f64, f64) {
+    let of = |channel: &str| {
+        let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
+        values.fold(0.0, |m: f64, x| m.max(x.abs()))
+    };
+    (of(dof.force()), of(dof.velocity()))
+}
+
+/// An inertia that the greatest force brings to a tenth of the greatest speed in a second.
+fn quick(force: f64, speed: f64) -> f64 {
+    if force > 0.0 && speed > 0.0 { force / (0.1 * speed) } else { 1.0 }
+}
+
+/// `model` with values under which nothing runs away: inertias of the right size, drag that balances the greatest force at
+/// the greatest speed, nothing else. Where a regression on a model that lacks much has led to a vehicle that none is.
+pub fn tame(model: &Model, runs: &[Run]) -> Model {
+    let mut tame = model.clone();
+    for p in tame.parameters.iter_mut().filter(|p| !p.fixed && !p.given && p.spec.is_linear()) {
+        let sizes = p.place.dof.map(|dof| greatest(dof, runs));
+        p.per_run.fill(p.spec.neutral);
+        p.value = match (p.effect.as_str(), sizes) {
+            ("inertia", Some((force, speed))) => quick(force, speed),
+            ("linear_drag", Some((force, speed))) if speed > 0.0 => 0.5 * force / speed,
+            ("quadratic_drag", Some((force, speed))) if speed > 0.0 => 0.5 * force / (speed * speed),
+            _ => p.spec.neutral,
+        }
+        .clamp(p.min, p.max);
+    }
+    tame
+}
+
+/// `model` with its free inertias kept below what the thrust can have moved: of a run max |ν| m ≤ ∫ |τ| dt, the greatest of
+/// all runs. A model that lacks what moves the vehicle would else explain it by a mass without end, under which nothing
+/// that acts on it can be known.
+pub fn moved_by_thrust(model: &Model, runs: &[Run]) -> Model {
+    let mut bounded = model.clone();
+    for dof in &model.dofs {
+        let most = |run: &Run| {
+            let (force, speed) = (run.signal(dof.force())?, run.signal(dof.velocity())?);
+            let steps = force.time().windows(2).zip(force.values());
+            let impulse: f64 = steps.map(|(t, tau)| (t[1] - t[0]) * tau.abs()).sum();
+            let fastest = speed.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            (impulse > 0.0 && fastest > 0.0).then(|| impulse / fastest)
+        };
+        let Some(most) = runs.iter().filter_map(most).max_by(f64::total_cmp) else { continue };
+        let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
+        let inertia = &mut bounded.parameters[index];
+        if !inertia.fixed && !inertia.given && inertia.value < most {
+            inertia.max = inertia.max.min(most);
+        }
+    }
+    bounded
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
-    use crate::frame::Dof;
 
     /// Roll of 0.5 rad/s against a drag of 2 + 2·0.5·4 N·m·s: 6·0.05 kg·m².
     #[test]

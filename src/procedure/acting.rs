@@ -24,6 +24,11 @@ pub fn thruster_force(k: usize) -> String {
     format!("F{}", k + 1)
 }
 
+/// Name of the channel with its force after the loss by advance, where there is one.
+pub fn acting_thruster_force(k: usize) -> String {
+    format!("acting_{}", thruster_force(k))
+}
+
 /// The nominal force of each thruster, where a run has them all.
 fn forces_of<'a>(run: &'a Run, thrusters: &[Thruster]) -> Option<Vec<&'a Signal>> {
     let all: Option<Vec<&Signal>> = (0..thrusters.len()).map(|k| run.signal(&thruster_force(k))).collect();
@@ -95,6 +100,7 @@ fn of_thrusters(
     let mut counts = [0; 3];
     let clock = forces[0].shared_time();
     let mut wrench: Vec<Vec<f64>> = vec![Vec::new(); 6];
+    let mut own: Vec<Vec<f64>> = vec![Vec::new(); if efficiency.eta_adv.is_some() { thrusters.len() } else { 0 }];
     for t in clock.iter() {
         let now: Vec<f64> = forces.iter().map(|f| f.at(*t)).collect();
         let nu = Vector6::from_fn(|i, _| run.signal(Dof::ALL[i].velocity()).map_or(0.0, |s| s.at(*t)));
@@ -105,12 +111,17 @@ fn of_thrusters(
         for (row, force) in wrench.iter_mut().zip(delivered.force.iter()) {
             row.push(*force);
         }
+        for ((row, thruster), force) in own.iter_mut().zip(thrusters).zip(&now) {
+            row.push(force * efficiency.advance(efficiency.advance_of(thruster, *force, &nu)).efficiency);
+        }
     }
     // what these thrusters cannot give is no command of that degree of freedom
     let given = |dof: &Dof| thrusters.iter().any(|t| t.unit_wrench()[dof.index()].abs() > 1e-12);
-    let signals = Dof::ALL.into_iter().zip(wrench).filter(|(dof, _)| given(dof));
-    let named = |(dof, row): (Dof, Vec<f64>)| (dof.force().to_string(), Signal::new(clock.clone(), row));
-    (signals.map(named).collect(), counts)
+    let of_dofs =
+        Dof::ALL.into_iter().zip(wrench).filter(|(dof, _)| given(dof)).map(|(dof, row)| (dof.force().into(), row));
+    let of_each = own.into_iter().enumerate().map(|(k, row)| (acting_thruster_force(k), row));
+    let signals = of_dofs.chain(of_each).map(|(name, row)| (name, Signal::new(clock.clone(), row)));
+    (signals.collect(), counts)
 }
 
 /// Findings where more than single samples about rest lie outside of what was measured.

@@ -32,7 +32,7 @@ use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-pub use self::acting::{acting_forces, thruster_force};
+pub use self::acting::{acting_forces, acting_thruster_force, thruster_force};
 pub use self::advance::{is_powered, towed_drag};
 pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;

@@ -13,7 +13,7 @@ use super::edges::Between;
 use super::reader::{Channel, Input};
 use crate::dynamics::Dynamics;
 use crate::model::Interpolation;
-use crate::run::{Run, Signal, rounding};
+use crate::run::{Run, Signal, is_command, rounding};
 use crate::symbolic::Leaf;
 
 /// Marks an instant at which a channel has no sample.
@@ -122,7 +122,7 @@ impl Track {
                 _ if name == "t" => Channel::Time(run.origin()),
                 _ => return Err(TrackError::MissingChannel { run: run.name.clone(), channel: name.clone() }),
             };
-            Ok(Input::new(*leaf, channel, name.starts_with("tau_").then_some(between), sought(*leaf)))
+            Ok(Input::new(*leaf, channel, is_command(name).then_some(between), sought(*leaf)))
         };
         let sources = dynamics.inputs.iter().map(source).collect::<Result<Vec<_>, _>>()?;
         let observed: Vec<Option<&Signal>> = dynamics.outputs.iter().map(|name| run.signal(name)).collect();

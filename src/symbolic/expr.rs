@@ -36,7 +36,8 @@ impl<'g> Expr<'g> {
         self.as_constant().is_some_and(|c| c.to_bits() == 1f64.to_bits())
     }
 
-    fn same(self, other: Expr<'g>) -> bool {
+    /// Whether both are one formula of one graph.
+    pub fn same(self, other: Expr<'g>) -> bool {
         self.id == other.id
     }
 

@@ -176,7 +176,8 @@ impl Efficiency {
         }
     }
 
-    fn advance(&self, v_a: f64) -> Advance {
+    /// η_adv at an advance speed v_a, m/s; 1 where none is given.
+    pub fn advance(&self, v_a: f64) -> Advance {
         self.eta_adv.map_or(Advance { efficiency: 1.0, coverage: Coverage::Covered }, |loss| loss.at(v_a))
     }
 

@@ -42,6 +42,7 @@ fn places(scope: Scope) -> String {
             format!("the vehicle, with {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(" or "))
         }
         Scope::Everywhere => "the vehicle".into(),
+        Scope::Thrusters => "`@T6`, each thruster that a campaign describes, or `@T2:T5`, each two of one curve".into(),
     }
 }
 
@@ -58,7 +59,7 @@ fn symbols(effect: &dyn Effect) -> String {
 fn the_catalogue_is_that_of_the_program() {
     let mut page = String::from(
         "# The catalogue of effects\n\nAn effect is named `id@dof`, or `id@dof:other` where it couples two; those of the whole \
-         vehicle have no dof. A *shape*\nparameter enters non-linearly. Symbols are those of the first place where the effect can \
+         vehicle have no dof, and\nthose of single thrusters have their names: `thruster_loss@T6`. A *shape* parameter enters non-linearly. Symbols are those of the first place where the effect can \
          stand.\n",
     );
     let all = catalogue(Coriolis::Free);

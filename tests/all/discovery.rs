@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 
-use hydrosysid::campaign::{self, Campaign, LoadOptions};
+use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile};
 use hydrosysid::discover::{Discovery, Verdict};
-use hydrosysid_plant::{Campaign as Sea, Dof, Hidden, RandomForce, Suite, Vehicle};
+use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, RandomForce, Suite, Vehicle};
 
 use crate::shared;
 
@@ -71,6 +71,28 @@ fn blind_a_thruster_that_fails_is_found_with_its_instant() {
     // what the plant hides: 0.4 of the thrust from 0.45 of the run on
     assert!((loss.value - 0.4).abs() < 4.0 * loss.std, "{loss:?}");
     assert!((instant.value - 0.45 * sea.duration).abs() < (4.0 * instant.std).max(0.1), "{instant:?}");
+}
+
+/// Thrusters are named one by one where a campaign describes them: which is dead, which two are exchanged. The names go into
+/// the campaign, and from there into a model file that stands for itself.
+#[test]
+fn blind_single_thrusters_are_named() {
+    for (name, hidden) in [("dead", "thruster_loss@T3"), ("exchanged", "thruster_swap@T2:T3")] {
+        let sea = Sea { commands: Commands::Thrusters, ..sea("small", 0.02, &[hidden], 206) };
+        let found = answer(name, &sea);
+        assert_eq!((names(&found), found.verdict), (vec![hidden], Verdict::Explained), "{}", found.sentence);
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("discovery_{name}"));
+        let file = campaign::adopt(&folder, None, &found.adopt).expect("the names go in");
+        let complete = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
+        let fit = campaign::fit(&complete, FitOptions::default()).expect("a fit");
+        for path in ["model.toml", "model.json"].map(PathBuf::from) {
+            let text = ModelFile::of(&complete, &fit).to_text(&path).expect("a text");
+            let read = ModelFile::from_text(&text, &path).expect("its own text").model(&complete.runs, &path);
+            let read = read.expect("a model that needs no campaign");
+            assert_eq!(read.values(), fit.model.values());
+            assert!(read.term(hidden).is_some(), "{text}");
+        }
+    }
 }
 
 /// In the vertical plane −m_w w q stands in surge as + m_v v r does in the horizontal one: a baseline without it lacks

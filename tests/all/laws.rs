@@ -1,8 +1,12 @@
 //! Laws that every effect of the catalogue obeys, whatever it is: read from its formulas alone.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use hydrosysid::effects::{Coriolis, Effect, Instant, Logged, ParameterKind, ParameterSpec, Place, Six, catalogue};
+use hydrosysid::effects::{
+    Coriolis, Effect, Instant, Logged, ParameterKind, ParameterSpec, Place, SingleThruster, Six, ThrusterLoss,
+    ThrusterSwap, catalogue,
+};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{name_of, places_of};
 use hydrosysid::symbolic::{Expr, Graph, Leaf};
@@ -12,7 +16,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// The ids of the catalogue, as users and other programs know them.
-const IDS: [&str; 54] = [
+const IDS: [&str; 56] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -47,6 +51,8 @@ const IDS: [&str; 54] = [
     "thrust_delay",
     "thrust_crosstalk",
     "thruster_fault",
+    "thruster_loss",
+    "thruster_swap",
     "supply_voltage",
     "propeller_advance",
     "rudder_force",
@@ -157,10 +163,26 @@ impl<'g> Said<'g> {
     }
 }
 
+/// The catalogue, with thrusters in it that push everywhere.
+fn with_thrusters(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
+    let thruster =
+        |name: &str, channel: &str, wrench| SingleThruster { name: name.into(), channel: channel.into(), wrench };
+    let port = thruster("port", "F1", [0.8, 0.6, 0.1, -0.2, 0.3, 0.5]);
+    let starboard = thruster("starboard", "F2", [0.7, -0.5, 0.2, 0.2, 0.4, -0.5]);
+    let of_vehicle = |effect: Arc<dyn Effect>| -> Arc<dyn Effect> {
+        match effect.about().id {
+            ThrusterLoss::ID => Arc::new(ThrusterLoss::of(port.clone())),
+            ThrusterSwap::ID => Arc::new(ThrusterSwap::of([port.clone(), starboard.clone()])),
+            _ => effect,
+        }
+    };
+    catalogue(coriolis).into_iter().map(of_vehicle).collect()
+}
+
 /// Calls `law` with every effect, tied and free, at every place in six degrees of freedom.
 fn everywhere(law: &dyn Fn(&str, &dyn Effect, Place)) {
     for coriolis in [Coriolis::Tied, Coriolis::Free] {
-        for effect in catalogue(coriolis) {
+        for effect in with_thrusters(coriolis) {
             let places = places_of(effect.as_ref(), &Dof::ALL);
             assert!(!places.is_empty(), "{} stands nowhere", effect.about().id);
             for place in places {
@@ -346,7 +368,7 @@ fn law_sname_names_have_the_other_sign() {
     });
 }
 
-fn effect_of(id: &str) -> std::sync::Arc<dyn Effect> {
+fn effect_of(id: &str) -> Arc<dyn Effect> {
     catalogue(Coriolis::Tied).into_iter().find(|e| e.about().id == id).expect("the catalogue has this id")
 }
 

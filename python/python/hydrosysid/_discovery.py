@@ -34,11 +34,11 @@ class FoundEffect:
     """An effect that the data asks for.
 
     Attributes:
-        id: ``id``, ``id@dof`` or ``id@dof:other``.
+        id: ``id``, ``id@dof`` or ``id@dof:other``; of single thrusters ``id@T6`` or ``id@T2:T5``.
         common_name: what practitioners call it.
         dofs: degrees of freedom in which it acts.
         parameters: its parameters in the final fit; none of a whole row of the Coriolis forces, which is tied to the
-            inertias.
+            inertias, or of two thrusters that are exchanged.
         p_value: probability of as much by chance, over all candidates.
         also_possible: other names that this data allows.
         evidence: one sentence.
@@ -163,8 +163,8 @@ class Residual:
 class SmallestVisible:
     """The smallest size of an effect that this data would have shown.
 
-    `tied` is the whole row of the Coriolis forces, its coefficients those of the inertias: it has no parameter, and its
-    size is the share of it, 1 for all of it.
+    `tied` is what has no parameter, as the whole row of the Coriolis forces with the coefficients of the inertias, or
+    two thrusters that are exchanged: its size is the share of it, 1 for all of it.
     """
 
     id: str
@@ -232,7 +232,7 @@ class Discovery(Result):
         def row(effect: FoundEffect, p: FoundParameter | None) -> dict[str, Any]:
             return {
                 "effect": effect.id,
-                "name": "whole row, tied to the inertias" if p is None else p.name,
+                "name": "as a whole" if p is None else p.name,
                 "value": None if p is None else p.value,
                 "std": None if p is None else p.std,
                 "unit": "" if p is None else p.unit,

@@ -179,8 +179,24 @@ impl Check<'_> {
             let nearest = nearest(&name.id, known).map(str::to_string);
             self.report.at(path, Problem::UnknownEffect { id: name.id.clone(), nearest });
         }
+        self.thrusters_of(path, name);
         // the other degree of freedom of a coupling may be one that is only logged
         self.modelled(path, name.dof);
+    }
+
+    /// Thrusters that the campaign describes.
+    fn thrusters_of(&mut self, path: &str, name: &EffectName) {
+        let known: Vec<String> = self.campaign.thrusters.iter().map(|t| t.name.clone()).collect();
+        for word in name.thrusters.iter().filter(|word| !known.contains(word)) {
+            let nearest = nearest(word, known.iter().map(String::as_str)).map(str::to_string);
+            let problem = match known.is_empty() {
+                true => {
+                    Problem::Unreadable { message: format!("no [[thruster]] describes `{word}`: add a table for each") }
+                }
+                false => Problem::UnknownWord { word: word.clone(), nearest, known: known.clone() },
+            };
+            self.report.at(path, problem);
+        }
     }
 
     fn modelled(&mut self, path: &str, dof: Option<crate::frame::Dof>) {

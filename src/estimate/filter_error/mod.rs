@@ -41,6 +41,7 @@ pub use problem::Filtered;
 pub use whiteness::Whiteness;
 
 use super::output_error::{OutputErrorError, covariance};
+use super::tame;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 use crate::run::Run;
@@ -141,9 +142,18 @@ pub fn filter_error(
     runs: &[Run],
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
-    let filtered = Filtered::new(model, runs, &options.base)?;
-    let noise = start::noise(&filtered, model, runs, &options.forces);
-    steps::maximised(model, filtered, noise, options)
+    let from = |model: &Model| {
+        let filtered = Filtered::new(model, runs, &options.base)?;
+        let noise = start::noise(&filtered, model, runs, &options.forces);
+        steps::maximised(model, filtered, noise, options)
+    };
+    match from(model) {
+        // a model that lacks much may start as a vehicle that none is
+        Err(OutputErrorError::Diverges { values }) => {
+            from(&tame(model, runs)).map_err(|_| OutputErrorError::Diverges { values })
+        }
+        fitted => fitted,
+    }
 }
 
 /// Noise from which [`filter_error`] starts.

@@ -1,0 +1,134 @@
+//! Effects of the single thrusters that a campaign describes.
+//!
+//! ```text
+//! b_T = η_inter (s, p × s)          of thruster_loss@T and thruster_swap@T:U, on F_T η_adv
+//! ```
+//!
+//! η_inter is that of all thrusters that push in a direction together; η_adv stands in the channel of the force.
+
+use std::sync::Arc;
+
+use super::baseline::Own;
+use super::file::CampaignFile;
+use crate::effects::{Effect, Place, SingleThruster, ThrusterLoss, ThrusterSwap};
+use crate::frame::Dof;
+use crate::procedure::{acting_thruster_force, thruster_force};
+use crate::thrust::thruster::Thruster;
+
+/// Why two thrusters that are there cannot be exchanged.
+pub(super) const UNLIKE: &str =
+    "these two have different curves: their forces are not exchanged when their commands are";
+
+/// Why an effect of a thruster that is there cannot stand in the model.
+pub(super) const IDLE: &str = "it changes the force in none of the modelled degrees of freedom";
+
+/// Every effect of a single thruster, and of every two of one curve.
+pub(super) fn effects(file: &CampaignFile) -> Vec<Own> {
+    let all: Vec<SingleThruster> = (0..file.thrusters.len()).map(|k| single(file, k)).collect();
+    // exchanged with one that moves nothing, a thruster is as good as lost
+    let moves = |one: &SingleThruster| file.model.dofs.iter().any(|dof| one.wrench[dof.index()].abs() > 1e-12);
+    let mut list: Vec<Own> = Vec::new();
+    let mut push = |effect: Arc<dyn Effect>| list.push((effect, Place::VEHICLE));
+    all.iter().for_each(|one| push(Arc::new(ThrusterLoss::of(one.clone()))));
+    for (k, one) in all.iter().enumerate() {
+        for (j, other) in all.iter().enumerate().skip(k + 1) {
+            if alike(&file.thrusters[k], &file.thrusters[j]) && moves(one) && moves(other) {
+                push(Arc::new(ThrusterSwap::of([one.clone(), other.clone()])));
+            }
+        }
+    }
+    list
+}
+
+/// Thruster `k`, as effects see it.
+fn single(file: &CampaignFile, k: usize) -> SingleThruster {
+    let (thruster, efficiency) = (&file.thrusters[k], &file.efficiency);
+    let unit = thruster.unit_wrench();
+    let wrench = Dof::ALL.map(|dof| {
+        let i = dof.index();
+        let pushes = |t: &&Thruster| t.unit_wrench()[i].abs() > 1e-12;
+        let group: Vec<&str> = file.thrusters.iter().filter(pushes).map(|t| t.name.as_str()).collect();
+        unit[i] * efficiency.eta_inter.value(dof, &group)
+    });
+    let channel = if efficiency.eta_adv.is_some() { acting_thruster_force(k) } else { thruster_force(k) };
+    SingleThruster { name: thruster.name.clone(), channel, wrench }
+}
+
+/// Whether a command gives the same force in both.
+fn alike(a: &Thruster, b: &Thruster) -> bool {
+    let curve = |t: &Thruster| (t.forward, t.reverse, t.deadband, t.max, t.supply, t.bollard.clone());
+    curve(a) == curve(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::baseline;
+    use super::super::file::ReadOptions;
+    use super::*;
+
+    /// Two ahead of one curve, one athwart of another, one downward; `more` stands in the campaign, too.
+    fn file(effect: &str, more: &str) -> Result<CampaignFile, String> {
+        let table = |name: &str, y: f64, axis: &str, a: f64| {
+            format!(
+                "[[thruster]]\nname = '{name}'\nposition = [0, {y}, 0]\naxis = {axis}\nforward = {{ a = {a}, b = 0 }}\n\
+                 reverse = {{ a = {a}, b = 0 }}\n"
+            )
+        };
+        let tables = [
+            table("port", -0.5, "[1, 0, 0]", 2.0),
+            table("starboard", 0.5, "[1, 0, 0]", 2.0),
+            table("bow", 0.0, "[0, 1, 0]", 1.0),
+            table("lift", 0.0, "[0, 0, 1]", 2.0),
+        ];
+        let text = format!(
+            "format = 1\n[model]\ndofs = ['surge', 'sway', 'yaw']\neffects = ['inertia'{effect}]\n{}{more}[[run]]\n\
+             file = 'a.csv'\n",
+            tables.concat()
+        );
+        let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+        CampaignFile::from_bytes(text.as_bytes(), Path::new("c.toml"), &options).map_err(|e| e.to_string())
+    }
+
+    fn candidates(effect: &str, more: &str) -> Vec<String> {
+        let (_, own) = baseline::build(&file(effect, more).unwrap()).unwrap();
+        own.iter().map(|(effect, _)| effect.about().id.to_string()).collect()
+    }
+
+    #[test]
+    fn each_thruster_that_moves_the_model_and_each_like_pair_is_asked() {
+        let all =
+            ["thruster_loss@port", "thruster_loss@starboard", "thruster_loss@bow", "thruster_swap@port:starboard"];
+        let mut found = candidates("", "");
+        found.sort_unstable();
+        let mut wanted = all.to_vec();
+        wanted.sort_unstable();
+        assert_eq!(found, wanted, "lift moves nothing in the plane, bow has another curve");
+        assert_eq!(candidates(", 'thruster_loss@bow'", "").len(), 3, "what stands in the model is not asked");
+        assert_eq!(candidates(", 'thruster_swap@starboard:port'", "").len(), 3, "in either order");
+    }
+
+    #[test]
+    fn thrusters_that_are_not_there_or_cannot_be_exchanged_are_refused() {
+        let refused = |effect: &str| match file(effect, "") {
+            Err(text) => text,
+            Ok(file) => baseline::build(&file).unwrap_err().to_string(),
+        };
+        let near = refused(", 'thruster_loss@prot'");
+        assert!(near.starts_with("c.toml:") && near.contains("`port`"), "{near}");
+        assert!(refused(", 'thruster_loss'").contains("one thruster, `@T6`"));
+        assert!(refused(", 'thruster_swap@port:bow'").contains("different curves"));
+        assert!(refused(", 'thruster_loss@lift'").contains("in none of the modelled degrees of freedom"));
+    }
+
+    /// η_inter is in the wrench of a thruster, η_adv in the channel that is read.
+    #[test]
+    fn losses_that_are_known_are_in_a_thruster() {
+        let more =
+            "[efficiency]\neta_inter = { surge = 0.9 }\neta_adv = { slope = -0.2, intercept = 1.0, valid = [0, 1] }\n";
+        let one = single(&file("", more).unwrap(), 0);
+        assert_eq!((one.wrench, one.channel.as_str()), ([0.9, 0.0, 0.0, 0.0, 0.0, 0.5], "acting_F1"));
+        assert_eq!(single(&file("", "").unwrap(), 0).channel, "F1");
+    }
+}

@@ -1,0 +1,117 @@
+//! What an effect has to do with: asked of its formulas, on symbols of an instant that is none in particular.
+
+use crate::effects::{Effect, Instant, Logged, Place, Six};
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::symbolic::{Expr, Graph, Leaf};
+use crate::units::Dimension;
+
+/// Number of states that an effect carries at a place of `model`.
+pub fn memory_count(graph: &Graph, model: &Model, effect: &dyn Effect, place: Place) -> usize {
+    let at = somewhere(graph, model, &effect.channels(place));
+    effect.memory(&at, place, &at.command).len()
+}
+
+/// Degrees of freedom of `model` in which an effect changes the momentum, the force or what is logged.
+pub fn acts_in(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
+    let graph = Graph::new();
+    let at = somewhere(&graph, model, &effect.channels(place));
+    let specs = effect.parameters(place);
+    let theta: Vec<Expr<'_>> =
+        specs.iter().enumerate().map(|(k, spec)| graph.leaf(Leaf::Parameter(k as u16), spec.dimension)).collect();
+    if effect.delays_command().is_some() || effect.water(&at, place, &theta).is_some() {
+        return model.dofs.clone();
+    }
+    let starts = effect.memory(&at, place, &at.command);
+    let state =
+        |(k, start): (usize, &Expr<'_>)| graph.leaf(Leaf::Rate(k as u16), start.dimension().unwrap_or(Dimension::ONE));
+    let memory: Vec<Expr<'_>> = starts.iter().enumerate().map(state).collect();
+    let zero = [graph.zero(); 6];
+    let (mut momentum, mut wrench, mut tau) = (zero, zero, at.command);
+    effect.momentum(&at, place, &theta, &mut momentum);
+    effect.wrench(&at, place, &theta, &memory, &mut wrench);
+    effect.actuate(&at, place, &theta, &memory, &mut tau);
+    let told = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
+    let mut logged = told.clone();
+    effect.sense(&at, place, &theta, &mut logged);
+    let pose = |i: usize| match i {
+        0..3 => logged.position[i].same(told.position[i]),
+        _ => logged.attitude[i - 3].same(told.attitude[i - 3]),
+    };
+    let touched = |dof: &Dof| {
+        let i = dof.index();
+        let same = momentum[i].is_zero()
+            && wrench[i].is_zero()
+            && tau[i].same(at.command[i])
+            && logged.nu[i].same(told.nu[i])
+            && pose(i);
+        !same
+    };
+    model.dofs.iter().copied().filter(touched).collect()
+}
+
+/// An instant in which everything is a symbol of its own.
+fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]) -> Instant<'g> {
+    let state = |first: usize, i: usize, unit| graph.leaf(Leaf::State((first + i) as u16), unit);
+    let input = |k: usize, unit| graph.leaf(Leaf::Input(k as u16), unit);
+    let by_kind = |first: usize, moves: Dimension, turns: Dimension| -> Six<'g> {
+        std::array::from_fn(|i| state(first, i, if i < 3 { moves } else { turns }))
+    };
+    let nu = by_kind(0, Dimension::VELOCITY, Dimension::RATE);
+    let pose = by_kind(6, Dimension::LENGTH, Dimension::ONE);
+    let impulse = |force: Dimension| force.times(Dimension::TIME);
+    Instant {
+        graph,
+        time: input(0, Dimension::TIME),
+        nu,
+        nu_r: nu,
+        position: [pose[0], pose[1], pose[2]],
+        attitude: [pose[3], pose[4], pose[5]],
+        turned: None,
+        command: by_kind(12, Dimension::FORCE, Dimension::MOMENT),
+        momentum: by_kind(18, impulse(Dimension::FORCE), impulse(Dimension::MOMENT)),
+        dofs: model.dofs.clone(),
+        weight: model.weight.max(1.0),
+        channels: channels.iter().enumerate().map(|(k, name)| (name.clone(), input(k + 1, Dimension::ONE))).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Coriolis, SingleThruster, ThrusterLoss, catalogue};
+    use crate::model::places_of;
+
+    /// Where effects act, as `EFFECTS.md` has it; the lists are of those that act in some only.
+    #[test]
+    fn effects_act_where_their_formulas_do() {
+        let model = Model::new(&Dof::ALL, Coriolis::Tied);
+        let of = |id: &str| {
+            let effect = catalogue(Coriolis::Tied).into_iter().find(|e| e.about().id == id).unwrap();
+            acts_in(effect.as_ref(), places_of(effect.as_ref(), &Dof::ALL)[0], &model)
+        };
+        use Dof::*;
+        assert_eq!(of("coriolis_pitch"), [Pitch]);
+        assert_eq!(of("sensor_gyro_scale"), [Yaw]);
+        assert_eq!(of("sensor_compass_deviation"), [Yaw]);
+        assert_eq!(of("sensor_tilt_offset"), [Roll, Pitch]);
+        assert_eq!(of("sensor_dvl_lever_arm"), [Surge, Sway]);
+        assert_eq!(of("sensor_dvl_scale"), [Surge, Sway, Heave]);
+        assert_eq!(of("tether_spring"), [Surge, Sway, Heave]);
+        assert_eq!(of("trim_offset"), [Roll, Pitch, Yaw]);
+        assert_eq!(of("fluid_memory"), [Surge], "at the first of its places");
+        assert_eq!(of("current"), Dof::ALL);
+        assert_eq!(of("thrust_delay"), Dof::ALL);
+        assert_eq!(of("thrust_lag"), Dof::ALL);
+    }
+
+    #[test]
+    fn a_single_thruster_acts_where_it_pushes() {
+        let thruster =
+            SingleThruster { name: "bow".into(), channel: "F1".into(), wrench: [0.0, 1.0, 0.0, 0.0, 0.0, 0.4] };
+        let loss = ThrusterLoss::of(thruster);
+        let of = |dofs: &[Dof]| acts_in(&loss, Place::VEHICLE, &Model::new(dofs, Coriolis::Tied));
+        assert_eq!(of(&Dof::ALL), [Dof::Sway, Dof::Yaw]);
+        assert_eq!(of(&[Dof::Surge, Dof::Heave]), []);
+    }
+}

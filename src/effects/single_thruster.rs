@@ -1,0 +1,40 @@
+//! A thruster as the effects of single thrusters see it.
+//!
+//! ```text
+//! w_T = b_T F_T          b_T: what 1 N of thruster T gives, η_inter in it;  F_T: its force as commanded, η_adv in it
+//! ```
+//!
+//! The effects of the catalogue stand in degrees of freedom; those of single thrusters are made for a vehicle whose
+//! thrusters are described, one effect a thruster, and have its name in their id: `thruster_loss@T6`.
+
+use super::{Instant, Six};
+use crate::frame::Dof;
+use crate::symbolic::Expr;
+use crate::units::Dimension;
+
+/// Below this a thruster gives nothing in a direction, 1 and m.
+const NOTHING: f64 = 1e-12;
+
+/// One thruster: its name, the channel with its force, and what a newton of it gives.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SingleThruster {
+    /// Name, as the campaign calls it.
+    pub name: String,
+    /// Channel of its force, N.
+    pub channel: String,
+    /// Wrench of 1 N at the body origin: 1 in translation, m in rotation.
+    pub wrench: [f64; 6],
+}
+
+impl SingleThruster {
+    /// Adds `share` of its wrench to τ.
+    pub(super) fn push<'g>(&self, at: &Instant<'g>, share: Expr<'g>, tau: &mut Six<'g>) {
+        let force = at.channel(&self.channel);
+        for dof in Dof::ALL {
+            let (i, unit) = (dof.index(), if dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE });
+            if self.wrench[i].abs() > NOTHING {
+                tau[i] += share * force * at.unit(unit, self.wrench[i]);
+            }
+        }
+    }
+}
