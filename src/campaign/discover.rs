@@ -4,6 +4,7 @@ use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
 use super::fit::{dry_mass, filter_error, is_below};
+use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
 
@@ -25,7 +26,8 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         families: table.families.clone(),
         seed: table.seed.unwrap_or(campaign.options.seed),
     };
-    let mut runs = campaign.motion(None);
+    // a late thrust is among what is asked
+    let mut runs = lead_in::settled(campaign.motion(None), &campaign.model);
     let faults = faults(&runs, &campaign.model.dofs);
     for fault in &faults {
         fault.mend(&mut runs);

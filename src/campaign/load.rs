@@ -13,6 +13,7 @@ use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::forces;
 use super::heading;
+use super::lead_in;
 use super::logs::{self, Logged};
 use super::model_noise::ModelNoise;
 use super::steps_as_lines;
@@ -148,9 +149,12 @@ impl Campaign {
         assemble(file, logged, &tables, Vec::new())
     }
 
-    /// Runs of free motion, all or of one role: what output error and simulation work on.
+    /// Runs of free motion, all or of one role: what output error and simulation work on. Where the thrust of the model comes
+    /// late, sensors are not asked while commands of before the log may act.
     pub fn motion(&self, role: Option<Role>) -> Vec<Run> {
-        self.runs.iter().filter(|r| moves(r.kind) && role.is_none_or(|role| r.role == role)).cloned().collect()
+        let of_role = |r: &&Run| moves(r.kind) && role.is_none_or(|role| r.role == role);
+        let runs = self.runs.iter().filter(of_role).cloned().collect();
+        if lead_in::is_late(&self.model) { lead_in::settled(runs, &self.model) } else { runs }
     }
 
     /// The runs with nominal instead of acting forces, for procedures that apply efficiencies themselves.

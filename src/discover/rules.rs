@@ -58,7 +58,10 @@ pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sampl
         let std = p.std.unwrap_or(f64::INFINITY);
         values.iter().any(|v| (v - p.spec.neutral).abs() > BEYOND * std)
     };
-    if !new.iter().any(apart) {
+    // where there is a strength, an instant or a time constant alone says nothing
+    let strengths: Vec<&Parameter> = new.iter().copied().filter(|p| p.spec.is_linear()).collect();
+    let judged = if strengths.is_empty() { &new } else { &strengths };
+    if !judged.iter().any(apart) {
         return Some(format!(
             "{} is within three deviations of nothing",
             new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
@@ -109,5 +112,7 @@ mod tests {
         assert!(told("thrust_delay", &[(0.0024, 0.0007)]).unwrap().contains("twentieth of a sample"));
         assert!(told("fluid_memory@surge", &[(9.0, 1.0), (59.0, 1166.0)]).unwrap().contains("not determined"));
         assert!(told("fluid_memory@surge", &[(0.0, 1.0), (5.0, 1.0)]).unwrap().contains("bound"));
+        assert!(told("thruster_fault@surge", &[(-0.002, 0.0014), (22.7, 1.2)]).unwrap().contains("within three"));
+        assert_eq!(told("thruster_fault@surge", &[(0.4, 0.01), (22.7, 1.2)]), None);
     }
 }

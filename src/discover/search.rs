@@ -132,6 +132,8 @@ pub struct Search {
     pub removed: Vec<String>,
     /// What helped and broke a rule, the most helpful first.
     pub behaves_like: Vec<BehavesLike>,
+    /// Whether a fit from the log was better than one from the last model: that one was far from the truth.
+    pub astray: bool,
     /// Candidates at the last step.
     pub candidates: Vec<Candidate>,
     /// Their scores.
@@ -183,6 +185,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         added: Vec::new(),
         removed: Vec::new(),
         behaves_like: Vec::new(),
+        astray: false,
         candidates: list,
         screen,
     };
@@ -291,22 +294,26 @@ fn name_among(
         }
     }
     best.retain(|score| score.log_p < threshold + NEARLY && has_own_values(&found.candidates[score.candidate]) == own);
-    let best: Vec<Score> = best.into_iter().take(REFITS).cloned().collect();
+    // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
+    let whole = |score: &&Score| {
+        let candidate = &found.candidates[score.candidate];
+        !candidate.has_parameters() && candidate.terms[0].0.about().scope == Scope::Thrusters
+    };
+    let (first, later) = best.split_at(best.len().min(REFITS));
+    let best: Vec<Score> = first.iter().copied().chain(later.iter().copied().filter(whole)).cloned().collect();
     let (noise, rough) = (afresh(&here.noise), FilterErrorOptions { tolerance: ROUGH, ..level(task) });
     let mut contenders: Vec<Contender> = Vec::new();
     for Start { candidate, score } in starts(&here, &best, &found.candidates, task) {
-        let known = contenders.iter().any(|c| c.score.candidate == score.candidate);
-        if contenders.len() == REFITS && !known {
-            break;
-        }
-        progress::tell("refitting the best candidates", contenders.len(), REFITS);
+        progress::tell("refitting the best candidates", contenders.len(), best.len());
         let Some(model) = candidate.started(&here.model, &score) else { continue };
         let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
         let mut refit = filter_error_from(&model, task.train, noise.clone(), &rough).ok().map(won);
         if refit.as_ref().is_none_or(|(gain, _)| *gain < PROMISE * score.statistic) {
             let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
             let better = |(gain, _): &(f64, FilterErrorFit)| refit.as_ref().is_none_or(|(known, _)| gain > known);
-            refit = anew.filter(better).or(refit);
+            if let Some(anew) = anew.filter(better) {
+                (refit, found.astray) = (Some(anew), true);
+            }
         }
         let Some((gain, fit)) = refit else { continue };
         let contender = Contender { score, fit, gain, held_out: 0.0 };
@@ -399,7 +406,14 @@ fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
             }
         }
         let parameters = fit.model.parameters.len() - model.parameters.len();
-        let without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
+        let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
+        if found.astray {
+            let anew = filter_error(&started(&model, task.train), task.train, &level);
+            without = match (without, anew) {
+                (Ok(near), Ok(anew)) => Ok(if anew.cost < near.cost { anew } else { near }),
+                (near, anew) => near.or(anew),
+            };
+        }
         let gain = without.as_ref().map_or(f64::INFINITY, |without| without.cost - fit.cost);
         let needed = log_survival(gain, parameters) <= found.screen.threshold;
         // beside the others a name needs physics still

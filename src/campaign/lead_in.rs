@@ -1,0 +1,81 @@
+//! The first seconds of a log that begins under way, where late thrust hangs on commands that are not in it.
+//!
+//! ```text
+//! τ(t) = command(t − T)          known from t₀ + T on;   sensors are asked from t₀ + 2 s on, commands stay whole
+//! ```
+//!
+//! To take the commands before a log for its first one pushes a late vehicle the wrong way, and what that makes is taken for
+//! something that is missing. A log that begins with its thrusters at rest has nothing before it.
+
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::{Run, Signal};
+
+/// Seconds that are left out: the longest delay that the search begins with (1.6 s), and a little more.
+const LEAD: f64 = 2.0;
+
+/// Share of a run that is left out at most.
+const MOST: f64 = 0.1;
+
+/// Command over the greatest one below which the thrusters are at rest.
+const AT_REST: f64 = 1e-3;
+
+/// Whether the thrust of a model comes late.
+pub(super) fn is_late(model: &Model) -> bool {
+    model.terms.iter().any(|term| term.effect.delays_command().is_some())
+}
+
+/// The runs, what `model` predicts of them cut off where commands of before the log may act.
+pub(super) fn settled(mut runs: Vec<Run>, model: &Model) -> Vec<Run> {
+    let predicted = |dof: &Dof| [dof.velocity(), dof.position()].map(str::to_string);
+    let functions = model.observers.iter().map(|observer| observer.channel().to_string());
+    let channels: Vec<String> = model.dofs.iter().flat_map(predicted).chain(functions).collect();
+    for run in runs.iter_mut().filter(|run| begins_under_way(run)) {
+        let Some((first, last)) = run.span() else { continue };
+        let from = first + LEAD.min(MOST * (last - first));
+        for name in &channels {
+            let Some(signal) = run.signals.get_mut(name) else { continue };
+            let k = signal.time().partition_point(|t| *t < from);
+            *signal = Signal::new(signal.time()[k..].into(), signal.values()[k..].to_vec());
+        }
+    }
+    runs
+}
+
+fn begins_under_way(run: &Run) -> bool {
+    let commands = || Dof::ALL.into_iter().filter_map(|dof| run.signal(dof.force()));
+    let greatest = commands().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()));
+    commands().filter_map(|s| s.values().first()).any(|x| x.abs() > AT_REST * greatest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+
+    fn run(first: f64) -> Run {
+        let time: std::sync::Arc<[f64]> = (0..601).map(|k| 0.1 * f64::from(k)).collect();
+        let mut run = Run::default();
+        for name in ["u", "x", "w", "supply_V"] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), vec![1.0; 601]));
+        }
+        let mut command = vec![5.0; 601];
+        command[0] = first;
+        run.signals.insert("tau_u".into(), Signal::new(time, command));
+        run
+    }
+
+    #[test]
+    fn a_log_that_begins_under_way_is_asked_two_seconds_later() {
+        let model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "thrust_delay"]).unwrap();
+        assert!(is_late(&model));
+        let first = |run: &Run, name: &str| run.signals[name].time()[0];
+        let cut = &settled(vec![run(5.0)], &model)[0];
+        assert!((first(cut, "u") - 2.0).abs() < 1e-9 && (first(cut, "x") - 2.0).abs() < 1e-9);
+        for name in ["tau_u", "w", "supply_V"] {
+            assert_eq!(first(cut, name), 0.0, "{name} is no prediction of the model");
+        }
+        let still = &settled(vec![run(0.0)], &model)[0];
+        assert_eq!(first(still, "u"), 0.0, "from rest nothing is before");
+    }
+}
