@@ -8,7 +8,7 @@ use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
 
-use crate::discover::{self, Discovery, SearchOptions};
+use crate::discover::{self, Discovery, SearchOptions, Verdict};
 use crate::finding::Finding;
 use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
@@ -73,7 +73,13 @@ fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<
     let light = |p: &Parameter| dry_mass(p, vehicle).filter(|dry| is_below(p, *dry) && p.min < *dry);
     let mut held = model.clone();
     let (mut any, mut said) = (false, Vec::new());
-    let wide = first.fit.model.parameters.iter().filter(inertia).filter(loose).map(|p| (p, None));
+    // a baseline far from the truth knows no inertia that the explained one knows
+    let known_at_last = |p: &&Parameter| {
+        let at_last = last.fit.model.parameters.iter().find(|q| q.term == p.term && q.spec.name == p.spec.name);
+        found.verdict == Verdict::Explained && at_last.is_some_and(|q| !loose(&q))
+    };
+    let wide = first.fit.model.parameters.iter().filter(inertia).filter(loose);
+    let wide = wide.filter(|p| !known_at_last(p)).map(|p| (p, None));
     let below = last.fit.model.parameters.iter().filter(inertia).filter_map(|p| Some((p, Some(light(p)?))));
     for (p, dry) in wide.chain(below) {
         let known = held.parameters.iter_mut().find(|k| k.term == p.term && k.spec.name == p.spec.name);

@@ -18,6 +18,7 @@ use std::f64::consts::PI;
 use crate::check::{self, CheckOptions, CheckReport, FaultKind};
 use crate::discover::LogFinding;
 use crate::frame::Dof;
+use crate::procedure::thruster_force;
 use crate::run::{Run, Signal};
 
 /// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
@@ -69,7 +70,12 @@ pub(super) fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<Fault> {
 /// Wrong units and signs: channel and factor.
 fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for fault in reports.iter().flat_map(|r| &r.log_findings) {
+    // a force that thrusters make is not logged: what is wrong with it is wrong with them, and has their name
+    let derived = |r: &CheckReport, channel: &str| {
+        channel.starts_with("tau_") && r.rates.iter().any(|rate| rate.channel == thruster_force(0))
+    };
+    let told = reports.iter().flat_map(|r| r.log_findings.iter().filter(|fault| !derived(r, &fault.channel)));
+    for fault in told {
         let unit = fault.kind == FaultKind::Unit && !(1.0 / WRONG_UNIT..=WRONG_UNIT).contains(&fault.factor.abs());
         if unit || fault.kind == FaultKind::Sign {
             seen.entry(&fault.channel).or_default().push(fault.factor);
@@ -306,6 +312,23 @@ mod tests {
         let with = |signs: usize| -> Vec<CheckReport> { (0..5).map(|k| report(k < signs)).collect() };
         assert_eq!(factors(&with(2)), vec![], "two of five, as a lever arm makes them");
         assert_eq!(factors(&with(3)), vec![("v".to_string(), -1.0)]);
+        let rate = check::rates::ChannelRate {
+            channel: "F1".into(),
+            rate_hz: 10.0,
+            logged_hz: 10.0,
+            samples: 100,
+            gaps: 0,
+            held: 1.0,
+            jitter: 0.0,
+        };
+        let of_force = |thrusters: bool| {
+            let mut report = report(true);
+            report.log_findings[0].channel = "tau_v".into();
+            report.rates = if thrusters { vec![rate.clone()] } else { Vec::new() };
+            vec![report; 2]
+        };
+        assert_eq!(factors(&of_force(false)), vec![("tau_v".to_string(), -1.0)]);
+        assert_eq!(factors(&of_force(true)), vec![], "thrusters make it");
     }
 
     #[test]

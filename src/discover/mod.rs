@@ -1,5 +1,6 @@
 //! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
 
+mod again;
 mod candidate;
 mod carried;
 mod discovery;
@@ -10,6 +11,7 @@ mod gap;
 mod held_out;
 mod next;
 mod products;
+mod refit;
 mod residual;
 mod rules;
 mod score;

@@ -2,26 +2,28 @@
 //!
 //! 1. the baseline is fitted by filter error, its noise included;
 //! 2. one pass scores every absent effect ([`super::screen`]);
-//! 3. the best few are refitted with the noise free; the likelihood ratio decides, against the same chance of a false name;
+//! 3. the best few are refitted with the noise free ([`super::refit`]); the likelihood ratio decides, against the same chance
+//!    of a false name;
 //! 4. runs that took no part must agree ([`super::held_out`]);
 //! 5. a name needs physics ([`super::rules`]): what helps but breaks a rule is told as "behaves like";
-//! 6. each name is put to the test again once another is known, and against those that came second to it; the noise starts
-//!    afresh with every name, because a random force that was estimated without it would stay inflated and bend the
-//!    parameters;
+//! 6. each name is put to the test again once another is known ([`super::again`]), and against those that came second to it;
+//!    the noise starts afresh with every name, because a random force that was estimated without it would stay inflated and
+//!    bend the parameters;
 //!
 //! and again from 2 until no candidate is beyond chance.
 
 use std::sync::Arc;
 
+use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
-use super::focus::{Start, starts};
-use super::held_out::{HeldOut, agree, fall};
+use super::focus::starts;
+use super::held_out::{HeldOut, agree};
+use super::refit::{Contender, is_exchange, level, refitted};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use crate::effects::{Effect, Family, Place, Scope, named};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
-use crate::estimate::started;
 use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
@@ -49,19 +51,8 @@ impl Default for SearchOptions {
 /// Candidates that are refitted in full: the truth was among the best four in simulation, and the fifth of a real glider.
 const REFITS: usize = 6;
 
-/// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
-const ROUGH: f64 = 0.5;
-
-/// Share of the fall of −2 ln L that its score promised, below which a refit has ended on another hill and is begun anew
-/// from the log: where the baseline is far from the truth its values are no start.
-const PROMISE: f64 = 0.5;
-
-/// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
-/// chosen after looking.
-const PENALTY: f64 = 4.0;
-
 /// Names within this of −2 ln L are both possible: three deviations of the difference of two names for one signal.
-const TIE: f64 = 9.0;
+pub(super) const TIE: f64 = 9.0;
 
 /// A screened p-value that is this many times too great may be right in full: ln 20.
 const NEARLY: f64 = 3.0;
@@ -156,21 +147,6 @@ pub(super) struct Task<'a> {
     pub options: &'a SearchOptions,
 }
 
-/// A candidate refitted in full.
-struct Contender {
-    score: Score,
-    fit: FilterErrorFit,
-    gain: f64,
-    /// Fall of −2 ln L on runs that took no part.
-    held_out: f64,
-}
-
-impl Contender {
-    fn worth(&self) -> f64 {
-        self.gain + self.held_out - PENALTY * self.score.parameters as f64
-    }
-}
-
 /// Searches for what `baseline` lacks.
 ///
 /// # Errors
@@ -236,19 +212,6 @@ fn has_own_values(candidate: &Candidate) -> bool {
     candidate.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
 }
 
-/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.
-fn level(task: &Task<'_>) -> FilterErrorOptions {
-    FilterErrorOptions { refine: false, ..task.fitting.clone() }
-}
-
-/// Noise from which a fit with another name starts: forces at half of what they were without it, because a name that is
-/// true takes most of them away.
-fn afresh(noise: &NoiseModel) -> NoiseModel {
-    let mut fresh = noise.clone();
-    fresh.forces.iter_mut().for_each(|f| f.rms *= 0.5);
-    fresh
-}
-
 /// The last fit with its noise refined: forces that are none taken out, sensors coloured where they are. Where there are
 /// colours, every name is put to the test again.
 fn refine(found: &mut Search, task: &Task<'_>) -> Result<(), OutputErrorError> {
@@ -295,30 +258,15 @@ fn name_among(
     }
     best.retain(|score| score.log_p < threshold + NEARLY && has_own_values(&found.candidates[score.candidate]) == own);
     // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
-    let whole = |score: &&Score| {
-        let candidate = &found.candidates[score.candidate];
-        !candidate.has_parameters() && candidate.terms[0].0.about().scope == Scope::Thrusters
-    };
     let (first, later) = best.split_at(best.len().min(REFITS));
-    let best: Vec<Score> = first.iter().copied().chain(later.iter().copied().filter(whole)).cloned().collect();
-    let (noise, rough) = (afresh(&here.noise), FilterErrorOptions { tolerance: ROUGH, ..level(task) });
+    let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));
+    let best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
     let mut contenders: Vec<Contender> = Vec::new();
-    for Start { candidate, score } in starts(&here, &best, &found.candidates, task) {
+    for start in starts(&here, &best, &found.candidates, task) {
         progress::tell("refitting the best candidates", contenders.len(), best.len());
-        let Some(model) = candidate.started(&here.model, &score) else { continue };
-        let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
-        let mut refit = filter_error_from(&model, task.train, noise.clone(), &rough).ok().map(won);
-        if refit.as_ref().is_none_or(|(gain, _)| *gain < PROMISE * score.statistic) {
-            let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
-            let better = |(gain, _): &(f64, FilterErrorFit)| refit.as_ref().is_none_or(|(known, _)| gain > known);
-            if let Some(anew) = anew.filter(better) {
-                (refit, found.astray) = (Some(anew), true);
-            }
-        }
-        let Some((gain, fit)) = refit else { continue };
-        let contender = Contender { score, fit, gain, held_out: 0.0 };
+        let Some(contender) = refitted(found, &here, start, task) else { continue };
         match contenders.iter_mut().find(|known| known.score.candidate == contender.score.candidate) {
-            Some(known) if known.gain < gain => *known = contender,
+            Some(known) if known.gain < contender.gain => *known = contender,
             Some(_) => {}
             None => contenders.push(contender),
         }
@@ -361,78 +309,6 @@ fn name_among(
 /// say: [`LEAST_P`] stands for all that is below it.
 fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
     (level * (log_p - threshold).exp()).clamp(LEAST_P, 1.0)
-}
-
-/// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has
-/// taken for its own may be of two others.
-fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Result<(), OutputErrorError> {
-    for k in 0..count {
-        for (rival, mut model) in std::mem::take(&mut found.added[k].rivals) {
-            let mut later = found.added[k + 1..].iter().map(|a| &a.candidate);
-            if !later.all(|c| c.add_to(&mut model, c.probes.first().map_or(&[], Vec::as_slice)).is_ok()) {
-                continue;
-            }
-            let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
-            let Ok(fit) = filter_error_from(&model, task.train, noise, &level(task)) else { continue };
-            let gain = last.cost - fit.cost + fall(last, &fit, task)?;
-            let tied = gain.abs() < TIE;
-            if gain > 0.0 {
-                let former = std::mem::replace(&mut found.added[k], rival).candidate.name();
-                found.added[k].also_possible.extend(tied.then(|| former.clone()));
-                found.removed.push(former);
-                if let Some(step) = found.steps.last_mut() {
-                    step.fit = fit;
-                }
-                break;
-            }
-            found.added[k].also_possible.extend(tied.then(|| rival.candidate.name()));
-        }
-    }
-    Ok(())
-}
-
-/// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more,
-/// or whose parameters are not what nature allows any more, has stood in for something else.
-fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
-    let level = level(task);
-    let mut k = 0;
-    while k < count {
-        let name = found.added[k].candidate.name();
-        let fit = found.last_fit();
-        let mut model = fit.model.clone();
-        for (effect, place) in found.added[k].candidate.terms.iter().rev() {
-            if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {
-                model.remove(term);
-            }
-        }
-        let parameters = fit.model.parameters.len() - model.parameters.len();
-        let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
-        if found.astray {
-            let anew = filter_error(&started(&model, task.train), task.train, &level);
-            without = match (without, anew) {
-                (Ok(near), Ok(anew)) => Ok(if anew.cost < near.cost { anew } else { near }),
-                (near, anew) => near.or(anew),
-            };
-        }
-        let gain = without.as_ref().map_or(f64::INFINITY, |without| without.cost - fit.cost);
-        let needed = log_survival(gain, parameters) <= found.screen.threshold;
-        // beside the others a name needs physics still
-        let flaw = broken(&model, &fit.model, &found.added[k].candidate, fit.filtered.sample_time());
-        match (needed && flaw.is_none(), without) {
-            (false, Ok(without)) => {
-                found.added.remove(k);
-                count -= 1;
-                if let Some(last) = found.steps.last_mut() {
-                    last.fit = without;
-                }
-                if let Some(why) = flaw.filter(|_| needed) {
-                    found.behaves_like.push(BehavesLike { id: name.clone(), why, gain });
-                }
-                found.removed.push(name);
-            }
-            _ => k += 1,
-        }
-    }
 }
 
 /// Lists with the effect that was added last those that it has made impossible to tell from the model: what had a signal

@@ -1,0 +1,86 @@
+//! Step 6: names put to the test again, now that more is known.
+//!
+//! ```text
+//! −2 ln L(without) − (−2 ln L(with))      beyond chance still, beside the others; and greater than with what came second
+//! ```
+
+use super::held_out::fall;
+use super::refit::{afresh, level};
+use super::rules::broken;
+use super::screen::log_survival;
+use super::search::{BehavesLike, Search, TIE, Task};
+use crate::estimate::filter_error::{filter_error, filter_error_from};
+use crate::estimate::output_error::OutputErrorError;
+use crate::estimate::started;
+
+/// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has
+/// taken for its own may be of two others.
+pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Result<(), OutputErrorError> {
+    for k in 0..count {
+        for (rival, mut model) in std::mem::take(&mut found.added[k].rivals) {
+            let mut later = found.added[k + 1..].iter().map(|a| &a.candidate);
+            if !later.all(|c| c.add_to(&mut model, c.probes.first().map_or(&[], Vec::as_slice)).is_ok()) {
+                continue;
+            }
+            let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
+            let Ok(fit) = filter_error_from(&model, task.train, noise, &level(task)) else { continue };
+            let gain = last.cost - fit.cost + fall(last, &fit, task)?;
+            let tied = gain.abs() < TIE;
+            if gain > 0.0 {
+                let former = std::mem::replace(&mut found.added[k], rival).candidate.name();
+                found.added[k].also_possible.extend(tied.then(|| former.clone()));
+                found.removed.push(former);
+                if let Some(step) = found.steps.last_mut() {
+                    step.fit = fit;
+                }
+                break;
+            }
+            found.added[k].also_possible.extend(tied.then(|| rival.candidate.name()));
+        }
+    }
+    Ok(())
+}
+
+/// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more,
+/// or whose parameters are not what nature allows any more, has stood in for something else.
+pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
+    let level = level(task);
+    let mut k = 0;
+    while k < count {
+        let name = found.added[k].candidate.name();
+        let fit = found.last_fit();
+        let mut model = fit.model.clone();
+        for (effect, place) in found.added[k].candidate.terms.iter().rev() {
+            if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {
+                model.remove(term);
+            }
+        }
+        let parameters = fit.model.parameters.len() - model.parameters.len();
+        let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
+        if found.astray {
+            let anew = filter_error(&started(&model, task.train), task.train, &level);
+            without = match (without, anew) {
+                (Ok(near), Ok(anew)) => Ok(if anew.cost < near.cost { anew } else { near }),
+                (near, anew) => near.or(anew),
+            };
+        }
+        let gain = without.as_ref().map_or(f64::INFINITY, |without| without.cost - fit.cost);
+        let needed = log_survival(gain, parameters) <= found.screen.threshold;
+        // beside the others a name needs physics still
+        let flaw = broken(&model, &fit.model, &found.added[k].candidate, fit.filtered.sample_time());
+        match (needed && flaw.is_none(), without) {
+            (false, Ok(without)) => {
+                found.added.remove(k);
+                count -= 1;
+                if let Some(last) = found.steps.last_mut() {
+                    last.fit = without;
+                }
+                if let Some(why) = flaw.filter(|_| needed) {
+                    found.behaves_like.push(BehavesLike { id: name.clone(), why, gain });
+                }
+                found.removed.push(name);
+            }
+            _ => k += 1,
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Step 3: a candidate refitted in full, from where the last model is and, where that leads nowhere, from the log.
+//!
+//! ```text
+//! −2 ln L(θ, noise)  →  min        from θ̂ of the last model and its half of the forces;  from the log
+//! ```
+
+use super::candidate::Candidate;
+use super::focus::Start;
+use super::screen::Score;
+use super::search::{Search, TIE, Task};
+use crate::effects::Scope;
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
+use crate::estimate::started;
+
+/// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
+const ROUGH: f64 = 0.5;
+
+/// Share of the fall of −2 ln L that its score promised, below which a refit has ended on another hill and is begun anew
+/// from the log: where the baseline is far from the truth its values are no start.
+const PROMISE: f64 = 0.5;
+
+/// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
+/// chosen after looking.
+const PENALTY: f64 = 4.0;
+
+/// A candidate refitted in full.
+pub(super) struct Contender {
+    pub score: Score,
+    pub fit: FilterErrorFit,
+    pub gain: f64,
+    /// Fall of −2 ln L on runs that took no part.
+    pub held_out: f64,
+}
+
+impl Contender {
+    pub fn worth(&self) -> f64 {
+        self.gain + self.held_out - PENALTY * self.score.parameters as f64
+    }
+}
+
+/// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, or
+/// two thrusters are exchanged, beside which nothing of the last model is true.
+pub(super) fn refitted(found: &mut Search, here: &FilterErrorFit, start: Start, task: &Task<'_>) -> Option<Contender> {
+    let rough = FilterErrorOptions { tolerance: ROUGH, ..level(task) };
+    let Start { candidate, score } = start;
+    let model = candidate.started(&here.model, &score)?;
+    let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
+    let near = filter_error_from(&model, task.train, afresh(&here.noise), &rough).ok().map(won);
+    let far = near.as_ref().map_or(f64::NEG_INFINITY, |(gain, _)| *gain);
+    let mut best = near;
+    if far < PROMISE * score.statistic || is_exchange(&candidate) {
+        let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
+        if let Some(anew) = anew.filter(|(gain, _)| *gain > far) {
+            found.astray |= anew.0 > far + TIE;
+            best = Some(anew);
+        }
+    }
+    let (gain, fit) = best?;
+    Some(Contender { score, fit, gain, held_out: 0.0 })
+}
+
+/// Whether two thrusters are exchanged.
+pub(super) fn is_exchange(candidate: &Candidate) -> bool {
+    !candidate.has_parameters() && candidate.terms[0].0.about().scope == Scope::Thrusters
+}
+
+/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.
+pub(super) fn level(task: &Task<'_>) -> FilterErrorOptions {
+    FilterErrorOptions { refine: false, ..task.fitting.clone() }
+}
+
+/// Noise from which a fit with another name starts: forces at half of what they were without it, because a name that is
+/// true takes most of them away.
+pub(super) fn afresh(noise: &NoiseModel) -> NoiseModel {
+    let mut fresh = noise.clone();
+    fresh.forces.iter_mut().for_each(|f| f.rms *= 0.5);
+    fresh
+}
