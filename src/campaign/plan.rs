@@ -12,6 +12,7 @@ use super::load::Campaign;
 use super::model_file::{ModelFile, ModelFileError};
 use super::model_noise::ModelNoise;
 use super::plan_request::{PlanRequest, limits, sensors, wishes};
+use crate::effects::Scope;
 use crate::envelope::Envelope;
 use crate::estimate::filter_error::RandomForce;
 use crate::estimate::output_error::OutputErrorOptions;
@@ -154,6 +155,14 @@ pub struct PlannedParameter {
 /// # Errors
 /// [`Error::Asked`] for wishes of parameters that are none, [`Error::Plan`] where nothing can be planned.
 pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + Sync)) -> Result<Plan, Error> {
+    if let Some(term) = source.model.terms.iter().find(|term| term.effect.about().scope == Scope::Thrusters) {
+        let text = format!(
+            "a plan drives degrees of freedom, and `{}` is of single thrusters: mend the vehicle, take the effect out of the \
+             model, and plan again",
+            term.name()
+        );
+        return Err(Error::Asked(text));
+    }
     let wishes = wishes(&source.model, &request.wants)?;
     let mut warnings = Vec::new();
     let limits = limits(source, request, &mut warnings)?;

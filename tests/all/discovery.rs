@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile};
+use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile, PlanRequest, PlanSource};
 use hydrosysid::discover::{Discovery, Verdict};
 use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, RandomForce, Suite, Vehicle};
 
@@ -85,6 +85,9 @@ fn blind_single_thrusters_are_named() {
         let file = campaign::adopt(&folder, None, &found.adopt).expect("the names go in");
         let complete = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
         let fit = campaign::fit(&complete, FitOptions::default()).expect("a fit");
+        let source = PlanSource::of_fit(&complete, &fit);
+        let refused = campaign::plan(&source, &PlanRequest::default(), &|| {}).expect_err("a plan drives no thrusters");
+        assert!(refused.to_string().contains("single thrusters"), "{refused}");
         for path in ["model.toml", "model.json"].map(PathBuf::from) {
             let text = ModelFile::of(&complete, &fit).to_text(&path).expect("a text");
             let read = ModelFile::from_text(&text, &path).expect("its own text").model(&complete.runs, &path);
