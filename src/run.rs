@@ -14,11 +14,30 @@ pub fn rounding(t: f64) -> f64 {
     1e-9 + 4.0 * f64::EPSILON * t.abs()
 }
 
+/// Number of the thruster of whose command (`letter` V) or force (F) a channel is: 3 of `V3`.
+pub fn thruster_of(channel: &str, letter: &str) -> Option<usize> {
+    let number = channel.strip_prefix(letter).filter(|n| n.bytes().all(|b| b.is_ascii_digit()))?;
+    number.parse().ok()
+}
+
 /// Whether a channel holds what was commanded: a force `tau_u`, a command `V3`, a thruster's force `F3`, `acting_F3`. Between
 /// samples it does what commands do, held or on a line.
 pub fn is_command(channel: &str) -> bool {
-    let single = channel.strip_prefix("acting_").unwrap_or(channel).strip_prefix(['V', 'F']);
-    channel.starts_with("tau_") || single.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+    let own = channel.strip_prefix("acting_").unwrap_or(channel);
+    channel.starts_with("tau_") || ["V", "F"].into_iter().any(|letter| thruster_of(own, letter).is_some())
+}
+
+/// Greatest magnitude of a channel over runs; 0 where none has it.
+pub fn greatest(runs: &[Run], channel: &str) -> f64 {
+    let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
+    values.fold(0.0, |most: f64, x| most.max(x.abs()))
+}
+
+/// Root mean square of a channel over the samples of all runs; `None` where there is nothing but 0.
+pub fn rms(runs: &[Run], channel: &str) -> Option<f64> {
+    let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    (sum > 0.0).then(|| f64::sqrt(sum / count))
 }
 
 /// Beyond three years a stamp is that of a wall clock, not the time since a log began. s

@@ -7,9 +7,8 @@ use serde::Serialize;
 use super::codes;
 use super::load::Campaign;
 use super::logs::Logged;
-use super::window::numbered;
 use crate::finding::Finding;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, thruster_of};
 use crate::thrust::bench::{BenchFit, BenchRun, fit_bench};
 use crate::thrust::thruster::Thruster;
 
@@ -40,7 +39,7 @@ pub struct BenchThruster {
 
 /// The column of the command of a bench run: the only one of `V1`, `V2`, …
 fn command_of(run: &Run) -> Option<String> {
-    let mut columns = run.signals.keys().filter(|name| numbered(name, "V"));
+    let mut columns = run.signals.keys().filter(|name| thruster_of(name, "V").is_some());
     let only = columns.next()?;
     columns.next().is_none().then(|| only.clone())
 }

@@ -7,10 +7,9 @@ use serde::Serialize;
 use super::codes;
 use super::error::Error;
 use super::load::{Campaign, LoadOptions, moves};
-use super::window::numbered;
 use crate::check::closed_loop::Loop;
 use crate::check::excitation::Excitation;
-use crate::check::rates::ChannelRate;
+use crate::check::rates::{ChannelRate, number_of};
 use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, LogFault, TopicLight};
 use crate::finding::{Finding, Severity};
 use crate::frame::Dof;
@@ -150,7 +149,7 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
 
 /// A run without the channels that the campaign has made: also without the forces that its thrusters' commands gave.
 fn logged(run: &Run, campaign: &Campaign) -> Run {
-    let thrusters = run.signals.keys().any(|name| numbered(name, "V") || numbered(name, "F"));
+    let thrusters = run.signals.keys().any(|name| number_of(name).is_some());
     let made = |name: &str| {
         let force = Dof::ALL.iter().any(|dof| dof.force() == name);
         derived(name) || name.starts_with("nominal_") || force && thrusters && !campaign.file.thrusters.is_empty()

@@ -11,11 +11,10 @@ use std::sync::Arc;
 
 use super::codes;
 use super::logs::Logged;
-use super::window::numbered;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::procedure::{acting_forces, thruster_force};
-use crate::run::{Run, RunKind, Signal};
+use crate::run::{Run, RunKind, Signal, thruster_of};
 use crate::thrust::allocation::Allocation;
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
@@ -43,7 +42,7 @@ pub(super) fn apply(
     let name = logged.run.name.clone();
     let refuse =
         |code, column: Option<&str>, text: String| vec![Finding::at(code, &name, None, column, &text).of_run(&name)];
-    let has = |letter: &str| logged.run.signals.keys().any(|c| numbered(c, letter));
+    let has = |letter: &str| logged.run.signals.keys().any(|c| thruster_of(c, letter).is_some());
     let wrenches = dofs.iter().any(|dof| logged.run.signals.contains_key(dof.force()));
     let source = match (has("F"), has("V")) {
         (true, _) => Some("F"),
@@ -67,7 +66,7 @@ pub(super) fn apply(
             }
             if letter == "F" {
                 // commands that stand beside measured thrust say nothing more of it
-                logged.run.signals.retain(|column, _| !numbered(column, "V"));
+                logged.run.signals.retain(|column, _| thruster_of(column, "V").is_none());
             }
             wrench(logged, thrusters, &forces).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
         }
@@ -156,7 +155,7 @@ fn wrench(logged: &mut Logged, thrusters: &[Thruster], forces: &[Signal]) -> Res
     }
     for (dof, row) in Dof::ALL.into_iter().zip(rows) {
         // what these thrusters cannot give is no command of that degree of freedom
-        if allocation.columns().iter().any(|c| c[dof.index()].abs() > 1e-12) {
+        if thrusters.iter().any(|t| t.pushes(dof)) {
             run.signals.insert(dof.force().into(), Signal::new(clock.clone(), row));
         }
     }

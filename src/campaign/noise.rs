@@ -7,7 +7,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
-use crate::run::Run;
+use crate::run::{Run, rms};
 
 /// What is random in the runs of a fit, and whether the fit knows it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -110,14 +110,6 @@ fn dof_of(outputs: &[String], output: usize) -> Option<Dof> {
     Dof::ALL.into_iter().find(|dof| dof.velocity() == name || position(dof))
 }
 
-/// Rms of the thrust in a degree of freedom, N or N·m.
-pub(super) fn thrust_rms(runs: &[Run], dof: Dof) -> Option<f64> {
-    let samples = || runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
-    let count = samples().count().max(1) as f64;
-    let rms = (samples().map(|x| x * x).sum::<f64>() / count).sqrt();
-    (rms > 0.0).then_some(rms)
-}
-
 /// The random forces of a fit to `runs`.
 pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
     let (coordinates, covariance) = &fit.noise_covariance;
@@ -133,7 +125,7 @@ pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
         unit: if force.dof.is_rotation() { "N*m" } else { "N" },
         correlation_time: force.time,
         correlation_time_std: force.time * std(Coordinate::ForceTime(k)).unwrap_or(0.0),
-        share_of_thrust: thrust_rms(runs, force.dof).map(|thrust| force.rms / thrust),
+        share_of_thrust: rms(runs, force.dof.force()).map(|thrust| force.rms / thrust),
         only_intensity: force.time < sample_time,
     };
     fit.noise.forces.iter().enumerate().map(found).collect()

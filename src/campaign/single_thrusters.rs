@@ -26,13 +26,13 @@ pub(super) const IDLE: &str = "it changes the force in none of the modelled degr
 pub(super) fn effects(file: &CampaignFile) -> Vec<Own> {
     let all: Vec<SingleThruster> = (0..file.thrusters.len()).map(|k| single(file, k)).collect();
     // exchanged with one that moves nothing, a thruster is as good as lost
-    let moves = |one: &SingleThruster| file.model.dofs.iter().any(|dof| one.wrench[dof.index()].abs() > 1e-12);
+    let moves = |k: usize| file.model.dofs.iter().any(|dof| file.thrusters[k].pushes(*dof));
     let mut list: Vec<Own> = Vec::new();
     let mut push = |effect: Arc<dyn Effect>| list.push((effect, Place::VEHICLE));
     all.iter().for_each(|one| push(Arc::new(ThrusterLoss::of(one.clone()))));
     for (k, one) in all.iter().enumerate() {
         for (j, other) in all.iter().enumerate().skip(k + 1) {
-            if alike(&file.thrusters[k], &file.thrusters[j]) && moves(one) && moves(other) {
+            if alike(&file.thrusters[k], &file.thrusters[j]) && moves(k) && moves(j) {
                 push(Arc::new(ThrusterSwap::of([one.clone(), other.clone()])));
             }
         }
@@ -45,10 +45,11 @@ fn single(file: &CampaignFile, k: usize) -> SingleThruster {
     let (thruster, efficiency) = (&file.thrusters[k], &file.efficiency);
     let unit = thruster.unit_wrench();
     let wrench = Dof::ALL.map(|dof| {
-        let i = dof.index();
-        let pushes = |t: &&Thruster| t.unit_wrench()[i].abs() > 1e-12;
-        let group: Vec<&str> = file.thrusters.iter().filter(pushes).map(|t| t.name.as_str()).collect();
-        unit[i] * efficiency.eta_inter.value(dof, &group)
+        if !thruster.pushes(dof) {
+            return 0.0;
+        }
+        let group: Vec<&str> = file.thrusters.iter().filter(|t| t.pushes(dof)).map(|t| t.name.as_str()).collect();
+        unit[dof.index()] * efficiency.eta_inter.value(dof, &group)
     });
     let channel = if efficiency.eta_adv.is_some() { acting_thruster_force(k) } else { thruster_force(k) };
     SingleThruster { name: thruster.name.clone(), channel, wrench }

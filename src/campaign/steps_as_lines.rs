@@ -9,7 +9,7 @@
 
 use super::codes;
 use super::load::moves;
-use super::window::numbered;
+use crate::check::rates::number_of;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log::check::hold;
@@ -44,7 +44,7 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
 
 /// What was commanded: the thrusters' commands or forces where they are logged, else the wrench.
 fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
-    let thruster = |name: &str| numbered(name, "V") || numbered(name, "F");
+    let thruster = |name: &str| number_of(name).is_some();
     let any = run.signals.keys().any(|name| thruster(name));
     let wanted = move |name: &str| if any { thruster(name) } else { Dof::ALL.iter().any(|dof| dof.force() == name) };
     run.signals.iter().map(|(name, signal)| (name.as_str(), signal)).filter(move |(name, _)| wanted(name))

@@ -14,11 +14,10 @@ use serde::Serialize;
 use super::codes;
 use super::error::Error;
 use super::file::CampaignFile;
-use super::window::numbered;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, thruster_of};
 use crate::thrust::bollard::{Bollard, CurveOptions, DeadBand};
 use crate::thrust::curve::Supply;
 use crate::thrust::fit::{DirectionFit, Estimate, fit_curve};
@@ -133,7 +132,8 @@ fn rows_of(
     pulses: &dyn Fn(&str) -> bool,
 ) -> Result<Rows, String> {
     let has = |name: &str| run.signal(name).filter(|s| !s.is_empty());
-    let commands: Vec<&str> = run.signals.keys().map(String::as_str).filter(|name| numbered(name, "V")).collect();
+    let commands: Vec<&str> =
+        run.signals.keys().map(String::as_str).filter(|name| thruster_of(name, "V").is_some()).collect();
     let own = format!("V{}", k + 1);
     let column = match (&table.command, commands.as_slice()) {
         (Some(named), _) => named.as_str(),

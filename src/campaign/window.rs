@@ -100,12 +100,6 @@ pub(super) fn steps(run: &mut Run) {
     }
 }
 
-/// `V1`, `F12`: the letter and a number.
-pub(super) fn numbered(name: &str, letter: &str) -> bool {
-    let number = name.strip_prefix(letter).unwrap_or_default();
-    !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -71,6 +71,7 @@ fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]) -> Instan
         command: by_kind(12, Dimension::FORCE, Dimension::MOMENT),
         momentum: by_kind(18, impulse(Dimension::FORCE), impulse(Dimension::MOMENT)),
         dofs: model.dofs.clone(),
+        // of a vehicle without a weight nothing else would be asked of its trim
         weight: model.weight.max(1.0),
         channels: channels.iter().enumerate().map(|(k, name)| (name.clone(), input(k + 1, Dimension::ONE))).collect(),
     }

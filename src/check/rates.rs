@@ -11,7 +11,7 @@ use super::report::Found;
 use crate::log::check::time::{gaps, usual_step};
 use crate::log::check::{hold, is_measured};
 use crate::log::number::short;
-use crate::run::{Run, Signal, is_command};
+use crate::run::{Run, Signal, is_command, thruster_of};
 
 /// How often a channel says something new.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -56,7 +56,7 @@ fn rate(name: &str, signal: &Signal) -> Option<ChannelRate> {
 
 /// The number of the thruster that a channel `V3` or `F3` belongs to.
 pub fn number_of(name: &str) -> Option<usize> {
-    name.strip_prefix(['V', 'F'])?.parse().ok()
+    ["V", "F"].into_iter().find_map(|letter| thruster_of(name, letter))
 }
 
 /// Held channels, those of one rate together.

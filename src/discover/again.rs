@@ -57,7 +57,7 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         }
         let parameters = fit.model.parameters.len() - model.parameters.len();
         let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
-        if found.astray {
+        if found.astray || without.is_err() {
             let anew = filter_error(&started(&model, task.train), task.train, &level);
             without = match (without, anew) {
                 (Ok(near), Ok(anew)) => Ok(if anew.cost < near.cost { anew } else { near }),

@@ -12,7 +12,7 @@ use crate::chain::{acts_in, memory_count};
 use crate::effects::{Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, greatest};
 use crate::symbolic::Graph;
 
 /// Effects that no data can tell from the one that speaks for them, and that are therefore not asked: a late log is a late
@@ -235,8 +235,7 @@ fn sample_noise(signal: &Signal) -> f64 {
 fn loudest_command(model: &Model, runs: &[Run]) -> [f64; 6] {
     let mut loudest = [0.0; 6];
     for dof in &model.dofs {
-        let values = runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
-        loudest[dof.index()] = values.fold(0.0, |m: f64, x| m.max(x.abs()));
+        loudest[dof.index()] = greatest(runs, dof.force());
     }
     loudest
 }

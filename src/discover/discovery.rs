@@ -16,7 +16,6 @@ use super::whereabouts::{Where, whereabouts};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
-use crate::estimate::{moved_by_thrust, started};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::Model;
@@ -128,7 +127,7 @@ pub fn discover(
 ) -> Result<Discovery, OutputErrorError> {
     let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|r| r.role == Role::Train);
     let task = Task { train: &train, held: &held, own, fitting, options };
-    let found = search(&started(&moved_by_thrust(baseline, &train), &train), &task)?;
+    let found = search(baseline, &task)?;
     let mut warnings = Vec::new();
     if held.is_empty() {
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));

@@ -24,6 +24,7 @@ use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
+use crate::estimate::{moved_by_thrust, started};
 use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
@@ -153,7 +154,11 @@ pub(super) struct Task<'a> {
 /// [`OutputErrorError`] when the baseline cannot be fitted.
 pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, OutputErrorError> {
     progress::tell("fitting the baseline", 0, 0);
-    let fit = filter_error(baseline, task.train, &level(task))?;
+    let fitted = |model: &Model| filter_error(&started(model, task.train), task.train, &level(task));
+    let fit = match fitted(baseline) {
+        Err(OutputErrorError::NotIdentified { .. }) => fitted(&moved_by_thrust(baseline, task.train))?,
+        fit => fit?,
+    };
     let list = asked(&fit.model, task);
     let screen = screened(&fit, &list, task)?;
     let mut found = Search {

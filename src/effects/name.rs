@@ -76,11 +76,6 @@ impl EffectName {
         self.dof.into_iter().chain(self.other)
     }
 
-    /// The id with the thrusters, which are no place of a model: what [`super::About::id`] of the effect says.
-    pub fn id_in_model(&self) -> String {
-        if self.thrusters.is_empty() { self.id.clone() } else { format!("{}@{}", self.id, self.thrusters.join(":")) }
-    }
-
     /// Whether two names mean, at one place at least, the same effect.
     pub fn overlaps(&self, other: &EffectName) -> bool {
         let sorted = |name: &EffectName| {
@@ -130,7 +125,11 @@ impl FromStr for EffectName {
 
 impl fmt::Display for EffectName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.id_in_model())?;
+        f.write_str(&self.id)?;
+        let thrusters = self.thrusters.join(":");
+        if !thrusters.is_empty() {
+            write!(f, "@{thrusters}")?;
+        }
         self.dof.map_or(Ok(()), |dof| write!(f, "@{dof}"))?;
         self.other.map_or(Ok(()), |other| write!(f, ":{other}"))
     }
@@ -183,10 +182,7 @@ mod tests {
     fn thrusters_are_named_as_the_campaign_calls_them() {
         for text in ["thruster_loss@T6", "thruster_loss@port bow", "thruster_swap@T2:T5"] {
             let name: EffectName = text.parse().unwrap();
-            assert_eq!(
-                (name.to_string(), name.id_in_model(), name.place()),
-                (text.into(), text.into(), Place::VEHICLE)
-            );
+            assert_eq!((name.to_string(), name.place()), (text.into(), Place::VEHICLE));
         }
         let name = |text: &str| text.parse::<EffectName>().unwrap();
         assert!(name("thruster_swap@T2:T5").overlaps(&name("thruster_swap@T5:T2")));

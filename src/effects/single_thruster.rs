@@ -12,9 +12,6 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
-/// Below this a thruster gives nothing in a direction, 1 and m.
-const NOTHING: f64 = 1e-12;
-
 /// One thruster: its name, the channel with its force, and what a newton of it gives.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SingleThruster {
@@ -22,7 +19,7 @@ pub struct SingleThruster {
     pub name: String,
     /// Channel of its force, N.
     pub channel: String,
-    /// Wrench of 1 N at the body origin: 1 in translation, m in rotation.
+    /// Wrench of 1 N at the body origin: 1 in translation, m in rotation; 0 where it gives nothing.
     pub wrench: [f64; 6],
 }
 
@@ -32,7 +29,7 @@ impl SingleThruster {
         let force = at.channel(&self.channel);
         for dof in Dof::ALL {
             let (i, unit) = (dof.index(), if dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE });
-            if self.wrench[i].abs() > NOTHING {
+            if self.wrench[i].abs() > 0.0 {
                 tau[i] += share * force * at.unit(unit, self.wrench[i]);
             }
         }

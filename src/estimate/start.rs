@@ -9,7 +9,7 @@ use crate::chain::memory_count;
 use crate::effects::{Effect, Family, Scope};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, greatest};
 use crate::symbolic::Graph;
 
 /// The run with a velocity in each modelled degree of freedom of which it logs the position alone.
@@ -108,7 +108,7 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
         if model.parameters[index].fixed || model.parameters[index].given {
             continue;
         }
-        let (force, speed) = greatest(dof, runs);
+        let (force, speed) = sizes(dof, runs);
         let of = |term: &str| model.parameter_of(term).map_or(0.0, |p| model.parameters[p].value);
         let drag = of(&format!("linear_drag@{dof}")) + 2.0 * speed * of(&format!("quadratic_drag@{dof}"));
         let least = (drag * AT_ONCE).max(of(&format!("restoring_{dof}")) * AT_ONCE * AT_ONCE);
@@ -122,12 +122,8 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
 }
 
 /// Greatest force and speed of the runs, N and m/s (N·m and rad/s).
-fn greatest(dof: Dof, runs: &[Run]) -> (f64, f64) {
-    let of = |channel: &str| {
-        let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
-        values.fold(0.0, |m: f64, x| m.max(x.abs()))
-    };
-    (of(dof.force()), of(dof.velocity()))
+fn sizes(dof: Dof, runs: &[Run]) -> (f64, f64) {
+    (greatest(runs, dof.force()), greatest(runs, dof.velocity()))
 }
 
 /// An inertia that the greatest force brings to a tenth of the greatest speed in a second.
@@ -140,7 +136,7 @@ fn quick(force: f64, speed: f64) -> f64 {
 pub fn tame(model: &Model, runs: &[Run]) -> Model {
     let mut tame = model.clone();
     for p in tame.parameters.iter_mut().filter(|p| !p.fixed && !p.given && p.spec.is_linear()) {
-        let sizes = p.place.dof.map(|dof| greatest(dof, runs));
+        let sizes = p.place.dof.map(|dof| sizes(dof, runs));
         p.per_run.fill(p.spec.neutral);
         p.value = match (p.effect.as_str(), sizes) {
             ("inertia", Some((force, speed))) => quick(force, speed),
@@ -153,18 +149,19 @@ pub fn tame(model: &Model, runs: &[Run]) -> Model {
     tame
 }
 
-/// `model` with its free inertias kept below what the thrust can have moved: of a run max |ν| m ≤ ∫ |τ| dt, the greatest of
-/// all runs. A model that lacks what moves the vehicle would else explain it by a mass without end, under which nothing
-/// that acts on it can be known.
+/// `model` with its free inertias kept below ten times what the thrust of a run can have moved, ∫ |τ| dt / max |ν|, the
+/// translations taken together because turning exchanges their momenta. A model that lacks what moves the vehicle would else
+/// explain it by a mass without end, under which nothing that acts on it can be known.
 pub fn moved_by_thrust(model: &Model, runs: &[Run]) -> Model {
+    /// What may be thrust of another kind: a current, weight, a moment of the water.
+    const MARGIN: f64 = 10.0;
     let mut bounded = model.clone();
     for dof in &model.dofs {
+        let alike = || Dof::ALL.into_iter().filter(|other| other.is_rotation() == dof.is_rotation());
         let most = |run: &Run| {
-            let (force, speed) = (run.signal(dof.force())?, run.signal(dof.velocity())?);
-            let steps = force.time().windows(2).zip(force.values());
-            let impulse: f64 = steps.map(|(t, tau)| (t[1] - t[0]) * tau.abs()).sum();
-            let fastest = speed.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            (impulse > 0.0 && fastest > 0.0).then(|| impulse / fastest)
+            let impulse: f64 = alike().filter_map(|other| run.signal(other.force())).map(impulse).sum();
+            let fastest = greatest(std::slice::from_ref(run), dof.velocity());
+            (impulse > 0.0 && fastest > 0.0).then(|| MARGIN * impulse / fastest)
         };
         let Some(most) = runs.iter().filter_map(most).max_by(f64::total_cmp) else { continue };
         let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
@@ -174,6 +171,11 @@ pub fn moved_by_thrust(model: &Model, runs: &[Run]) -> Model {
         }
     }
     bounded
+}
+
+/// ∫ |τ| dt, N·s and N·m·s.
+fn impulse(force: &Signal) -> f64 {
+    force.time().windows(2).zip(force.values()).map(|(t, tau)| (t[1] - t[0]) * tau.abs()).sum()
 }
 
 #[cfg(test)]

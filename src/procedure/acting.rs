@@ -43,9 +43,8 @@ pub(super) fn by_thruster(run: &Run, thrusters: &[Thruster]) -> bool {
 /// Names of the thrusters that push in `dof` at some instant of the run; none where the run does not log them.
 pub(super) fn group(run: &Run, dof: Dof, thrusters: &[Thruster]) -> Vec<String> {
     let Some(forces) = forces_of(run, thrusters) else { return Vec::new() };
-    let pushes = |thruster: &Thruster, force: &Signal| {
-        thruster.unit_wrench()[dof.index()].abs() > 1e-12 && force.values().iter().any(|f| f.abs() > 0.0)
-    };
+    let pushes =
+        |thruster: &Thruster, force: &Signal| thruster.pushes(dof) && force.values().iter().any(|f| f.abs() > 0.0);
     let running = thrusters.iter().zip(forces).filter(|(thruster, force)| pushes(thruster, force));
     running.map(|(thruster, _)| thruster.name.clone()).collect()
 }
@@ -116,7 +115,7 @@ fn of_thrusters(
         }
     }
     // what these thrusters cannot give is no command of that degree of freedom
-    let given = |dof: &Dof| thrusters.iter().any(|t| t.unit_wrench()[dof.index()].abs() > 1e-12);
+    let given = |dof: &Dof| thrusters.iter().any(|t| t.pushes(*dof));
     let of_dofs =
         Dof::ALL.into_iter().zip(wrench).filter(|(dof, _)| given(dof)).map(|(dof, row)| (dof.force().into(), row));
     let of_each = own.into_iter().enumerate().map(|(k, row)| (acting_thruster_force(k), row));

@@ -156,7 +156,7 @@ impl Efficiency {
         }
         for dof in Dof::ALL {
             // the group of a degree of freedom is that of the thrusters that push in it
-            let pushes = |t: &&&Thruster| t.unit_wrench()[dof.index()].abs() > 1e-12;
+            let pushes = |t: &&&Thruster| t.pushes(dof);
             let group: Vec<&str> = running.iter().filter(pushes).map(|t| t.name.as_str()).collect();
             total.force[dof.index()] *= self.eta_inter.value(dof, &group);
         }

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::curve::{Coefficients, CurveError, Supply, ThrustCurve};
+use crate::frame::Dof;
 
 /// A `[[thruster]]` table of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -189,6 +190,11 @@ impl Thruster {
         let s = self.direction();
         let moment = Vector3::from(self.position).cross(&s);
         Vector6::new(s.x, s.y, s.z, moment.x, moment.y, moment.z)
+    }
+
+    /// Whether it gives a force or moment in `dof`: more than the rounding of its axis.
+    pub fn pushes(&self, dof: Dof) -> bool {
+        self.unit_wrench()[dof.index()].abs() > 1e-12
     }
 
     /// Normalised command (pwm − neutral)/span of a pulse width, µs.

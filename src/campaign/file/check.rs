@@ -179,23 +179,24 @@ impl Check<'_> {
             let nearest = nearest(&name.id, known).map(str::to_string);
             self.report.at(path, Problem::UnknownEffect { id: name.id.clone(), nearest });
         }
-        self.thrusters_of(path, name);
+        name.thrusters.iter().for_each(|thruster| self.thruster(path, thruster));
         // the other degree of freedom of a coupling may be one that is only logged
         self.modelled(path, name.dof);
     }
 
-    /// Thrusters that the campaign describes.
-    fn thrusters_of(&mut self, path: &str, name: &EffectName) {
+    /// A thruster that the campaign describes.
+    fn thruster(&mut self, path: &str, word: &str) {
         let known: Vec<String> = self.campaign.thrusters.iter().map(|t| t.name.clone()).collect();
-        for word in name.thrusters.iter().filter(|word| !known.contains(word)) {
+        if known.iter().all(|name| name != word) {
             let nearest = nearest(word, known.iter().map(String::as_str)).map(str::to_string);
-            let problem = match known.is_empty() {
-                true => {
-                    Problem::Unreadable { message: format!("no [[thruster]] describes `{word}`: add a table for each") }
-                }
-                false => Problem::UnknownWord { word: word.clone(), nearest, known: known.clone() },
-            };
-            self.report.at(path, problem);
+            let message = format!("no [[thruster]] describes `{word}`: add a table for each");
+            self.report.at(
+                path,
+                match known.is_empty() {
+                    true => Problem::Unreadable { message },
+                    false => Problem::UnknownWord { word: word.into(), nearest, known },
+                },
+            );
         }
     }
 
@@ -297,15 +298,11 @@ impl Check<'_> {
         if let Some(Err(error)) = table.eta_adv.map(|loss| loss.validate()) {
             self.report.at("efficiency.eta_adv", Problem::Efficiency(error));
         }
-        let names: Vec<&str> = campaign.thrusters.iter().map(|t| t.name.as_str()).collect();
-        for (i, entry) in table.eta_inter.0.iter().enumerate() {
-            // without [[thruster]] tables the names are those of the log
-            let strange = |name: &str| !names.is_empty() && !names.contains(&name);
-            for (k, name) in entry.thrusters.iter().enumerate().filter(|(_, name)| strange(name)) {
-                let nearest = nearest(name, names.iter().copied()).map(str::to_string);
-                let known = names.iter().map(|n| n.to_string()).collect();
-                let path = format!("efficiency.eta_inter[{i}].thrusters[{k}]");
-                self.report.at(&path, Problem::UnknownWord { word: name.clone(), nearest, known });
+        // without [[thruster]] tables the names are those of the log
+        let named = if campaign.thrusters.is_empty() { &[][..] } else { &table.eta_inter.0 };
+        for (i, entry) in named.iter().enumerate() {
+            for (k, name) in entry.thrusters.iter().enumerate() {
+                self.thruster(&format!("efficiency.eta_inter[{i}].thrusters[{k}]"), name);
             }
         }
     }
