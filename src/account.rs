@@ -55,7 +55,7 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
     sections.extend([model::section(results), prediction::section(results)]);
     sections.extend(motion::sections(results));
     sections.extend(force::section(results));
-    sections.extend(results.discovery.map(|d| discovery::section(results, d)));
+    sections.extend(results.discovery.map(discovery::section));
     Document {
         title: format!("{name}: identification"),
         subtitle: format!("{} runs, estimator {}", results.campaign.runs.len(), results.fit.estimator.name()),

@@ -109,7 +109,7 @@ fn main() -> Result<(), String> {
         let failed = results.iter().filter(|r| r.is_err()).count();
         let outcomes: Vec<&Outcome> = results.iter().filter_map(|r| r.as_ref().ok()).collect();
         results.iter().filter_map(|r| r.as_ref().err()).for_each(|e| eprintln!("{e}"));
-        for outcome in outcomes.iter().filter(|o| cell.named && !o.exact) {
+        for outcome in outcomes.iter().filter(|o| !cell.named || !o.exact) {
             eprintln!("{}: {}", cell.name, outcome.told);
         }
         let count = |f: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| f(o)).count();

@@ -1,10 +1,9 @@
 //! The part of the account on what is missing: verdict in words, the effects, where the missing force lies and what it
 //! goes with, the gap as it shrinks, what the data could have shown.
 
-use super::Results;
 use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residual};
 use crate::effects::named;
-use crate::frame::Measured;
+use crate::frame::{Dof, Measured};
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
 };
@@ -15,7 +14,7 @@ const FIGURES: usize = 2;
 const PLACES: usize = 12;
 
 /// The section of a report.
-pub(super) fn section(results: &Results<'_>, found: &Discovery) -> Section {
+pub(super) fn section(found: &Discovery) -> Section {
     let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
     paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", named(&e.id), e.evidence)));
     paragraphs.extend(found.behaves_like.iter().map(|like| format!("Something {}.", like.told())));
@@ -25,8 +24,8 @@ pub(super) fn section(results: &Results<'_>, found: &Discovery) -> Section {
     if !found.effects.is_empty() {
         blocks.push(Block::Table(effects(found)));
     }
-    for measured in results.fit.model.measured() {
-        blocks.extend(waterfall(found, &measured).map(Block::Figure));
+    for measured in found.gap.iter().take(1).flat_map(|baseline| baseline.held_out_rms.keys()) {
+        blocks.extend(waterfall(found, measured).map(Block::Figure));
     }
     blocks.extend(found.residuals.iter().flat_map(forces).map(Block::Figure));
     if !found.places.is_empty() {
@@ -148,10 +147,13 @@ pub fn gap_figure(found: &Discovery) -> Option<Figure> {
 
 /// The held-out gap of what is measured, step by step, against the noise.
 fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
-    let unit = match dof.dof() {
-        Some(dof) if dof.is_rotation() => "rad/s",
-        Some(_) => "m/s",
-        None => "",
+    let pose = Dof::ALL.into_iter().find(|d| d.position() == dof.channel());
+    let unit = match (dof.dof(), pose) {
+        (Some(dof), _) if dof.is_rotation() => "rad/s",
+        (Some(_), _) => "m/s",
+        (None, Some(dof)) if dof.is_rotation() => "rad",
+        (None, Some(_)) => "m",
+        (None, None) => "",
     };
     let mut bars: Vec<Bar> = Vec::new();
     let mut before: Option<f64> = None;
@@ -208,6 +210,7 @@ mod tests {
             format: 1,
             verdict: Verdict::Explained,
             sentence: String::new(),
+            changed_parameter: None,
             behaves_like: Vec::new(),
             effects: vec![effect("coriolis_yaw", Vec::new()), effect("linear_drag@surge", vec![drag])],
             places: Vec::new(),

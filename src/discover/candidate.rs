@@ -48,6 +48,11 @@ impl Candidate {
         name_of(self.terms[0].0.about().id, self.terms[0].1)
     }
 
+    /// Whether `term` is one of its terms.
+    pub fn holds(&self, term: &str) -> bool {
+        self.terms.iter().any(|(effect, place)| name_of(effect.about().id, *place) == term)
+    }
+
     /// Family of its first term.
     pub fn family(&self) -> Family {
         self.terms[0].0.about().family

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::candidate::Candidate;
+use super::constancy::{ChangedParameter, changed};
 use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, smallest_visible};
 use super::gap::{GapStep, excess, gap_step, improvement, noise_floor, predictions};
 use super::held_out::on_others;
@@ -53,6 +54,8 @@ pub struct Discovery {
     pub residuals: Vec<Residual>,
     /// The gap before and after each step.
     pub gap: Vec<GapStep>,
+    /// The parameter of the last model that is not the same at all times, if there is one.
+    pub changed_parameter: Option<ChangedParameter>,
     /// What helped and broke a rule of physics or of held-out runs: no names.
     pub behaves_like: Vec<BehavesLike>,
     /// What to add to the `effects` of the campaign's table `model` for all that was named.
@@ -159,23 +162,36 @@ pub fn discover(
     failing.extend(
         more.into_iter().filter(|(name, _)| failing.iter().all(|(known, _)| known != name)).collect::<Vec<_>>(),
     );
+    progress::tell("whether parameters are the same at all times", 0, 0);
+    let mut changed_parameter = changed(fit, &train, options.seed, |_| true);
     let mut effects = found_effects(&found);
+    let mut behaves_like = found.behaves_like.clone();
+    let passes = failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
+    if !passes {
+        stand_ins(&found, &gap, &mut effects, &mut behaves_like);
+        // what is told is told of the effects that stand
+        let unnamed = |term: &str| {
+            found.added.iter().any(|a| a.candidate.holds(term) && effects.iter().all(|e| e.id != a.candidate.name()))
+        };
+        if changed_parameter.is_some() {
+            changed_parameter = changed(fit, &train, options.seed, |term| !unnamed(term));
+        }
+    }
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
     warnings.extend(half_a_sample(&effects, &train));
-    let mut behaves_like = found.behaves_like.clone();
-    if !failing.is_empty() {
-        stand_ins(&found, &gap, &mut effects, &mut behaves_like);
-    }
-    let verdict = verdict(!effects.is_empty(), failing.is_empty());
+    let verdict = verdict(!effects.is_empty(), passes);
     let residuals = residuals(&found.steps[0].fit, &train);
     let open: Vec<Measured> = found.steps[0]
         .fit
         .model
         .measured()
         .into_iter()
-        .filter(|m| failing.iter().any(|(name, _)| name == m.channel()))
+        .filter(|m| {
+            let pose = m.dof().map_or("", |dof| dof.position());
+            failing.iter().any(|(name, _)| name == m.channel() || name == pose)
+        })
         .collect();
     let seen: Vec<String> = found.screen.scores.iter().map(|s| found.candidates[s.candidate].name()).collect();
     let unseen: Vec<String> =
@@ -191,8 +207,16 @@ pub fn discover(
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: sentence(verdict, &effects, &behaves_like, &fit.noise.forces, better, &failing),
-        next_experiment: next::experiment(verdict, &effects, &open, &residuals, &unseen),
+        sentence: sentence(
+            verdict,
+            &effects,
+            &behaves_like,
+            &fit.noise.forces,
+            better,
+            (&failing, changed_parameter.as_ref()),
+        ),
+        next_experiment: next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen),
+        changed_parameter,
         residuals,
         places,
         adopt: names_to_list(&found, &effects, own),

@@ -6,9 +6,7 @@ use serde::Serialize;
 
 use super::held_out::on_others;
 use super::search::{Search, Step};
-use crate::estimate::filter_error::{
-    Channel, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce,
-};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce};
 use crate::estimate::output_error::OutputErrorError;
 use crate::frame::{Dof, Measured};
 use crate::model::Model;
@@ -86,19 +84,27 @@ pub(super) fn predictions(
     Ok((outputs, filtered.forecast(&model, &fit.noise, fit.limit)))
 }
 
-/// What a channel measures, of those that are compared.
-fn measured(model: &Model, outputs: &[String], channel: &Channel) -> Option<Measured> {
-    model.measured().into_iter().find(|m| m.channel() == outputs[channel.output])
+/// What a channel measures, of those that are compared: velocities and observed functions, and a pose whose velocity no
+/// sensor gives.
+fn measured(model: &Model, outputs: &[String], output: usize) -> Option<Measured> {
+    let name = &outputs[output];
+    let of_pose = || {
+        let dof = model.dofs.iter().find(|dof| dof.position() == name)?;
+        let alone = !outputs.iter().any(|other| other == dof.velocity());
+        alone.then(|| Measured::Function(name.as_str().into()))
+    };
+    model.measured().into_iter().find(|m| m.channel() == name).or_else(of_pose)
 }
 
-/// Noise of the sensor of each velocity and observed function.
+/// Noise of the sensor of each quantity that is compared.
 pub(super) fn noise_floor(fit: &FilterErrorFit) -> BTreeMap<Measured, f64> {
     let outputs = &fit.filtered.problem.dynamics.outputs;
-    let of = |m: Measured| {
-        let sensor = fit.noise.sensors[outputs.iter().position(|o| o == m.channel())?];
-        Some((m, sensor.std.hypot(sensor.coloured.map_or(0.0, |c| c.rms))))
+    let of = |output: usize| {
+        let sensor = fit.noise.sensors[output];
+        let noise = sensor.std.hypot(sensor.coloured.map_or(0.0, |c| c.rms));
+        Some((measured(&fit.model, outputs, output)?, noise))
     };
-    fit.model.measured().into_iter().filter_map(of).collect()
+    (0..outputs.len()).filter_map(of).collect()
 }
 
 pub(super) fn gap_step(
@@ -114,7 +120,7 @@ pub(super) fn gap_step(
     for forecast in forecasts {
         let mut own = BTreeMap::new();
         for channel in &forecast.channels {
-            let Some(dof) = measured(&step.fit.model, outputs, channel) else { continue };
+            let Some(dof) = measured(&step.fit.model, outputs, channel.output) else { continue };
             for p in channel.predictions.iter().filter(|p| p.count > 0) {
                 let (run, dof) = (forecast.run.clone(), dof.clone());
                 prediction.push(GapPrediction { run, dof, ahead: p.ahead, rms: p.rms(), expected: p.expected_rms() });
@@ -143,15 +149,15 @@ pub(super) fn gap_step(
     }
 }
 
-/// The degree of freedom whose held-out predictions 8 s ahead have become better by most, and how many times.
-pub(super) fn improvement(gap: &[GapStep]) -> Option<(Dof, f64)> {
+/// The quantity whose held-out predictions 8 s ahead have become better by most, and how many times.
+pub(super) fn improvement(gap: &[GapStep]) -> Option<(Measured, f64)> {
     let (first, last) = (gap.first()?, gap.last()?);
-    let of = |step: &GapStep, dof: Dof| {
-        let own = step.prediction.iter().filter(|p| p.ahead == Some(8.0) && p.dof.dof() == Some(dof));
+    let of = |step: &GapStep, measured: &Measured| {
+        let own = step.prediction.iter().filter(|p| p.ahead == Some(8.0) && p.dof == *measured);
         own.map(|p| p.rms * p.rms).sum::<f64>().sqrt()
     };
-    let times = |dof: Dof| (dof, of(first, dof) / of(last, dof));
-    let all = Dof::ALL.into_iter().map(times).filter(|(_, t)| t.is_finite() && *t > 1.0);
+    let times = |m: &Measured| (m.clone(), of(first, m) / of(last, m));
+    let all = first.held_out_rms.keys().map(times).filter(|(_, t)| t.is_finite() && *t > 1.0);
     all.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 

@@ -3,6 +3,7 @@
 mod again;
 mod candidate;
 mod carried;
+mod constancy;
 mod discovery;
 mod enlarged;
 mod focus;
@@ -24,6 +25,7 @@ mod whereabouts;
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
+pub use constancy::ChangedParameter;
 pub use discovery::{CODES, Discovery, LogFinding, discover};
 pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};
 pub use gap::{GapForce, GapOfRun, GapPrediction, GapStep};

@@ -2,7 +2,7 @@
 //! campaign in which nothing is missing could not have shown.
 
 use super::residual::Residual;
-use super::{FoundEffect, Verdict};
+use super::{ChangedParameter, FoundEffect, Verdict};
 use crate::effects::{Coriolis, catalogue};
 use crate::frame::Measured;
 
@@ -39,10 +39,13 @@ const SEPARATING: &[(&[&str], &str)] = &[
 pub(super) fn experiment(
     verdict: Verdict,
     effects: &[FoundEffect],
-    open: &[Measured],
-    residuals: &[Residual],
+    changed: Option<&ChangedParameter>,
+    (open, residuals): (&[Measured], &[Residual]),
     unseen: &[String],
 ) -> Option<String> {
+    if let Some(changed) = changed {
+        return Some(apart(changed));
+    }
     if let Some(tied) = effects.iter().find(|e| !e.also_possible.is_empty()) {
         return Some(separate(tied));
     }
@@ -119,6 +122,23 @@ fn look(open: &[Measured], residuals: &[Residual]) -> String {
     }
 }
 
+/// What to do where a parameter is not the same at all times.
+fn apart(changed: &ChangedParameter) -> String {
+    let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
+    match changed.from {
+        Some(from) => format!(
+            "Look at what happened at {from:.0} s of {} (a payload, weed, a tether that caught, a thruster that failed), repeat one run \
+             as it was before and as it was after it, and fit the two apart: {effect} alone need not be what has changed.",
+            changed.run
+        ),
+        None => format!(
+            "Look at what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and repeat that \
+             run: {effect} alone need not be what has changed.",
+            changed.run
+        ),
+    }
+}
+
 /// What a campaign in which nothing is missing could not have shown, and the data that would.
 fn reveal(unseen: &[String]) -> Option<String> {
     const NAMED: usize = 3;
@@ -148,16 +168,16 @@ mod tests {
     #[test]
     fn every_verdict_has_its_sentence() {
         let drag = [tied("cubic_drag@surge", &["quadratic_drag@surge"])];
-        let said = experiment(Verdict::Explained, &drag, &[], &[], &[]).unwrap();
+        let said = experiment(Verdict::Explained, &drag, None, (&[], &[]), &[]).unwrap();
         assert!(said.contains("constant speeds"), "{said}");
         let odd = [tied("wave@sway", &["sail@sway"])];
-        assert!(experiment(Verdict::Explained, &odd, &[], &[], &[]).unwrap().contains("wave@sway shows by"));
+        assert!(experiment(Verdict::Explained, &odd, None, (&[], &[]), &[]).unwrap().contains("wave@sway shows by"));
         let open = [Measured::Velocity(crate::frame::Dof::Yaw)];
-        assert!(experiment(Verdict::Unexplained, &[], &open, &[], &[]).unwrap().contains("yaw repeats"));
+        assert!(experiment(Verdict::Unexplained, &[], None, (&open, &[]), &[]).unwrap().contains("yaw repeats"));
         let unseen = ["drag_asymmetry@surge".to_string()];
-        let said = experiment(Verdict::NothingMissing, &[], &[], &[], &unseen).unwrap();
+        let said = experiment(Verdict::NothingMissing, &[], None, (&[], &[]), &unseen).unwrap();
         assert!(said.contains("drag_asymmetry@surge wants"), "{said}");
-        assert_eq!(experiment(Verdict::NothingMissing, &[], &[], &[], &[]), None);
-        assert_eq!(experiment(Verdict::Explained, &[tied("wave@sway", &[])], &[], &[], &[]), None);
+        assert_eq!(experiment(Verdict::NothingMissing, &[], None, (&[], &[]), &[]), None);
+        assert_eq!(experiment(Verdict::Explained, &[tied("wave@sway", &[])], None, (&[], &[]), &[]), None);
     }
 }

@@ -133,6 +133,12 @@ pub struct Search {
 }
 
 impl Search {
+    /// Whether the greatest number of names has ended it while another candidate was beyond chance.
+    pub fn is_cut_short(&self, options: &SearchOptions) -> bool {
+        let asks = |best: &Score| best.log_p < self.screen.threshold;
+        self.added.len() >= options.most && self.screen.scores.first().is_some_and(asks)
+    }
+
     /// The final fit.
     pub fn last_fit(&self) -> &FilterErrorFit {
         &self.steps[self.steps.len() - 1].fit
@@ -186,7 +192,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         same_signal(&mut found, &list, &screen);
         (found.candidates, found.screen) = (list, screen);
     }
-    refine(&mut found, task)?;
+    refine(&mut found, task);
     found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.behaves_like.dedup_by(|a, b| a.id == b.id);
     let named: Vec<String> = found.added.iter().map(|a| a.candidate.name()).collect();
@@ -219,10 +225,11 @@ fn has_own_values(candidate: &Candidate) -> bool {
 
 /// The last fit with its noise refined: forces that are none taken out, sensors coloured where they are. Where there are
 /// colours, every name is put to the test again.
-fn refine(found: &mut Search, task: &Task<'_>) -> Result<(), OutputErrorError> {
+fn refine(found: &mut Search, task: &Task<'_>) {
     progress::tell("the noise of the last model", 0, 0);
     let last = found.last_fit();
-    let refined = filter_error_from(&last.model, task.train, last.noise.clone(), task.fitting)?;
+    // where a parameter is lost among the colours the noise stays as plain as it was
+    let Ok(refined) = filter_error_from(&last.model, task.train, last.noise.clone(), task.fitting) else { return };
     let coloured = refined.noise.coloured().next().is_some();
     if let Some(step) = found.steps.last_mut() {
         step.fit = refined;
@@ -230,7 +237,6 @@ fn refine(found: &mut Search, task: &Task<'_>) -> Result<(), OutputErrorError> {
     if coloured {
         backward(found, task, found.added.len());
     }
-    Ok(())
 }
 
 /// The next name that survives everything, with its fit.
@@ -300,14 +306,25 @@ fn name_among(
         left: c.score.left,
         rivals: Vec::new(),
     };
-    let Some(first) = names.first() else { return Ok(None) };
-    let mut named = added(first);
-    let tied = names[1..].iter().filter(|other| first.worth() - other.worth() < TIE).map(name_of);
-    named.also_possible.extend(tied);
-    named.rivals = names[1..].iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
-    let Contender { fit, .. } = names.swap_remove(0);
-    let fit = filter_error_from(&fit.model, task.train, fit.noise, &level(task))?;
-    Ok(Some((named, fit)))
+    let tight = |c: &Contender| filter_error_from(&c.fit.model, task.train, c.fit.noise.clone(), &level(task));
+    for (k, first) in names.iter().enumerate() {
+        // what the rough refit has left between its neighbours may be nothing at the maximum
+        let fit = match tight(first) {
+            Ok(fit) => fit,
+            Err(error) => {
+                let why = format!("beside the rest of the model it is not determined: {error}");
+                found.behaves_like.push(BehavesLike { id: name_of(first), why, gain: first.gain });
+                continue;
+            }
+        };
+        let others = &names[k + 1..];
+        let mut named = added(first);
+        let tied = others.iter().filter(|other| first.worth() - other.worth() < TIE).map(name_of);
+        named.also_possible.extend(tied);
+        named.rivals = others.iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
+        return Ok(Some((named, fit)));
+    }
+    Ok(None)
 }
 
 /// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can

@@ -6,11 +6,11 @@
 
 use serde::Serialize;
 
-use super::FoundEffect;
 use super::search::BehavesLike;
+use super::{ChangedParameter, FoundEffect};
 use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
-use crate::frame::Dof;
+use crate::frame::Measured;
 use crate::run::{Run, rms};
 
 /// The four answers.
@@ -97,8 +97,8 @@ pub(super) fn sentence(
     effects: &[FoundEffect],
     behaves_like: &[BehavesLike],
     forces: &[RandomForce],
-    better: Option<(Dof, f64)>,
-    failing: &[(String, f64)],
+    better: Option<(Measured, f64)>,
+    (failing, changed): (&[(String, f64)], Option<&ChangedParameter>),
 ) -> String {
     let names: Vec<String> = effects.iter().map(|e| named(&e.id)).collect();
     let names = match names.split_last() {
@@ -106,8 +106,8 @@ pub(super) fn sentence(
         _ => names.concat(),
     };
     let were = if effects.len() > 1 { "were" } else { "was" };
-    let gain = better.map_or(String::new(), |(dof, times)| {
-        format!("; with it held-out {dof} is predicted {} times better", digits(times))
+    let gain = better.map_or(String::new(), |(measured, times)| {
+        format!("; with it held-out {measured} is predicted {} times better", digits(times))
     });
     let left = match forces {
         [] => "the noise of the sensors".to_string(),
@@ -115,6 +115,11 @@ pub(super) fn sentence(
     };
     let behaves = behaves_like.first().map_or(String::new(), |b| format!(" It {}.", b.told()));
     let channels: Vec<&str> = failing.iter().map(|(name, _)| name.as_str()).collect();
+    let at = |word: &str| match channels[..] {
+        [] => String::new(),
+        _ => format!("{word} `{}`", channels.join("`, `")),
+    };
+    let changes = changed.map_or(String::new(), |s| format!(" Not the same at all times: {}.", s.told()));
     match verdict {
         Verdict::NothingMissing => match forces {
             [] => "Nothing is missing: what the model leaves is the noise of the sensors.".into(),
@@ -125,19 +130,20 @@ pub(super) fn sentence(
         },
         Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}."),
         Verdict::PartlyExplained => format!(
-            "Partly explained: {names} {were} missing{gain}; something is left in `{}` that no effect of the catalogue explains.",
-            channels.join("`, `")
+            "Partly explained: {names} {were} missing{gain}; something is left{} that no effect of the catalogue \
+             explains.{changes}",
+            at(" in")
         ),
-        Verdict::Unexplained => format!(
-            "Something is missing that is not in the catalogue; it shows in `{}`.{behaves}",
-            channels.join("`, `")
-        ),
+        Verdict::Unexplained => {
+            format!("Something is missing that is not in the catalogue{}.{changes}{behaves}", at("; it shows in"))
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::Dof;
 
     /// A yaw of 2 N·m is commanded: 21 N·m by chance is no disturbance of it, 19 may be; nobody commands sway.
     #[test]
@@ -154,14 +160,23 @@ mod tests {
     #[test]
     fn every_verdict_has_its_sentence() {
         let force = RandomForce { dof: Dof::Surge, rms: 0.8, time: 1.1 };
-        let say =
-            |verdict, forces: &[RandomForce]| sentence(verdict, &[], &[], forces, None, &[("v".to_string(), 2.0)]);
+        let say = |verdict, forces: &[RandomForce]| {
+            sentence(verdict, &[], &[], forces, None, (&[("v".to_string(), 2.0)], None))
+        };
         assert_eq!(
             say(Verdict::NothingMissing, &[force]),
             "Nothing is missing beyond a random force of 0.80 N in surge (correlation 1.1 s): turbulence, tether, or unmeasured input."
         );
         assert!(say(Verdict::NothingMissing, &[]).contains("noise of the sensors"));
         assert!(say(Verdict::Unexplained, &[]).contains("`v`"));
+        let (parameter, run) = ("linear_drag@yaw k_r".to_string(), "run04".to_string());
+        let (unit, from) = ("kg*m2/s".to_string(), Some(31.2));
+        let changed = ChangedParameter { parameter, run, from, change: 0.831, std: 0.0313, unit, p_value: 1e-9 };
+        assert_eq!(
+            sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], Some(&changed))),
+            "Something is missing that is not in the catalogue. Not the same at all times: k_r of linear_drag@yaw is \
+             0.83 ± 0.031 kg*m2/s more from 31 s of run04 on."
+        );
         assert_eq!(verdict(true, false), Verdict::PartlyExplained);
     }
 }

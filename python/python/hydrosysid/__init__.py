@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ._discovery import (
         BehavesLike,
         Change,
+        ChangedParameter,
         Dependence,
         Discovery,
         FoundEffect,
@@ -86,6 +87,7 @@ __all__ = [
     "BehavesLike",
     "Campaign",
     "Change",
+    "ChangedParameter",
     "Check",
     "CheckedLog",
     "Comparison",
@@ -185,8 +187,8 @@ _HOMES = {
     "_convert": "convert explain",
     "_cross": "Crossed CrossValidation OwnEstimate OwnModel",
     "_discovery": (
-        "BehavesLike Change Dependence Discovery FoundEffect FoundParameter GapForce GapOfRun GapStep LogFinding "
-        "Residual SmallestVisible Where"
+        "BehavesLike Change ChangedParameter Dependence Discovery FoundEffect FoundParameter GapForce GapOfRun GapStep "
+        "LogFinding Residual SmallestVisible Where"
     ),
     "_errors": "DataError Finding HydrosysidError UsageError",
     "_fit": "Fit FittedCurve Parameter Stage StageEstimate",

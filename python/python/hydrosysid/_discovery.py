@@ -54,6 +54,29 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class ChangedParameter:
+    """A parameter of the last model that is surely not the same at all times.
+
+    Attributes:
+        parameter: effect and symbol.
+        run: run in which it is another, or from which on.
+        from_: instant from which on it is another, s of the run; None where it is of this run alone.
+        change: what it is more there than elsewhere.
+        std: deviation of that.
+        unit: unit of both.
+        p_value: probability of as much by chance, of all parameters and parts of the log.
+    """
+
+    parameter: str
+    run: str
+    from_: float | None = field(metadata={"key": "from"})
+    change: float
+    std: float
+    unit: str
+    p_value: float
+
+
+@dataclass(frozen=True)
 class BehavesLike:
     """What helped and broke a rule of physics or of the runs that took no part: no name.
 
@@ -185,6 +208,7 @@ class Discovery(Result):
         where: where the baseline disagrees with the data.
         residuals: the force that the baseline lacks, by degree of freedom.
         gap: error on held-out runs before and after each step.
+        changed_parameter: the parameter of the last model that is not the same at all times, if there is one.
         behaves_like: what helped and broke a rule of physics or of the runs that took no part.
         adopt_names: what stands in the campaign's list of effects once it is adopted; see `adopt`.
         removed: what was added and dropped again.
@@ -202,6 +226,7 @@ class Discovery(Result):
     where: tuple[Where, ...]
     residuals: tuple[Residual, ...]
     gap: tuple[GapStep, ...]
+    changed_parameter: ChangedParameter | None
     behaves_like: tuple[BehavesLike, ...]
     adopt_names: tuple[str, ...] = field(metadata={"key": "adopt"})
     removed: tuple[str, ...]

@@ -57,8 +57,21 @@ pub struct Channel {
     pub free: Vec<Point>,
     /// One sample ahead, point by point.
     pub next: Vec<Point>,
-    /// Every prediction further ahead, in order: which of `predictions`, and its value.
-    pub(super) foretold: Vec<(usize, f64)>,
+    /// Every prediction further ahead, in order.
+    pub(super) foretold: Vec<Foretold>,
+}
+
+/// A prediction further ahead than one sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Foretold {
+    /// Which of the channel's `predictions` it belongs to.
+    pub at: usize,
+    /// What was predicted.
+    pub mean: f64,
+    /// Measured less predicted.
+    pub error: f64,
+    /// Variance with which the filter expected that.
+    pub variance: f64,
 }
 
 /// One stretch of a run.
@@ -158,8 +171,9 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
                         });
                         let at = channel.predictions.iter().position(|p| p.ahead == branch.ahead);
                         if let (Some(at), false) = (at, measured.is_nan()) {
-                            channel.predictions[at].add(sensors.error(output, measured, mean), variance);
-                            channel.foretold.push((at, mean));
+                            let error = sensors.error(output, measured, mean);
+                            channel.predictions[at].add(error, variance);
+                            channel.foretold.push(Foretold { at, mean, error, variance });
                         }
                         if branch.ahead.is_none() {
                             channel.free.push(Point { time: now, measured, mean, std: variance.sqrt() });

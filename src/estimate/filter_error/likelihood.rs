@@ -159,6 +159,13 @@ impl Filtered {
         limit: f64,
     ) -> Vec<Mat<f64>> {
         let passed = self.passed(model, noise, mobilities, limit, Kept::Products);
+        passed.into_iter().flat_map(|p| p.products).collect()
+    }
+
+    /// The same at the values of `model`, in blocks of 256 samples one after the other; none where the inertia is singular.
+    pub(crate) fn products_in_blocks(&self, model: &Model, noise: &NoiseModel, limit: f64) -> Vec<Vec<Mat<f64>>> {
+        let Some(mobilities) = self.mobilities(model) else { return Vec::new() };
+        let passed = self.passed(model, noise, &mobilities, limit, Kept::Blocks);
         passed.into_iter().map(|p| p.products).collect()
     }
 
@@ -249,6 +256,8 @@ enum Kept {
     Factor,
     /// The products of the rows.
     Products,
+    /// The products of each [`ROWS`] rows.
+    Blocks,
     /// The innovations themselves.
     Innovations,
 }
@@ -256,7 +265,7 @@ enum Kept {
 /// What a pass has kept of one stretch.
 struct Passed {
     linear: Linear,
-    products: Mat<f64>,
+    products: Vec<Mat<f64>>,
     /// Innovations over their deviations, by output.
     innovations: Vec<Vec<f64>>,
 }
@@ -277,14 +286,15 @@ impl Work<LANES> for Pass<'_> {
         let Pass { batch, kept } = self;
         let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
         let (directions, outputs) = (batch.problem.dynamics.directions.len(), batch.problem.dynamics.outputs.len());
-        let sensitive = matches!(kept, Kept::Factor | Kept::Products) && directions > 0;
+        let multiplied = matches!(kept, Kept::Products | Kept::Blocks);
+        let sensitive = (multiplied || kept == Kept::Factor) && directions > 0;
         let n = if sensitive { directions + 1 } else { 1 };
         let c = share(limit);
         let mut fold = Fold::with(wide, n);
         let (mut cost, mut samples, mut outliers) = ([0.0; LANES], [0; LANES], [0; LANES]);
         let mut held_back = [[0.0; 3]; LANES];
-        let size = if kept == Kept::Products { n } else { 0 };
-        let mut products = vec![Mat::<f64>::zeros(size, size); members];
+        let size = if multiplied { n } else { 0 };
+        let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
         let mut rows = vec![Mat::<f64>::zeros(if size > 0 { ROWS } else { 0 }, size); members];
         let mut filled = vec![0; members];
         let mut innovations = vec![vec![Vec::new(); if kept == Kept::Innovations { outputs } else { 0 }]; members];
@@ -318,7 +328,7 @@ impl Work<LANES> for Pass<'_> {
                     );
                     fold.push(row.chain(std::iter::once(value)));
                 }
-                if kept != Kept::Products {
+                if !multiplied {
                     return;
                 }
                 for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
@@ -331,13 +341,16 @@ impl Work<LANES> for Pass<'_> {
                     if filled[lane] == ROWS {
                         multiply(&mut products[lane], &rows[lane], ROWS);
                         filled[lane] = 0;
+                        if kept == Kept::Blocks {
+                            products[lane].push(Mat::zeros(size, size));
+                        }
                     }
                 }
             },
         );
         filter(wide, batch, sensitive, &mut take);
         fold.fold();
-        if kept == Kept::Products {
+        if multiplied {
             (0..members).for_each(|lane| multiply(&mut products[lane], &rows[lane], filled[lane]));
         }
         let linear = |lane: usize| Linear {
@@ -353,10 +366,10 @@ impl Work<LANES> for Pass<'_> {
     }
 }
 
-/// products ← products + rowsᵀ rows, of the first `count` rows.
-fn multiply(products: &mut Mat<f64>, rows: &Mat<f64>, count: usize) {
-    let rows = rows.get(..count, ..);
-    matmul(products.as_mut(), Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
+/// The last of `products` ← itself + rowsᵀ rows, of the first `count` rows.
+fn multiply(products: &mut [Mat<f64>], rows: &Mat<f64>, count: usize) {
+    let (Some(product), rows) = (products.last_mut(), rows.get(..count, ..)) else { return };
+    matmul(product.as_mut(), Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
 }
 
 struct Scoring<'a> {

@@ -1,23 +1,28 @@
 //! Predictions whose parameters, forces and start are open: how far they spread.
 //!
 //! ```text
-//! E|y − ŷ|² = R + mean |ŷ(θ, d, x₀) − ŷ|²      θ ~ N(θ̂, C),  d: forces of the noise model,  x₀ ~ N(x̂, P)
+//! s = R + mean |ŷ(θ, d, x₀) − ŷ|²      θ ~ N(θ̂, C),  d: forces of the noise model,  x₀ ~ N(x̂, P)
+//! Σ min((y − ŷ)²/s, 6²)               beside the same sum of every draw
 //! ```
 //!
 //! The filter's own variance is linearised and takes the parameters for known: both are wrong seconds ahead of a vehicle
-//! that is unstable, and of a motion larger than those of the fit.
+//! that is unstable, and of a motion larger than those of the fit. One prediction that went the other way says little of
+//! such a vehicle, however far off it ends: a model that is wrong errs again and again.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::prediction::DRAWS;
+use super::prediction::{DRAWS, Prediction};
 use super::{FilterErrorFit, Filtered, Forecast};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::model::Model;
 use crate::noise::Noise;
 use crate::run::Run;
 
-/// `forecasts` of `runs`, made with `estimated` (the fit's model, its parameters held), their expected errors those of
-/// draws where these are larger than the filter's.
+/// Deviations as which a prediction counts that errs by more.
+const FARTHEST: f64 = 6.0;
+
+/// `forecasts` of `runs`, made with `estimated` (the fit's model, its parameters held), in units of the deviation that draws
+/// say, where that is larger than the filter's.
 ///
 /// # Errors
 /// [`OutputErrorError`] where a run lacks what the model reads.
@@ -33,6 +38,9 @@ pub fn with_all_open(
     let mut open = forecasts.to_vec();
     let Some(root) = DMatrix::from_row_slice(p, p, &fit.covariance).cholesky().map(|f| f.l()) else { return Ok(open) };
     let mut noise = Noise::new(seed, 0xd4a3);
+    // of each prediction by how much each draw is off it
+    let mut off: Vec<Vec<Vec<[f64; DRAWS]>>> =
+        forecasts.iter().map(|f| f.channels.iter().map(|c| vec![[0.0; DRAWS]; c.foretold.len()]).collect()).collect();
     for draw in 0..DRAWS {
         let step = &root * DVector::from_fn(p, |_, _| noise.normal());
         let mut model = estimated.clone();
@@ -42,24 +50,72 @@ pub fn with_all_open(
         }
         let seed = seed.wrapping_mul(DRAWS as u64).wrapping_add(draw as u64);
         let drawn = Filtered::new(&model, runs, options)?.forecast_drawn(&model, &fit.noise, fit.limit, Some(seed));
-        for ((open, drawn), own) in open.iter_mut().zip(&drawn).zip(forecasts) {
-            for ((open, drawn), own) in open.channels.iter_mut().zip(&drawn.channels).zip(&own.channels) {
-                for ((at, there), (_, here)) in drawn.foretold.iter().zip(&own.foretold) {
-                    let sums = open.predictions[*at].drawn.get_or_insert([0.0; DRAWS]);
-                    sums[draw] += (there - here).powi(2);
+        for ((off, drawn), own) in off.iter_mut().zip(&drawn).zip(forecasts) {
+            for ((off, drawn), own) in off.iter_mut().zip(&drawn.channels).zip(&own.channels) {
+                for ((off, there), here) in off.iter_mut().zip(&drawn.foretold).zip(&own.foretold) {
+                    off[draw] = there.mean - here.mean;
                 }
             }
         }
     }
-    for channel in open.iter_mut().flat_map(|forecast| &mut forecast.channels) {
-        let variance = fit.noise.sensors[channel.output].std.powi(2);
-        for prediction in &mut channel.predictions {
-            let Some(drawn) = &mut prediction.drawn else { continue };
-            drawn.iter_mut().for_each(|draw| *draw += variance * prediction.count as f64);
-            let spread = drawn.iter().sum::<f64>() / DRAWS as f64;
-            // a draw that runs away leaves all open
-            prediction.expected = if spread.is_nan() { f64::INFINITY } else { prediction.expected.max(spread) };
+    let channels = open.iter_mut().zip(&off).flat_map(|(forecast, off)| forecast.channels.iter_mut().zip(off));
+    for (channel, off) in channels {
+        let white = fit.noise.sensors[channel.output].std.powi(2);
+        for (at, prediction) in channel.predictions.iter_mut().enumerate() {
+            let own = channel.foretold.iter().zip(off).filter(|(f, _)| f.at == at);
+            if own.clone().next().is_some() {
+                *prediction = in_deviations(*prediction, white, own.map(|(f, off)| (f.error, f.variance, off)));
+            }
         }
     }
     Ok(open)
+}
+
+/// A prediction in units of the deviation that draws say: of each of its parts the error, the variance that the filter
+/// expected, and how far each draw is off; `white` is the variance of the sensor.
+fn in_deviations<'a>(
+    prediction: Prediction,
+    white: f64,
+    parts: impl Iterator<Item = (f64, f64, &'a [f64; DRAWS])>,
+) -> Prediction {
+    let (mut squares, mut drawn, mut count) = (0.0, [0.0; DRAWS], 0);
+    for (error, variance, off) in parts {
+        let spread = white + off.iter().map(|x| x * x).sum::<f64>() / DRAWS as f64;
+        count += 1;
+        // a draw that runs away leaves all open
+        if spread.is_finite() {
+            let s = spread.max(variance);
+            let counts = |square: f64| (square / s).min(FARTHEST * FARTHEST);
+            squares += counts(error * error);
+            drawn.iter_mut().zip(off).for_each(|(sum, x)| *sum += counts(x * x + white));
+        }
+    }
+    Prediction { squares, expected: f64::from(count), drawn: Some(drawn), ..prediction }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twenty predictions that draws miss by 1 and 3 turn about: one that is off by a thousand counts as six deviations, and
+    /// says nothing; ten that are off by six say that the model is wrong. A draw that is no number leaves a part open.
+    #[test]
+    fn one_prediction_that_went_the_other_way_is_no_error_and_ten_are() {
+        let off: [f64; DRAWS] = std::array::from_fn(|k| if k % 2 == 0 { 1.0 } else { -3.0 });
+        let of = |errors: &[f64], off: &[f64; DRAWS]| {
+            let empty = Prediction::new(Some(8.0));
+            let prediction = Prediction { count: errors.len(), ..empty };
+            in_deviations(prediction, 0.0, errors.iter().map(|e| (*e, 1.0, off)))
+        };
+        let deviation = 5f64.sqrt();
+        let mut errors = vec![deviation; 20];
+        assert!((of(&errors, &off).ratio() - 1.0).abs() < 1e-12);
+        errors[7] = 1000.0;
+        let once = of(&errors, &off);
+        assert!((once.squares - 19.0 - 36.0).abs() < 1e-12 && !once.errs(12), "{once:?}");
+        errors[..10].fill(6.0 * deviation);
+        assert!(of(&errors, &off).errs(12));
+        let lost = [f64::NAN; DRAWS];
+        assert_eq!(of(&errors, &lost).squares, 0.0);
+    }
 }
