@@ -59,6 +59,24 @@ def test_an_effect_without_parameters_has_a_row(campaign: hs.Campaign) -> None:
     assert all("tied" not in size for size in found.to_dict()["smallest_visible"])
 
 
+def test_a_fit_has_the_attributes_of_statsmodels(fit: hs.Fit) -> None:
+    first = fit.parameters[0]
+    assert fit.params[f"{first.term} {first.name}"] == first.value
+    assert list(fit.bse) == [p.std for p in fit.parameters]
+    assert list(fit.params.index) == list(fit.bse.index) == list(fit.conf_int().index) == fit.names
+    covariance = fit.cov_params()
+    assert list(covariance.columns) == fit.names
+    np.testing.assert_array_equal(covariance.to_numpy(), fit.covariance)
+    free = [not p.fixed for p in fit.parameters]
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance))[free], fit.bse[free])
+    # 1.96 and 1.00 standard errors on either side
+    for alpha, reach in ((0.05, 1.959964), (0.317311, 1.0)):
+        interval = fit.conf_int(alpha)
+        np.testing.assert_allclose(interval["upper"] - interval["lower"], 2.0 * reach * fit.bse, rtol=1e-5)
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        fit.conf_int(5.0)
+
+
 def test_no_result_is_forgotten() -> None:
     results = {n for n in hs.__all__ if inspect.isclass(c := getattr(hs, n)) and hasattr(c, "to_frame")} - {"Run"}
     assert results == set(MAKERS)

@@ -5,7 +5,7 @@
 //! ```
 
 use super::held_out::fall;
-use super::refit::{afresh, level};
+use super::refit::{afresh, beside};
 use super::rules::broken;
 use super::screen::log_survival;
 use super::search::{BehavesLike, Search, TIE, Task};
@@ -23,7 +23,7 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
                 continue;
             }
             let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
-            let Ok(fit) = filter_error_from(&model, task.train, noise, &level(task)) else { continue };
+            let Ok(fit) = filter_error_from(&model, task.train, noise, &beside(last, task)) else { continue };
             let gain = last.cost - fit.cost + fall(last, &fit, task)?;
             let tied = gain.abs() < TIE;
             if gain > 0.0 {
@@ -44,11 +44,11 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
 /// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more,
 /// or whose parameters are not what nature allows any more, has stood in for something else.
 pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
-    let level = level(task);
     let mut k = 0;
     while k < count {
         let name = found.added[k].candidate.name();
         let fit = found.last_fit();
+        let level = beside(fit, task);
         let mut model = fit.model.clone();
         for (effect, place) in found.added[k].candidate.terms.iter().rev() {
             if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {

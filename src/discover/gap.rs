@@ -149,6 +149,9 @@ pub(super) fn gap_step(
     }
 }
 
+/// Times that predictions have to be better for it to be worth a word.
+const BETTER: f64 = 1.1;
+
 /// The quantity whose held-out predictions 8 s ahead have become better by most, and how many times.
 pub(super) fn improvement(gap: &[GapStep]) -> Option<(Measured, f64)> {
     let (first, last) = (gap.first()?, gap.last()?);
@@ -157,7 +160,7 @@ pub(super) fn improvement(gap: &[GapStep]) -> Option<(Measured, f64)> {
         own.map(|p| p.rms * p.rms).sum::<f64>().sqrt()
     };
     let times = |m: &Measured| (m.clone(), of(first, m) / of(last, m));
-    let all = first.held_out_rms.keys().map(times).filter(|(_, t)| t.is_finite() && *t > 1.0);
+    let all = first.held_out_rms.keys().map(times).filter(|(_, t)| t.is_finite() && *t > BETTER);
     all.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 

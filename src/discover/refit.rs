@@ -9,11 +9,18 @@ use super::focus::Start;
 use super::screen::Score;
 use super::search::{Search, TIE, Task};
 use crate::effects::Scope;
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
+use crate::estimate::filter_error::{
+    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from,
+};
+use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 const ROUGH: f64 = 0.5;
+
+/// Share of the gain of the best candidate so far, below which another one is given up: neither runs that took no part nor a
+/// second effect beside it make up for half.
+const HOPEFUL: f64 = 0.5;
 
 /// Share of the fall of −2 ln L that its score promised, below which a refit has ended on another hill and is begun anew
 /// from the log: where the baseline is far from the truth its values are no start.
@@ -40,14 +47,26 @@ impl Contender {
 
 /// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, or
 /// two thrusters are exchanged, beside which nothing of the last model is true.
-pub(super) fn refitted(found: &mut Search, here: &FilterErrorFit, start: Start, task: &Task<'_>) -> Option<Contender> {
-    let rough = FilterErrorOptions { tolerance: ROUGH, ..level(task) };
+/// `None` where it has no hope of half of what `best`, the best one so far, has gained.
+pub(super) fn refitted(
+    found: &mut Search,
+    here: &FilterErrorFit,
+    start: Start,
+    best: Option<&Contender>,
+    task: &Task<'_>,
+) -> Option<Contender> {
+    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best), ..beside(here, task) };
     let Start { candidate, score } = start;
     let model = candidate.started(&here.model, &score)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
-    let near = filter_error_from(&model, task.train, afresh(&here.noise), &rough).ok().map(won);
-    let far = near.as_ref().map_or(f64::NEG_INFINITY, |(gain, _)| *gain);
-    let mut best = near;
+    let near = filter_error_from(&model, task.train, afresh(&here.noise), &rough);
+    let far = match &near {
+        Ok(fit) => here.cost - fit.cost,
+        Err(OutputErrorError::GivenUp { cost, held: true, .. }) => here.cost - cost,
+        Err(OutputErrorError::GivenUp { cost, held: false, .. }) => here.plain.cost - cost,
+        Err(_) => f64::NEG_INFINITY,
+    };
+    let mut best = near.ok().map(won);
     if far < PROMISE * score.statistic || is_exchange(&candidate) {
         let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
         if let Some(anew) = anew.filter(|(gain, _)| *gain > far) {
@@ -59,9 +78,24 @@ pub(super) fn refitted(found: &mut Search, here: &FilterErrorFit, start: Start, 
     Some(Contender { score, fit, gain, held_out: 0.0 })
 }
 
+/// −2 ln L that a candidate has to come below. Where innovations are held back, those that are not are compared only if the
+/// best one leaves no outlier: an outlier of a sensor would decide.
+fn bar(here: &FilterErrorFit, best: Option<&Contender>) -> Bar {
+    let Some(best) = best.filter(|b| b.gain > 0.0) else { return Bar::default() };
+    let share = |from: f64, to: f64| from - HOPEFUL * (from - to);
+    let compared = here.limit.is_infinite() || !best.fit.plain.outliers;
+    let plain = if compared { share(here.plain.cost, best.fit.plain.cost) } else { f64::INFINITY };
+    Bar { plain, held: share(here.cost, best.fit.cost) }
+}
+
 /// Whether two thrusters are exchanged.
 pub(super) fn is_exchange(candidate: &Candidate) -> bool {
     !candidate.has_parameters() && candidate.terms[0].0.about().scope == Scope::Thrusters
+}
+
+/// How a fit is done that is held against another one: as that was, with the same innovations held back.
+pub(super) fn beside(other: &FilterErrorFit, task: &Task<'_>) -> FilterErrorOptions {
+    FilterErrorOptions { limit: Some(other.limit), ..level(task) }
 }
 
 /// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.

@@ -228,7 +228,12 @@ fn sentence(dof: Dof, (rms, noise, unit): (f64, f64, &str), goes_with: &[Depende
         [one] => format!(", and changes from {:.2} to {:.2} at {:.1} s of {}", one.before, one.after, one.at, one.run),
         [one, ..] => format!(", and changes within {} runs, as at {:.1} s of {}", changes.len(), one.at, one.run),
     };
-    format!("{dof}: a force of {rms:.2} {unit} is missing, {:.1} times what noise makes{with}{when}", rms / noise)
+    // a sensor whose noise the fit has taken for nothing makes no number of this
+    let times = match rms / noise {
+        times if times < 1000.0 => format!("{times:.1} times"),
+        _ => "far beyond".to_string(),
+    };
+    format!("{dof}: a force of {rms:.2} {unit} is missing, {times} what noise makes{with}{when}")
 }
 
 /// Value of a channel at an instant, on the straight line between its samples.

@@ -10,7 +10,10 @@
 //! drawn from N(0, C) of all columns, the candidates' own correlation. Rao, *Proceedings of the Cambridge Philosophical
 //! Society* 44 (1948) 50-57.
 
-use faer::Mat;
+use std::collections::BTreeMap;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -263,6 +266,8 @@ fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
 }
 
 /// ln of the least p-value of all scores, drawn from N(0, C).
+///
+/// Of scores with as many parameters the greatest z² is the least p-value: one probability a draw and number of them.
 fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noise: &mut Noise) -> Vec<f64> {
     let m = c.nrows();
     let scale: Vec<f64> = (0..m).map(|k| c[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
@@ -270,17 +275,20 @@ fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noi
     let correlation =
         DMatrix::from_fn(m, m, |i, j| c[(i, j)] / (scale[i] * scale[j]) + 1e-6 * f64::from(u8::from(i == j)));
     let Some(root) = correlation.cholesky().map(|f| f.l()) else { return vec![0.0; DRAWS] };
-    let normal = DMatrix::from_fn(m, DRAWS, |_, _| noise.normal());
-    let drawn = root * normal;
-    (0..DRAWS)
-        .map(|d| {
-            let of = |(at, factor): &(Vec<usize>, Cholesky<f64, Dyn>)| {
-                let own = DVector::from_fn(at.len(), |i, _| drawn[(at[i], d)] * scale[at[i]]);
-                log_survival(own.dot(&factor.solve(&own)), at.len())
-            };
-            factors.iter().map(of).fold(0.0, f64::min)
-        })
-        .collect()
+    let root = Mat::from_fn(m, m, |i, j| root[(i, j)] * scale[i]);
+    let normal = Mat::from_fn(m, DRAWS, |_, _| noise.normal());
+    let mut drawn = Mat::<f64>::zeros(m, DRAWS);
+    matmul(drawn.as_mut(), Accum::Replace, &root, &normal, 1.0, Par::Seq);
+    let mut greatest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for (at, factor) in factors {
+        let most = greatest.entry(at.len()).or_insert_with(|| vec![0.0; DRAWS]);
+        let own = DMatrix::from_fn(at.len(), DRAWS, |i, d| drawn[(at[i], d)]);
+        let Some(white) = factor.l_dirty().solve_lower_triangular(&own) else { continue };
+        for (most, column) in most.iter_mut().zip(white.column_iter()) {
+            *most = most.max(column.norm_squared());
+        }
+    }
+    (0..DRAWS).map(|d| greatest.iter().map(|(k, most)| log_survival(most[d], *k)).fold(0.0, f64::min)).collect()
 }
 
 #[cfg(test)]

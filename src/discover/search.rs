@@ -275,7 +275,8 @@ fn name_among(
     let mut contenders: Vec<Contender> = Vec::new();
     for start in starts(&here, &best, &found.candidates, task) {
         progress::tell("refitting the best candidates", contenders.len(), best.len());
-        let Some(contender) = refitted(found, &here, start, task) else { continue };
+        let best = contenders.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let Some(contender) = refitted(found, &here, start, best, task) else { continue };
         match contenders.iter_mut().find(|known| known.score.candidate == contender.score.candidate) {
             Some(known) if known.gain < contender.gain => *known = contender,
             Some(_) => {}

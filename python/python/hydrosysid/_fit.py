@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from ._errors import Finding
 from ._noise import Noise
 from ._result import Result
 from ._thruster import Estimate, ThrustDirection
-from ._view import Rows, html_table, known_and_unknown, text_table
+from ._view import Rows, html_table, known_and_unknown, labelled, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -163,6 +164,38 @@ class Fit(Result):
             names = ", ".join(p.term for p in found or self.parameters)
             raise KeyError(f"{name!r} names {len(found)} parameters; there are {names}")
         return found[0]
+
+    @property
+    def names(self) -> list[str]:
+        """Effect and symbol of each parameter, ``inertia@surge m_u``: the labels of what follows."""
+        return [f"{p.term} {p.name}" for p in self.parameters]
+
+    @property
+    def params(self) -> Any:
+        """Estimates, SI: a pandas Series over `names`."""
+        return labelled([p.value for p in self.parameters], self.names)
+
+    @property
+    def bse(self) -> Any:
+        """Standard errors, SI: a pandas Series over `names`; 0 of one that was held."""
+        return labelled([p.std for p in self.parameters], self.names)
+
+    def conf_int(self, alpha: float = 0.05) -> Any:
+        """Normal intervals that hold the truth in 1 - `alpha` of cases: a pandas DataFrame of `lower` and `upper`.
+
+        Raises:
+            ValueError: `alpha` is not between 0 and 1.
+        """
+        if not 0.0 < alpha < 1.0:
+            raise ValueError(f"alpha is {alpha}; it is the share of intervals that miss, between 0 and 1")
+        reach = NormalDist().inv_cdf(1.0 - 0.5 * alpha)
+        value = np.array([p.value for p in self.parameters], dtype=float)
+        std = np.array([p.std for p in self.parameters], dtype=float)
+        return labelled(np.column_stack([value - reach * std, value + reach * std]), self.names, ["lower", "upper"])
+
+    def cov_params(self) -> Any:
+        """Covariance of the estimates, SI: a pandas DataFrame over `names` twice."""
+        return labelled(self.covariance, self.names, self.names)
 
     def summary(self) -> str:
         """The parameters, then the stages, in the shape of statsmodels' summaries.

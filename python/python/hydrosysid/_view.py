@@ -28,6 +28,16 @@ def frame(rows: Rows, library: Literal["pandas", "polars"] | None = None) -> Any
     return made(rows) if there[0] == "pandas" else made(rows, infer_schema_length=None)
 
 
+def labelled(values: Any, names: list[str], columns: list[str] | None = None) -> Any:
+    """Numbers under names: a Series of pandas, or a DataFrame where columns have names, too."""
+    if importlib.util.find_spec("pandas") is None:
+        raise ImportError("numbers under names need pandas: pip install pandas")
+    pandas = importlib.import_module("pandas")
+    if columns is None:
+        return pandas.Series(values, index=names, dtype=float)
+    return pandas.DataFrame(values, index=names, columns=columns, dtype=float)
+
+
 def number(value: Any) -> str:
     """Four significant digits; a blank for what is absent."""
     if value is None or (isinstance(value, float) and math.isnan(value)):

@@ -35,7 +35,7 @@ pub use forecast::{AHEAD, Channel, Forecast, Point};
 pub use likelihood::Linear;
 pub use noise::{Coloured, Coordinate, NoiseModel, RandomForce, SensorNoise};
 pub use open::with_all_open;
-pub use options::{FilterErrorOptions, Forces};
+pub use options::{Bar, FilterErrorOptions, Forces};
 pub use prediction::Prediction;
 pub use problem::Filtered;
 pub use whiteness::Whiteness;
@@ -45,6 +45,15 @@ use super::tame;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 use crate::run::Run;
+
+/// Where a fit was with every innovation as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plain {
+    /// −2 ln L, priors included.
+    pub cost: f64,
+    /// Whether an innovation was beyond five deviations.
+    pub outliers: bool,
+}
 
 /// The result of a filter-error fit.
 #[derive(Debug, Clone)]
@@ -61,6 +70,8 @@ pub struct FilterErrorFit {
     pub noise_covariance: (Vec<Coordinate>, DMatrix<f64>),
     /// −2 ln L, priors included.
     pub cost: f64,
+    /// What it was before innovations were held back.
+    pub plain: Plain,
     /// Number of samples.
     pub samples: usize,
     /// Deviations beyond which innovations are held back; infinite where no outlier was met.

@@ -37,6 +37,21 @@ impl Forces {
     }
 }
 
+/// −2 ln L that a fit has to come below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bar {
+    /// With every innovation as it is.
+    pub plain: f64,
+    /// With innovations held back.
+    pub held: f64,
+}
+
+impl Default for Bar {
+    fn default() -> Bar {
+        Bar { plain: f64::INFINITY, held: f64::INFINITY }
+    }
+}
+
 /// How the fit is done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilterErrorOptions {
@@ -51,6 +66,11 @@ pub struct FilterErrorOptions {
     /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
     /// does. A ratio of likelihoods wants the same noise on both sides.
     pub refine: bool,
+    /// Deviations beyond which innovations are held back; `None` to do so where there are outliers. A ratio of likelihoods
+    /// wants the same on both sides.
+    pub limit: Option<f64>,
+    /// −2 ln L that a fit has to give hope of coming below: one that does not is given up.
+    pub bar: Bar,
     /// Whether each step is told to who watches.
     pub told: bool,
 }
@@ -64,6 +84,8 @@ impl Default for FilterErrorOptions {
             iterations: 120,
             tolerance: 1e-2,
             refine: true,
+            limit: None,
+            bar: Bar::default(),
             told: false,
         }
     }

@@ -45,7 +45,7 @@ impl Search<'_> {
             }
         }
         self.renew();
-        let converged = self.climb();
+        let converged = self.climb(self.options.tolerance);
         if before.4 - self.cost <= CHANCE * asked.len() as f64 {
             self.restore(before);
             return true;
@@ -64,7 +64,7 @@ impl Search<'_> {
         }
         if gone {
             self.renew();
-            return self.climb();
+            return self.climb(self.options.tolerance);
         }
         converged
     }
@@ -93,7 +93,7 @@ impl Search<'_> {
             if cost - before.4 <= 5.0 * CHANCE * count {
                 self.noise = without;
                 self.renew();
-                let settled = self.climb();
+                let settled = self.climb(self.options.tolerance);
                 // a sum of as many as there are may rise by no more than one of them
                 if self.cost - before.4 <= CHANCE {
                     return settled;
@@ -121,7 +121,7 @@ impl Search<'_> {
             let dof = self.noise.forces[weakest].dof;
             self.noise.forces.remove(weakest);
             self.renew();
-            let settled = self.climb();
+            let settled = self.climb(self.options.tolerance);
             if self.cost - before.4 <= CHANCE {
                 converged = settled;
             } else {

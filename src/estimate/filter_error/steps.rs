@@ -15,7 +15,7 @@ use super::likelihood::Linear;
 use super::noise::{Coordinate, NoiseModel};
 use super::options::{FilterErrorOptions, Forces};
 use super::start::{self, Prior};
-use super::{FilterErrorFit, Filtered};
+use super::{FilterErrorFit, Filtered, Plain};
 use crate::estimate::output_error::{
     OutputErrorError, covariance, damped_step, longest_step, move_by, prior_cost, read_inputs, value,
 };
@@ -24,6 +24,13 @@ use crate::progress;
 
 /// Deviations at which innovations are held back once there are outliers: 99 % as good as none where there are none.
 const HELD_BACK: f64 = 2.0;
+
+/// Fall of −2 ln L that the next steps promise, below which the noise is about right.
+const ABOUT: f64 = 1.0;
+
+/// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
+/// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
+const HOPE: f64 = 10.0;
 
 /// Share of a force's start below which it is nothing.
 const NOTHING: f64 = 1e-3;
@@ -38,6 +45,10 @@ const FLAT: f64 = 0.1;
 
 /// A logarithm that cannot go a tenth of this further stands at its bound.
 const NEAR: f64 = 0.1;
+
+/// Least damping of the noise beside none, and by how much it is eased after a step that leads up.
+const LEAST_DAMPING: f64 = 0.1;
+const EASED: f64 = 0.03;
 
 /// Most times its length that a step of the noise is taken.
 const STRETCHED: f64 = 8.0;
@@ -54,6 +65,10 @@ pub(super) struct Search<'a> {
     /// M⁻¹ of each stretch, of the parameters at the last step of the noise.
     pub(super) mobilities: Vec<DMatrix<f64>>,
     pub(super) limit: f64,
+    /// −2 ln L that there has to be hope of coming below, and whether there was none.
+    bar: f64,
+    given_up: bool,
+    plain: Plain,
     /// Stretches linearised here.
     pub(super) current: Vec<Linear>,
     /// −2 ln L here, priors included.
@@ -68,6 +83,8 @@ pub(super) struct Search<'a> {
     /// Shortest and longest correlation time, s.
     pub(super) times: (f64, f64),
     pub(super) damping: f64,
+    /// Damping of the last step of the noise.
+    noise_damping: f64,
     /// Times its length that a step of the noise is taken.
     pub(super) stretch: f64,
     /// Longest step of the integrator, s.
@@ -83,11 +100,24 @@ pub(super) fn maximised(
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
-    let mut converged = search.climb();
-    if search.current.iter().any(|s| s.outliers > 0) {
-        search.limit = HELD_BACK;
-        search.renew();
-        converged = search.climb();
+    // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
+    search.climb(options.tolerance.max(ABOUT));
+    if search.given_up {
+        return Err(search.gives_up());
+    }
+    search.plain = Plain { cost: search.cost, outliers: search.has_outliers() };
+    let mut converged = match options.limit {
+        Some(limit) if limit.is_finite() => search.climb_held(limit),
+        _ => search.climb(options.tolerance),
+    };
+    if options.limit.is_none() && search.has_outliers() {
+        converged = search.climb_held(HELD_BACK);
+    }
+    if search.given_up {
+        return Err(search.gives_up());
+    }
+    if search.limit.is_infinite() {
+        search.plain.cost = search.cost;
     }
     if options.refine {
         converged = search.colour() && search.drop_forces() && converged;
@@ -141,12 +171,16 @@ impl<'a> Search<'a> {
             noise,
             mobilities,
             limit: f64::INFINITY,
+            bar: options.bar.plain,
+            given_up: false,
+            plain: Plain { cost: f64::INFINITY, outliers: false },
             current: Vec::new(),
             cost: f64::INFINITY,
             floors,
             stated,
             silent,
             damping: 1e-6,
+            noise_damping: 0.0,
             stretch: 1.0,
             step_length: longest_step(model, &options.base),
             passes: 0,
@@ -195,9 +229,11 @@ impl<'a> Search<'a> {
         self.passes += 1;
     }
 
-    /// Steps in turns until neither promises anything; whether that was reached.
-    pub(super) fn climb(&mut self) -> bool {
-        let tolerance = self.options.tolerance;
+    /// Steps in turns until neither promises more than `tolerance`; whether that was reached.
+    pub(super) fn climb(&mut self, tolerance: f64) -> bool {
+        if self.given_up {
+            return false;
+        }
         let until = self.passes + self.options.iterations;
         // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
         for _ in 0..4 {
@@ -217,8 +253,27 @@ impl<'a> Search<'a> {
             if noise_moves < tolerance && parameters_move < tolerance {
                 return true;
             }
+            if self.cost - HOPE * (noise_moves + parameters_move) > self.bar {
+                self.given_up = true;
+                return false;
+            }
         }
         false
+    }
+
+    /// The same with innovations held back at `limit`, from here on.
+    fn climb_held(&mut self, limit: f64) -> bool {
+        (self.limit, self.bar) = (limit, self.options.bar.held);
+        self.renew();
+        self.climb(self.options.tolerance)
+    }
+
+    fn gives_up(&self) -> OutputErrorError {
+        OutputErrorError::GivenUp { passes: self.passes, cost: self.cost, held: self.limit.is_finite() }
+    }
+
+    fn has_outliers(&self) -> bool {
+        self.current.iter().any(|s| s.outliers > 0)
     }
 
     /// One step of the parameters, as far as the likelihood rises; returns by how much −2 ln L was to fall.
@@ -292,19 +347,24 @@ impl<'a> Search<'a> {
                 information[(k, k)] = 1.0;
             }
         }
-        let mut damping = 0.0;
-        loop {
+        let damped_step = |damping: f64| {
             let mut damped = information.clone();
             for k in 0..coordinates.len() {
                 damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + FLAT;
             }
-            let Some(factor) = damped.clone().cholesky() else { return 0.0 };
-            let mut step = factor.solve(&-&gradient);
-            // twice the fall of −ln L that the quadratic promises to the whole step
+            Some(damped.cholesky()?.solve(&-&gradient))
+        };
+        // twice the fall of −ln L that the quadratic promises to the whole step
+        let Some(whole) = damped_step(0.0).map(|step| -gradient.dot(&step)) else { return 0.0 };
+        if whole < 0.1 * self.options.tolerance {
+            return whole.max(0.0);
+        }
+        // a step that was too long is not tried at its whole length again at once
+        let remembered = self.noise_damping;
+        let mut damping = remembered;
+        loop {
+            let Some(mut step) = damped_step(damping) else { return 0.0 };
             let promised = -gradient.dot(&step);
-            if damping == 0.0 && promised < 0.1 * self.options.tolerance {
-                return promised.max(0.0);
-            }
             // a long step keeps its direction: of two that go together one alone may lead up
             let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(self.stretch);
             let mut trial = self.noise.clone();
@@ -321,9 +381,14 @@ impl<'a> Search<'a> {
                 // where the likelihood rises by more than the quadratic has it, its curvature is less, and steps are longer
                 self.stretch = if fell > promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
                 (self.noise, self.current, self.cost) = (trial, next, cost);
+                let at_once = damping <= remembered;
+                self.noise_damping = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
+                if at_once && damping > 0.0 {
+                    return whole;
+                }
                 return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
             }
-            (damping, self.stretch) = (f64::max(damping * 10.0, 0.1), 1.0);
+            (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);
             // what a millionth of a step does not gain is not to be had
             if damping > 1e6 {
                 return 0.0;
@@ -411,6 +476,7 @@ impl<'a> Search<'a> {
             covariance,
             noise_covariance: (coordinates, noise_covariance),
             cost: self.cost,
+            plain: self.plain,
             samples,
             limit: self.limit,
             linear: self.current,

@@ -111,6 +111,16 @@ pub enum OutputErrorError {
         /// Number of clusters.
         clusters: usize,
     },
+    /// A fit that was held against another one, and gave no hope.
+    #[error("given up after {passes} passes: another fit is better by far")]
+    GivenUp {
+        /// Passes taken.
+        passes: usize,
+        /// −2 ln L there.
+        cost: f64,
+        /// Whether innovations were held back by then.
+        held: bool,
+    },
     /// A parameter that this data says nothing about.
     #[error("this data says nothing about {parameters}: fix them, or add a run that moves them")]
     NotIdentified {
