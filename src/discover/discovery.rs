@@ -90,7 +90,7 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD];
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -114,6 +114,14 @@ const COMMANDS_HELD: Code = Code {
     severity: Severity::Warning,
     meaning: "A delay of half a sample of the commands is what a straight line between held commands looks like: set \
               `input = \"hold\"` in [model], and look again.",
+};
+
+const NO_NAME: Code = Code {
+    code: "D107",
+    kind: "no-name",
+    severity: Severity::Warning,
+    meaning: "The model lacks something that no effect of the catalogue explains. Its parameters make up for it in these runs, and \
+              mislead in others: they are no physics yet.",
 };
 
 /// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where
@@ -181,6 +189,9 @@ pub fn discover(
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
     warnings.extend(half_a_sample(&effects, &train));
+    if !passes {
+        warnings.push(Finding::new(&NO_NAME, NO_NAME.meaning));
+    }
     let verdict = verdict(!effects.is_empty(), passes);
     let residuals = residuals(&found.steps[0].fit, &train);
     let open: Vec<Measured> = found.steps[0]
