@@ -11,10 +11,10 @@
 //! stands in for something else may follow the whole log on average, but not every part of it. Nyblom, *Journal of the
 //! American Statistical Association* 84 (1989) 223-230; Hansen, *Journal of Policy Modeling* 14 (1992) 517-533.
 
-use nalgebra::{Cholesky, DMatrix, Dyn};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::screen::log_survival;
+use super::screen::{log_survival, root};
 use super::verdict::digits;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::noise::Noise;
@@ -105,7 +105,11 @@ fn most_changed(
     let own: Vec<DMatrix<f64>> = log.blocks.iter().map(|block| block.s.clone()).collect();
     let found = log.greatest(own).pop().flatten()?;
     let mut noise = Noise::new(seed, STREAM);
-    let drawn = |block: &Sums| root(&block.a) * DMatrix::from_fn(block.a.nrows(), DRAWS, |_, _| noise.normal());
+    let drawn = |block: &Sums| {
+        // roundings may leave a block without a root: its columns are then drawn each by itself
+        let alone = || DMatrix::from_diagonal(&block.a.diagonal().map(|a| a.max(0.0).sqrt()));
+        root(&block.a).unwrap_or_else(alone) * DMatrix::from_fn(block.a.nrows(), DRAWS, |_, _| noise.normal())
+    };
     let drawn = log.blocks.iter().map(drawn).collect();
     let mut drawn: Vec<f64> = log.greatest(drawn).into_iter().flatten().map(|g| g.z2).collect();
     drawn.sort_by(f64::total_cmp);
@@ -148,11 +152,7 @@ impl Log {
         let until = sums(blocks.iter().map(|block| &block.a), DMatrix::zeros(p, p));
         let all = &until[blocks.len()];
         let mut total = all.clone();
-        for (k, unknown) in fit.filtered.problem.unknowns.iter().enumerate() {
-            if let Some((_, std)) = fit.model.parameters[unknown.parameter].prior {
-                total[(k, k)] += 1.0 / (std * std);
-            }
-        }
+        fit.priors().for_each(|(k, information)| total[(k, k)] += information);
         let inverse = total.cholesky()?.inverse();
         let unknowns = fit.filtered.problem.unknowns.iter().enumerate();
         let common: Vec<usize> = unknowns
@@ -211,18 +211,6 @@ fn beyond(z2: f64, drawn: &[f64]) -> f64 {
     let middle = drawn[drawn.len() / 2];
     let independent = (0.5f64.ln() - log_survival(middle, 1)).exp();
     (independent * log_survival(z2, 1).exp()).min(1.0 / drawn.len() as f64)
-}
-
-/// Lower triangular root of a block's information, of which any row may be nothing.
-fn root(a: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = a.nrows();
-    let scale: Vec<f64> = (0..n).map(|k| a[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
-    // columns that are others' are drawn as these but for a millionth of their own
-    let correlation =
-        DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + 1e-6 * f64::from(u8::from(i == j)));
-    let factor: Option<Cholesky<f64, Dyn>> = correlation.cholesky();
-    let lower = factor.map_or_else(|| DMatrix::identity(n, n), |f| f.l());
-    DMatrix::from_fn(n, n, |i, j| lower[(i, j)] * scale[i])
 }
 
 /// The log in blocks over the unknowns, one run after the other, and the parts of it that are asked.

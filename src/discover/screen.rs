@@ -208,11 +208,7 @@ fn judged(
             }
         }
     }
-    for (k, unknown) in fit.filtered.problem.unknowns.iter().enumerate() {
-        if let Some((_, std)) = fit.model.parameters[unknown.parameter].prior {
-            total[(k, k)] += 1.0 / (std * std);
-        }
-    }
+    fit.priors().for_each(|(k, information)| total[(k, k)] += information);
     let raw: Vec<f64> = (unknowns..e).map(|k| total[(k, k)]).collect();
     let Some(projected) = project(&total, unknowns) else { return (Vec::new(), vec![0.0; DRAWS]) };
     let m = e - unknowns;
@@ -265,17 +261,24 @@ fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
     Some(rest - solved.transpose() * solved)
 }
 
-/// ln of the least p-value of all scores, drawn from N(0, C).
-///
-/// Of scores with as many parameters the greatest z² is the least p-value: one probability a draw and number of them.
-fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noise: &mut Noise) -> Vec<f64> {
+/// Lower triangular root of a covariance, of which rows may be nothing, or others'.
+pub(super) fn root(c: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let m = c.nrows();
     let scale: Vec<f64> = (0..m).map(|k| c[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
     // columns that are others' are drawn as these but for a millionth of their own
     let correlation =
         DMatrix::from_fn(m, m, |i, j| c[(i, j)] / (scale[i] * scale[j]) + 1e-6 * f64::from(u8::from(i == j)));
-    let Some(root) = correlation.cholesky().map(|f| f.l()) else { return vec![0.0; DRAWS] };
-    let root = Mat::from_fn(m, m, |i, j| root[(i, j)] * scale[i]);
+    let lower = correlation.cholesky()?.l();
+    Some(DMatrix::from_fn(m, m, |i, j| lower[(i, j)] * scale[i]))
+}
+
+/// ln of the least p-value of all scores, drawn from N(0, C).
+///
+/// Of scores with as many parameters the greatest z² is the least p-value: one probability a draw and number of them.
+fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noise: &mut Noise) -> Vec<f64> {
+    let m = c.nrows();
+    let Some(root) = root(c) else { return vec![0.0; DRAWS] };
+    let root = Mat::from_fn(m, m, |i, j| root[(i, j)]);
     let normal = Mat::from_fn(m, DRAWS, |_, _| noise.normal());
     let mut drawn = Mat::<f64>::zeros(m, DRAWS);
     matmul(drawn.as_mut(), Accum::Replace, &root, &normal, 1.0, Par::Seq);

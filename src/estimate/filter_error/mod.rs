@@ -40,7 +40,7 @@ pub use prediction::Prediction;
 pub use problem::Filtered;
 pub use whiteness::Whiteness;
 
-use super::output_error::{OutputErrorError, covariance};
+use super::output_error::{OutputErrorError, Unknown, covariance};
 use super::tame;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
@@ -85,6 +85,15 @@ pub struct FilterErrorFit {
 }
 
 impl FilterErrorFit {
+    /// Number and information of each unknown of which something is known beforehand.
+    pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, f64)> {
+        let prior = |(k, unknown): (usize, &Unknown)| {
+            let (_, std) = self.model.parameters[unknown.parameter].prior?;
+            Some((k, 1.0 / (std * std)))
+        };
+        self.filtered.problem.unknowns.iter().enumerate().filter_map(prior)
+    }
+
     /// cond(JᵀJ), J: Jacobian of the innovations over their deviations: the covariance has the same.
     pub fn condition_number(&self) -> f64 {
         let p = self.filtered.problem.unknowns.len();
