@@ -7,6 +7,9 @@ PEERS  := target/peers
 
 .PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage staged bench clean
 
+# The wheel of the tests is made of the objects that the Rust tests have built; that of the benches as users get it.
+test test-python test-browser: PROFILE := dev
+
 test: test-rust test-python test-browser
 
 test-rust:
@@ -18,8 +21,9 @@ $(BIN)/python:
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
 # The wheel is built and installed as a user would, in an environment of its own.
+PROFILE ?= release
 wheel: $(BIN)/python
-	$(BIN)/python -m pip install --quiet './python[test]'
+	MATURIN_PEP517_ARGS="--profile $(PROFILE)" $(BIN)/python -m pip install --quiet './python[test]'
 
 test-python: wheel
 	cd python && ../$(BIN)/python -m pytest

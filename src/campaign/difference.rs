@@ -222,6 +222,7 @@ mod tests {
     use super::*;
     use crate::campaign::Estimator;
     use crate::campaign::file::ModelTable;
+    use crate::log::LogOptions;
     use crate::units::Dimension;
     use crate::vehicle::{Vehicle, Water};
 
@@ -246,6 +247,7 @@ mod tests {
             vehicle: Vehicle::default(),
             water: Water::default(),
             model: ModelTable::default(),
+            log: LogOptions::default(),
             thrusters: Vec::new(),
             efficiency: Default::default(),
             envelope: BTreeMap::new(),

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! The checks of each run are the witnesses ([`crate::check`]); a fault stands when at least two runs, and more than half
-//! of those that say anything of the channel, agree on it. Which of two channels that contradict each other is wrong,
+//! of those that say anything of the channel, agree on it. The sign of a command stands against no run that clearly answers
+//! it: what turns with the pilot is no fault of the log. Which of two channels that contradict each other is wrong,
 //! a third one tells: a yaw rate that answers its moment as it should is right, and then it is the heading that counts
 //! the other way. A vehicle that is mirrored as a whole sails as well as its image, so that one correction serves both
 //! a log in forward-port-up axes and a heading of east-north-up. A command that comes late is physics, not a fault.
@@ -90,10 +91,15 @@ fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
         };
         reports.iter().filter(asked).count()
     };
+    // of a voltage it is not known here which sign is right
+    let answers = || reports.iter().flat_map(|r| &r.answers).filter(|a| a.channel.starts_with("tau_") && a.gain > 0.0);
+    let answered = |channel: &str| answers().any(|a| a.channel == channel);
     let agreed = |(channel, factors): (&str, Vec<f64>)| {
         let alike = |middle: f64, f: f64| (f / middle - 1.0).abs() < 0.1;
         let most = 2 * factors.len() > judged(channel);
-        agreed(factors, alike).filter(|_| most).map(|factor| (channel.to_string(), factor))
+        agreed(factors, alike)
+            .filter(|f| most && (*f > 0.0 || !answered(channel)))
+            .map(|factor| (channel.to_string(), factor))
     };
     seen.into_iter().filter_map(agreed).collect()
 }
@@ -329,6 +335,19 @@ mod tests {
         };
         assert_eq!(factors(&of_force(false)), vec![("tau_v".to_string(), -1.0)]);
         assert_eq!(factors(&of_force(true)), vec![], "thrusters make it");
+        let mut answers = of_force(false);
+        answers.push(CheckReport {
+            log_findings: Vec::new(),
+            answers: vec![check::Answer {
+                channel: "tau_v".into(),
+                velocity: "v".into(),
+                gain: 0.1,
+                std: 0.01,
+                delay: None,
+            }],
+            ..report(false)
+        });
+        assert_eq!(factors(&answers), vec![], "one run of three answers it as it should");
     }
 
     #[test]

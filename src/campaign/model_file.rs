@@ -12,12 +12,15 @@ use thiserror::Error;
 
 use super::baseline;
 use super::error::Error;
-use super::file::{CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable, ParameterTable};
+use super::file::{
+    CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable, ParameterTable, is_default,
+};
 use super::fit::Fit;
 use super::load::Campaign;
 use super::model_noise::ModelNoise;
 use crate::effects::EffectName;
 use crate::envelope::Envelope;
+use crate::log::LogOptions;
 use crate::model::Model;
 use crate::plan::Instruments;
 use crate::run::Run;
@@ -50,7 +53,10 @@ pub struct ModelFile {
     pub water: Water,
     /// Degrees of freedom, terms, what inputs do between samples.
     pub model: ModelTable,
-    /// The vehicle's thrusters, where a term is of single ones.
+    /// How the logs of the fit were read, where one way served for all: new ones are read alike.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub log: LogOptions,
+    /// The vehicle's thrusters, with the curves that the fit used.
     #[serde(default, rename = "thruster", skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<Thruster>,
     /// Losses of thrust that the values go with.
@@ -174,8 +180,6 @@ impl ModelFile {
     pub fn of(campaign: &Campaign, fit: &Fit) -> ModelFile {
         let model = &fit.model;
         let effects: Vec<EffectName> = model.terms.iter().filter_map(|t| t.name().parse().ok()).collect();
-        let single = effects.iter().any(|name| !name.thrusters.is_empty());
-        let thrusters = if single { campaign.file.thrusters.clone() } else { Vec::new() };
         let own = campaign.file.effects.iter();
         let own: Vec<EffectTable> = own
             .filter(|e| effects.iter().any(|name| name.id == e.id))
@@ -199,7 +203,8 @@ impl ModelFile {
             vehicle: campaign.vehicle.clone(),
             water: campaign.water,
             model: ModelTable { dofs: model.dofs.clone(), effects, coriolis: model.coriolis, input: model.input },
-            thrusters,
+            log: campaign.file.common_log().cloned().unwrap_or_default(),
+            thrusters: campaign.file.thrusters.clone(),
             efficiency: fit.efficiency.clone(),
             envelope: fit.envelope.clone(),
             sensors: fit.instruments.clone(),

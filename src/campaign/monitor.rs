@@ -30,8 +30,9 @@ pub struct Monitored {
     pub noise: Option<Noise>,
 }
 
-/// New logs as runs of the vehicle of a model file: one run a log. Thrusters, noise and losses of thrust are those of
-/// `like`, a campaign of the same vehicle, where one is given.
+/// New logs as runs of the vehicle of a model file: one run a log. They are read as `log` says, or else as those of the fit
+/// were; thrusters are those of the model file. With `like`, a campaign of the same vehicle, both are that one's, and its
+/// noise.
 ///
 /// # Errors
 /// [`Error`] when a log cannot be read or lacks what the model reads.
@@ -49,7 +50,9 @@ pub fn new_logs(
         role: Role::Validate,
         ..RunTable::default()
     };
-    let like = like.cloned().unwrap_or_default();
+    let of_model =
+        || CampaignFile { thrusters: file.thrusters.clone(), log: file.log.clone(), ..CampaignFile::default() };
+    let like = like.cloned().unwrap_or_else(of_model);
     // bollard tables lie where the other campaign does
     let folder = here.join(like.folder());
     let mut thrusters = like.thrusters;

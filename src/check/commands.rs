@@ -2,7 +2,9 @@
 //!
 //! The fit is that of [`Balance`](super::balance). A command whose gain is negative pushes the wrong way; the delay is the
 //! one at which the fit leaves least. A lag of the thrusters looks like a delay of about its time constant. In roll and
-//! pitch a sine cannot tell a delay from the righting moment: there none is sought.
+//! pitch a sine cannot tell a delay from the righting moment: there none is sought. Nor can a pilot's commands, which swing
+//! with the motion: half a swing later they push the other way. A gain that has another sign without the delay is told by
+//! neither.
 
 use super::balance::{Balance, Term};
 use super::codes;
@@ -27,6 +29,7 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
     if balance.owed_to_commands(&fit) < OWED {
         return Vec::new();
     }
+    let Some(at_once) = balance.fit(0.0) else { return Vec::new() };
     let channels = balance.channels();
     let answer = |(k, channel): (usize, &&str)| Answer {
         channel: (*channel).to_string(),
@@ -35,8 +38,9 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
         std: fit.std[k],
         delay,
     };
-    let clear = |a: &Answer| a.gain.abs() > CERTAIN * a.std;
-    channels.iter().enumerate().map(answer).filter(clear).collect()
+    let clear = |(k, a): &(usize, Answer)| a.gain.abs() > CERTAIN * a.std && a.gain * at_once.theta[*k] > 0.0;
+    let answers = channels.iter().enumerate().map(answer).enumerate();
+    answers.filter(clear).map(|(_, a)| a).collect()
 }
 
 /// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
@@ -120,4 +124,35 @@ pub fn judge_delays(answers: &[(Vec<Answer>, f64)]) -> Vec<Found> {
 /// Whether a term is a command's.
 pub fn is_command(term: &Term) -> bool {
     matches!(term, Term::Command(_))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{Run, Signal};
+
+    /// The sign of the gain of yaw that is told; ṙ is the slope of `rate`.
+    fn told(rate: impl Fn(f64) -> f64, moment: impl Fn(f64) -> f64) -> Option<f64> {
+        let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+        let mut run = Run::default();
+        for (name, of) in [("r", &rate as &dyn Fn(f64) -> f64), ("tau_r", &moment)] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), time.iter().map(|t| of(*t)).collect::<Vec<_>>()));
+        }
+        let answers = measure(&Balance::new(&run, Dof::Yaw).unwrap());
+        answers.first().map(|a| a.gain.signum())
+    }
+
+    /// A swing of 2 s is as well a push with it as one against it that is half a swing late: its sign is not told. That of a
+    /// swing that is not regular is, for a command that acts at once, and late.
+    #[test]
+    fn the_sign_of_a_command_that_swings_with_the_motion_is_not_told() {
+        let swelling = |t: f64| (1.0 + 0.3 * (0.37 * t).sin()) * (std::f64::consts::PI * t).sin();
+        let slope = |f: &dyn Fn(f64) -> f64, t: f64| (f(t + 1e-3) - f(t - 1e-3)) / 2e-3;
+        assert_eq!(told(swelling, |t| -slope(&swelling, t + 1.0)), None);
+        let wandering = |t: f64| (0.9 * t).sin() + (0.53 * t).cos() + 0.5 * (1.7 * t).sin();
+        for late in [0.0, 0.3] {
+            assert_eq!(told(wandering, |t| slope(&wandering, t + late)), Some(1.0), "{late} s late");
+            assert_eq!(told(wandering, |t| -slope(&wandering, t + late)), Some(-1.0), "{late} s late, and reversed");
+        }
+    }
 }

@@ -7,15 +7,16 @@ use serde::Serialize;
 use super::candidate::Candidate;
 use super::constancy::{ChangedParameter, changed};
 use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, smallest_visible};
-use super::gap::{GapStep, excess, gap_step, improvement, noise_floor, predictions};
-use super::held_out::on_others;
+use super::gap::{GapStep, improvement};
+use super::judged::{Judged, on_training};
 use super::next;
 use super::residual::{Residual, residuals};
-use super::search::{BehavesLike, Search, SearchOptions, Step, Task, search};
-use super::verdict::{Verdict, digits, overwhelmed, sentence, verdict};
+use super::search::{BehavesLike, SearchOptions, Step, Task, search};
+use super::stand_in::{leave_out, stand_ins};
+use super::verdict::{Verdict, digits, sentence, verdict};
 use super::whereabouts::{Where, whereabouts};
 use crate::effects::{Effect, Place};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, with_all_open};
+use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
@@ -138,53 +139,35 @@ pub fn discover(
 ) -> Result<Discovery, OutputErrorError> {
     let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|r| r.role == Role::Train);
     let task = Task { train: &train, held: &held, own, fitting, options };
-    let found = search(baseline, &task)?;
+    let mut found = search(baseline, &task)?;
     let mut warnings = Vec::new();
     if held.is_empty() {
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
     }
-    let mut predicted = Vec::new();
-    for (k, step) in found.steps.iter().enumerate() {
-        progress::tell("the gap on held-out runs", k, found.steps.len());
-        predicted.push(predictions(&step.fit, &held, fitting)?);
-    }
-    let floor = noise_floor(found.last_fit());
-    let gap: Vec<GapStep> = found
-        .steps
-        .iter()
-        .zip(&predicted)
-        .enumerate()
-        .map(|(k, (step, (outputs, forecasts)))| gap_step(&found, k, step, outputs, forecasts, &floor))
-        .collect();
-    let (outputs, last) = &predicted[predicted.len() - 1];
-    let fit = found.last_fit();
-    let of_training = |fit: &FilterErrorFit| fit.filtered.forecast(&fit.model, &fit.noise, fit.limit);
-    let training = of_training(fit);
-    let mut failing = super::verdict::failing(outputs, last, &training);
-    if !failing.is_empty() && !held.is_empty() {
-        let estimated = on_others(fit, &held, fitting)?;
-        let allowed = with_all_open(fit, &estimated, last, (&held, &fitting.base), options.seed)?;
-        failing = super::verdict::failing(outputs, &allowed, &training);
-    }
-    let more = overwhelmed(&fit.noise.forces, &train);
-    failing.extend(
-        more.into_iter().filter(|(name, _)| failing.iter().all(|(known, _)| known != name)).collect::<Vec<_>>(),
-    );
+    let mut judged = Judged::new(&found, &task)?;
     progress::tell("whether parameters are the same at all times", 0, 0);
-    let mut changed_parameter = changed(fit, &train, options.seed, |_| true);
-    let mut effects = found_effects(&found);
-    let mut behaves_like = found.behaves_like.clone();
-    let passes = failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
+    let fit = found.last_fit().clone();
+    let mut changed_parameter = changed(&fit, &train, options.seed, |_| true);
+    let passes = judged.failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
     if !passes {
-        stand_ins(&found, &gap, &mut effects, &mut behaves_like);
-        // what is told is told of the effects that stand
-        let unnamed = |term: &str| {
-            found.added.iter().any(|a| a.candidate.holds(term) && effects.iter().all(|e| e.id != a.candidate.name()))
-        };
-        if changed_parameter.is_some() {
-            changed_parameter = changed(fit, &train, options.seed, |term| !unnamed(term));
+        let fallen = stand_ins(&mut found, &judged.gap);
+        // what is told is told of the model with the names that stand
+        if !fallen.is_empty() {
+            let among = |term: &str| fallen.iter().any(|candidate| candidate.holds(term));
+            if changed_parameter.is_some() {
+                changed_parameter = changed(&fit, &train, options.seed, |term| !among(term));
+            }
+            leave_out(&mut found, &fallen, &task)?;
+            let failing = std::mem::take(&mut judged.failing);
+            judged = Judged::new(&found, &task)?;
+            if judged.failing.is_empty() {
+                judged.failing = failing;
+            }
         }
     }
+    let effects = found_effects(&found);
+    let Judged { gap, training, failing } = judged;
+    let fit = found.last_fit();
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
@@ -213,15 +196,16 @@ pub fn discover(
     } else {
         let first = &found.steps[0].fit;
         let outputs = &first.filtered.problem.dynamics.outputs;
-        whereabouts(&first.model, outputs, (&of_training(first), &training), &train)
+        whereabouts(&first.model, outputs, (&on_training(first), &training), &train)
     };
+    let smallest_visible = smallest_visible(&found);
     Ok(Discovery {
         format: 1,
         verdict,
         sentence: sentence(
             verdict,
             &effects,
-            &behaves_like,
+            &found.behaves_like,
             &fit.noise.forces,
             better,
             (&failing, changed_parameter.as_ref()),
@@ -230,35 +214,17 @@ pub fn discover(
         changed_parameter,
         residuals,
         places,
-        adopt: names_to_list(&found, &effects, own),
+        adopt: names_to_list(&found, own),
         effects,
         gap,
-        behaves_like,
-        removed: found.removed.clone(),
+        behaves_like: found.behaves_like,
+        removed: found.removed,
         log_findings: Vec::new(),
-        smallest_visible: smallest_visible(&found),
+        smallest_visible,
         seed: options.seed,
         warnings,
         steps: found.steps,
     })
-}
-
-/// Names that help but leave a failing model are no physics: one stands that takes most of the fall of the likelihood and
-/// closes most of the gap that it met; the others stand in for something else, and are told as what it behaves like.
-fn stand_ins(found: &Search, gap: &[GapStep], effects: &mut Vec<FoundEffect>, behaves_like: &mut Vec<BehavesLike>) {
-    let total: f64 = found.added.iter().map(|a| a.gain).sum();
-    for added in &found.added {
-        let id = added.candidate.name();
-        let closes =
-            |steps: &[GapStep]| steps[1].added.as_ref() == Some(&id) && excess(&steps[1]) <= 0.5 * excess(&steps[0]);
-        if added.gain < 0.5 * total || !gap.windows(2).any(closes) {
-            effects.retain(|e| e.id != id);
-            let why = "something else is left that the catalogue does not hold, for which it may stand in".to_string();
-            behaves_like.push(BehavesLike { id, why, gain: added.gain });
-        }
-    }
-    behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    behaves_like.truncate(2);
 }
 
 /// Says that commands are held where the one name is a delay of half of their sample time.

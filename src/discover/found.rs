@@ -119,10 +119,9 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
         .collect()
 }
 
-/// Names under which a campaign lists what was added and stands among `effects`.
-pub(super) fn names_to_list(found: &Search, effects: &[FoundEffect], own: &[(Arc<dyn Effect>, Place)]) -> Vec<String> {
-    let named = |c: &&Candidate| effects.iter().any(|e| e.id == c.name());
-    found.added.iter().map(|a| &a.candidate).filter(named).flat_map(|c| listed(c, own)).collect()
+/// Names under which a campaign lists what was added.
+pub(super) fn names_to_list(found: &Search, own: &[(Arc<dyn Effect>, Place)]) -> Vec<String> {
+    found.added.iter().flat_map(|a| listed(&a.candidate, own)).collect()
 }
 
 /// Names under which a campaign lists the terms of a candidate, every one: of a user's effect (`own`), which has one place,

@@ -5,6 +5,10 @@
 //! D = Σ_runs (E²_with − E²_without)                                   and no E 8 s ahead is worse: D ≤ 2 √(Σ (D_run − D̄)²)
 //! ```
 //!
+//! Under the noise of the fit, and where that says no, under a noise that is estimated on those runs for either model: another
+//! day has other gusts, and a model with half of what is missing has the narrow noise of the runs it could follow, beside
+//! which it would be worse than one that follows none.
+//!
 //! Where no run has the role `validate` each run is predicted by an estimate without it, one Gauss-Newton step from the
 //! estimate of all, which is exact where the innovations are linear in θ. What has a value of its own in every run (the
 //! phase of a wave) takes it from the first half of a run and is judged on the second:
@@ -13,9 +17,11 @@
 //! −2 ln L(second half | first half) = −2 ln L(run; θ of the first half) + 2 ln L(first half; θ of the first half)
 //! ```
 
+use super::refit::{ROUGH, beside};
 use super::search::Task;
 use crate::estimate::filter_error::{
-    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, cost_of, parameters_under,
+    Bar, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, cost_of, filter_error_from,
+    parameters_under,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
@@ -82,7 +88,10 @@ pub(super) fn agree(
     with: &FilterErrorFit,
     task: &Task<'_>,
 ) -> Result<HeldOut, OutputErrorError> {
-    let gain = fall(without, with, task)?;
+    let mut gain = fall(without, with, task)?;
+    if gain.is_nan() || gain <= 0.0 {
+        gain = fall_under_own_noise(without, with, task).unwrap_or(gain);
+    }
     if gain.is_nan() || gain <= 0.0 {
         let against = if task.held.is_empty() {
             "estimated without a run, it predicts that run no better than the model without it"
@@ -97,6 +106,27 @@ pub(super) fn agree(
     };
     let told = |channel| format!("runs that took no part are predicted worse with it {AHEAD} s ahead, in `{channel}`");
     Ok(HeldOut { gain, against: against.map(told) })
+}
+
+/// By how much −2 ln L of the runs that took no part falls, the noise of either model estimated on them; at least as much, as
+/// soon as the model without the name has no hope of coming near. `None` where no run is held out, or where a value of its own
+/// in every run is judged by halves.
+fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
+    let halved = [without, with].iter().any(|fit| fit.model.parameters.iter().any(|p| p.spec.per_run));
+    if task.held.is_empty() || halved {
+        return None;
+    }
+    let cost = |fit: &FilterErrorFit, bar: Bar| -> Result<f64, OutputErrorError> {
+        let model = on_others(fit, task.held, task.fitting)?;
+        let options = FilterErrorOptions { tolerance: ROUGH, bar, ..beside(without, task) };
+        match filter_error_from(&model, task.held, fit.noise.clone(), &options) {
+            Err(OutputErrorError::GivenUp { cost, .. }) => Ok(cost),
+            fit => Ok(fit?.cost),
+        }
+    };
+    let with = cost(with, Bar::default()).ok()?;
+    let without = cost(without, Bar { plain: with, held: with });
+    without.map(|without| without - with).ok()
 }
 
 /// By how much −2 ln L of the runs that took no part falls from one fit to another.

@@ -16,7 +16,7 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
-const ROUGH: f64 = 0.5;
+pub(super) const ROUGH: f64 = 0.5;
 
 /// Share of the gain of the best candidate so far, below which another one is given up: neither runs that took no part nor a
 /// second effect beside it make up for half.

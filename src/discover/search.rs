@@ -65,7 +65,7 @@ pub const LEAST_P: f64 = 1e-300;
 const RIVALS: usize = 2;
 
 /// Names that broke a rule and are told.
-const BEHAVES: usize = 2;
+pub(super) const BEHAVES: usize = 2;
 
 /// An effect that was added.
 #[derive(Debug, Clone)]
@@ -201,13 +201,13 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     Ok(found)
 }
 
-fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>) -> Result<Screen, OutputErrorError> {
+pub(super) fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>) -> Result<Screen, OutputErrorError> {
     progress::tell(format!("judging {} candidates", list.len()), 0, 0);
     screen(fit, task.train, list, &task.fitting.base, (task.options.level, task.options.seed))
 }
 
 /// The candidates of the families that are searched, and the user's own.
-fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
+pub(super) fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
     let mut list = candidates(model, task.train, task.own);
     // thrusters come with the campaign, too, but their effects are those of the catalogue
     let of_user = |c: &Candidate| {

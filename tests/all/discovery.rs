@@ -129,6 +129,21 @@ fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {
     assert!(!(strangers && found.verdict == Verdict::Explained), "{}", found.sentence);
 }
 
+/// A drag that steps in the middle of a campaign is nobody's name, and the model that is told holds what is named and nothing
+/// more: no stand-in is left in its gap, among its terms, or in what is to be adopted.
+#[test]
+fn blind_stand_ins_are_not_in_the_model_that_is_told() {
+    let sea = sea("small", 0.02, &["drag_step"], 207);
+    let found = answer("step", &sea);
+    assert!(matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained), "{}", found.sentence);
+    assert!(!found.behaves_like.is_empty() && found.changed_parameter.is_some(), "{}", found.sentence);
+    let added: Vec<&str> = found.gap.iter().filter_map(|step| step.added.as_deref()).collect();
+    assert_eq!(added, names(&found), "{}", found.sentence);
+    let terms = |model: &hydrosysid::model::Model| model.terms.len();
+    let more = terms(found.model().expect("a model")) - terms(&found.steps[0].fit.model);
+    assert_eq!((more, found.adopt.len()), (found.effects.len(), found.effects.len()), "{:?}", found.adopt);
+}
+
 #[test]
 fn example_campaigns_have_their_verdicts() {
     let Some(folder) = shared::path("example_campaigns") else { return };

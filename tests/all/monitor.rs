@@ -1,11 +1,11 @@
 //! A model along new logs, against another model, and published numbers against one's own log.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions, ModelFile, Published};
+use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile, Published};
 use hydrosysid::chain::Available;
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
@@ -15,6 +15,7 @@ use hydrosysid::model::Model;
 use hydrosysid::monitor::{MonitorOptions, Watch, watch};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::simulate::{Track, free_run};
+use hydrosysid_plant as plant;
 
 const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 const STEP: f64 = 0.1;
@@ -188,6 +189,43 @@ fn two_models_of_one_vehicle_agree_and_a_changed_vehicle_is_told_apart() {
     let [low, high] = drag.interval.expect("an interval");
     assert!(low < 30.0 && 30.0 < high && low > 0.0, "{drag:?}");
     assert!(other.warnings.iter().any(|w| w.code == "M117" && w.message.contains("quadratic_drag@surge")));
+}
+
+/// A log of thrusters' commands, its columns named otherwise, beside a model file that knows of both: no campaign is asked for.
+#[test]
+fn a_new_log_is_read_as_those_of_the_fit_were() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("monitor_alone");
+    let sea = plant::Campaign {
+        commands: plant::Commands::Thrusters,
+        force: plant::RandomForce { share: 0.02, correlation: 1.0 },
+        runs: 4,
+        duration: 40.0,
+        seed: 307,
+        ..plant::Campaign::new(plant::Vehicle::named("small").expect("the plant has it"), &plant::Dof::PLANE)
+    };
+    sea.sail().expect("it sails").write(&folder).expect("it is written");
+    let file = folder.join("campaign.toml");
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    std::fs::write(&file, text.replace("[log]\n", "[log]\ncolumns = { u = \"surge_vel\" }\n")).expect("it is changed");
+    for k in 0..4 {
+        let log = folder.join(format!("run{k:02}.csv"));
+        let text = std::fs::read_to_string(&log).expect("it was written");
+        assert!(text.lines().next().is_some_and(|header| header.contains("V1") && header.contains(",u [m/s]")));
+        std::fs::write(&log, text.replacen(",u [m/s]", ",surge_vel [m/s]", 1)).expect("it is changed");
+    }
+    let campaign = Campaign::load(&file, LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
+    let path = Path::new("model.toml");
+    let told = ModelFile::of(&campaign, &fit).to_text(path).expect("a text");
+    let known = ModelFile::from_text(&told, path).expect("its own text");
+    let dive = folder.join("run03.csv");
+    let alone = campaign::new_logs(&known, &[&dive], None, None).unwrap_or_else(|e| panic!("{e}"));
+    let model = known.model(&alone.runs, path).expect("a model that needs no campaign");
+    let found = campaign::monitor(&alone, &model, &known.envelope, &MonitorOptions::default()).expect("it is watched");
+    assert!(found.watch.fits && !found.watch.windows.is_empty(), "{:?}", found.watch.warnings);
+    // what the thrusters are commanded is what the model is driven by, as in the fit
+    let [there, here] = [&campaign.runs[3], &alone.runs[0]].map(|run| run.signal("tau_u").expect("thrusters make it"));
+    assert_eq!(there.values(), here.values());
 }
 
 #[test]

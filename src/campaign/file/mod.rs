@@ -222,6 +222,17 @@ impl CampaignFile {
         folder_of(self.source.as_ref().map_or(Path::new(""), |source| &source.file))
     }
 
+    /// How every log is read; `None` where they are read in several ways.
+    pub fn common_log<'a>(&'a self) -> Option<&'a LogOptions> {
+        let of_run = |run: &'a RunTable| {
+            let way = run.log.as_ref().unwrap_or(&self.log);
+            run.files.iter().all(|file| file.log.as_ref().is_none_or(|own| own == way)).then_some(way)
+        };
+        let mut ways = self.runs.iter().map(of_run);
+        let first = ways.next().unwrap_or(Some(&self.log));
+        first.filter(|way| ways.all(|other| other == Some(way)))
+    }
+
     /// Where a log lies.
     pub fn path_of(&self, log: &RunFile) -> PathBuf {
         self.folder().join(&log.file)
@@ -265,7 +276,7 @@ fn format_of(root: &DeTable<'_>) -> Option<i64> {
     }
 }
 
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 

@@ -49,6 +49,7 @@ fn numbers(file: &ModelFile) -> Result<(), Wrong> {
             finite(|| format!("envelope.{channel}[{k}]"), *value)?;
         }
     }
+    file.log.validate().map_err(|e| ("log".to_string(), e.to_string()))?;
     file.vehicle.validate().map_err(|e| ("vehicle".to_string(), e.to_string()))?;
     file.water.validate().map_err(|e| ("water".to_string(), e.to_string()))
 }

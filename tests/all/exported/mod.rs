@@ -56,6 +56,7 @@ pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFil
             coriolis,
             input: Interpolation::Linear,
         },
+        log: hydrosysid::log::LogOptions::default(),
         thrusters: Vec::new(),
         efficiency: Efficiency::default(),
         envelope: BTreeMap::from([("u".to_string(), [-0.5, 1.0])]),

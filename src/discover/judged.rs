@@ -1,0 +1,61 @@
+//! Step 7: how the fits of the search predict the runs that took no part, and where the last one fails.
+//!
+//! ```text
+//! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white;      σ_F ≤ 10 rms τ
+//! ```
+
+use super::gap::{GapStep, gap_step, noise_floor, predictions};
+use super::held_out::on_others;
+use super::search::{Search, Task};
+use super::verdict::{failing, overwhelmed};
+use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
+use crate::estimate::output_error::OutputErrorError;
+use crate::progress;
+
+/// What predictions say of the fits of a search.
+pub(super) struct Judged {
+    /// The gap before and after each step.
+    pub gap: Vec<GapStep>,
+    /// How the last fit predicts the runs of the fit.
+    pub training: Vec<Forecast>,
+    /// Channels in which the last fit fails, with how far its predictions err.
+    pub failing: Vec<(String, f64)>,
+}
+
+/// How a fit predicts the runs that it was made of.
+pub(super) fn on_training(fit: &FilterErrorFit) -> Vec<Forecast> {
+    fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)
+}
+
+impl Judged {
+    /// Judges every step of `found`.
+    ///
+    /// # Errors
+    /// [`OutputErrorError`] when a held-out run lacks what the model reads.
+    pub fn new(found: &Search, task: &Task<'_>) -> Result<Judged, OutputErrorError> {
+        let Task { held, fitting, .. } = *task;
+        let mut predicted = Vec::new();
+        for (k, step) in found.steps.iter().enumerate() {
+            progress::tell("the gap on held-out runs", k, found.steps.len());
+            predicted.push(predictions(&step.fit, held, fitting)?);
+        }
+        let fit = found.last_fit();
+        let floor = noise_floor(fit);
+        let steps = found.steps.iter().zip(&predicted).enumerate();
+        let gap = steps.map(|(k, (step, (outputs, made)))| gap_step(found, k, step, outputs, made, &floor)).collect();
+        let (outputs, last) = &predicted[predicted.len() - 1];
+        let training = on_training(fit);
+        let mut failing_in = failing(outputs, last, &training);
+        if !failing_in.is_empty() && !held.is_empty() {
+            let estimated = on_others(fit, held, fitting)?;
+            let allowed = with_all_open(fit, &estimated, last, (held, &fitting.base), task.options.seed)?;
+            failing_in = failing(outputs, &allowed, &training);
+        }
+        for (name, times) in overwhelmed(&fit.noise.forces, task.train) {
+            if failing_in.iter().all(|(known, _)| *known != name) {
+                failing_in.push((name, times));
+            }
+        }
+        Ok(Judged { gap, training, failing: failing_in })
+    }
+}

@@ -1,0 +1,70 @@
+//! Names of a model that fails: what stands in for something else is no name, and not in the model that is told.
+//!
+//! ```text
+//! a name stands where   −2 ln L fell by it by half of all that it fell by,   and half of the gap that it met is closed
+//! ```
+
+use super::candidate::Candidate;
+use super::gap::{GapStep, excess};
+use super::refit::{afresh, level};
+use super::search::{BEHAVES, BehavesLike, Search, Step, Task, asked, screened};
+use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::name_of;
+
+/// Least share of the fall of the likelihood, and of the gap, for a name that stands in a model that fails: most of what is
+/// missing is its own.
+const MOST: f64 = 0.5;
+
+/// Takes the names that stand in for something else out of what was added, told as what it behaves like; returns them.
+pub(super) fn stand_ins(found: &mut Search, gap: &[GapStep]) -> Vec<Candidate> {
+    let total: f64 = found.added.iter().map(|a| a.gain).sum();
+    let closes = |id: &str| {
+        let by_it = |steps: &[GapStep]| {
+            steps[1].added.as_deref() == Some(id) && excess(&steps[1]) <= (1.0 - MOST) * excess(&steps[0])
+        };
+        gap.windows(2).any(by_it)
+    };
+    let (stand, fallen): (Vec<_>, Vec<_>) = std::mem::take(&mut found.added)
+        .into_iter()
+        .partition(|a| a.gain >= MOST * total && closes(&a.candidate.name()));
+    found.added = stand;
+    for added in &fallen {
+        let why = "something else is left that the catalogue does not hold, for which it may stand in".to_string();
+        found.behaves_like.push(BehavesLike { id: added.candidate.name(), why, gain: added.gain });
+    }
+    found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    found.behaves_like.truncate(BEHAVES);
+    fallen.into_iter().map(|added| added.candidate).collect()
+}
+
+/// Leaves `fallen` out of the model: it is the baseline's, or that of the names that stand, fitted again; and scores the
+/// candidates beside it.
+///
+/// # Errors
+/// [`OutputErrorError`] when the runs lack what a candidate reads.
+pub(super) fn leave_out(found: &mut Search, fallen: &[Candidate], task: &Task<'_>) -> Result<(), OutputErrorError> {
+    let fit = found.added.last().and_then(|_| without(found.last_fit(), fallen, task));
+    found.steps.truncate(1);
+    match (found.added.last(), fit) {
+        (Some(added), Some(fit)) => found.steps.push(Step { name: Some(added.candidate.name()), fit }),
+        // where the rest cannot be fitted any more no name is left to tell of
+        _ => found.added.clear(),
+    }
+    let fit = found.last_fit();
+    let list = asked(&fit.model, task);
+    found.screen = screened(fit, &list, task)?;
+    found.candidates = list;
+    Ok(())
+}
+
+/// The last fit again without the terms of `fallen`.
+fn without(last: &FilterErrorFit, fallen: &[Candidate], task: &Task<'_>) -> Option<FilterErrorFit> {
+    let mut model = last.model.clone();
+    for (effect, place) in fallen.iter().flat_map(|candidate| candidate.terms.iter().rev()) {
+        if let Some(term) = model.term(&name_of(effect.about().id, *place)) {
+            model.remove(term);
+        }
+    }
+    filter_error_from(&model, task.train, afresh(&last.noise), &level(task)).ok()
+}
