@@ -109,5 +109,5 @@ def test_a_bag_with_a_topic_of_an_unknown_type_is_read(tmp_path: Path) -> None:
     told = [f.message for f in run.findings if f.code == "L215"]
     assert told, run.findings
     assert "/depth" in told[0]
-    with pytest.raises(hs.DataError, match="cannot be decoded"):
+    with pytest.raises(hs.DataError, match=r"/depth cannot be read|no topic of this bag"):
         hs.Run.from_rosbag(next(path.glob("*.db3")), columns={"z": "/depth:depth"})
