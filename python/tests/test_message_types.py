@@ -142,6 +142,24 @@ def test_outputs_of_mavros_are_known(tmp_path: Path) -> None:
     assert set(run["V2"][1].tolist()) == {1620.0}
 
 
+def test_a_bag_of_foxy_is_read_in_the_layouts_of_foxy(tmp_path: Path) -> None:
+    """`sensor_msgs/Range` has grown a field since; `/rosout` stands beside it in every recording."""
+    store = get_typestore(Stores.ROS2_FOXY)
+    kinds = store.types
+    with Writer(tmp_path / "dive", version=8) as bag:
+        altimeter = bag.add_connection("/altimeter", "sensor_msgs/msg/Range", typestore=store)
+        rosout = bag.add_connection("/rosout", "rcl_interfaces/msg/Log", typestore=store)
+        for k, at in enumerate(AT.tolist()):
+            stamp = header(store, at).stamp
+            said = kinds["rcl_interfaces/msg/Log"](stamp, 20, "altimeter", "a ping", "altimeter.cpp", "ping", 12)
+            bag.write(rosout, at, store.serialize_cdr(said, "rcl_interfaces/msg/Log"))
+            ping = kinds["sensor_msgs/msg/Range"](header(store, at), 1, 0.4, 0.3, 100.0, 2.0 + k)
+            bag.write(altimeter, at, store.serialize_cdr(ping, "sensor_msgs/msg/Range"))
+    run = hs.Run.from_rosbag(without_definitions(tmp_path / "dive"), columns={"altitude": "/altimeter:range"})
+    assert run["altitude"][1].tolist() == [2.0 + k for k in range(6)]
+    assert not [f for f in run.findings if f.code == "L215"]
+
+
 def test_every_known_definition_is_one() -> None:
     """Each layout parses, is made of known types only, and comes back from its own bytes."""
     types = RosTypes()

@@ -77,6 +77,19 @@ class Readers:
         return _read(path, columns, options, lambda p, c: (open_dataflash(p), c))
 
     @classmethod
+    def from_tlog(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
+        """A run from a MAVLink telemetry log, as ground stations write them; needs ``hydrosysid[ardupilot]``.
+
+        Args:
+            path: the log, ``.tlog``.
+            columns: ``{"phi": "ATTITUDE:roll", "V1": {"name": "SERVO_OUTPUT_RAW:servo1_raw", "unit": "us"}}``.
+            options: as for `Readers`.
+        """
+        from ._formats.telemetry import open_telemetry
+
+        return _read(path, columns, options, lambda p, c: (open_telemetry(p), c))
+
+    @classmethod
     def from_ulog(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
         """A run from a PX4 ULog file; needs ``hydrosysid[px4]``.
 
