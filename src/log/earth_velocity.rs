@@ -33,8 +33,7 @@ pub enum EarthVelocityError {
 /// # Errors
 /// See [`EarthVelocityError`]; the signals are then as they were.
 pub fn to_body(signals: &mut BTreeMap<String, Signal>, frame: EarthFrame) -> Result<String, EarthVelocityError> {
-    let missing: Vec<&str> =
-        VELOCITIES.into_iter().chain(ANGLES).filter(|name| !signals.contains_key(*name)).collect();
+    let missing: Vec<&str> = VELOCITIES.into_iter().chain(ANGLES).filter(|name| !signals.contains_key(*name)).collect();
     if !missing.is_empty() {
         return Err(EarthVelocityError::Missing(missing.join(", ")));
     }
@@ -64,8 +63,11 @@ pub fn to_body(signals: &mut BTreeMap<String, Signal>, frame: EarthFrame) -> Res
             Rotation3::from_euler_angles(phi, theta, psi).inverse_transform_vector(&ned)
         })
         .collect();
-    let shared =
-        if inside.len() == time.len() { first.shared_time().clone() } else { inside.iter().map(|k| time[*k]).collect() };
+    let shared = if inside.len() == time.len() {
+        first.shared_time().clone()
+    } else {
+        inside.iter().map(|k| time[*k]).collect()
+    };
     for (i, name) in VELOCITIES.into_iter().enumerate() {
         signals.insert(name.into(), Signal::new(shared.clone(), turned.iter().map(|v| v[i]).collect::<Vec<f64>>()));
     }
