@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 # other packages, in an environment of their own
 PEERS  := target/peers
 
-.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage staged bench clean
+.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage findings staged bench clean
 
 # The wheel of the tests is made of the objects that the Rust tests have built; that of the benches as users get it.
 test test-python test-browser: PROFILE := dev
@@ -76,6 +76,10 @@ plan:
 # Intervals against the truth, errors against the Cramér-Rao bound; see docs/coverage.md.
 coverage:
 	cargo run --release --example coverage -- --write docs/coverage.md
+
+# What `check` says of logs with faults, and of sound ones; see docs/findings.md.
+findings:
+	cargo run --release --example findings -- --write docs/findings.md
 
 # The table of the staged procedure against the truth over fifty seeds; see docs/staged.md.
 staged:

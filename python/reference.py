@@ -51,6 +51,8 @@ GROUPS = {
 SECTIONS = {"Args": "Arguments", "Attributes": "Attributes", "Returns": "Returns", "Raises": "Errors"}
 # of every result, said once above
 COMMON = {"rows", "summary", "to_dict", "to_frame", "to_latex", "plot"}
+MIXED_IN = {"Readers"}
+"""Classes without a name of their own in the package whose members stand with those of the class that has them."""
 
 
 def page() -> str:
@@ -88,7 +90,9 @@ def of_class(thing: type) -> str:
         text = f"```python\n{signature(thing, thing.__name__)}\n```\n\n" + text
     skipped = COMMON if hasattr(thing, "to_frame") and fields else set()
     methods: list[str] = []
-    for key, member in vars(thing).items():
+    mixed_in = [base for base in thing.__mro__[1:] if base.__name__ in MIXED_IN]
+    text += "".join("\n" + told(base) for base in mixed_in)
+    for key, member in [item for place in (thing, *mixed_in) for item in vars(place).items()]:
         if (key.startswith("_") and key != "__getitem__") or key in skipped:
             continue
         if isinstance(member, property):

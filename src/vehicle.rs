@@ -7,6 +7,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::frame::Dof;
+
 /// The `[vehicle]` table of a campaign.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -93,6 +95,20 @@ impl Vehicle {
     /// W − B, N (positive: the vehicle sinks); `None` unless both are known.
     pub fn net_weight(&self) -> Option<f64> {
         Some(self.weight? - self.buoyancy?)
+    }
+
+    /// The entry of the dry mass matrix that couples two motions: ∓m r_g between a force and a rotation, kg·m, 0 elsewhere, for
+    /// products of inertia about the body origin are taken to be 0; `None` where it hangs on a mass that is not known.
+    pub fn dry_coupling(&self, row: Dof, column: Dof) -> Option<f64> {
+        if row.is_rotation() == column.is_rotation() {
+            return Some(0.0);
+        }
+        let [x, y, z] = self.cg.unwrap_or([0.0; 3]);
+        // S(r_g); M_RB has −m S above the diagonal and m S below
+        let skew = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        let sign = if row.is_rotation() { 1.0 } else { -1.0 };
+        let entry = skew[row.index() % 3][column.index() % 3];
+        self.mass.map(|mass| sign * mass * entry)
     }
 
     /// Refuses figures that cannot be.

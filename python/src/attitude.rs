@@ -1,7 +1,12 @@
 //! Attitude: quaternions to Euler angles, earth axes to body axes.
 
-use hydrosysid::navigation::{euler_angles, rotation};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
+
+use hydrosysid::log::earth_velocity::{self, EarthVelocityError};
+use hydrosysid::log::options::EarthFrame;
+use hydrosysid::navigation::euler_angles;
+use hydrosysid::run::Signal;
+use nalgebra::{Quaternion, UnitQuaternion};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
@@ -28,22 +33,26 @@ pub fn euler<'py>(
     Ok(found)
 }
 
-/// Velocities in body axes from velocities north, east, down and the attitude.
+type Arrays<'py> = (Array<'py>, Array<'py>);
+
+/// Signals, `u`, `v`, `w` of which lie along the earth axes `frame`, with these turned to body axes; and how that was done.
 #[pyfunction]
 pub fn to_body<'py>(
     py: Python<'py>,
-    phi: Given<'py>,
-    theta: Given<'py>,
-    psi: Given<'py>,
-    north: Given<'py>,
-    east: Given<'py>,
-    down: Given<'py>,
-) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
-    let given =
-        [phi.as_slice()?, theta.as_slice()?, psi.as_slice()?, north.as_slice()?, east.as_slice()?, down.as_slice()?];
-    columns(py, given, |[phi, theta, psi, n, e, d]| {
-        rotation(phi, theta, psi).inverse_transform_vector(&Vector3::new(n, e, d)).into()
-    })
+    signals: BTreeMap<String, (Given<'py>, Given<'py>)>,
+    frame: &str,
+) -> PyResult<(BTreeMap<String, Arrays<'py>>, String)> {
+    let mut there = BTreeMap::new();
+    for (name, (time, values)) in &signals {
+        there.insert(name.clone(), Signal::new(time.as_slice()?.into(), values.as_slice()?));
+    }
+    let frame = if frame == "enu" { EarthFrame::Enu } else { EarthFrame::Ned };
+    let how = earth_velocity::to_body(&mut there, frame).map_err(|e| match e {
+        EarthVelocityError::Missing(_) => error::usage(py, &e),
+        _ => error::data(py, &e),
+    })?;
+    let array = |values: &[f64]| PyArray1::from_slice(py, values);
+    Ok((there.iter().map(|(name, s)| (name.clone(), (array(s.time()), array(s.values())))).collect(), how))
 }
 
 fn columns<'py, const N: usize>(

@@ -66,7 +66,7 @@ pub fn to_si<'py>(
     log_options: &str,
 ) -> PyResult<(String, &'static str, Bound<'py, PyArray1<f64>>)> {
     let options = options(py, log_options)?;
-    options.validate().map_err(|e| error::usage(py, &e))?;
+    options.validate_each().map_err(|e| error::usage(py, &e))?;
     let source = options.columns.get(name).cloned().unwrap_or_else(|| name.into());
     let unit = source.unit.as_deref().map(|unit| match quantity(name) {
         Some(quantity) => quantity.unit(unit).ok_or_else(|| quantity.accepted()),

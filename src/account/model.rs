@@ -78,7 +78,7 @@ fn parameters(results: &Results<'_>) -> Table {
         columns: shown.iter().map(|c| Column::new(*c, "")).collect(),
         rows,
         note: format!(
-            "Standard deviations: {}. SNAME's values have the opposite sign; an inertia's is its added part.",
+            "Standard deviations: {}. SNAME's values have the opposite sign; those of an inertia and of a coupling are the added part.",
             results.fit.std_method
         ),
     }

@@ -118,15 +118,17 @@ fn together(run: &Run, column: &str) -> Option<(Signal, Signal)> {
 fn tables(fit: &BenchFit) -> String {
     let Some([forward, reverse]) = fit.coefficients() else { return String::new() };
     let astern = if fit.reverse.is_none() { "   # not run astern: as ahead" } else { "" };
+    let lags = fit.lag_at.iter().map(|(n, lag)| format!("{:.4} ± {:.4} s at a command of {n:.2}", lag.value, lag.std));
+    let lags: Vec<String> = lags.collect();
     format!(
-        "forward = {{ a = {:.3}, b = {:.3} }}\nreverse = {{ a = {:.3}, b = {:.3} }}{astern}\ndeadband = {:.4}\n# dead time {:.4} s, lag {:.4} s near rest and {:.4} s at full command\n",
+        "forward = {{ a = {:.3}, b = {:.3} }}\nreverse = {{ a = {:.3}, b = {:.3} }}{astern}\ndeadband = {:.4}\n# dead time {:.4} ± {:.4} s, lag {}\n",
         forward.a,
         forward.b,
         reverse.a,
         reverse.b,
         fit.deadband.value,
         fit.delay.value,
-        fit.lag.value,
-        fit.lag_at.last().map_or(fit.lag.value, |(_, v)| v.value)
+        fit.delay.std,
+        lags.join(", ")
     )
 }

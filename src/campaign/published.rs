@@ -28,6 +28,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter, name_of, places_of};
 use crate::nearest::nearest;
+use crate::vehicle::Vehicle;
 
 /// Names and signs of a file of parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -179,8 +180,8 @@ impl Published {
             (_, []) => {}
         }
         let own = file.convention == Convention::Hydrosysid;
-        let dry =
-            Dry { mass: file.mass.or(file.rigid.map(|m| m[0])).or(campaign.vehicle.mass), inertia: inertia(&file) };
+        let mass = file.mass.or(file.rigid.map(|m| m[0])).or(campaign.vehicle.mass);
+        let dry = Dry { vehicle: Vehicle { mass, ..campaign.vehicle.clone() }, inertia: inertia(&file) };
         let mut values = Vec::new();
         for (key, value) in given {
             let (number, std) = match value {
@@ -232,21 +233,25 @@ impl Published {
 
 /// The dry figures that go with added masses.
 struct Dry {
-    mass: Option<f64>,
+    vehicle: Vehicle,
     inertia: Option<[f64; 3]>,
 }
 
 impl Dry {
     /// A value of SNAME in the signs of this crate.
     fn turned(&self, key: &str, value: f64) -> Result<f64, String> {
-        let diagonal = Dof::ALL.into_iter().find(|d| key == format!("{}_{}dot", d.sname(), d.velocity()));
-        let Some(dof) = diagonal else { return Ok(-value) };
-        let dry = match dof.is_rotation() {
-            true => self.inertia.map(|i| i[dof.index() - 3]),
-            false => self.mass,
+        let all = || Dof::ALL.into_iter();
+        let named = |row: Dof, column: Dof| key == format!("{}_{}dot", row.sname(), column.velocity());
+        let Some((row, column)) = all().flat_map(|r| all().map(move |c| (r, c))).find(|(r, c)| named(*r, *c)) else {
+            return Ok(-value);
         };
-        let what =
-            if dof.is_rotation() { "the dry `inertia`, as in inertia = [Ixx, Iyy, Izz]" } else { "the dry `mass`" };
+        let turns = row == column && row.is_rotation();
+        let dry = match row == column {
+            true if turns => self.inertia.map(|i| i[row.index() - 3]),
+            true => self.vehicle.mass,
+            false => self.vehicle.dry_coupling(row, column),
+        };
+        let what = if turns { "the dry `inertia`, as in inertia = [Ixx, Iyy, Izz]" } else { "the dry `mass`" };
         dry.map(|dry| dry - value)
             .ok_or_else(|| format!("`{key}` is added mass alone: it needs {what}, to become the virtual one"))
     }
@@ -368,5 +373,26 @@ fn beside(p: &Parameter, own: &Model, published: &Published, campaign: &Campaign
         interval: mine.zip(own_std).map(|(m, s)| [m.value - COVER * s, m.value + COVER * s]),
         z,
         p_value: z.map(two_sided),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coupling_has_its_m_r_g_back() {
+        let vehicle = Vehicle { mass: Some(200.0), cg: Some([0.05, 0.0, 0.03]), ..Vehicle::default() };
+        let dry = Dry { vehicle, inertia: None };
+        // m_uq = m z_g − X_q̇, m_vp = −m z_g − Y_ṗ, m_vr = m x_g − Y_ṙ
+        for (key, value, own) in
+            [("X_qdot", -3.0, 9.0), ("Y_pdot", 2.0, -8.0), ("Y_rdot", 4.0, 6.0), ("X_vdot", -1.0, 1.0)]
+        {
+            let turned = dry.turned(key, value).unwrap();
+            assert!((turned - own).abs() < 1e-12, "{key}: {turned}");
+        }
+        assert_eq!(dry.turned("X_u", -20.0), Ok(20.0));
+        let unknown = Dry { vehicle: Vehicle::default(), inertia: None };
+        assert!(unknown.turned("X_qdot", -3.0).unwrap_err().contains("dry `mass`"));
     }
 }

@@ -19,7 +19,7 @@ use crate::estimate::{RegressorOptions, Span, Streamed};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log::options::Repeated;
-use crate::log::{LogOptions, Piece, Pieces, Rows};
+use crate::log::{LogOptions, OptionsError, Piece, Pieces, Rows};
 use crate::model::Model;
 use crate::plan::Instruments;
 use crate::progress::tell;
@@ -117,6 +117,9 @@ impl Folding<'_> {
     fn run(&mut self, table: &RunTable, name: &str) -> Result<(), Error> {
         let options = table.files[0].log.as_ref().or(table.log.as_ref()).unwrap_or(&self.file.log);
         let wrong = |source| Error::Log { run: name.to_string(), source };
+        if options.earth_velocity().is_some() {
+            return Err(wrong(OptionsError::StreamedVelocity.into()));
+        }
         let rows = Rows::open(&self.file.path_of(&table.files[0]), options, &needed(self.file, table.kind));
         let mut pieces = Pieces::new(rows.map_err(wrong)?, self.length);
         let (send, receive) = sync_channel::<Piece>(WAITING);

@@ -89,14 +89,16 @@ pub fn judge_delays(answers: &[(Vec<Answer>, f64)]) -> Vec<Found> {
     let late: Vec<&Answer> = answers
         .iter()
         .filter_map(|(of_dof, step)| of_dof.first().map(|a| (a, *step)))
-        .filter(|(a, step)| a.delay.is_some_and(|d| d.seconds.abs() > (6.0 * d.std).max(1.25 * step).max(0.15)))
+        .filter(|(a, step)| {
+            a.delay.is_some_and(|d| d.certainty > 6.0 && d.seconds.abs() > (6.0 * d.std).max(1.25 * step).max(0.15))
+        })
         .map(|(a, _)| a)
         .collect();
     if late.is_empty() {
         return Vec::new();
     }
     let says = |a: &&Answer| {
-        let d = a.delay.unwrap_or(lag::Lag { seconds: 0.0, std: 0.0 });
+        let d = a.delay.unwrap_or(lag::Lag { seconds: 0.0, std: 0.0, certainty: 0.0 });
         format!(
             "{} answers {} {} ± {} s {}",
             a.velocity,

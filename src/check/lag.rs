@@ -1,10 +1,11 @@
 //! The lag at which a fit leaves least: how much later one channel says what another one says.
 //!
 //! ```text
-//! d̂ = argmin SSE(d),      σ_d² = 2 s² / SSE″(d̂),      s² = SSE(d̂)/(n − p)
+//! d̂ = argmin SSE(d),      σ_d² = 2 s² / SSE″(d̂),      s² = SSE(d̂)/(n − p),      c² = (SSE(0) − SSE(d̂))/s²
 //! ```
 //!
-//! On a grid, refined by the parabola through the three lowest points.
+//! On a grid, refined by the parabola through the three lowest points. c says how far from no lag at all it is by what the
+//! fits leave, in deviations: a dent in a cost that is flat has a small σ_d and a small c.
 
 use serde::Serialize;
 
@@ -15,6 +16,9 @@ pub struct Lag {
     pub seconds: f64,
     /// Standard deviation, s; residuals taken as white.
     pub std: f64,
+    /// How far no lag at all lies from it by the sums of squares, in deviations.
+    #[serde(skip)]
+    pub certainty: f64,
 }
 
 /// Longest lag looked for, s.
@@ -36,7 +40,9 @@ pub fn least(step: f64, cost: impl Fn(f64) -> Option<(f64, usize)>) -> Option<La
     let at = (best as f64 - f64::from(half) + shift) * step;
     let lowest = least - 0.125 * (before - after).powi(2) / bend;
     let variance = 2.0 * lowest.max(0.0) / free.max(1) as f64 / (bend / (step * step));
-    Some(Lag { seconds: at, std: variance.sqrt() })
+    let none = costs[half as usize].0;
+    let certainty = ((none - lowest).max(0.0) * free.max(1) as f64 / lowest.max(f64::MIN_POSITIVE)).sqrt();
+    Some(Lag { seconds: at, std: variance.sqrt(), certainty })
 }
 
 #[cfg(test)]
@@ -49,6 +55,14 @@ mod tests {
         assert!((lag.seconds - 0.234).abs() < 1e-9);
         // σ² = 2 · 0.02 / 16
         assert!((lag.std - 0.05).abs() < 1e-9, "{}", lag.std);
+        // 8 · 0.234² over s² = 0.02
+        assert!((lag.certainty - (8.0 * 0.234_f64.powi(2) / 0.02).sqrt()).abs() < 1e-6, "{}", lag.certainty);
         assert_eq!(least(0.1, |d| Some((d, 100))), None);
+    }
+
+    #[test]
+    fn a_dent_in_a_flat_cost_is_no_lag() {
+        let lag = least(0.1, |d| Some((2.0 - 0.02 * f64::from((d - 1.0).abs() < 0.05), 100))).unwrap();
+        assert!(lag.seconds / lag.std > 5.0 && lag.certainty < 1.1, "{lag:?}");
     }
 }

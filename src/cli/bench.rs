@@ -52,8 +52,11 @@ fn print(bench: &Bench, output: &Output) {
         }
         rows.push(vec!["dead band".into(), told(fit.deadband), "of the command".into()]);
         rows.push(vec!["dead time".into(), told(fit.delay), "s".into()]);
-        rows.push(vec!["lag near rest".into(), told(fit.lag), "s".into()]);
-        rows.push(vec!["faster with speed, κ".into(), told(fit.lag_slope), "1/command".into()]);
+        for (name, value, unit) in
+            [("lag near rest", fit.lag, "s"), ("faster with speed, κ", fit.lag_slope, "1/command")]
+        {
+            rows.extend(value.map(|v| vec![name.into(), told(v), unit.into()]));
+        }
         for (at, value) in &fit.lag_at {
             rows.push(vec![format!("lag at {}", number(*at)), told(*value), "s".into()]);
         }

@@ -11,15 +11,19 @@ use crate::log::{self, LogOptions};
 use crate::text_file;
 
 /// Ends of the names of logs that only the Python package reads, and the extra that it needs for them.
-const ELSEWHERE: [(&str, &str); 12] = [
+const ELSEWHERE: [(&str, &str); 16] = [
     ("bag", "ros"),
     ("db3", "ros"),
     ("mcap", "ros"),
     ("bin", "ardupilot"),
+    ("tlog", "ardupilot"),
     ("ulg", "px4"),
     ("mat", "mat"),
+    ("h5", "hdf5"),
+    ("hdf5", "hdf5"),
     ("parquet", "parquet"),
     ("arrow", "arrow"),
+    ("arrows", "arrow"),
     ("feather", "arrow"),
     ("nc", "xarray"),
     ("npz", ""),

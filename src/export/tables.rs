@@ -11,7 +11,6 @@ use std::fmt::Write;
 
 use csv::Terminator;
 
-use super::body::Body;
 use super::header::{Draft, one_line};
 use super::number::number;
 use super::{Export, ExportError, ExportOptions, Source, Target, losses};
@@ -36,7 +35,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         head.push(format!("The values go with forces that act, by losses of thrust: {}", one_line(&told)));
     }
     let vehicle = Vehicle { mass: options.mass.or(source.file.vehicle.mass), ..source.file.vehicle.clone() };
-    let row = |p: &Parameter| sname(p, described(p, None, &vehicle, &[]), &vehicle, options.inertia);
+    let row = |p: &Parameter| sname(p, described(p, None, &vehicle, &[]), options.inertia);
     let rows: Vec<FitParameter> = source.model.parameters.iter().map(row).collect();
     let text = match target {
         Target::Latex => latex(&head, &rows),
@@ -45,22 +44,14 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     Ok(draft.finish(text.into_bytes()))
 }
 
-/// SNAME's name and value with the dry part taken off.
-fn sname(p: &Parameter, told: FitParameter, vehicle: &Vehicle, inertia: Option<[f64; 3]>) -> FitParameter {
-    let [Some(dof), other] = [p.place.dof, p.place.other] else { return coriolis(p, told) };
-    let dry = match (p.effect.as_str(), other) {
-        ("inertia", _) if dof.is_rotation() => inertia.map(|i| i[dof.index() - 3]),
-        ("added_mass_coupling", Some(other)) => vehicle.mass.map(|m| coupling(m, vehicle.cg, dof, other)),
-        _ => return told,
-    };
-    let name = || format!("{}_{}dot", dof.sname(), other.unwrap_or(dof).velocity());
-    FitParameter { sname: dry.map(|_| name()), sname_value: dry.map(|dry| dry - p.value), ..told }
-}
-
-/// The entry of M_RB that couples two motions: m S(r_g) between forces and rotations, 0 elsewhere.
-fn coupling(mass: f64, cg: Option<[f64; 3]>, row: Dof, column: Dof) -> f64 {
-    // products of inertia about the body origin are taken to be 0
-    Body { mass, cg: cg.unwrap_or([0.0; 3]), inertia: [0.0; 3] }.matrix()[row.index()][column.index()]
+/// SNAME's name and value; of a moment of inertia, which no vehicle file holds, by the dry one that is given.
+fn sname(p: &Parameter, told: FitParameter, inertia: Option<[f64; 3]>) -> FitParameter {
+    let Some(dof) = p.place.dof else { return coriolis(p, told) };
+    if p.effect != "inertia" || !dof.is_rotation() {
+        return told;
+    }
+    let dry = inertia.map(|i| i[dof.index() - 3]);
+    FitParameter { sname: dry.and(p.spec.sname.clone()), sname_value: dry.map(|dry| dry - p.value), ..told }
 }
 
 /// A row of −C(ν)ν whose coefficient has SNAME's sign already: `k_vr` of surge is X_vr.

@@ -21,6 +21,7 @@ codes! {
     TIME_FORMAT = "L016" "time-format" Error "A time stamp is an ISO 8601 date, or is not one although time_format says so.";
     TIME_ORDER = "L017" "time-not-increasing" Error "A time stamp is not later than the one before it: a repeated row, a clock set back, or a clock too coarse.";
     ONE_ROW = "L018" "too-few-rows" Error "One row is no motion.";
+    EARTH_VELOCITY = "L019" "earth-velocity" Error "Velocities along earth axes become those of the body by the attitude: u, v, w at the same instants, and phi, theta, psi over the same time.";
 
     TOO_FEW_ROWS = "L101" "too-few-rows" Warning "So few rows carry no more than a handful of parameters: a fit needs at least two rows more than parameters.";
     ROWS_DROPPED = "L102" "rows-dropped" Warning "Rows were left out because an option says so.";

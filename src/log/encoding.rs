@@ -25,17 +25,20 @@ const MARKS: [(&[u8], &str); 9] = [
 ];
 
 /// First bytes of logs in other formats, whatever their names.
-const LOGS: [(&[u8], &str, &str); 14] = [
+const LOGS: [(&[u8], &str, &str); 17] = [
     (b"\xa3\x95", "an ArduPilot DataFlash log", "ardupilot"),
+    (b"FMT, 128, ", "an ArduPilot DataFlash log in its text form", "ardupilot"),
     (b"ULog\x01\x12\x35", "a PX4 ULog", "px4"),
     (b"\x89MCAP0\r\n", "an MCAP log", "ros"),
     (b"#ROSBAG V", "a ROS 1 bag", "ros"),
     (b"SQLite format 3\0", "a ROS 2 bag or another SQLite file", "ros"),
     (b"MATLAB 5.0 MAT-file", "a MAT file", "mat"),
-    (b"MATLAB 7.3 MAT-file", "a MAT file of version 7.3", "mat"),
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "xarray"),
+    (b"MATLAB 7.3 MAT-file", "a MAT file of version 7.3", "hdf5"),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "hdf5"),
     (b"PAR1", "a Parquet file", "parquet"),
     (b"ARROW1", "an Arrow file", "arrow"),
+    (b"FEA1", "a Feather file", "arrow"),
+    (b"\xff\xff\xff\xff", "an Arrow stream", "arrow"),
     (b"CDF\x01", "a netCDF file", "xarray"),
     (b"CDF\x02", "a netCDF file", "xarray"),
     (b"CDF\x05", "a netCDF file", "xarray"),
@@ -83,6 +86,8 @@ mod tests {
         assert_eq!(opening(b"\0t\0,"), Opening::Other("UTF-16"));
         assert_eq!(opening(b"\x1f\x8b\x08"), Opening::Other("gzip"));
         assert_eq!(opening(b"\xa3\x95\x80\x80"), Opening::Log("an ArduPilot DataFlash log", "ardupilot"));
+        assert!(matches!(opening(b"FMT, 128, 89, FMT, BBnNZ"), Opening::Log(_, "ardupilot")));
+        assert!(matches!(opening(b"\xff\xff\xff\xff\x10\x01"), Opening::Log("an Arrow stream", "arrow")));
         // 2024-07-01 in µs, then MAVLink 2
         let telemetry = [&1_719_830_400_123_456_u64.to_be_bytes()[..], b"\xfd\x09\0\0"].concat();
         assert_eq!(opening(&telemetry), Opening::Log("a MAVLink telemetry log", "ardupilot"));

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use super::codes;
 use super::columns::{self, Quantity, Unit};
+use super::earth_velocity::VELOCITIES;
 use super::frames;
 use super::number;
-use super::options::{ColumnSource, LogOptions, TimeUnit};
+use super::options::{BodyFrame, ColumnSource, Frame, LogOptions, TimeUnit};
 use super::records::Record;
 use crate::finding::{Code, Finding, Quote};
 
@@ -31,7 +32,12 @@ pub struct Column {
 impl Column {
     /// The channel `name` that `source` says how to find, written in `unit` and in the axes of `options`.
     pub fn new(name: &str, index: usize, unit: Option<Unit>, source: &ColumnSource, options: &LogOptions) -> Column {
-        let turn = frames::turn(name, options.body_frame, options.earth_frame);
+        let frame = source.frame;
+        let along_earth = VELOCITIES.contains(&name) && frame.and_then(Frame::earth).is_some();
+        // components along earth axes have no sign of body axes
+        let own_body = if along_earth { Some(BodyFrame::Frd) } else { frame.and_then(Frame::body) };
+        let body = own_body.unwrap_or(options.body_frame);
+        let turn = frames::turn(name, body, frame.and_then(Frame::earth).unwrap_or(options.earth_frame));
         let (times, over) = unit.map_or((1.0, 1.0), |u| (u.times, u.over));
         let times = times * source.scale * f64::from(source.sign) * turn.sign;
         let quantity = columns::quantity(name);

@@ -11,6 +11,7 @@ pub mod check;
 pub mod clock;
 pub mod codes;
 pub mod columns;
+pub mod earth_velocity;
 pub mod encoding;
 mod error;
 pub mod faults;

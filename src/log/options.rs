@@ -11,6 +11,7 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::columns;
+use super::earth_velocity::VELOCITIES;
 
 /// Reading options. Unknown keys are refused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -98,11 +99,14 @@ pub struct ColumnSource {
     pub scale: f64,
     /// Sign: 1 or −1.
     pub sign: i8,
+    /// Axes of this channel alone; `u`, `v`, `w` in earth axes are turned to body axes by the attitude.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<Frame>,
 }
 
 impl From<&str> for ColumnSource {
     fn from(name: &str) -> ColumnSource {
-        ColumnSource { name: name.to_string(), unit: None, scale: 1.0, sign: 1 }
+        ColumnSource { name: name.to_string(), unit: None, scale: 1.0, sign: 1, frame: None }
     }
 }
 
@@ -116,6 +120,7 @@ struct ColumnTable {
     scale: f64,
     #[serde(default = "plus")]
     sign: i8,
+    frame: Option<Frame>,
 }
 
 const fn one() -> f64 {
@@ -133,7 +138,7 @@ impl<'de> Deserialize<'de> for ColumnSource {
             type Value = ColumnSource;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the header of a column, or a table with name, unit, scale, sign")
+                f.write_str("the header of a column, or a table with name, unit, scale, sign, frame")
             }
 
             fn visit_str<E>(self, name: &str) -> Result<ColumnSource, E> {
@@ -141,9 +146,9 @@ impl<'de> Deserialize<'de> for ColumnSource {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ColumnSource, A::Error> {
-                let ColumnTable { name, unit, scale, sign } =
+                let ColumnTable { name, unit, scale, sign, frame } =
                     ColumnTable::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(ColumnSource { name, unit, scale, sign })
+                Ok(ColumnSource { name, unit, scale, sign, frame })
             }
         }
         deserializer.deserialize_any(Either)
@@ -268,6 +273,40 @@ choice! {
 }
 
 choice! {
+    /// Axes of one channel.
+    Frame {
+        /// Body: forward, starboard, down.
+        Frd,
+        /// Body: forward, port, up.
+        Flu,
+        /// Earth: north, east, down.
+        Ned,
+        /// Earth: east, north, up.
+        Enu,
+    }
+}
+
+impl Frame {
+    /// The body axes that are meant, if any.
+    pub const fn body(self) -> Option<BodyFrame> {
+        match self {
+            Frame::Frd => Some(BodyFrame::Frd),
+            Frame::Flu => Some(BodyFrame::Flu),
+            Frame::Ned | Frame::Enu => None,
+        }
+    }
+
+    /// The earth axes that are meant, if any.
+    pub const fn earth(self) -> Option<EarthFrame> {
+        match self {
+            Frame::Ned => Some(EarthFrame::Ned),
+            Frame::Enu => Some(EarthFrame::Enu),
+            Frame::Frd | Frame::Flu => None,
+        }
+    }
+}
+
+choice! {
     /// Where the position comes from.
     PositionSource {
         /// Integrated from velocity and heading: says nothing new.
@@ -343,6 +382,14 @@ pub enum OptionsError {
         /// The header both name.
         header: String,
     },
+    /// Velocities in different axes.
+    #[error("columns.{0}: velocities along earth axes are turned together: say the same frame for u, v and w")]
+    VelocityFrames(&'static str),
+    /// Velocities along earth axes in a log that is read piece by piece.
+    #[error(
+        "columns.u: velocities along earth axes are not turned in a log that is too large to keep: `hydrosysid convert` it first"
+    )]
+    StreamedVelocity,
     /// `time_unit` with dates.
     #[error("time_unit and time_format = \"iso8601\" exclude each other: a date has no unit")]
     UnitOfDate,
@@ -357,6 +404,17 @@ impl LogOptions {
     /// # Errors
     /// The first such value, with what would be right.
     pub fn validate(&self) -> Result<(), OptionsError> {
+        self.validate_each()?;
+        let frame = self.earth_velocity();
+        let other = |name: &&str| self.columns.get(*name).and_then(|source| source.frame?.earth()) != frame;
+        VELOCITIES.into_iter().find(other).map_or(Ok(()), |name| Err(OptionsError::VelocityFrames(name)))
+    }
+
+    /// Refuses values that cannot be meant, each by itself: one channel may be asked for without its neighbours.
+    ///
+    /// # Errors
+    /// The first such value, with what would be right.
+    pub fn validate_each(&self) -> Result<(), OptionsError> {
         let d = self.delimiter;
         let part_of_text = d.is_ascii_alphanumeric() || matches!(d, '"' | '\n' | '\r' | '\0' | '+' | '-' | '_');
         if !d.is_ascii() || part_of_text {
@@ -380,6 +438,11 @@ impl LogOptions {
             }
         }
         self.columns.iter().try_for_each(|(column, source)| self.validate_column(column, source))
+    }
+
+    /// The earth axes that `u`, `v`, `w` are logged along, where they are.
+    pub fn earth_velocity(&self) -> Option<EarthFrame> {
+        VELOCITIES.into_iter().find_map(|name| self.columns.get(name)?.frame?.earth())
     }
 
     fn validate_column(&self, column: &str, source: &ColumnSource) -> Result<(), OptionsError> {
@@ -429,6 +492,18 @@ mod tests {
         assert!(error.contains("delimitor"), "{error}");
         let error = toml::from_str::<LogOptions>("columns.r = { name = \"r\", units = \"deg/s\" }").unwrap_err();
         assert!(error.to_string().contains("units"), "{error}");
+    }
+
+    #[test]
+    fn velocities_along_earth_axes_are_three() {
+        let read = |text: &str| toml::from_str::<LogOptions>(text).unwrap();
+        let of = |c: &str, f: &str| format!("columns.{c} = {{ name = \"{c}\", frame = \"{f}\" }}\n");
+        let ned = read(&(of("u", "ned") + &of("v", "ned") + &of("w", "ned")));
+        ned.validate().unwrap();
+        assert_eq!(ned.earth_velocity(), Some(EarthFrame::Ned));
+        let mixed = read(&(of("u", "ned") + &of("v", "ned") + &of("w", "frd")));
+        assert_eq!(mixed.validate(), Err(OptionsError::VelocityFrames("w")));
+        assert_eq!(read(&of("r", "flu")).earth_velocity(), None);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::LogError;
 use super::cells::add_time_order;
 use super::check;
 use super::codes;
+use super::earth_velocity;
 use super::faults::Faults;
 use super::header::Plan;
 use super::options::{Duplicates, LogOptions, Repeated};
@@ -136,6 +137,10 @@ fn collect<R: Read>(
         ..LogFile::default()
     };
     keep_signals(&mut log, &plan, &passage, table.values);
+    let turned = options.earth_velocity().map(|frame| earth_velocity::to_body(&mut log.signals, frame));
+    if let Some(Err(error)) = &turned {
+        faults.add(&codes::EARTH_VELOCITY, None, None, || error.to_string());
+    }
     for name in required.iter().filter(|n| **n != "t" && !log.signals.contains_key(**n)) {
         faults.add(&codes::MISSING, None, Some(name), || "the column holds no value at all".to_string());
     }
@@ -143,6 +148,9 @@ fn collect<R: Read>(
         return Err(LogError::refused(file, faults));
     }
     passage_findings(&mut log, &passage, options);
+    if let Some(Ok(how)) = turned {
+        log.note(&codes::TURNED, None, &how);
+    }
     if !repeated.is_empty() {
         let said: Vec<String> = repeated.iter().map(|(name, n)| format!("{n} of {taken} values of {name}")).collect();
         let text = format!("{} only repeat the one before: no samples (repeated = \"no_sample\")", said.join(", "));

@@ -1,7 +1,8 @@
 //! A thruster on a bench: command and force over time, from which come curve, dead time and lag of the rotor.
 //!
 //! ```text
-//! n' = (V'(t − d) − n) (1 + κ |n|)/T,      F = F₀ + a n|n| + b n,      V' = sign(V) max(0, |V| − c)
+//! n' = (V'(t − d) − n) r(|n|),      F = F₀ + a n|n| + b n,      V' = sign(V) max(0, |V| − c)
+//! r(n) = 1/T₁ + (1/T₂ − 1/T₁) (n − n₁)/(n₂ − n₁)  =  (1 + κ n)/T
 //! ```
 //!
 //! What the load cell shows rings with the bench where that explains a tenth of the residuals and more:
@@ -10,9 +11,10 @@
 //! y'' = ω² (F − y) − 2 ζ ω y'
 //! ```
 //!
-//! n: speed of the rotor as the command that holds it; d: dead time, s; T: time constant of the rotor near rest, s;
-//! κ: how much faster it answers when it turns, T/(1 + κ|n|) at speed n; F₀: zero of the load cell, N, one a run; a, b, c
-//! as in [`curve`](super::curve), one pair a direction. The command is held between samples. Least squares by
+//! n: speed of the rotor as the command that holds it; d: dead time, s; T₁, T₂: time constants of the rotor at the least
+//! and the greatest |command| of the runs, n₁ and n₂, s, which are what runs show; T: that near rest, s, and κ: how much
+//! faster the rotor answers when it turns, told only where the runs come near rest; F₀: zero of the load cell, N, one a run;
+//! a, b, c as in [`curve`](super::curve), one pair a direction. The command is held between samples. Least squares by
 //! Levenberg-Marquardt; deviations are those of a sandwich over blocks of a second, for a bench rings and its residuals are
 //! no white noise. Source of the lag that falls with speed: Yoerger, Cooke and Slotine, IEEE J. Oceanic Eng. 15 (1990)
 //! 167-178; Healey et al., IEEE J. Oceanic Eng. 20 (1995) 354-361.
@@ -53,10 +55,10 @@ pub struct BenchFit {
     pub deadband: Value,
     /// Dead time d, s.
     pub delay: Value,
-    /// Time constant T of the rotor near rest, s.
-    pub lag: Value,
-    /// κ: the time constant at speed n is T/(1 + κ|n|).
-    pub lag_slope: Value,
+    /// Time constant T of the rotor near rest, s; `None` where no command comes near it.
+    pub lag: Option<Value>,
+    /// κ: the time constant at speed n is T/(1 + κ|n|); `None` with `lag`.
+    pub lag_slope: Option<Value>,
     /// Time constant at the least, the middle and the greatest |command| of the runs, s: command and value.
     pub lag_at: Vec<(f64, Value)>,
     /// Resonance of the bench, Hz, and its damping ratio ζ, where it rings.
@@ -91,6 +93,8 @@ struct Places {
     offsets: usize,
     ringing: Option<usize>,
     held_deadband: f64,
+    /// Least and greatest |command|.
+    commands: [f64; 2],
 }
 
 /// Share of rows at rest or below the dead band from which on the dead band shows.
@@ -98,7 +102,11 @@ const NEAR_ZERO: f64 = 0.02;
 /// Share of the cost that is left where the bench is said to ring.
 const RINGS: f64 = 0.9;
 /// Longest search, steps.
-const STEPS: usize = 60;
+const STEPS: usize = 100;
+/// Shortest time constant, s: below it a step is over within the samples of any bench.
+const LEAST_LAG: f64 = 1e-3;
+/// Greatest share of the greatest command at which the least one is near rest.
+const NEAR_REST: f64 = 0.1;
 /// Length of a block of the sandwich, s.
 const BLOCK: f64 = 1.0;
 
@@ -136,6 +144,7 @@ pub fn fit_bench(runs: &[BenchRun<'_>], deadband: f64) -> Result<BenchFit, Bench
         offsets: take(true, runs.len()).unwrap_or(0),
         ringing: None,
         held_deadband: deadband,
+        commands: [least, most],
     };
     let width = next;
     let plain = search(runs, &quiet, start(runs, &quiet, width, most));
@@ -146,7 +155,7 @@ pub fn fit_bench(runs: &[BenchRun<'_>], deadband: f64) -> Result<BenchFit, Bench
         .map(|k| {
             let mut begin = begin.clone();
             (begin[width], begin[width + 1]) = (10.0 * f64::powi(2.0, k), 0.2);
-            (begin[rings.dynamics], begin[rings.dynamics + 1], begin[rings.dynamics + 2]) = (0.005, 0.02, 0.2);
+            (begin[rings.dynamics], begin[rings.dynamics + 1], begin[rings.dynamics + 2]) = (0.005, 0.02, 0.015);
             search(runs, &rings, begin)
         })
         .min_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -154,8 +163,8 @@ pub fn fit_bench(runs: &[BenchRun<'_>], deadband: f64) -> Result<BenchFit, Bench
         Some(rung) if rung.cost < RINGS * plain.cost => (rings, rung),
         _ => (Places { ringing: None, ..rings }, plain),
     };
-    let std = deviations(runs, &places, &best, &residuals);
-    Ok(told(runs, &places, &best, &std, cost, [least, most], converged))
+    let covariance = covariance(runs, &places, &best, &residuals);
+    Ok(told(runs, &places, &best, &covariance, cost, converged))
 }
 
 /// Where a search has ended.
@@ -210,7 +219,7 @@ fn start(runs: &[BenchRun<'_>], places: &Places, width: usize, most: f64) -> DVe
     if let Some(place) = places.deadband {
         x[place] = places.held_deadband.max(0.02 * most);
     }
-    (x[places.dynamics], x[places.dynamics + 1], x[places.dynamics + 2]) = (0.01, 0.1, 0.5);
+    (x[places.dynamics], x[places.dynamics + 1], x[places.dynamics + 2]) = (0.01, 0.1, 0.06);
     x
 }
 
@@ -221,8 +230,8 @@ fn bounded(x: &DVector<f64>, places: &Places) -> DVector<f64> {
         x[place] = x[place].max(0.0);
     }
     x[places.dynamics] = x[places.dynamics].clamp(0.0, 1.0);
-    x[places.dynamics + 1] = x[places.dynamics + 1].clamp(1e-4, 10.0);
-    x[places.dynamics + 2] = x[places.dynamics + 2].clamp(-0.5, 20.0);
+    x[places.dynamics + 1] = x[places.dynamics + 1].clamp(LEAST_LAG, 10.0);
+    x[places.dynamics + 2] = x[places.dynamics + 2].clamp(LEAST_LAG, 10.0);
     if let Some(place) = places.ringing {
         x[place] = x[place].clamp(1.0, 1e3);
         x[place + 1] = x[place + 1].clamp(1e-3, 0.95);
@@ -270,10 +279,19 @@ fn thrust(n: f64, places: &Places, x: &DVector<f64>) -> f64 {
     place.map_or(0.0, |p| x[p] * n * n.abs() + x[p + 1] * n)
 }
 
+/// How fast the rotor answers near rest, 1/s, and how much faster for each unit of its speed.
+fn rates(places: &Places, x: &DVector<f64>) -> [f64; 2] {
+    let [least, most] = places.commands;
+    let [slow, fast] = [1, 2].map(|k| 1.0 / x[places.dynamics + k]);
+    let slope = if most > least { (fast - slow) / (most - least) } else { 0.0 };
+    [slow - slope * least, slope]
+}
+
 /// Speed of the rotor at each stamp. Between stamps the command is what it was `d` before, so that a step falls inside.
 fn rotor(run: &BenchRun<'_>, places: &Places, x: &DVector<f64>) -> Vec<f64> {
     let band = places.deadband.map_or(places.held_deadband, |p| x[p]);
-    let [delay, lag, slope] = [0, 1, 2].map(|k| x[places.dynamics + k]);
+    let delay = x[places.dynamics];
+    let [rest, slope] = rates(places, x);
     let live = |v: f64| v.signum() * (v.abs() - band).max(0.0);
     let (time, command) = (run.time, run.command);
     let mut n = live(command[0]);
@@ -288,7 +306,7 @@ fn rotor(run: &BenchRun<'_>, places: &Places, x: &DVector<f64>) -> Vec<f64> {
             let until = if at + 1 < time.len() { (time[at + 1] + delay).min(end) } else { end };
             let until = if until > t { until } else { end };
             let wanted = if t < time[0] + delay { command[0] } else { command[at] };
-            let rate = (1.0 + slope * n.abs()).max(0.05) / lag;
+            let rate = (rest + slope * n.abs()).max(0.1);
             n += (live(wanted) - n) * (1.0 - (-rate * (until - t)).exp());
             t = until;
         }
@@ -310,12 +328,12 @@ fn jacobian(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residuals:
     out
 }
 
-/// Standard deviations: the inverse normal matrix on both sides of the sums of blocks of a second.
-fn deviations(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residuals: &DVector<f64>) -> DVector<f64> {
+/// Covariance: the inverse normal matrix on both sides of the sums of blocks of a second.
+fn covariance(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residuals: &DVector<f64>) -> DMatrix<f64> {
     let jacobian = jacobian(runs, places, x, residuals);
     let width = x.len();
     let Some(bread) = jacobian.tr_mul(&jacobian).try_inverse() else {
-        return DVector::from_element(width, f64::INFINITY);
+        return DMatrix::from_diagonal_element(width, width, f64::INFINITY);
     };
     let (mut meat, mut row) = (DMatrix::zeros(width, width), 0);
     for run in runs {
@@ -330,29 +348,40 @@ fn deviations(runs: &[BenchRun<'_>], places: &Places, x: &DVector<f64>, residual
             }
         }
     }
-    let covariance = &bread * meat * &bread;
-    covariance.diagonal().map(|v| v.max(0.0).sqrt())
+    &bread * meat * &bread
+}
+
+/// A number that follows from the parameters, with its deviation by its gradient.
+fn derived(of: &dyn Fn(&DVector<f64>) -> f64, x: &DVector<f64>, covariance: &DMatrix<f64>) -> Value {
+    let value = of(x);
+    let gradient = DVector::from_fn(x.len(), |k, _| {
+        let step = 1e-6 * x[k].abs().max(1e-3);
+        let mut moved = x.clone();
+        moved[k] += step;
+        (of(&moved) - value) / step
+    });
+    // what does not hang on a parameter that nobody knows is known all the same
+    let known = DMatrix::from_fn(x.len(), x.len(), |i, j| {
+        let product = gradient[i] * gradient[j];
+        if product == 0.0 { 0.0 } else { product * covariance[(i, j)] }
+    });
+    Value { value, std: known.sum().max(0.0).sqrt() }
 }
 
 fn told(
     runs: &[BenchRun<'_>],
     places: &Places,
     x: &DVector<f64>,
-    std: &DVector<f64>,
+    covariance: &DMatrix<f64>,
     cost: f64,
-    [least, most]: [f64; 2],
     converged: bool,
 ) -> BenchFit {
-    let value = |k: usize| Value { value: x[k], std: std[k] };
+    let value = |k: usize| Value { value: x[k], std: covariance[(k, k)].max(0.0).sqrt() };
     let pair = |place: Option<usize>| place.map(|p| [value(p), value(p + 1)]);
-    let [delay, lag, slope] = [0, 1, 2].map(|k| value(places.dynamics + k));
-    let at = |n: f64| {
-        // T/(1 + κ n): both deviations as though they were apart
-        let there = lag.value / (1.0 + slope.value * n);
-        let by_slope = there * n / (1.0 + slope.value * n) * slope.std;
-        let by_lag = there / lag.value * lag.std;
-        (n, Value { value: there, std: by_slope.hypot(by_lag) })
-    };
+    let from = |of: &dyn Fn([f64; 2]) -> f64| derived(&|x| of(rates(places, x)), x, covariance);
+    let [least, most] = places.commands;
+    let at = |n: f64| (n, from(&|[rest, slope]| 1.0 / (rest + slope * n)));
+    let near_rest = least <= NEAR_REST * most && rates(places, x)[0] > 0.0;
     let rows: usize = runs.iter().map(|r| r.time.len()).sum();
     let scatter: f64 = runs
         .iter()
@@ -365,9 +394,9 @@ fn told(
         forward: pair(places.forward),
         reverse: pair(places.reverse),
         deadband: places.deadband.map_or(Value { value: places.held_deadband, std: 0.0 }, value),
-        delay,
-        lag,
-        lag_slope: slope,
+        delay: value(places.dynamics),
+        lag: near_rest.then(|| from(&|[rest, _]| 1.0 / rest)),
+        lag_slope: near_rest.then(|| from(&|[rest, slope]| slope / rest)),
         lag_at: [least, 0.5 * (least + most), most].map(at).to_vec(),
         ringing: places.ringing.map(|p| [value(p), value(p + 1)]),
         offsets: (0..runs.len()).map(|k| value(places.offsets + k)).collect(),
@@ -422,8 +451,11 @@ mod tests {
             // four deviations, and what frozen rates over a step of 5 ms leave out
             assert!((v.value - truth).abs() < 4.0 * v.std + 0.01 * truth.abs(), "{v:?} against {truth}");
         };
-        near(fit.lag, 0.12);
-        near(fit.lag_slope, 1.5);
+        near(fit.lag.unwrap(), 0.12);
+        near(fit.lag_slope.unwrap(), 1.5);
+        // T/(1 + κ n) at the greatest command
+        let (n, lag) = fit.lag_at[2];
+        near(lag, 0.12 / (1.0 + 1.5 * n));
         near(fit.deadband, 0.08);
         near(fit.offsets[0], 2.0);
         // the fit holds the command between samples of 5 ms: a step is seen up to one sample late

@@ -1,7 +1,7 @@
 //! Tables for papers: every parameter with SNAME's name, sign and dry part.
 
 use crate::exported::*;
-use hydrosysid::campaign::{ModelFile, ModelParameter};
+use hydrosysid::campaign::{self, ModelFile, ModelParameter};
 use hydrosysid::effects::Coriolis;
 use hydrosysid::export::{ExportOptions, Target};
 use hydrosysid::model::Model;
@@ -51,6 +51,22 @@ fn the_dry_part_is_taken_off_couplings_and_moments_of_inertia() {
     assert_eq!(sname(&given, "inertia", "pitch"), pair("M_qdot", "-20"));
     let heavier = rows(&ExportOptions { mass: Some(210.0), ..ExportOptions::default() });
     assert_eq!(sname(&heavier, "inertia", "surge"), pair("X_udot", "-40"));
+}
+
+#[test]
+fn a_result_says_of_couplings_what_a_table_says() {
+    let file = floating(&[]);
+    let model = file.model(&[], std::path::Path::new("model.toml")).expect("a model");
+    let told = |place: &str, vehicle: &hydrosysid::vehicle::Vehicle| {
+        let p = model.parameters.iter().find(|p| p.term == place).expect("it is there");
+        let told = campaign::described(p, None, vehicle, &[]);
+        (told.sname, told.sname_value)
+    };
+    // m r_g taken off: of m_uq = 9 m z_g = 6, of m_vp = -8 -m z_g
+    assert_eq!(told("added_mass_coupling@surge:pitch", &file.vehicle), (Some("X_qdot".into()), Some(-3.0)));
+    assert_eq!(told("added_mass_coupling@sway:roll", &file.vehicle), (Some("Y_pdot".into()), Some(2.0)));
+    let weightless = hydrosysid::vehicle::Vehicle { mass: None, ..file.vehicle.clone() };
+    assert_eq!(told("added_mass_coupling@surge:pitch", &weightless), (None, None), "m r_g is not known");
 }
 
 #[test]

@@ -10,7 +10,10 @@ fn a_binary_log_is_named_with_what_reads_it() {
         (b"ULog\x01\x12\x35\x01", "a PX4 ULog", "px4"),
         (b"\x89MCAP0\r\n", "an MCAP log", "ros"),
         (b"#ROSBAG V2.0\n", "a ROS 1 bag", "ros"),
-        (b"MATLAB 7.3 MAT-file, Platform", "a MAT file of version 7.3", "mat"),
+        (b"MATLAB 7.3 MAT-file, Platform", "a MAT file of version 7.3", "hdf5"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "hdf5"),
+        (b"\xff\xff\xff\xff\x10\x01\0\0", "an Arrow stream", "arrow"),
+        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n", "in its text form", "ardupilot"),
         (&telemetry, "a MAVLink telemetry log", "ardupilot"),
     ] {
         let bytes = [begin, &[0; 64]].concat();

@@ -1,5 +1,7 @@
-//! The thruster's curve on real bollard-pull data: Blue Robotics T200, six supply voltages, 201 rows each.
+//! A thruster on real data: the T200 of Blue Robotics at bollard pull, six supply voltages, 201 rows each; and its dynamics
+//! on a bench, square waves and a sine sweep to 10 Hz at 500 Hz.
 
+use hydrosysid::campaign::{self, Bench, Campaign, LoadOptions};
 use hydrosysid::thrust::bollard::{Bollard, CurveOptions, DeadBand};
 use hydrosysid::thrust::fit::{CurveFit, DirectionFit, fit_curve};
 
@@ -90,4 +92,56 @@ fn regress_supply_exponent() {
     let blind = fit_curve(&blind, &options).expect("an ordinary thruster");
     // ignoring the battery is an error of tens of per cent
     assert!(blind.forward.residual_std > 5.0 * with.forward.residual_std);
+}
+
+/// The bench runs of these files, fitted together; `None` where the data is not at hand.
+fn bench(files: &[&str]) -> Option<Bench> {
+    let folder = shared::path("realdata/t200-dynamic/README.md")?.parent().expect("a folder").to_path_buf();
+    let runs: String = files
+        .iter()
+        .map(|file| format!("[[run]]\nfile = {:?}\nkind = \"bench\"\n", folder.join(file).display().to_string()))
+        .collect();
+    let text = format!(
+        "format = 1\n[vehicle]\nname = \"T200\"\n[model]\ndofs = [\"surge\"]\neffects = [\"inertia\", \"linear_drag\"]\n\
+         [log.columns]\nt = \"time (s)\"\nV1 = {{ name = \"input (us)\", unit = \"us\" }}\n\
+         force = {{ name = \"force (lb)\", unit = \"lbf\" }}\n{runs}"
+    );
+    let name = format!("hydrosysid-t200-{}-{}.toml", std::process::id(), files.len());
+    let place = std::env::temp_dir().join(name);
+    std::fs::write(&place, text).expect("it is written");
+    let options = LoadOptions { allow_outside: true };
+    let campaign = Campaign::load(&place, options).unwrap_or_else(|e| panic!("{e}"));
+    std::fs::remove_file(&place).expect("it was there");
+    Some(campaign::bench(&campaign))
+}
+
+const SINE: &str = "T200_Sine_0-10_Hz_1600-1900_us.csv";
+const SQUARE: &str = "T200_Square_0-10_Hz_1600-1900_us.csv";
+const SMALL_SQUARE: &str = "T200_Square_0-10_Hz_1650-1850_us.csv";
+
+#[test]
+fn regress_dynamics_on_the_bench() {
+    let Some(found) = bench(&[SINE, SQUARE, SMALL_SQUARE]) else { return };
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    let [thruster] = &found.thrusters[..] else { panic!("one thruster") };
+    let fit = &thruster.fit;
+    println!("{fit:#?}");
+    assert!(fit.converged && fit.explained > 0.82, "{fit:?}");
+    // the force begins to rise 6 to 10 ms behind an edge, by eye
+    assert!((0.004..0.010).contains(&fit.delay.value) && fit.delay.std < 0.002, "{:?}", fit.delay);
+    // steady at 1900 us some 46 N above the zero, at 1600 us 5 N
+    let [forward, _] = fit.coefficients().expect("it ran ahead");
+    let thrust = |n: f64| forward.a * n * n + forward.b * n;
+    assert!((38.0..50.0).contains(&(thrust(1.0) - thrust(0.25))), "{forward:?}");
+    // no command comes near rest: what the lag is there is not told
+    assert!(fit.lag.is_none() && fit.lag_slope.is_none());
+    for (command, lag) in &fit.lag_at {
+        assert!(lag.std.is_finite() && lag.value < 0.05, "{command}: {lag:?}");
+    }
+    // a rotor that turns slowly is the slower one: Yoerger et al. (1990)
+    assert!(fit.lag_at[0].1.value > fit.lag_at[2].1.value, "{:?}", fit.lag_at);
+    // the bench rings between 20 and 45 Hz, as its spectrum shows
+    let [frequency, damping] = fit.ringing.expect("it rings");
+    assert!((20.0..45.0).contains(&frequency.value) && damping.value < 0.4, "{frequency:?} {damping:?}");
+    assert!(thruster.tables.contains("dead time") && thruster.tables.contains("at a command of 1.00"));
 }

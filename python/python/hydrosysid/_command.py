@@ -61,6 +61,7 @@ def _other_logs(arguments: list[str]) -> argparse.Namespace | None:
     for figure in FIGURES:
         parser.add_argument(f"--{figure}", type=float)
     parser.add_argument("--log", dest="options", action="append", default=[])
+    parser.add_argument("--msg", action="append", default=[])
     parser.add_argument("--json", type=Path)
     parser.add_argument("-j", "--jobs")
     for flag in ("--strict", "--force", "--no-color"):
@@ -84,6 +85,8 @@ def _init(typed: argparse.Namespace) -> int:
     if json_file is not None:
         may_write(json_file, typed.force)
     figures = {figure: getattr(typed, figure) for figure in FIGURES}
+    if typed.msg:
+        options["msg"] = typed.msg
     text = init(
         typed.logs, typed.output, vehicle=typed.vehicle, name=typed.name, force=typed.force, **figures, **options
     )
@@ -110,6 +113,7 @@ def _other_format(arguments: list[str]) -> argparse.Namespace | None:
     parser.add_argument("-o", "--output", dest="out", type=Path)
     parser.add_argument("--map", type=Path)
     parser.add_argument("--log", dest="options", action="append", default=[])
+    parser.add_argument("--msg", action="append", default=[])
     parser.add_argument("--json", type=Path)
     parser.add_argument("-j", "--jobs")
     for flag in ("--strict", "--force", "--no-color"):
@@ -134,6 +138,8 @@ def _convert(typed: argparse.Namespace) -> int:
         options = tomllib.loads("\n".join(typed.options))
     except tomllib.TOMLDecodeError as error:
         raise UsageError(f"--log: {error}") from None
+    if typed.msg:
+        options["msg"] = typed.msg
     run = convert(typed.log, map=typed.map, **options)
     warnings = [finding for finding in run.findings if finding.severity == "warning"]
     if not typed.quiet:

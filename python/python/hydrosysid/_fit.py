@@ -33,7 +33,7 @@ class Parameter:
         std_paper: standard deviation by equation (14) of the paper.
         unit: unit.
         sname: SNAME's name of the same quantity, ``X_u|u|``.
-        sname_value: SNAME's value, which has the opposite sign.
+        sname_value: SNAME's value, which has the opposite sign; of an inertia and a coupling the added part.
         fixed: whether it was held.
         other: the other degree of freedom of a coupling.
         per_run: values of a parameter with one in each run.

@@ -30,6 +30,7 @@ class Readers:
       ``u``, ``v``, ``w`` with ``frame = "ned"`` or ``"enu"`` are turned to body axes by ``phi``, ``theta``, ``psi``.
     * ``body_frame``, ``earth_frame``: axes of all channels that name none.
     * ``missing = "no_sample"``, ``duplicates = "first"``, ``sort = True``, ``time_unit``, ``clock = "log"``.
+    * ``msg``: ``.msg`` files, or folders of such, with ROS types whose definitions a log does not hold.
     * ``map``: a TOML file with these options, as for ``hydrosysid convert --map``.
     * ``name``, ``kind``, ``role``, ``gaps`` of the run.
     """
@@ -47,7 +48,7 @@ class Readers:
         """
         from ._formats.rosbag import open_rosbag
 
-        return _read(path, columns, options, lambda p, c: (open_rosbag(p, c.clock), c))
+        return _read(path, columns, options, lambda p, c: (open_rosbag(p, c.clock, c.msg), c))
 
     @classmethod
     def from_mcap(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
@@ -60,7 +61,7 @@ class Readers:
         """
         from ._formats.mcap_log import open_mcap
 
-        return _read(path, columns, options, lambda p, c: (open_mcap(p, c.clock), c))
+        return _read(path, columns, options, lambda p, c: (open_mcap(p, c.clock, c.msg), c))
 
     @classmethod
     def from_dataflash(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
@@ -74,6 +75,19 @@ class Readers:
         from ._formats.dataflash import open_dataflash
 
         return _read(path, columns, options, lambda p, c: (open_dataflash(p), c))
+
+    @classmethod
+    def from_tlog(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
+        """A run from a MAVLink telemetry log, as ground stations write them; needs ``hydrosysid[ardupilot]``.
+
+        Args:
+            path: the log, ``.tlog``.
+            columns: ``{"phi": "ATTITUDE:roll", "V1": {"name": "SERVO_OUTPUT_RAW:servo1_raw", "unit": "us"}}``.
+            options: as for `Readers`.
+        """
+        from ._formats.telemetry import open_telemetry
+
+        return _read(path, columns, options, lambda p, c: (open_telemetry(p), c))
 
     @classmethod
     def from_ulog(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
@@ -90,16 +104,31 @@ class Readers:
 
     @classmethod
     def from_mat(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
-        """A run from a MAT file up to version 7; needs ``hydrosysid[mat]``.
+        """A run from a MAT file; needs ``hydrosysid[mat]``, of version 7.3 ``hydrosysid[hdf5]``.
 
         Args:
             path: the file.
             columns: ``{"u": {"name": "dvl.u", "time": "dvl.t"}, "t": "t"}``; vectors under their own names when absent.
+                The second column of a matrix is ``m[1]``, the second cell of a cell array ``c[1]``.
             options: as for `Readers`.
         """
-        from ._formats.open import open_mat
+        from ._formats.mat import open_mat
 
         return _read(path, columns, options, open_mat)
+
+    @classmethod
+    def from_hdf5(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
+        """A run from an HDF5 file; needs ``hydrosysid[hdf5]``.
+
+        Args:
+            path: the file.
+            columns: ``{"u": {"name": "dvl/velocity[0]", "time": "dvl/t"}}``: the path of a dataset, of one of several
+                columns with its number, of a table with its field: ``log.u``.
+            options: as for `Readers`.
+        """
+        from ._formats.hdf5 import open_hdf5
+
+        return _read(path, columns, options, open_hdf5)
 
     @classmethod
     def from_parquet(cls, path: File, *, columns: Columns | None = None, **options: Any) -> Run:
@@ -110,7 +139,10 @@ class Readers:
 
     @classmethod
     def from_arrow(cls, table: Any, *, columns: Columns | None = None, **options: Any) -> Run:
-        """A run from an Arrow table or IPC (Feather) file; needs ``hydrosysid[arrow]``. Arguments as for `from_mat`."""
+        """A run from an Arrow table, an IPC file (Feather) or stream; needs ``hydrosysid[arrow]``.
+
+        Arguments as for `from_mat`.
+        """
         from ._formats import table as tables
         from ._formats.open import open_arrow
 

@@ -8,7 +8,7 @@ import json
 import shutil
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -17,21 +17,20 @@ import numpy as np
 from . import _native
 from ._errors import DataError, UsageError
 from ._files import may_write, write
-from ._formats import ColumnMap, Source, is_known, open_source, run_of
+from ._formats import ColumnMap, Source, format_of, is_known, open_source, run_of
 from ._formats.dataflash import told
 from ._formats.guess import CLOSED, Guess, guess
 from ._run import Run
 
 KINDS = {
     ".bin": "ardupilot",
-    ".log": "ardupilot",
     ".tlog": "mavlink",
     ".ulg": "px4",
     ".bag": "ros",
     ".db3": "ros",
     ".mcap": "ros",
 }
-"""What names a log has, by the end of its own."""
+"""What names a log has, by its format."""
 
 
 def init(
@@ -46,6 +45,7 @@ def init(
     buoyancy: float | None = None,
     length: float | None = None,
     force: bool = False,
+    msg: Iterable[str | PathLike[str]] = (),
     **log: Any,
 ) -> str:
     """The text of a commented campaign from logs as they come off a vehicle; every guess is a comment ``# guessed:``.
@@ -62,6 +62,7 @@ def init(
         buoyancy: buoyancy, N.
         length: characteristic length, m.
         force: replace a campaign that is there.
+        msg: definitions of ROS messages that bags do not hold: ``.msg`` files, or folders of such.
         log: reading options of ``[log]``; they win over guesses.
 
     Raises:
@@ -81,7 +82,7 @@ def init(
             continue
         if file is None:
             raise UsageError(f"{given}: say with output where to write what it becomes as CSV")
-        made = _converted(given, folder, learned)
+        made = _converted(given, folder, learned, tuple(fspath(file) for file in msg))
         if made is not None:
             shown.append((str(folder / made), made))
     figures = (mass, volume, weight, buoyancy, length)
@@ -127,15 +128,15 @@ def _beside(path: Path, folder: Path, writes: bool) -> tuple[str, str]:
     return str(target), path.name
 
 
-def _converted(path: Path, folder: Path, learned: dict[str, Any]) -> str | None:
+def _converted(path: Path, folder: Path, learned: dict[str, Any], msg: tuple[str, ...]) -> str | None:
     """Writes a log of another format as CSV into the folder, and notes what was learned; its name, where it has any."""
     made = f"{path.stem or path.name}.csv"
-    kind = "ros" if path.is_dir() else KINDS.get(path.suffix.lower())
+    kind = KINDS.get(format_of(path) or "")
     try:
         if kind is None:
             _table(path, folder / made)
             return made
-        source, columns = open_source(path, ColumnMap())
+        source, columns = open_source(path, ColumnMap(msg=msg))
         parameters, modes = told(path) if kind == "ardupilot" else ({}, [])
         found = guess(source, kind, parameters, modes)
         found.reasons += source.notes
@@ -165,7 +166,9 @@ def _run(source: Source, found: Guess, columns: ColumnMap) -> Run | None:
     wanted = dict(found.columns)
     while wanted:
         try:
-            return run_of(source, ColumnMap.of({"columns": wanted, "clock": columns.clock, **found.options}))
+            return run_of(
+                source, ColumnMap.of({"columns": wanted, "clock": columns.clock, "msg": columns.msg, **found.options})
+            )
         except (DataError, UsageError) as error:
             # velocities along earth axes need each other; of the rest the one that is named is at fault
             named = [n for n in wanted if f"{source.name}: {n}" in str(error) or f"columns.{n}" in str(error)]

@@ -388,6 +388,8 @@ impl Check<'_> {
             }
             OptionsError::TimeScale => "columns.t".to_string(),
             OptionsError::SameHeader { second, .. } => format!("columns.{second}"),
+            OptionsError::VelocityFrames(column) => format!("columns.{column}"),
+            OptionsError::StreamedVelocity => "columns.u".to_string(),
             OptionsError::UnitOfDate => "time_unit".to_string(),
             OptionsError::Limit(key) => key.to_string(),
         };

@@ -110,7 +110,7 @@ pub struct FitParameter {
     pub unit: String,
     /// SNAME's name of the same quantity.
     pub sname: Option<String>,
-    /// SNAME's value: the opposite sign; of an inertia the added part alone where the dry mass is known.
+    /// SNAME's value: the opposite sign; of an inertia and a coupling the added part alone, m and m r_g taken off.
     pub sname_value: Option<f64>,
     /// Whether it was held.
     pub fixed: bool,
@@ -173,12 +173,13 @@ pub(in crate::campaign) fn row_of(effect: &str, place: Place) -> Option<Dof> {
 /// One parameter as it is told: its place, SNAME's name and value; `paper` is its standard deviation by (14), `runs` are
 /// those of its values per run.
 pub fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
-    let dry = match p.place.dof {
-        Some(dof) if p.effect == "inertia" && !dof.is_rotation() => vehicle.mass,
+    let dry = match (p.effect.as_str(), p.place.dof, p.place.other) {
+        ("inertia", Some(dof), _) => vehicle.mass.filter(|_| !dof.is_rotation()),
+        ("added_mass_coupling", Some(dof), Some(other)) => vehicle.dry_coupling(dof, other),
         _ => Some(0.0),
     };
-    // SNAME's N_ṙ is the added part of an inertia alone, which nobody knows without the dry one
-    let sname = p.spec.sname.clone().filter(|_| p.effect != "inertia" || dry.is_some_and(|d| d > 0.0));
+    // SNAME's N_ṙ and X_q̇ are the added part alone, which nobody knows without the dry one
+    let sname = p.spec.sname.clone().filter(|_| dry.is_some());
     FitParameter {
         effect: p.effect.clone(),
         dof: row_of(&p.effect, p.place),

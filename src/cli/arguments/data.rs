@@ -43,6 +43,9 @@ pub(in crate::cli) struct Init {
     /// Characteristic length, m.
     #[arg(long, value_name = "M", value_parser = positive)]
     pub length: Option<f64>,
+    /// Definition of a ROS message that a bag does not hold (.msg), or a folder of such; with the Python package.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub msg: Vec<PathBuf>,
     /// What the reader of another format has learned from the log (TOML); written by the Python package.
     #[arg(long, value_name = "FILE", hide = true)]
     pub learned: Option<PathBuf>,
@@ -72,7 +75,7 @@ pub(in crate::cli) struct Check {
     after_help = "Examples:\n  hydrosysid convert dive.csv -o plain.csv --log 'body_frame = \"flu\"' --log 'time_unit = \"ms\"'\n  hydrosysid convert dive.mcap -o plain.csv --map map.toml\n\nThe map is a TOML table as the campaign's [log]: columns (canonical name = where it stands, with unit, scale,\nsign and frame), body_frame, earth_frame, and so on. ROS bags, MCAP, DataFlash, ULog, MAT, Parquet, Arrow and NumPy\nfiles are read by the command of the Python package."
 )]
 pub(in crate::cli) struct Convert {
-    /// Log to read: CSV, or with the Python package a bag, .mcap, .bin, .ulg, .mat, .parquet, .arrow, .npz.
+    /// Log to read: CSV, or with the Python package a bag, .mcap, .bin, .tlog, .ulg, .mat, .h5, .parquet, .arrow, .npz.
     pub log: PathBuf,
     /// File to write.
     #[arg(required_unless_present = "out", conflicts_with = "out")]
@@ -83,6 +86,9 @@ pub(in crate::cli) struct Convert {
     /// TOML file with the reading options, columns among them.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
+    /// Definition of a ROS message that a bag does not hold (.msg), or a folder of such; with the Python package.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub msg: Vec<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
 }

@@ -7,7 +7,7 @@ import json
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,7 @@ class ColumnMap:
         sort: sort each channel by time.
         clock: time stamps of ROS messages: those in their ``header``, where they have one, or those of the ``log``.
         time_unit: unit of time stamps that are numbers.
+        msg: definitions of ROS messages that a log does not hold: ``.msg`` files, or folders of such.
     """
 
     columns: Mapping[str, ColumnSource] = field(default_factory=dict)
@@ -74,6 +75,7 @@ class ColumnMap:
     sort: bool = False
     clock: str = "header"
     time_unit: str | None = None
+    msg: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, options: Mapping[str, Any], where: str = "the column map") -> ColumnMap:
@@ -91,25 +93,24 @@ class ColumnMap:
         if not isinstance(given, Mapping):
             raise UsageError(f"{where}: columns must be a table: canonical name = where it stands")
         columns = {name: _source(name, entry, where) for name, entry in given.items()}
-        rest = {key: value for key, value in options.items() if key != "columns" and value is not None}
-        return cls(columns=columns, **rest)
+        rest = {key: value for key, value in options.items() if key not in ("columns", "msg") and value is not None}
+        return cls(columns=columns, msg=_files(options.get("msg"), where), **rest)
 
     @classmethod
     def from_file(cls, path: str | PathLike[str], options: Mapping[str, Any] | None = None) -> ColumnMap:
-        """A map from a TOML file; `options` win over what stands there."""
-        return cls.of(read_toml(path) | dict(options or {}), str(path))
+        """A map from a TOML file; `options` win over what stands there, and ``msg`` is found from its folder."""
+        table = read_toml(path)
+        if "msg" in table:
+            table["msg"] = [str(Path(path).parent / file) for file in _files(table["msg"], str(path))]
+        return cls.of(table | dict(options or {}), str(path))
 
     def si_options(self, name: str) -> str:
         """The options of the library's reader for one channel, as JSON."""
         source = self.columns.get(name, ColumnSource(name))
-        body = source.frame if source.frame in BODY else self.body_frame
-        if name in EARTH_VELOCITIES and source.frame in EARTH:
-            body = "frd"  # components along earth axes have no sign of body axes
-        earth = source.frame if source.frame in EARTH else self.earth_frame
-        column = {"name": source.name, "scale": source.scale, "sign": source.sign}
-        if source.unit is not None:
-            column["unit"] = source.unit
-        return json.dumps({"columns": {name: column}, "body_frame": body, "earth_frame": earth})
+        said = {"name": source.name, "scale": source.scale, "sign": source.sign}
+        said |= {key: value for key in ("unit", "frame") if (value := getattr(source, key)) is not None}
+        options = {"columns": {name: said}, "body_frame": self.body_frame, "earth_frame": self.earth_frame}
+        return json.dumps(options)
 
 
 def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
@@ -137,6 +138,13 @@ def _source(name: str, entry: Any, where: str) -> ColumnSource:
     if frame is not None and frame not in BODY + EARTH:
         raise UsageError(f"{place}: frame = {frame!r} is none of {', '.join(BODY + EARTH)}")
     return ColumnSource(**entry)
+
+
+def _files(given: Any, where: str) -> tuple[str, ...]:
+    files = [given] if isinstance(given, str | PathLike) else list(given or ())
+    if not all(isinstance(file, str | PathLike) for file in files):
+        raise UsageError(f"{where}: msg = {given!r} must be a .msg file, a folder of such, or a list of them")
+    return tuple(fspath(file) for file in files)
 
 
 def _known(given: Iterable[str], known: list[str], where: str) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from .._errors import DataError, UsageError
 from .extras import needed
+from .first_bytes import first_bytes
 from .source import Source, Stream
 
 HEAD = b"\xa3\x95"
@@ -30,10 +31,8 @@ def open_dataflash(path: Path) -> Source:
     library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
     if not path.exists():
         raise UsageError(f"{path}: there is no such log")
-    with path.open("rb") as file:
-        begin = file.read(8000)
-    text = b"FMT," in begin and not begin.startswith(HEAD)
-    if not text and not begin.startswith(HEAD):
+    text = _is_text(path)
+    if not text and first_bytes(path, len(HEAD)) != HEAD:
         raise DataError(f"{path}: this is no DataFlash log: it begins with neither A3 95 nor an FMT line")
 
     def messages(types: list[str] | None = None) -> Iterator[tuple[str, Any]]:
@@ -82,12 +81,11 @@ def open_dataflash(path: Path) -> Source:
 def told(path: Path) -> tuple[dict[str, float], list[tuple[float, int]]]:
     """What a DataFlash log says of the vehicle: its parameters, and when (s) it went into which mode, the end last."""
     library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
-    with path.open("rb") as file:
-        text = b"FMT," in file.read(8000)
+    text = _is_text(path)
     parameters: dict[str, float] = {}
     modes: list[tuple[float, int]] = []
     end = 0.0
-    log = (library.DFReader_text if text and path.suffix.lower() == ".log" else library.DFReader_binary)(str(path))
+    log = (library.DFReader_text if text else library.DFReader_binary)(str(path))
     try:
         while (message := log.recv_match(type=["PARM", "MODE", "RCOU"])) is not None:
             stamp = _time(message)
@@ -101,6 +99,11 @@ def told(path: Path) -> tuple[dict[str, float], list[tuple[float, int]]]:
     finally:
         log.close()
     return parameters, ([*modes, (end, -1)] if modes else [])
+
+
+def _is_text(path: Path) -> bool:
+    begin = first_bytes(path, 8000)
+    return b"FMT," in begin and not begin.startswith(HEAD)
 
 
 def _time(message: Any) -> str | None:

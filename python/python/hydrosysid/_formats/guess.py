@@ -19,6 +19,10 @@ DEG: Mapping[str, Any] = {"unit": "deg"}
 NED: Mapping[str, Any] = {"frame": "ned"}
 PULSE: Mapping[str, Any] = {"unit": "us"}
 PLAIN: Mapping[str, Any] = {}
+DVL: Mapping[str, Any] = {"frame": "frd"}
+"""Reports of a DVL as it makes them (Water Linked A50, marine_acoustic_msgs): x forward, z where it points, down."""
+VALID = "velocity_valid"
+"""Field of a DVL's report that tells which of its velocities are any."""
 
 ARDUPILOT: list[Rule] = [
     ("ATT*", "Roll", "phi", DEG),
@@ -38,6 +42,14 @@ AIDED: list[Rule] = [
     for stream in ("XKF1(0)", "NKF1(0)")
     for name, channel in (("VN", "u"), ("VE", "v"), ("VD", "w"), ("PN", "x"), ("PE", "y"))
 ]
+AIDS = ("VISO", "VISP", "GPS", "BCN", "OF")
+"""Begins of messages of DataFlash that tell of a sensor that aids the EKF's velocities."""
+MAVLINK_AIDED: list[Rule] = [
+    ("*LOCAL_POSITION_NED", name, channel, NED if channel in "uvw" else PLAIN)
+    for name, channel in (("vx", "u"), ("vy", "v"), ("vz", "w"), ("x", "x"), ("y", "y"), ("z", "z"))
+]
+MAVLINK_AIDS = ("VISION_POSITION_DELTA", "VISION_SPEED_ESTIMATE", "GPS_INPUT", "GPS_RAW_INT", "OPTICAL_FLOW")
+"""The same of MAVLink."""
 MAVLINK: list[Rule] = [
     ("*ATTITUDE", "roll", "phi", PLAIN),
     ("*ATTITUDE", "pitch", "theta", PLAIN),
@@ -51,6 +63,8 @@ MAVLINK: list[Rule] = [
     ("*BATTERY_STATUS", "voltages(0)", "supply_V", {"scale": 1e-3}),
     *[("*SERVO_OUTPUT_RAW", f"servo{k}_raw", f"V{k}", PULSE) for k in range(1, 17)],
 ]
+BLUEOS = "mavlink/*/1/"
+"""Topics of the MCAP logs of BlueOS that hold MAVLink of an autopilot: system, component, message, as JSON."""
 PX4: list[Rule] = [
     *[
         ("vehicle_attitude", f"q.{angle}", channel, PLAIN)
@@ -70,7 +84,7 @@ ROS: list[Rule] = [
         for angle, channel in (("roll", "phi"), ("pitch", "theta"), ("yaw", "psi"))
     ],
     *[("*", f"*twist.twist.linear.{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
-    *[("*dvl*", f"*velocity.{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
+    *[("*dvl*", f"velocity.{a}", channel, DVL) for a, channel in zip("xyz", "uvw", strict=True)],
     *[("*dvl*", f"*linear.{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
     *[("*dvl*", f"v{a}", channel, PLAIN) for a, channel in zip("xyz", "uvw", strict=True)],
     *[("*", f"*angular_velocity.{a}", channel, PLAIN) for a, channel in zip("xyz", "pqr", strict=True)],
@@ -131,10 +145,17 @@ def guess(source: Source, kind: str, parameters: Mapping[str, float], modes: lis
     """The columns of a log of this `kind` (``ardupilot``, ``mavlink``, ``px4`` or ``ros``)."""
     made = Guess(options={"missing": "no_sample", "duplicates": "first", "sort": True})
     rules = {"ardupilot": ARDUPILOT, "mavlink": MAVLINK, "px4": PX4, "ros": ROS}[kind]
-    if kind == "ardupilot" and any(s.startswith(("VISO", "VISP", "GPS", "BCN", "OF")) for s in source.contents):
+    blueos = kind == "ros" and any(fnmatchcase(stream, BLUEOS + "*") for stream in source.contents)
+    if blueos:
+        kind, rules = "mavlink", _of_blueos(MAVLINK)
+        made.reasons.append("a log of BlueOS: MAVLink in forward-starboard-down and north-east-down axes")
+    if kind == "ardupilot" and any(s.startswith(AIDS) for s in source.contents):
         rules = [*AIDED, *rules]
         made.reasons.append("velocities and position are the EKF's: the log has a sensor (DVL, GPS, …) that aids it")
-    elif kind == "ardupilot":
+    elif kind == "mavlink" and any(s.rpartition("/")[2].startswith(MAVLINK_AIDS) for s in source.contents):
+        rules = [*(_of_blueos(MAVLINK_AIDED) if blueos else MAVLINK_AIDED), *rules]
+        made.reasons.append("velocities and position are the EKF's: the log has a sensor (DVL, GPS, …) that aids it")
+    elif kind in ("ardupilot", "mavlink"):
         made.reasons.append("the EKF's velocities are left out: nothing aids them, so that they say no motion")
     _apply(made, source, rules)
     if kind == "ros" and made.columns:
@@ -148,6 +169,10 @@ def guess(source: Source, kind: str, parameters: Mapping[str, float], modes: lis
     return made
 
 
+def _of_blueos(rules: list[Rule]) -> list[Rule]:
+    return [(BLUEOS + stream.lstrip("*"), f"message.{name}", channel, how) for stream, name, channel, how in rules]
+
+
 def _apply(made: Guess, source: Source, rules: list[Rule]) -> None:
     for stream_pattern, field_pattern, channel, options in rules:
         if channel in made.columns:
@@ -159,6 +184,8 @@ def _apply(made: Guess, source: Source, rules: list[Rule]) -> None:
                 continue
             found = next((f for f in _with_angles(fields) if fnmatchcase(f, wanted)), None)
             if found is not None:
+                if options is DVL and VALID in fields:
+                    options = {**options, "valid": VALID}
                 made.columns[channel] = {"name": source.address(stream, found), **options}
                 more = "".join(f", {key} {value}" for key, value in options.items())
                 made.reasons.append(f"{channel} is {source.address(stream, found)}{more}: its name")
@@ -185,7 +212,8 @@ def _outputs(made: Guess, source: Source, kind: str, parameters: Mapping[str, fl
         stream, fields = "RCOU", lambda k: f"C{k}"
     elif kind == "mavlink":
         stream = next((s for s in source.contents if s.endswith("SERVO_OUTPUT_RAW")), "")
-        fields = lambda k: f"servo{k}_raw"  # noqa: E731
+        before = "message." if "/" in stream else ""
+        fields = lambda k: f"{before}servo{k}_raw"  # noqa: E731
     else:
         return
     if not stream:

@@ -27,7 +27,7 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
         UsageError: a field that is not there; the message lists those that are.
         DataError: time that does not increase, values that are missing.
     """
-    findings: list[Finding] = [found("L201", f"{source.name}: {note}") for note in source.notes]
+    findings: list[Finding] = []
     columns = columns if columns.columns else _own_names(source, columns)
     chosen = {name: _address(source, name, entry) for name, entry in columns.columns.items() if name != "t"}
     if not chosen:
@@ -47,7 +47,7 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
         names = sorted(name for name, (stream, _) in chosen.items() if streams[stream].clock == clock)
         findings.append(found("L211", f"{source.name}: {', '.join(names)}: {clock}"))
     for stream, reason in source.left_out.items():
-        findings.append(found("L215", f"{source.name}: {stream} is left out, it cannot be decoded: {reason}"))
+        findings.append(found("L215", f"{source.name}: {stream} is left out, it cannot be read: {reason}"))
     turned = _to_body(source, columns, seconds, findings)
     made = Run(turned, **({"name": source.name} | run))
     made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings), _commands(units))
@@ -76,8 +76,8 @@ def _address(source: Source, name: str, entry: ColumnSource) -> tuple[str, str]:
         if stream and entry.name.startswith(f"{stream}:"):
             return stream, entry.name[len(stream) + 1 :]
     for stream, reason in source.left_out.items():
-        if entry.name.startswith(f"{stream}:"):
-            raise DataError(f"{source.name}: columns.{name}: {stream} cannot be decoded: {reason}")
+        if entry.name == stream or entry.name.startswith(tuple(f"{stream}{mark}" for mark in ":.[/")):
+            raise DataError(f"{source.name}: columns.{name}: {stream} cannot be read: {reason}")
     raise UsageError(f"{source.name}: columns.{name} = {entry.name!r} is not there; there are {source.listed()}")
 
 
@@ -197,24 +197,14 @@ def _to_body(
     earth = {frame for frame in frames.values() if frame in ("ned", "enu")}
     if not earth:
         return signals
-    needs = [n for n in (*EARTH_VELOCITIES, "phi", "theta", "psi") if n not in signals]
-    if len(earth) > 1 or len(set(frames.values())) > 1 or needs:
-        what = f"; missing: {', '.join(needs)}" if needs else ""
-        text = "velocities along earth axes need u, v, w in one frame, and phi, theta, psi"
-        raise UsageError(f"{source.name}: {text}{what}")
-    time = signals["u"][0]
-    if not all(np.array_equal(time, signals[n][0]) for n in EARTH_VELOCITIES):
-        raise DataError(f"{source.name}: u, v, w along earth axes must come at the same instants")
-    angles = [signals[n] for n in ("phi", "theta", "psi")]
-    inside = (time >= max(t[0] for t, _ in angles)) & (time <= min(t[-1] for t, _ in angles))
-    if not inside.any():
-        raise DataError(f"{source.name}: the attitude and the velocities have no time in common")
-    at = time[inside]
-    attitude = [np.interp(at, t, np.unwrap(a)) for t, a in angles]
-    first, second, third = (signals[n][1][inside] for n in EARTH_VELOCITIES)
-    ned = (first, second, third) if earth == {"ned"} else (second, first, -third)
-    turned = _native.to_body(*attitude, *(np.ascontiguousarray(c) for c in ned))
-    own = all(np.array_equal(at, t) for t, _ in angles)
-    how = "sampled with it" if own else f"interpolated to its stamps; {int((~inside).sum())} samples lie outside"
-    findings.append(found("L214", f"{source.name}: u, v, w are turned from earth to body axes by the attitude, {how}"))
-    return signals | {n: (at, values) for n, values in zip(EARTH_VELOCITIES, turned, strict=True)}
+    if len(set(frames.values())) > 1:
+        said = ", ".join(f"{name}: {frame or 'none'}" for name, frame in frames.items())
+        raise UsageError(f"{source.name}: velocities along earth axes need u, v, w in one frame; {said}")
+    needed = {n: signals[n] for n in (*EARTH_VELOCITIES, "phi", "theta", "psi") if n in signals}
+    given = {n: (np.ascontiguousarray(t), np.ascontiguousarray(x)) for n, (t, x) in needed.items()}
+    try:
+        turned, how = _native.to_body(given, earth.pop())
+    except (UsageError, DataError) as error:
+        raise type(error)(f"{source.name}: {error}") from None
+    findings.append(found("L214", f"{source.name}: {how}"))
+    return signals | {n: turned[n] for n in EARTH_VELOCITIES}

@@ -5,24 +5,32 @@ A stream is a topic.
 
 from __future__ import annotations
 
+import functools
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from .._errors import DataError, UsageError
 from .extras import MissingExtra, needed
 from .messages import Message, source_of
+from .ros_types import RELEASES, RosTypes, full_name
 from .source import Source
 
 
-def open_mcap(path: Path, clock: str) -> Source:
+def open_mcap(path: Path, clock: str, taught: Sequence[str] = ()) -> Source:
     """An MCAP log as a source.
+
+    Args:
+        path: the log.
+        clock: ``header`` or ``log``, as for `source_of`.
+        taught: ``.msg`` files of types whose definitions the log does not hold.
 
     Raises:
         DataError: it is no MCAP log, or its messages are in another encoding.
     """
     reader = needed("mcap.reader", "ros", "MCAP logs")
+    types = functools.cache(lambda: RosTypes(taught))
     left_out: dict[str, str] = {}
     decoders: dict[tuple[str, int], Callable[[bytes], Any]] = {}
 
@@ -34,8 +42,8 @@ def open_mcap(path: Path, clock: str) -> Source:
                     continue
                 try:
                     if key not in decoders:
-                        decoders[key] = _decoder(path, channel.message_encoding, schema)
-                except MissingExtra:
+                        decoders[key] = _decoder(path, channel.message_encoding, schema, types)
+                except (MissingExtra, UsageError):
                     raise
                 except Exception as error:  # one topic of an unknown encoding keeps no other from being read
                     left_out[channel.topic] = str(error).removeprefix(f"{path}: ")
@@ -44,7 +52,10 @@ def open_mcap(path: Path, clock: str) -> Source:
 
     def messages(topics: frozenset[str]) -> Iterator[Message]:
         for topic, at, decode, raw in every(topics):
-            yield topic, at, decode(raw)
+            try:
+                yield topic, at, decode(raw)
+            except (DataError, ValueError) as error:
+                raise DataError(f"{path}: {topic}, message at {at} ns: {error}") from None
 
     def first() -> Iterator[Message]:
         seen = set()
@@ -54,7 +65,7 @@ def open_mcap(path: Path, clock: str) -> Source:
                 try:
                     message = decode(raw)
                 except Exception as error:
-                    left_out[topic] = f"{type(error).__name__} {error}"
+                    left_out[topic] = str(error) if isinstance(error, DataError) else f"{type(error).__name__} {error}"
                 else:
                     yield topic, at, message
 
@@ -71,23 +82,12 @@ def open_mcap(path: Path, clock: str) -> Source:
     return source
 
 
-def _decoder(path: Path, encoding: str, schema: Any) -> Callable[[bytes], Any]:
+def _decoder(path: Path, encoding: str, schema: Any, types: Callable[[], RosTypes]) -> Callable[[bytes], Any]:
     """How a message of this encoding becomes something with fields."""
     if encoding == "json":
         return json.loads
-    if encoding in ("cdr", "ros1") and schema is not None and schema.encoding in ("ros2msg", "ros2idl", "ros1msg"):
-        typesys = needed("rosbags.typesys", "ros", "MCAP logs of ROS")
-        store = typesys.get_typestore(typesys.Stores.EMPTY)
-        text, name = schema.data.decode(), _full(schema.name)
-        read = typesys.get_types_from_idl if schema.encoding == "ros2idl" else typesys.get_types_from_msg
-        store.register(read(text) if schema.encoding == "ros2idl" else read(text, name))
-        decode = store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
-        return lambda raw: decode(raw, name)
-    what = f"{encoding} with a schema in {schema.encoding}" if schema else f"{encoding} without a schema"
+    written = schema.encoding if schema is not None else ""
+    if encoding in RELEASES and schema is not None and written in ("ros2msg", "ros2idl", "ros1msg", ""):
+        return types().decoder(full_name(schema.name), schema.data.decode(), written == "ros2idl", encoding)
+    what = f"{encoding} with a schema in {written}" if schema else f"{encoding} without a schema"
     raise DataError(f"{path}: messages in {what} cannot be read; CDR and ROS 1 of ROS and JSON can")
-
-
-def _full(name: str) -> str:
-    """``package/msg/Type`` from that, or from the ``package/Type`` of ROS 1."""
-    package, _, kind = name.rpartition("/")
-    return f"{package if package.endswith('/msg') else package + '/msg'}/{kind}"

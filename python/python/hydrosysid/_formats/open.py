@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import DataError, UsageError
-from . import table
+from . import hdf5, table
 from .column_map import ColumnMap
 from .dataflash import open_dataflash
-from .extras import needed
+from .extras import needed, read_by
+from .first_bytes import first_bytes
+from .mat import open_mat
 from .mcap_log import open_mcap
 from .rosbag import open_rosbag
 from .source import Source
@@ -27,39 +30,24 @@ def _table(name: str, arrays: dict[str, NDArray[Any]], columns: ColumnMap) -> Op
     return table.source_of(name, arrays, columns), columns
 
 
-def _read(path: Path, reader: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-    """What a library's reader returns, or an error that names the file."""
-    if not path.exists():
-        raise UsageError(f"{path}: there is no such file")
-    try:
-        return reader(path, *arguments, **options)
-    except NotImplementedError:
-        raise DataError(f"{path}: this is MATLAB's HDF5 form; save it with -v7 instead of -v7.3") from None
-    except Exception as error:  # libraries raise errors of many kinds for files that are none of theirs
-        raise DataError(f"{path}: this file cannot be read: {error}") from None
-
-
 def open_parquet(path: Path, columns: ColumnMap) -> Opened:
     """A Parquet file."""
-    found = _read(path, needed("pyarrow.parquet", "parquet", "Parquet files").read_table)
+    found = read_by(needed("pyarrow.parquet", "parquet", "Parquet files").read_table, path)
     return _table(str(path), table.of_arrow(found), columns)
 
 
 def open_arrow(path: Path, columns: ColumnMap) -> Opened:
-    """An Arrow IPC (Feather) file."""
-    found = _read(path, needed("pyarrow.feather", "arrow", "Arrow files").read_table)
+    """An Arrow IPC file (Feather), or an IPC stream."""
+    arrow = needed("pyarrow.feather", "arrow", "Arrow files")
+    ipc = needed("pyarrow.ipc", "arrow", "Arrow files")
+    stream = first_bytes(path, len(STREAM_MARK)) == STREAM_MARK
+    found = read_by(lambda p: ipc.open_stream(p.read_bytes()).read_all() if stream else arrow.read_table(p), path)
     return _table(str(path), table.of_arrow(found), columns)
-
-
-def open_mat(path: Path, columns: ColumnMap) -> Opened:
-    """A MAT file up to version 7."""
-    found = _read(path, needed("scipy.io", "mat", "MAT files").loadmat, simplify_cells=True)
-    return _table(str(path), table.of_mat({k: v for k, v in found.items() if not k.startswith("__")}), columns)
 
 
 def open_numpy(path: Path, columns: ColumnMap) -> Opened:
     """An ``.npz`` of vectors, or an ``.npy`` with named fields."""
-    found = _read(path, np.load, allow_pickle=False)
+    found = read_by(np.load, path, allow_pickle=False)
     names = found.files if hasattr(found, "files") else found.dtype.names
     if not names:
         raise DataError(f"{path}: an .npy file needs named fields (a structured array); or save the channels as .npz")
@@ -67,69 +55,91 @@ def open_numpy(path: Path, columns: ColumnMap) -> Opened:
 
 
 def open_netcdf(path: Path, columns: ColumnMap) -> Opened:
-    """A netCDF file, as xarray writes it."""
-    dataset = _read(path, needed("xarray", "xarray", "netCDF files").load_dataset)
+    """A netCDF file, as xarray writes it; version 4, which is HDF5, by h5netcdf."""
+    engine = None
+    if first_bytes(path, len(hdf5.MARK)) == hdf5.MARK:
+        engine = needed("h5netcdf", "hdf5", "netCDF files of version 4").__name__
+    dataset = read_by(needed("xarray", "xarray", "netCDF files").load_dataset, path, engine=engine)
     arrays, columns = table.of_xarray(dataset, columns)
     return _table(str(path), arrays, columns)
 
 
+def open_hdf5(path: Path, columns: ColumnMap) -> Opened:
+    """An HDF5 file, netCDF-4 among them."""
+    return open_netcdf(path, columns) if hdf5.is_netcdf(path) else hdf5.open_hdf5(path, columns)
+
+
 FORMATS: dict[str, Callable[[Path, ColumnMap], Opened]] = {
-    ".bag": lambda path, columns: (open_rosbag(path, columns.clock), columns),
-    ".db3": lambda path, columns: (open_rosbag(path, columns.clock), columns),
-    ".mcap": lambda path, columns: (open_mcap(path, columns.clock), columns),
+    ".bag": lambda path, columns: (open_rosbag(path, columns.clock, columns.msg), columns),
+    ".db3": lambda path, columns: (open_rosbag(path, columns.clock, columns.msg), columns),
+    ".mcap": lambda path, columns: (open_mcap(path, columns.clock, columns.msg), columns),
     ".tlog": lambda path, columns: (open_telemetry(path), columns),
     ".bin": lambda path, columns: (open_dataflash(path), columns),
     ".ulg": lambda path, columns: (open_ulog(path), columns),
     ".mat": open_mat,
+    ".h5": open_hdf5,
+    ".hdf5": open_hdf5,
     ".parquet": open_parquet,
     ".arrow": open_arrow,
+    ".arrows": open_arrow,
     ".feather": open_arrow,
     ".nc": open_netcdf,
     ".npz": open_numpy,
     ".npy": open_numpy,
 }
 """How a file is opened, by the end of its name; a folder is a ROS 2 bag, everything else is CSV."""
+STREAM_MARK = b"\xff\xff\xff\xff"
+"""Begin of an Arrow IPC stream."""
 SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"\xa3\x95", ".bin"),
-    (b"FMT, 128, 89, FMT,", ".bin"),
     (b"ULog\x01\x12\x35", ".ulg"),
     (b"\x89MCAP0\r\n", ".mcap"),
     (b"#ROSBAG V", ".bag"),
     (b"SQLite format 3\0", ".db3"),
     (b"MATLAB 5.0 MAT-file", ".mat"),
     (b"MATLAB 7.3 MAT-file", ".mat"),
+    (hdf5.MARK, ".h5"),
+    (b"CDF\x01", ".nc"),
+    (b"CDF\x02", ".nc"),
+    (b"CDF\x05", ".nc"),
     (b"PAR1", ".parquet"),
     (b"ARROW1", ".feather"),
+    (b"FEA1", ".feather"),
+    (STREAM_MARK, ".arrows"),
     (b"\x93NUMPY", ".npy"),
 )
 """First bytes of logs, whatever their names, and the format that they are of."""
+TEXT_DATAFLASH = re.compile(rb"^FMT, ?128, ?\d+, ?FMT,", re.MULTILINE)
+"""The line with which a DataFlash log in its text form tells how its lines are made."""
 YEARS = range(946_684_800_000_000, 4_102_444_800_000_000)
 """From 2000 to 2100, µs since 1970."""
 
 
-def _format(path: Path) -> str | None:
-    """The format of a file, as the end of a name in `FORMATS`: by its first bytes, else by its name."""
-    begin = b""
-    if path.is_file():
-        with path.open("rb") as file:
-            begin = file.read(32)
+def format_of(path: Path) -> str | None:
+    """The format of a file, as the end of a name in `FORMATS`: by its first bytes, else by its name; `None` is CSV."""
+    if path.is_dir():
+        return ".db3"
+    begin = first_bytes(path, 4096)
     known = next((name for mark, name in SIGNATURES if begin.startswith(mark)), None)
     if known is None and begin[8:9] in (b"\xfe", b"\xfd") and int.from_bytes(begin[:8], "big") in YEARS:
         known = ".tlog"
+    if known is None and TEXT_DATAFLASH.search(begin):
+        known = ".bin"
     end = path.suffix.lower()
+    # of one file signature there are several formats: a name says which
+    if known == ".h5" and end == ".nc":
+        known = end
     return known or (end if end in FORMATS else None)
 
 
 def is_known(path: Path) -> bool:
     """Whether the file is in one of these formats, by its first bytes or its name."""
-    return path.is_dir() or _format(path) is not None
+    return format_of(path) is not None
 
 
 def open_source(path: Path, columns: ColumnMap) -> Opened:
     """Opens a file in one of these formats."""
-    if path.is_dir():
-        return open_rosbag(path, columns.clock), columns
-    known = _format(path)
+    known = format_of(path)
     if known is None:
         raise UsageError(f"{path}: this is in none of the formats {', '.join(sorted(FORMATS))}")
     return FORMATS[known](path, columns)

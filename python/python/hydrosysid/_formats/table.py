@@ -1,4 +1,4 @@
-"""Plain tables: data frames, Parquet, Arrow, MAT, NumPy. One stream without a name.
+"""Plain tables: data frames, Parquet, Arrow, MAT, HDF5, NumPy. One stream without a name.
 
 Time is the column ``t``, or the one that the map says: ``columns.t`` for all, ``time`` for a single channel. Columns
 that are no numbers are left aside.
@@ -17,8 +17,10 @@ from .column_map import ColumnMap, ColumnSource
 from .source import Source, Stream, ticks
 
 
-def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap) -> Source:
-    """Columns by name as a source.
+def source_of(
+    name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap, left_out: Mapping[str, str] | None = None
+) -> Source:
+    """Columns by name as a source; `left_out` names what could not be read, each with the reason.
 
     Raises:
         UsageError: no time stamps.
@@ -40,7 +42,8 @@ def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap)
     if given is None and (timeless or not columns.columns):
         there = ", ".join(plain) or "no column of numbers"
         raise UsageError(f'{name}: no time stamps: say columns.t = "…"; there are {there}')
-    fields = {key: values for key, values in plain.items() if given is None or key != given.name}
+    times = {entry.time for entry in columns.columns.values()}
+    fields = {key: x for key, x in plain.items() if given is None or key != given.name or key in times}
 
     def read(wanted: Mapping[str, frozenset[str]]) -> Mapping[str, Stream]:
         stamps, per_second = np.empty(0), 1.0
@@ -49,7 +52,8 @@ def source_of(name: str, arrays: Mapping[str, NDArray[Any]], columns: ColumnMap)
             stamps, per_second = ticks(plain[given.name], given.unit or columns.time_unit or written)
         return {"": Stream(stamps, per_second, {field: plain[field] for field in wanted[""]})}
 
-    return Source(name, {"": tuple(f for f in fields if plain[f].dtype.kind in "biuf" or columns.columns)}, read)
+    shown = tuple(f for f in fields if plain[f].dtype.kind in "biuf" or columns.columns)
+    return Source(name, {"": shown}, read, left_out or {})
 
 
 def unmasked(values: NDArray[Any]) -> NDArray[Any]:
@@ -112,17 +116,3 @@ def of_xarray(dataset: Any, columns: ColumnMap) -> tuple[dict[str, NDArray[Any]]
         time = entry.time or (str(dims[0]) if dims and str(dims[0]) in arrays else None)
         timed[name] = ColumnSource(**(vars(entry) | {"time": time}))
     return arrays, ColumnMap(**(vars(columns) | {"columns": timed}))
-
-
-def of_mat(data: Mapping[str, Any], prefix: str = "") -> dict[str, NDArray[Any]]:
-    """Vectors of a MAT file; those inside a struct are called ``struct.field``, columns of a matrix ``name[0]``."""
-    found: dict[str, NDArray[Any]] = {}
-    for key, value in data.items():
-        name = f"{prefix}{key}"
-        if isinstance(value, Mapping):
-            found |= of_mat(value, f"{name}.")
-        elif isinstance(value, np.ndarray) and value.ndim == 1:
-            found[name] = value
-        elif isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] <= 64:
-            found |= {f"{name}[{k}]": value[:, k] for k in range(value.shape[1])}
-    return found
