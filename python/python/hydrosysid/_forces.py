@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ._html import html_table, picture
 from ._result import Result
-from ._view import Rows, axes, html_table, latex_table, text_table
+from ._view import Rows, axes, latex_table, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,10 +53,16 @@ class Forces(Result):
 
     def summary(self) -> str:
         """Root mean square of each term."""
-        return text_table(self._brief_rows(), f"{self.title} of {self.run}, {self.dof}")
+        return text_table(self._brief_rows(), self._heading())
 
-    def _repr_html_(self) -> str:
-        return html_table(self._brief_rows(), f"{self.title} of {self.run}, {self.dof}")
+    def _heading(self) -> str:
+        return f"{self.title} of {self.run}, {self.dof}"
+
+    def _tables(self) -> list[str]:
+        return [html_table(self._brief_rows())]
+
+    def _picture(self) -> str:
+        return picture(lambda figure: self.plot(figure.add_subplot()), 6.0, 2.4)
 
     def to_latex(self) -> str:
         """Root mean square of each term."""
