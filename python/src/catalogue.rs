@@ -23,6 +23,12 @@ pub fn effects(text: &str) -> PyResult<String> {
     error::to_json(&(list, near))
 }
 
+/// What practitioners call an effect at its place: `linear_drag@sway` is linear drag in sway.
+#[pyfunction(name = "common_name")]
+pub fn common_name_of(name: &str) -> String {
+    common_name(name)
+}
+
 fn described(effect: &dyn Effect) -> Value {
     let about = effect.about();
     let places = places_of(effect, &Dof::ALL);

@@ -259,3 +259,17 @@ def test_a_notebook_without_matplotlib_shows_the_rest(fit: hs.Fit, monkeypatch: 
     html = fit._repr_html_()
     assert "<table>" in html
     assert "<img" not in html
+
+
+def test_plots_call_effects_by_their_common_names(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    labels = [label.get_text().splitlines()[0] for label in fit.plot().get_yticklabels()]
+    assert labels == ["virtual mass in surge, m_u", "linear drag in surge, k_u", "quadratic drag in surge, k_u|u|"]
+    legend = hs.force_components(campaign, fit)[0].plot().get_legend()
+    assert legend is not None
+    assert {text.get_text() for text in legend.get_texts()} >= {"linear drag in surge", "total"}
+    lacking = hs.Campaign(
+        vehicle={"name": "small"}, dofs=["surge"], effects=["inertia", "linear_drag"], runs=campaign._source[2]
+    )
+    steps = [label.get_text() for label in hs.discover(lacking).plot().get_xticklabels()]
+    assert steps == ["baseline", "+ quadratic drag in surge"]
+    plt.close("all")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -75,12 +74,6 @@ def effects(search: str = "") -> list[Effect]:
         meant = f"; did you mean {near!r}?" if near else ""
         raise UsageError(f"no effect has {search!r} in its id, common name or meaning{meant}")
     return [build(Effect, entry) for entry in entries]
-
-
-@cache
-def common_names() -> dict[str, str]:
-    """What practitioners call each effect, by its id."""
-    return {effect.id: effect.common_name for effect in effects()}
 
 
 class Regressors(NamedTuple):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._catalogue import common_names
+from . import _native
 from ._errors import Finding, UsageError
 from ._html import html_table, picture
 from ._model import Model
@@ -305,14 +305,14 @@ class Fit(Result):
             return "held" if p.fixed else "" if p.std is None else f"{ends[0]} to {ends[1]}"
 
         return [
-            {"effect": common_names().get(p.effect, p.effect), "term": p.term, "symbol": p.name, "value": p.value}
+            {"effect": _native.common_name(p.effect), "term": p.term, "symbol": p.name, "value": p.value}
             | {"std": p.std, "95 % interval": interval(p), "unit": p.unit}
             for p in self.parameters
         ]
 
     def _picture(self) -> str:
         free = sum(not p.fixed and bool(p.std) and p.value != 0.0 for p in self.parameters)
-        return picture(lambda figure: self.plot(figure.add_subplot()), 5.2, 0.8 + 0.38 * free) if free else ""
+        return picture(lambda figure: self.plot(figure.add_subplot()), 6.0, 0.8 + 0.38 * free) if free else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Half of the 95 % interval as a share of the estimate: which parameters are known, and which are not.
@@ -322,4 +322,5 @@ class Fit(Result):
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
         free = [p for p in self.parameters if not p.fixed and p.std and p.value != 0.0]
-        return known_and_unknown(ax, [(p.term, p.value, p.std or 0.0, p.unit) for p in free], style)
+        shown = [(f"{_native.common_name(p.term)}, {p.name}", p.value, p.std or 0.0, p.unit) for p in free]
+        return known_and_unknown(ax, shown, style)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _native
 from ._html import html_table, picture
 from ._result import Result
 from ._view import Rows, axes, latex_table, text_table
@@ -77,7 +78,7 @@ class Forces(Result):
         """
         ax = axes(ax)
         for name, force in self.terms.items():
-            ax.plot(self.time, force, **({"label": name} | style))
+            ax.plot(self.time, force, **({"label": _native.common_name(name)} | style))
         look: dict[str, Any] = {"label": "total", "color": "k", "linewidth": 0.8}
         ax.plot(self.time, self.total, **(look | style))
         ax.set(xlabel="t, s", ylabel=f"force, {self.unit}", title=f"{self.run}, {self.dof}")

@@ -106,6 +106,8 @@ def force_components(
 def compare(campaign: Source, model: AnyModel | None = None, *, progress: Progress = None) -> Comparison:
     """Holds a model against every run of free motion, those of the fit and those that took no part.
 
+    The runs themselves, measured and simulated, are in `Comparison.simulation`.
+
     Args:
         campaign: a campaign, or the path of one.
         model: a fit, a model, or the path of a model file; fitted now when absent.
@@ -208,8 +210,8 @@ def discover(campaign: Source, *, families: Iterable[Family] | None = None, prog
     Args:
         campaign: a campaign, or the path of one.
         families: families of effects to search, besides your own; those of the campaign when absent.
-        progress: `True` for a bar of tqdm (``hydrosysid[progress]``), or a function that is called as
-            ``progress(what, done, of)``; what it raises ends the work and passes through.
+        progress: `True` for a bar of tqdm (``hydrosysid[progress]``), or a line where there is no tqdm; or a function
+            that is called as ``progress(what, done, of)``; what it raises ends the work and passes through.
     """
     chosen = None if families is None else list(families)
     with listener(progress) as tell:
