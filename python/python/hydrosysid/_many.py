@@ -63,8 +63,9 @@ def _names(listed: list[Source]) -> tuple[str, ...]:
     """Of each campaign the name of its vehicle, or of its file or folder, as it is told apart from the others'."""
     files = [Path(source) for source in listed if not isinstance(source, Campaign)]
     places = [file.parent if file.name == "campaign.toml" else file for file in files]
-    common = os.path.commonpath([place.parent for place in places]) if places else ""
-    shown = iter([Path(os.path.relpath(place, common)).as_posix() for place in places])
+    one_drive = len({place.drive for place in places}) == 1
+    common = os.path.commonpath([place.parent for place in places]) if one_drive else None
+    shown = iter([str(place) if common is None else place.relative_to(common).as_posix() for place in places])
     return tuple(source.name if isinstance(source, Campaign) else next(shown) for source in listed)
 
 
