@@ -23,12 +23,16 @@ forward, starboard, down, earth axes north, east, down. `pip install ./python` b
 the command.
 
 Every result has `.summary()`, `.rows()`, `.to_frame()` (pandas or polars, whichever is there), `.to_latex()`,
-`.to_dict()` (the command's `--json`), and shows itself in a notebook; all but `Export` have `.plot(ax=None)`, which
-returns the axes. Results and campaigns pickle. `progress=` takes `True` for a bar or a function `(what, done, of)`;
-Ctrl-C ends long work.
+`.to_dict()` (the command's `--json`), and shows itself in a notebook: verdict, tables, and a small picture where
+matplotlib is there. All but `Export` have `.plot(ax=None)`, which returns the axes; of a simulation and a comparison it
+draws a panel a channel. Results and campaigns pickle. `progress=` takes `True` for a bar (of tqdm where it is there) or
+a function `(what, done, of)`; Ctrl-C ends long work.
+
+Arrays may be masked, nullable (`None`, `pandas.NA`) or carry units (pint, astropy): what is absent is NaN, what has a
+unit becomes SI.
 """
 GROUPS = {
-    "Campaigns and logs": ["Campaign", "Run", "OwnEffect", "tank_campaign", "init", "vehicles", "convert"],
+    "Campaigns and logs": ["Campaign", "Run", "Model", "OwnEffect", "tank_campaign", "init", "vehicles", "convert"],
     "Verbs": [
         *["check", "fit", "simulate", "force_components", "compare", "compare_published", "compare_models"],
         *[

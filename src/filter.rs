@@ -15,7 +15,11 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::progress;
 use crate::run::{Signal, rounding};
+
+/// Samples after which the filter asks whether it is still wanted.
+const SAMPLES_A_LOOK: usize = 4096;
 
 /// How far the window of a filter reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -186,6 +190,9 @@ impl PolynomialFilter {
         // all through the middle of the stretch.
         let mut kept: Option<(usize, usize, Weights)> = None;
         for k in 0..t.len() {
+            if k.is_multiple_of(SAMPLES_A_LOOK) {
+                progress::look();
+            }
             let (from, to) = self.reach(t, k);
             if to - from <= self.degree {
                 return Err(FilterError::TooFewSamples { time: t[k], samples: to - from, degree: self.degree });

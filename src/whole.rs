@@ -26,20 +26,25 @@ pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resu
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}", std::process::id()));
-    let beside = path.with_file_name(name);
-    let written = File::create(&beside).map(BufWriter::new).and_then(|mut file| {
-        fill(&mut file)?;
-        file.flush()?;
-        if let Some(there) = there {
-            fs::set_permissions(&beside, there.permissions())?;
-        }
-        file.get_ref().sync_all()?;
-        fs::rename(&beside, path)
-    });
-    written.inspect_err(|_| {
-        // what is left of it is of no use to anybody
-        let _ = fs::remove_file(&beside);
-    })
+    let beside = Beside(path.with_file_name(name));
+    let mut file = BufWriter::new(File::create(&beside.0)?);
+    fill(&mut file)?;
+    file.flush()?;
+    if let Some(there) = there {
+        fs::set_permissions(&beside.0, there.permissions())?;
+    }
+    file.get_ref().sync_all()?;
+    fs::rename(&beside.0, path)
+}
+
+/// A file on its way to its name. What does not arrive, be it that the work was stopped, is of no use to anybody.
+struct Beside(PathBuf);
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        // nothing is there any more where it has its name
+        let _ = fs::remove_file(&self.0);
+    }
 }
 
 /// Where links at `path` lead, whether there is a file or not.
@@ -90,6 +95,13 @@ mod tests {
             Err(Error::other("the disk is full"))
         });
         assert_eq!(half.unwrap_err().to_string(), "the disk is full");
+        let stopped = std::panic::catch_unwind(|| {
+            write(&path, |file| {
+                file.write_all(b"second, until somebody")?;
+                std::panic::resume_unwind(Box::new("stopped it"))
+            })
+        });
+        assert!(stopped.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"first");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         write(&path, |file| file.write_all(b"second")).unwrap();

@@ -5,17 +5,21 @@ use std::path::{Path, PathBuf};
 use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, Estimator, ReadOptions};
 use hydrosysid::campaign::{
-    self, Campaign, Fit, FitOptions, InitFacts, InitRequest, LoadOptions, ModelFile, ModelFileError, Published,
+    self, Campaign, Fit, FitOptions, InitFacts, InitRequest, LoadOptions, ModelFile, ModelFileError, Published, Refits,
 };
 use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
 use hydrosysid::tank;
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::error;
 use crate::log::options;
 use crate::run::GivenRun;
 use crate::work::{detached, interruptible};
+
+/// Run, channel, time, values and deviations of residuals.
+type Residuals<'py> = (String, String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
 /// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
 #[pyclass(frozen, module = "hydrosysid._native")]
@@ -43,7 +47,7 @@ impl NativeCampaign {
         // by way of its text, so that it is checked as a file is
         let text = toml::to_string(&tables).map_err(|e| error::usage(py, &e))?;
         let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
-        let loaded = detached(py, || {
+        let loaded = interruptible(py, None, || {
             let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("Campaign(...)"), &options)?;
             Campaign::from_commanded_runs(file, runs)
         })?;
@@ -57,14 +61,14 @@ impl NativeCampaign {
         error::to_json(&(&self.0.vehicle.name, &self.0.model.dofs, effects, runs, &self.0.findings))
     }
 
-    /// The fit as JSON, and the model file that it makes, as TOML.
-    fn fit(
+    /// The fit as JSON, the model file that it makes, as TOML, and its residuals: run, channel, time, values, deviations.
+    fn fit<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         estimator: Option<&str>,
         thorough: bool,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(String, String)> {
+    ) -> PyResult<(String, String, Vec<Residuals<'py>>)> {
         let estimator = named(py, estimator)?;
         let fitted = interruptible(py, progress, || {
             let mut fitted = campaign::fit(&self.0, FitOptions { estimator })?;
@@ -73,15 +77,32 @@ impl NativeCampaign {
             }
             Ok(fitted)
         })?;
-        with_model(py, &self.0, &fitted.map_err(|e| error::campaign(py, &e))?)
+        let mut fitted = fitted.map_err(|e| error::campaign(py, &e))?;
+        let array = |values| PyArray1::from_vec(py, values);
+        let left = std::mem::take(&mut fitted.residuals).into_iter();
+        let left = left.map(|r| (r.run, r.channel, array(r.time), array(r.values), array(r.std))).collect();
+        let (told, model) = with_model(py, &self.0, &fitted)?;
+        Ok((told, model, left))
     }
 
-    /// Refits as JSON.
-    fn resample(&self, py: Python<'_>, method: &str, draws: usize, progress: Option<Py<PyAny>>) -> PyResult<String> {
+    /// Refits number `first` to `end` as JSON, and the estimates of each that has a solution, (draws, p).
+    fn resample<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+        estimator: Option<&str>,
+        numbers: (u64, u64),
+        seed: Option<u64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, Bound<'py, PyArray2<f64>>)> {
         let method = serde_json::from_value(method.into()).map_err(|e| error::usage(py, &e))?;
-        let result =
-            interruptible(py, progress, || campaign::resample(&self.0, Estimator::OutputError, method, draws))?;
-        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+        let estimator = named(py, estimator)?.unwrap_or(Estimator::OutputError);
+        let refits = Refits { numbers: numbers.0..numbers.1, seed };
+        let result = interruptible(py, progress, || campaign::resample(&self.0, estimator, method, refits))?;
+        let result = result.map_err(|e| error::campaign(py, &e))?;
+        let (rows, width) = (result.samples.len(), result.parameters.len());
+        let samples = PyArray1::from_vec(py, result.samples.concat()).reshape([rows, width])?;
+        Ok((error::to_json(&result)?, samples))
     }
 
     /// Each run's own model on every other run as JSON.
@@ -294,7 +315,7 @@ pub fn check_campaign(
 /// Writes the virtual tank's campaign of the paper into a folder.
 #[pyfunction]
 pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> PyResult<()> {
-    let written = detached(py, || {
+    let written = interruptible(py, None, || {
         let made = tank::paper_campaign(seed, noise).map_err(|e| e.to_string())?;
         made.write(&folder).map_err(|e| e.to_string())
     })?;
@@ -321,7 +342,7 @@ pub fn init_campaign(
         options: options(py, log_options)?,
         learned: serde_json::from_str(learned).map_err(|e| error::usage(py, &e))?,
     };
-    let made = detached(py, || campaign::init(&request))?.map_err(|e| error::campaign(py, &e))?;
+    let made = interruptible(py, None, || campaign::init(&request))?.map_err(|e| error::campaign(py, &e))?;
     Ok((made.text, made.companions))
 }
 

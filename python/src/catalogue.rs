@@ -1,7 +1,7 @@
 //! The catalogue of effects, and their columns on runs.
 
 use hydrosysid::campaign::codes;
-use hydrosysid::effects::{Coriolis, Effect, Place, Scope, catalogue};
+use hydrosysid::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name, meant, search};
 use hydrosysid::estimate::{Nodes, RegressorOptions, Span, regressors_of};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Model, places_of};
@@ -12,13 +12,21 @@ use serde_json::{Value, json};
 
 use crate::error;
 use crate::run::{GivenRun, to_runs};
-use crate::work::detached;
+use crate::work::interruptible;
 
-/// The catalogue as JSON: a list of objects.
+/// The effects that hold `text` as JSON, a list of objects; and where there are none, what may have been meant.
 #[pyfunction]
-pub fn effects() -> PyResult<String> {
-    let list: Vec<Value> = catalogue(Coriolis::Tied).iter().map(|effect| described(effect.as_ref())).collect();
-    error::to_json(&list)
+pub fn effects(text: &str) -> PyResult<String> {
+    let all = catalogue(Coriolis::Tied);
+    let list: Vec<Value> = search(&all, text).into_iter().map(described).collect();
+    let near = if list.is_empty() { meant(&all, text) } else { None };
+    error::to_json(&(list, near))
+}
+
+/// What practitioners call an effect at its place: `linear_drag@sway` is linear drag in sway.
+#[pyfunction(name = "common_name")]
+pub fn common_name_of(name: &str) -> String {
+    common_name(name)
 }
 
 fn described(effect: &dyn Effect) -> Value {
@@ -34,7 +42,7 @@ fn described(effect: &dyn Effect) -> Value {
         .map(|p| json!({"name": p.name, "unit": p.dimension.to_string(), "linear": p.is_linear(), "sname": p.sname}))
         .collect();
     json!({
-        "id": about.id, "family": about.family, "dofs": dofs, "formula": about.formula, "meaning": about.meaning,
+        "id": about.id, "common_name": common_name(about.id), "family": about.family, "dofs": dofs, "formula": about.formula, "meaning": about.meaning,
         "source": about.source, "shown_by": about.shown_by, "parameters": parameters,
     })
 }
@@ -89,7 +97,7 @@ pub fn regressors<'py>(
         span: samples.map_or(Span::FromStart, Span::Samples),
         nodes: if every_stamp { Nodes::Every } else { Nodes::Own },
     };
-    let found = detached(py, || regressors_of(dof, &runs.iter().collect::<Vec<&Run>>(), &model, options))?
+    let found = interruptible(py, None, || regressors_of(dof, &runs.iter().collect::<Vec<&Run>>(), &model, options))?
         .map_err(|e| error::data(py, &e))?;
     let (rows, width) = (found.rows(), found.columns.len());
     let flat: Vec<f64> = (0..rows).flat_map(|row| found.columns.iter().map(move |c| c[row])).collect();

@@ -28,7 +28,7 @@ mod _native {
         NativeCampaign, check_campaign, fit_streamed, init_campaign, known_vehicles, tank_campaign, too_large_to_keep,
     };
     #[pymodule_export]
-    use super::catalogue::{codes_explained, effects, regressors};
+    use super::catalogue::{codes_explained, common_name_of, effects, regressors};
     #[pymodule_export]
     use super::command::{command, watched_command};
     #[pymodule_export]

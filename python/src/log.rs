@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::error;
 use crate::run::GivenRun;
-use crate::work::{detached, interruptible};
+use crate::work::interruptible;
 
 /// The `[log]` options from the JSON of the package's keywords.
 pub fn options(py: Python<'_>, json: &str) -> PyResult<LogOptions> {
@@ -86,6 +86,7 @@ pub fn to_si<'py>(
 pub fn csv_of(py: Python<'_>, run: GivenRun<'_>) -> PyResult<Vec<u8>> {
     let (run, units) = (run.to_run(py)?, run.units());
     let mut bytes = Vec::new();
-    detached(py, || log::write_signals(&run.signals, &units, &mut bytes))?.map_err(|e| error::usage(py, &e))?;
+    interruptible(py, None, || log::write_signals(&run.signals, &units, &mut bytes))?
+        .map_err(|e| error::usage(py, &e))?;
     Ok(bytes)
 }

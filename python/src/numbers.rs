@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error;
-use crate::work::{attended, detached};
+use crate::work::{attended, detached, interruptible};
 
 /// Solves ẏ = f(t, y) by the classical Runge-Kutta scheme; `f` takes and returns arrays.
 #[pyfunction]
@@ -65,8 +65,8 @@ pub fn polynomial_filter<'py>(
         return Err(error::usage(py, &format!("{} time stamps and {} values", time.len(), values.len())));
     }
     let signal = Signal::new(time.into(), values);
-    let filtered =
-        detached(py, || PolynomialFilter { window, degree }.apply(&signal, &gaps))?.map_err(|e| error::data(py, &e))?;
+    let filtered = interruptible(py, None, || PolynomialFilter { window, degree }.apply(&signal, &gaps))?
+        .map_err(|e| error::data(py, &e))?;
     let array = |signal: &Signal| PyArray1::from_slice(py, signal.values());
     Ok((array(&filtered.value), array(&filtered.derivative)))
 }

@@ -2,6 +2,9 @@
 
 import hydrosysid as hs
 import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
 import pytest
 
 T = np.array([0.0, 0.1, 0.2, 0.3])
@@ -83,3 +86,88 @@ def test_a_setting_that_is_no_number_is_told_by_its_key() -> None:
         with pytest.raises(hs.UsageError, match=key):
             made(**tables)
     assert made(vehicle={"mass": np.float32(100.0)}, noise={"u": np.float64(0.01)}).name == ""
+
+
+def test_absent_values_are_no_samples_whoever_says_so() -> None:
+    for absent in (
+        np.ma.masked_array(U, mask=[0, 1, 0, 0]),
+        pd.array([U[0], pd.NA, *U[2:]], dtype="Float64"),
+        pd.Series([U[0], None, *U[2:]], dtype="Float64"),
+        [U[0], None, *U[2:]],
+        [U[0], pd.NA, *U[2:]],
+        pl.Series([U[0], None, *U[2:]]),
+        pa.array([U[0], None, *U[2:]]),
+    ):
+        run = hs.Run(t=T, u=absent, missing="no_sample")
+        assert run["u"][0].tolist() == [T[0], T[2], T[3]]
+        assert run["u"][1].tolist() == [U[0], U[2], U[3]]
+        with pytest.raises(hs.DataError, match=r"u\[1\] is nan"):
+            hs.Run(t=T, u=absent)
+    nullable = pd.DataFrame({"t": T, "u": pd.array([U[0], pd.NA, *U[2:]], dtype="Float64")})
+    assert hs.Run.from_frame(nullable, missing="no_sample")["u"][1].tolist() == [U[0], U[2], U[3]]
+    whole = pd.DataFrame({"t": T, "u": pd.array([1, 2, 3, 4], dtype="Int32")})
+    assert hs.Run.from_frame(whole)["u"][1].tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_units_of_pint_are_converted() -> None:
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    knots, degrees = unit.Quantity(U, "knot"), unit.Quantity(U, "degree")
+    run = hs.Run(
+        t=unit.Quantity(1e3 * T, "ms"),
+        u=knots,
+        r=degrees / unit.second,
+        psi=degrees,
+        tau_u=unit.Quantity(U, "kN"),
+        tau_r=unit.Quantity(U, "N*m"),
+        V1=unit.Quantity(np.full(4, 1.6), "ms"),
+        V2=unit.Quantity(U, "mV"),
+        wind=unit.Quantity(U, "km/hour"),
+    )
+    np.testing.assert_allclose(run["u"][0], T, rtol=1e-12)
+    np.testing.assert_allclose(run["u"][1], U * 1852.0 / 3600.0, rtol=1e-12)
+    np.testing.assert_allclose(run["r"][1], np.deg2rad(U), rtol=1e-12)
+    np.testing.assert_allclose(run["psi"][1], np.deg2rad(U), rtol=1e-12)
+    np.testing.assert_allclose(run["tau_u"][1], 1e3 * U, rtol=1e-12)
+    np.testing.assert_allclose(run["wind"][1], U / 3.6, rtol=1e-12)
+    # commands keep what a thruster understands: microseconds of a pulse, volts
+    np.testing.assert_allclose(run["V1"][1], 1600.0)
+    np.testing.assert_allclose(run["V2"][1], 1e-3 * U)
+    assert dict(run.units) == {"V1": "us"}
+    listed = hs.Run(t=T, u=[unit.Quantity(x, "knot") for x in U])
+    np.testing.assert_array_equal(listed["u"][1], run["u"][1])
+    masked = unit.Quantity(np.ma.masked_array(U, mask=[0, 1, 0, 0]), "knot")
+    assert len(hs.Run(t=T, u=masked, missing="no_sample")["u"][1]) == 3
+    with pytest.raises(hs.UsageError, match=r"u is in radian / second: m/s is expected"):
+        hs.Run(t=T, u=unit.Quantity(U, "rad/s"))
+    with pytest.raises(hs.UsageError, match=r"t is in meter: s is expected"):
+        hs.Run(t=unit.Quantity(T, "m"), u=U)
+    fit = hs.least_squares(np.vander(T, 2), unit.Quantity(2.0 * T, "km"))
+    np.testing.assert_allclose(fit.coefficients, [2000.0, 0.0], atol=1e-9)
+    long = hs.Run(t=np.arange(50) / 10, u=np.sin(np.arange(50)), tau_u=np.cos(np.arange(50)))
+    pounds = hs.Campaign(
+        vehicle={"name": "a", "mass": unit.Quantity(1000.0, "pound")},
+        dofs=["surge"],
+        effects=["inertia", "linear_drag"],
+        runs=[long],
+    )
+    assert '"mass": 453.59237' in pounds._source[1]
+
+
+def test_columns_of_a_frame_that_carry_units_are_converted() -> None:
+    class Column:
+        """As pint-pandas holds one: the quantity is in the array of the series."""
+
+        def __init__(self, quantity: object) -> None:
+            self.array = type("Array", (), {"quantity": quantity})
+
+    class Frame(dict[str, Column]):
+        columns = property(lambda self: list(self))
+
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    frame = Frame(t=Column(unit.Quantity(T, "s")), speed=Column(unit.Quantity(U, "knot")))
+    run = hs.Run.from_frame(frame, columns={"t": "t", "u": "speed"})
+    np.testing.assert_allclose(run["u"][1], U * 1852.0 / 3600.0, rtol=1e-12)
+    with pytest.raises(hs.UsageError, match="carry units: give the name alone"):
+        hs.Run.from_frame(frame, columns={"t": "t", "u": {"name": "speed", "unit": "kn"}})

@@ -148,3 +148,17 @@ def test_blocks_show_themselves_as_results_do() -> None:
         axes = found.plot()
         assert found.plot(ax=axes) is axes
         axes.figure.clear()
+
+
+def test_effects_are_found_by_their_common_names() -> None:
+    assert [(e.id, e.common_name) for e in hs.effects("MUNK")] == [
+        ("coriolis_pitch", "the Munk moment in pitch"),
+        ("coriolis_yaw", "the Munk moment"),
+    ]
+    assert [e.id for e in hs.effects(search="thrust-lag")] == ["thrust_lag"]
+    assert {e.id for e in hs.effects("added mass")} >= {"inertia", "added_mass_coupling", "added_mass_amplitude"}
+    assert len(hs.effects()) > 40
+    with pytest.raises(hs.UsageError, match=r"no effect has 'munc'.*did you mean 'munk'\?"):
+        hs.effects("munc")
+    with pytest.raises(hs.UsageError, match=r"common name or meaning$"):
+        hs.effects("warp drive")

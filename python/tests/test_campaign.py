@@ -65,7 +65,7 @@ def test_compare_and_simulate(campaign: hs.Campaign, fit: hs.Fit, tmp_path: Path
     run = simulation["surge_3"]
     assert np.sqrt(np.nanmean((run.simulated["u"] - run.measured["u"]) ** 2)) < 0.004
     path = tmp_path / "model.toml"
-    path.write_text(fit.model, encoding="utf-8")
+    path.write_text(fit.model.to_toml(), encoding="utf-8")
     assert hs.compare(campaign, path) == comparison
 
 
@@ -107,6 +107,23 @@ def test_what_is_found_is_adopted(tmp_path: Path) -> None:
         found.adopt(tmp_path / "none.toml")
 
 
+def test_what_is_found_is_adopted_in_memory(runs: list[hs.Run], folder: Path) -> None:
+    lacking = hs.Campaign(
+        vehicle={"name": "small", "mass": 150.0}, dofs=["surge"], effects=["inertia", "linear_drag"], runs=runs
+    )
+    found = hs.discover(lacking)
+    assert found.adopt_names == ("quadratic_drag@surge",)
+    whole = found.adopt(lacking)
+    assert [*lacking.effects, "quadratic_drag@surge"] == whole.effects
+    assert whole.runs == lacking.runs
+    assert whole.effects == found.adopt(whole).effects
+    assert hs.fit(whole)["quadratic_drag@surge"].value == pytest.approx(120.0, rel=0.01)
+    with pytest.raises(hs.UsageError, match="give the path"):
+        found.adopt(hs.Campaign.from_file(folder / "campaign.toml"))
+    with pytest.raises(hs.UsageError, match="warp_drive"):
+        lacking.with_effects(["warp_drive"])
+
+
 def test_results_are_plain_data(campaign: hs.Campaign, fit: hs.Fit) -> None:
     results = [fit, hs.compare(campaign, fit), hs.simulate(campaign, fit)]
     for result in results:
@@ -117,7 +134,7 @@ def test_results_are_plain_data(campaign: hs.Campaign, fit: hs.Fit) -> None:
         assert result.to_latex().startswith(r"\begin{tabular}")
         assert result.summary() == str(result)
         assert type(result).__name__ in repr(result)
-        axes = result.plot()
+        axes = np.ravel(result.plot())[0]
         assert result.plot(ax=axes) is axes
         axes.figure.clear()
     assert "std err" in fit.summary()

@@ -74,7 +74,7 @@ def test_json_and_refusals_of_convert(table: Path) -> None:
 
 
 def test_series_side_by_side(folder: Path, fit_of_folder: hs.Fit) -> None:
-    (folder / "model.toml").write_text(fit_of_folder.model, encoding="utf-8")
+    (folder / "model.toml").write_text(fit_of_folder.model.to_toml(), encoding="utf-8")
     simulated = hs.simulate(folder / "campaign.toml", folder / "model.toml")
     words = ("campaign.toml", "--model", "model.toml", "--series")
     assert command(folder, "simulate", *words, "s.csv").returncode == 0
@@ -91,7 +91,7 @@ def test_series_side_by_side(folder: Path, fit_of_folder: hs.Fit) -> None:
 
 
 def test_series_as_mcap(folder: Path, fit_of_folder: hs.Fit) -> None:
-    (folder / "model.toml").write_text(fit_of_folder.model, encoding="utf-8")
+    (folder / "model.toml").write_text(fit_of_folder.model.to_toml(), encoding="utf-8")
     done = command(folder, "simulate", "campaign.toml", "--model", "model.toml", "--series", "s.mcap")
     assert done.returncode == 0, done.stderr
     simulated = hs.simulate(folder / "campaign.toml", folder / "model.toml")

@@ -3,19 +3,26 @@
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any, Literal
 
 import hydrosysid as hs
 import matplotlib as mpl
 import numpy as np
 import pytest
+from hydrosysid._workers import mapped, mapped_or_failed
 
 mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+from matplotlib.patches import Rectangle
 
 Listener = Callable[[str, int, int], object]
 
@@ -34,18 +41,106 @@ def test_every_executor_gives_what_a_loop_gives(campaigns: list[hs.Campaign]) ->
     heard: list[tuple[str, int, int]] = []
     with ThreadPoolExecutor(2) as threads:
         assert hs.map_fit(campaigns, executor=threads, progress=lambda *step: heard.append(step)) == serial
-    assert heard == [("fitting campaigns", k, 3) for k in (1, 2, 3)]
+    assert heard == [("fitting campaigns", k, 3) for k in (0, 1, 2, 3)]
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         assert hs.map_fit(campaigns, executor=processes) == serial
+
+
+def shifted(bad: int) -> hs.Campaign:
+    """A campaign that no fit can do anything with: nothing drives it."""
+    t = np.arange(600) * 0.1
+    run = hs.Run(t=t, u=np.full(600, 0.3 + bad), tau_u=np.zeros(600))
+    return hs.Campaign(vehicle={"name": "idle"}, dofs=["surge"], effects=["inertia", "linear_drag"], runs=[run])
+
+
+def test_a_failure_stays_with_its_campaign(campaigns: list[hs.Campaign], folder: Path, tmp_path: Path) -> None:
+    absent = tmp_path / "absent.toml"
+    mixed = [campaigns[0], shifted(0), folder / "campaign.toml", absent]
+    found = hs.map_fit(mixed)
+    assert [type(result).__name__ for result in found] == ["Fit", "DataError", "Fit", "UsageError"]
+    assert list(found.failures) == [1, 3]
+    assert str(absent) in str(found[3])
+    assert found.names == ("small", "idle", folder.name, f"{folder.name}/absent.toml")
+    first = hs.fit(campaigns[0])
+    assert found[0] == first
+    assert found.params.iloc[0].to_dict() == first.params.to_dict()
+    assert found.params.iloc[1].isna().all()
+    assert found.bse.iloc[2].tolist() == [p.std for p in hs.fit(folder / "campaign.toml").parameters]
+    table = found.to_frame("pandas")
+    assert len(table) == 3 + 1 + 3 + 1
+    assert table["error"].notna().sum() == 2
+    assert "2 of 4 fitted, 2 failed" in found.summary()
+    assert found.to_dict()["fits"][1]["error"] == str(found[1]).splitlines()[0]
+    again = pickle.loads(pickle.dumps(found))
+    assert again == found
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
+        assert hs.map_fit(mixed, executor=processes) == found
+    assert found.plot("k_u").get_ylabel() == "k_u, kg/s"
+    with pytest.raises(KeyError, match="linear_drag@surge"):
+        found.plot("k_v")
+    plt.close("all")
+
+
+def test_progress_tells_what_is_done_first() -> None:
+    """The second of two is done while the first one waits for it to be heard of."""
+    heard: list[int] = []
+    second_is_heard = threading.Event()
+
+    def work(item: int) -> int:
+        if item == 0:
+            assert second_is_heard.wait(60)
+        return 10 * item
+
+    def tell(what: str, done: int, of: int) -> None:
+        heard.append(done)
+        if done == 1:
+            second_is_heard.set()
+
+    with ThreadPoolExecutor(2) as threads:
+        assert mapped(work, [0, 1], threads, "working", tell) == [0, 10]
+    assert heard == [0, 1, 2]
+
+
+def test_a_worker_that_raises_ends_the_rest() -> None:
+    def work(item: int) -> int:
+        if item == 1:
+            raise ZeroDivisionError("one")
+        return item
+
+    for threads in (None, ThreadPoolExecutor(1)):
+        with pytest.raises(ZeroDivisionError, match="one"):
+            mapped(work, range(3), threads, "working", None)
+        kept = mapped_or_failed(work, range(3), threads, "working", None)
+        assert [kept[0], str(kept[1]), kept[2]] == [0, "one", 2]
+
+
+def test_what_is_no_executor_is_told(campaigns: list[hs.Campaign]) -> None:
+    with pytest.raises(hs.UsageError, match=r"executor = int: a concurrent\.futures\.Executor or a Dask Client"):
+        hs.map_fit(campaigns, executor=3)  # type: ignore[arg-type]
+
+
+def test_a_campaign_of_a_file_crosses_as_its_whole_path(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    campaign = hs.Campaign.from_file("campaign.toml")
+    packed = pickle.dumps(campaign)
+    assert len(packed) < 400  # the path, and none of the logs
+    monkeypatch.chdir("/")
+    assert pickle.loads(packed).runs == campaign.runs
+
+
+def test_a_campaign_in_memory_crosses_as_its_arrays(campaign: hs.Campaign, runs: list[hs.Run]) -> None:
+    # stamps that channels share cross once
+    arrays = {id(a): a.nbytes for run in runs for pair in run.signals.values() for a in pair}
+    assert sum(arrays.values()) < len(pickle.dumps(campaign)) < sum(arrays.values()) + 4_000
 
 
 def test_forked_workers_do_not_wait_for_threads_that_are_gone(campaigns: list[hs.Campaign]) -> None:
     serial = hs.map_fit(campaigns)  # the threads of this process have worked before it forks
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as processes:
-        assert list(processes.map(hs.fit, campaigns, timeout=60)) == serial
+        assert list(processes.map(hs.fit, campaigns, timeout=60)) == list(serial)
 
 
-def bootstrapped(campaign: hs.Campaign, executor: Executor | None = None, seed: int = 3) -> hs.Resampling:
+def bootstrapped(campaign: hs.Campaign, executor: Any = None, seed: int = 3) -> hs.Resampling:
     return hs.resample(
         campaign, method="runs", draws=24, block=15.0, seed=seed, estimator="integral", executor=executor
     )
@@ -56,9 +151,11 @@ def test_dask_gives_what_a_loop_gives(campaigns: list[hs.Campaign]) -> None:
     from distributed import Client
 
     local = {"processes": True, "n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    serial = hs.map_fit(campaigns)
     with Client(**local) as client, client.get_executor() as executor:
-        assert hs.map_fit(campaigns, executor=executor) == hs.map_fit(campaigns)
-        assert bootstrapped(campaigns[0], executor) == bootstrapped(campaigns[0])
+        assert hs.map_fit(campaigns, executor=client) == serial
+        assert hs.map_fit(campaigns, executor=executor) == serial
+        assert bootstrapped(campaigns[0], client) == bootstrapped(campaigns[0])
 
 
 def test_bootstrap(campaign: hs.Campaign) -> None:
@@ -92,11 +189,39 @@ def test_a_bootstrap_needs_something_to_draw_from(campaigns: list[hs.Campaign]) 
         hs.resample(campaigns[1], method="runs", draws=10)
     with pytest.raises(hs.UsageError, match="draws = 1"):
         hs.resample(campaigns[0], method="runs", draws=1)
-    with pytest.raises(hs.UsageError, match="block, executor: only method = 'runs'"), ThreadPoolExecutor(1) as pool:
-        hs.resample(campaigns[0], block=10.0, executor=pool)
-    quick = hs.resample(campaigns[0], draws=20)
-    with pytest.raises(hs.UsageError, match="no single draws"):
-        quick.plot("k_u")
+    with pytest.raises(hs.UsageError, match="block: only method = 'runs'"):
+        hs.resample(campaigns[0], block=10.0)
+    with pytest.raises(hs.UsageError, match=r"filter error.*method = 'runs'"):
+        hs.resample(campaigns[0], estimator="filter_error")
+
+
+@pytest.mark.parametrize("method", ["bootstrap", "monte_carlo"])
+@pytest.mark.parametrize("estimator", ["output_error", "integral"])
+def test_refits_are_the_same_whoever_makes_them(
+    campaign: hs.Campaign, method: Literal["bootstrap", "monte_carlo"], estimator: Literal["output_error", "integral"]
+) -> None:
+    def drawn(seed: int | None, executor: Executor | None = None) -> hs.Resampling:
+        return hs.resample(campaign, method=method, estimator=estimator, draws=21, seed=seed, executor=executor)
+
+    alone = drawn(5)
+    with ThreadPoolExecutor(2) as threads:  # lots of 8, 8 and 5
+        shared = drawn(5, threads)
+    assert shared == alone
+    assert shared.samples is not None
+    assert alone.samples is not None
+    np.testing.assert_array_equal(shared.samples, alone.samples)
+    assert alone.samples.shape == (alone.draws, 3)
+    for k, p in enumerate(alone.parameters):
+        assert p.mean == pytest.approx(float(alone.samples[:, k].mean()), rel=1e-12)
+        assert p.std == pytest.approx(float(alone.samples[:, k].std(ddof=1)), rel=1e-9)
+        assert p.interval == pytest.approx(tuple(np.quantile(alone.samples[:, k], [0.025, 0.975])), rel=1e-12)
+    other = drawn(6)
+    assert (alone.seed, other.seed) == (5, 6)
+    assert other.parameters != alone.parameters
+    assert drawn(None).seed == 1  # that of the campaign
+    axes = alone.plot("k_u")
+    assert sum(patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle)) >= alone.draws
+    plt.close("all")
 
 
 def test_discovery_says_what_it_does(campaign: hs.Campaign) -> None:
@@ -171,6 +296,23 @@ def test_a_demo_says_what_it_does_and_can_be_ended(tmp_path: Path) -> None:
     with pytest.raises(StopIteration, match="enough"):
         hs.demo(tmp_path / "demo", progress=until_staged)
     assert "sailing the paper's runs" in heard
+
+
+def test_progress_without_tqdm_is_a_line(
+    campaign: hs.Campaign, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    hs.discover(campaign, progress=True)
+    told = capsys.readouterr().err
+    assert "\rfitting the baseline" in told
+    assert "judging" in told
+    # each state covers the one before, and the last leaves nothing
+    states = told.split("\r")[1:]
+    assert states[-1] == ""
+    assert states[-2].isspace()
+    assert all(len(after) >= len(before.rstrip()) for before, after in pairwise(states[:-1]))
+    hs.map_fit([campaign, campaign], progress=True)
+    assert "fitting campaigns 2 of 2 (100 %)" in capsys.readouterr().err
 
 
 def test_a_bar_of_tqdm(campaign: hs.Campaign, capsys: pytest.CaptureFixture[str]) -> None:

@@ -42,6 +42,6 @@ def test_wishes_that_cannot_be_are_refused(fit: hs.Fit, tmp_path: Path) -> None:
     with pytest.raises(hs.DataError, match="limit of thrust"):
         hs.plan(fit, limits={"surge": 0.0})
     model = tmp_path / "model.toml"
-    model.write_text(fit.model, encoding="utf-8")
+    model.write_text(fit.model.to_toml(), encoding="utf-8")
     known = hs.plan(model, want="90%", with_known=True, limits={"surge": 100.0})
     assert known.runs == ()

@@ -1,7 +1,10 @@
 """Every result shows itself, tabulates, draws, and is plain data that pickles."""
 
+import base64
 import inspect
 import pickle
+import re
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +24,7 @@ import polars as pl
 PARAMS = {"format": 1, "convention": "sname", "source": "a book", "parameters": {"X_u|u|": -130.0, "X_udot": -90.0}}
 MAKERS: dict[str, Callable[[hs.Campaign, hs.Fit, Path], Any]] = {
     "Fit": lambda campaign, fit, folder: fit,
+    "Fits": lambda campaign, fit, folder: hs.map_fit([campaign, folder / "campaign.toml", folder / "absent.toml"]),
     "Simulation": lambda campaign, fit, folder: hs.simulate(campaign, fit),
     "Forces": lambda campaign, fit, folder: hs.force_components(campaign, fit)[0],
     "Comparison": lambda campaign, fit, folder: hs.compare(campaign, fit),
@@ -78,7 +82,10 @@ def test_a_fit_has_the_attributes_of_statsmodels(fit: hs.Fit) -> None:
 
 
 def test_no_result_is_forgotten() -> None:
-    results = {n for n in hs.__all__ if inspect.isclass(c := getattr(hs, n)) and hasattr(c, "to_frame")} - {"Run"}
+    results = {n for n in hs.__all__ if inspect.isclass(c := getattr(hs, n)) and hasattr(c, "to_frame")} - {
+        "Run",
+        "Model",
+    }
     assert results == set(MAKERS)
 
 
@@ -89,7 +96,7 @@ def test_a_result_shows_itself(name: str, campaign: hs.Campaign, fit: hs.Fit, fo
     rows = found.rows()
     assert len(found.summary().splitlines()) >= min(len(rows), 1)
     assert str(found) == found.summary()
-    html = found._repr_html_()
+    html = re.sub(r"<img[^>]*>", "", found._repr_html_())
     assert "<" in html
     assert "nan" not in html.lower().replace("name", "")
     assert found.to_latex().startswith(r"\begin{tabular}")
@@ -108,8 +115,161 @@ def test_a_plot_draws_into_the_axes_given_and_returns_them(
 ) -> None:
     found = MAKERS[name](campaign, fit, folder)
     own = found.plot()
-    assert own.has_data()
+    # a figure of panels has several
+    assert all(ax.has_data() for ax in (own.tolist() if isinstance(own, np.ndarray) else [own]))
     _, given = plt.subplots()
     assert found.plot(ax=given) is given
     assert given.has_data()
+    plt.close("all")
+
+
+def test_residuals_are_those_of_the_estimator(campaign: hs.Campaign, runs: list[hs.Run], fit: hs.Fit) -> None:
+    trained = [run for run in runs if run.role == "train"]
+    # filter error: one innovation a sample once the state is known, as large as the sensor's noise of 2 mm/s
+    assert fit.estimator == "filter_error"
+    assert fit.nobs == len(fit.resid) == sum(len(r.values) for r in fit.residuals)
+    assert fit.nobs == pytest.approx(sum(len(run["u"][0]) for run in trained), abs=4)
+    assert fit.resid.index.names == ["run", "channel", "t"]
+    one = fit.resid["surge_1", "u"]
+    assert np.isin(one.index, trained[0]["u"][0]).all()
+    assert one.std() == pytest.approx(0.002, rel=0.1)
+    for left in fit.residuals:
+        assert np.sqrt(np.mean((left.values / left.std) ** 2)) == pytest.approx(1.0, abs=0.1)
+    assert f"{fit.nobs} observations, converged" in fit.summary()
+    # output error: measured less a simulation of the same model
+    other = hs.fit(campaign, estimator="output_error")
+    assert other.nobs == sum(len(run["u"][0]) for run in trained)
+    assert all(not len(left.std) for left in other.residuals)
+    stage = other.stages[0]
+    assert np.sqrt(np.mean(other.resid.to_numpy() ** 2)) == pytest.approx(stage.residual_std, rel=1e-9)
+    # integral least squares: the rows of its balance, made by hand from the regressors
+    rows = hs.fit(campaign, estimator="integral")
+    assert rows.nobs == rows.stages[0].rows
+    window = next(k for k in range(1, 200) if len(hs.regressors(trained, "surge", EFFECTS, samples=k).rhs) == rows.nobs)
+    system = hs.regressors(trained, "surge", EFFECTS, samples=window)
+    lacking = system.rhs - system.columns @ rows.params.to_numpy()
+    np.testing.assert_allclose(np.concatenate([r.values for r in rows.residuals]), lacking, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(np.concatenate([r.time for r in rows.residuals]), system.span[:, 1])
+    mapped = hs.map_fit([campaign])[0]
+    assert isinstance(mapped, hs.Fit)
+    with pytest.raises(hs.UsageError, match="keeps no residuals"):
+        mapped.resid  # noqa: B018
+    assert mapped.nobs == sum(s.rows for s in fit.stages)
+
+
+EFFECTS = ["inertia", "linear_drag", "quadratic_drag"]
+
+
+def test_a_model_is_a_thing_of_its_own(campaign: hs.Campaign, fit: hs.Fit, tmp_path: Path) -> None:
+    model = fit.model
+    assert (model.name, model.dofs) == ("small", ["surge"])
+    assert model.effects == [p.term for p in fit.parameters]
+    assert [row["value"] for row in model.rows()] == fit.params.tolist()
+    assert model["k_u|u|"] == model["quadratic_drag@surge"] == fit["k_u|u|"].value
+    assert model.envelope["tau_u"] == (-20.0, 140.0)
+    file = model.save(tmp_path / "small.toml")
+    assert file.read_text(encoding="utf-8") == model.to_toml()
+    with pytest.raises(hs.UsageError, match="exists"):
+        model.save(file)
+    again = hs.Model.from_file(file)
+    assert again == model == pickle.loads(pickle.dumps(model)) == hs.Model(model.to_toml())
+    assert hs.simulate(campaign, again) == hs.simulate(campaign, fit) == hs.simulate(campaign, file)
+    assert hs.compare_models(model, fit).joint.p_value == pytest.approx(1.0)  # type: ignore[union-attr]
+    assert hs.export(model, "csv").content == hs.export(fit, "csv").content
+    assert "small" in model._repr_html_()
+    assert str(model).count("\n") == 3 + 4 + 0
+    for text in ("no = [", "format = 1\n"):
+        with pytest.raises(hs.UsageError, match="a model file is expected"):
+            hs.Model(text)
+    with pytest.raises(KeyError, match="names 0 parameters; there are inertia@surge"):
+        model["k_v"]
+    with pytest.raises(AttributeError, match="does not change"):
+        model.name = "other"  # type: ignore[misc]
+
+
+def test_a_comparison_draws_what_was_measured_and_simulated(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    compared = hs.compare(campaign, fit)
+    panels = compared.plot()
+    assert [ax.get_ylabel() for ax in panels] == ["u, m/s"]
+    assert panels[0].figure.get_suptitle() == "surge_3, took no part in the fit"
+    ratio = compared.runs[2].rms / compared.runs[2].noise_floor
+    assert panels[0].get_title(loc="right") == f"error {ratio:.2g} × noise"
+    assert compared.simulation is not None
+    run = compared.simulation["surge_3"]
+    measured, simulated = panels[0].lines
+    np.testing.assert_array_equal(measured.get_ydata(), run.measured["u"])
+    np.testing.assert_array_equal(simulated.get_ydata(), run.simulated["u"])
+    # 95 % of the samples lie in the band, whose edges are 1.96 deviations away
+    (band,) = panels[0].collections
+    edges = band.get_paths()[0].vertices
+    known = np.isfinite(run.std["u"])
+    assert edges[:, 1].max() == pytest.approx((run.simulated["u"] + 1.96 * run.std["u"])[known].max())
+    inside = np.abs(run.measured["u"] - run.simulated["u"])[known] < 1.96 * run.std["u"][known]
+    assert 0.9 < inside.mean() < 0.99
+    assert compared.plot("surge_1").item().figure.get_suptitle() == "surge_1, of the fit"
+    assert compared.plot(channel="u").get_title().startswith("surge_3, took no part in the fit; error ")
+    with pytest.raises(KeyError, match="no run 'surge_9'"):
+        compared.plot("surge_9")
+    with pytest.raises(KeyError, match="no channel 'r'; there are u"):
+        compared.plot(channel="r")
+    with pytest.raises(hs.UsageError, match="no simulated run"):
+        replace(compared, simulation=None).plot()
+    assert compared.plot_errors().get_xlabel() == "rms error over sensor noise"
+    plt.close("all")
+
+
+def test_a_simulation_has_a_panel_for_each_measured_channel() -> None:
+    t = np.arange(40) * 0.5
+    names = ["psi", "r", "u", "v", "depth", "p"]
+    measured = {name: np.full(40, np.nan if name == "p" else k) for k, name in enumerate(names)}
+    time = np.r_[t[:20], t[20:] + 100.0]
+    run = hs.SimulatedRun("a", "train", time, {name: np.sin(t) for name in names}, measured)
+    panels = hs.Simulation(1, (run,), ()).plot()
+    assert [ax.get_ylabel() for ax in panels] == ["u, m/s", "v, m/s", "r, rad/s", "psi, rad", "depth"]
+    # nothing is drawn across the gap
+    line = panels[0].lines[1].get_ydata()
+    assert len(line) == 41
+    assert np.isnan(line[20])
+    assert [ax.get_xlabel() for ax in panels] == ["", "", "t, s", "", "t, s"]
+    plt.close("all")
+
+
+def test_a_notebook_shows_verdict_table_and_picture(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    html = fit._repr_html_()
+    assert 'class="light green"' in html
+    assert fit.sentence in html
+    assert "virtual mass" in html
+    data = re.search(r'<img width="\d+" alt="" src="data:image/png;base64,([^"]+)">', html)
+    assert data is not None
+    assert base64.b64decode(data[1]).startswith(b"\x89PNG")
+    assert 'class="light red"' in replace(fit, converged=False)._repr_html_()
+    warned = replace(fit, warnings=(hs.Finding("M1", "a-kind", "warning", "1 < 2"),))._repr_html_()
+    assert 'class="light amber"' in warned
+    assert '<li class="warning">' in warned
+    assert "1 &lt; 2" in warned
+    found = hs.discover(campaign)
+    assert found.sentence in found._repr_html_()
+    wide = hs.simulate(campaign, fit)._repr_html_()
+    assert wide.count("<tr>") == 1 + len(campaign.runs)
+    assert not plt.get_fignums(), "a small picture leaves no figure behind"
+
+
+def test_a_notebook_without_matplotlib_shows_the_rest(fit: hs.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    html = fit._repr_html_()
+    assert "<table>" in html
+    assert "<img" not in html
+
+
+def test_plots_call_effects_by_their_common_names(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    labels = [label.get_text().splitlines()[0] for label in fit.plot().get_yticklabels()]
+    assert labels == ["virtual mass in surge, m_u", "linear drag in surge, k_u", "quadratic drag in surge, k_u|u|"]
+    legend = hs.force_components(campaign, fit)[0].plot().get_legend()
+    assert legend is not None
+    assert {text.get_text() for text in legend.get_texts()} >= {"linear drag in surge", "total"}
+    lacking = hs.Campaign(
+        vehicle={"name": "small"}, dofs=["surge"], effects=["inertia", "linear_drag"], runs=campaign._source[2]
+    )
+    steps = [label.get_text() for label in hs.discover(lacking).plot().get_xticklabels()]
+    assert steps == ["baseline", "+ quadratic drag in surge"]
     plt.close("all")

@@ -61,6 +61,45 @@ def test_a_plain_table_with_units_in_its_names_needs_no_map() -> None:
     assert run.channels == ("u",)
 
 
+def test_every_frame_is_read_by_one_function() -> None:
+    table = {k: v for k, v in TABLE.items() if k != "note"}
+    frames = [pd.DataFrame(table), pl.DataFrame(table), pa.table(table), pd.DataFrame(table).set_index("time")]
+    for frame in frames:
+        check(hs.Run.from_frame(frame, columns=COLUMNS))
+    commands = pd.DataFrame({"t": T[:3], "V1": [1500.0, 1600.0, 1700.0]})
+    assert dict(hs.Run.from_frame(commands, units={"V1": "us"}).units) == {"V1": "us"}
+    with pytest.raises(hs.UsageError, match="a data frame is expected, not int"):
+        hs.Run.from_frame(3)
+
+
+def test_a_frame_is_guessed_as_init_guesses_a_log() -> None:
+    k = np.arange(400)
+    speed, heading = 0.5 + 0.3 * np.sin(k / 20.0), np.sin(k / 30.0)
+    frame = pd.DataFrame(
+        {
+            "time_ms": 100 * k,
+            "dvl_surge_speed": speed,
+            "yaw_deg": np.degrees(heading),
+            "gyro_z_dps": np.degrees(np.cos(k / 30.0) / 3.0),
+            "thrust_x": 40.0 * np.sin(k / 20.0),
+        }
+    )
+    for given in (frame, pl.DataFrame(frame.to_dict("list"))):
+        run = hs.Run.from_frame(given, guess=True, name="dive", kind="free", role="validate")
+        assert (run.name, run.role, run.channels) == ("dive", "validate", ("psi", "r", "tau_u", "u"))
+        np.testing.assert_allclose(run["u"][0], 0.1 * k, rtol=1e-12)
+        np.testing.assert_array_equal(run["u"][1], speed)
+        np.testing.assert_allclose(run["psi"][1], heading, rtol=1e-12)
+        np.testing.assert_allclose(run["r"][1], np.cos(k / 30.0) / 3.0, rtol=1e-12)
+        told = [finding.message for finding in run.findings if finding.code == "K201"]
+        assert len(told) == 5
+        assert any('"yaw_deg" is psi by its name; deg as the name says' in text for text in told)
+    with pytest.raises(hs.UsageError, match="give one of them"):
+        hs.Run.from_frame(frame, columns={"u": "dvl_surge_speed"}, guess=True)
+    with pytest.raises(hs.DataError, match="nothing in the frame could be placed"):
+        hs.Run.from_frame(pd.DataFrame({"a": ["x", "y"]}), guess=True)
+
+
 def test_wall_clocks_are_exact_to_the_nanosecond() -> None:
     stamps = np.array("2024-07-01T10:40:00.000000007", dtype="datetime64[ns]") + np.arange(5) * np.timedelta64(
         10**8, "ns"

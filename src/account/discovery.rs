@@ -2,7 +2,7 @@
 //! goes with, the gap as it shrinks, what the data could have shown.
 
 use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residual};
-use crate::effects::named;
+use crate::effects::{common_name, named};
 use crate::frame::{Dof, Measured};
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
@@ -46,8 +46,10 @@ fn effects(found: &Discovery) -> Table {
     let partly = !found.names_are_all();
     let row = |e: &FoundEffect, [symbol, value, unit]: [Cell; 3]| {
         let p = (!partly).then_some(Cell::Number { value: e.p_value, digits: 2 });
-        let others = Cell::from(e.also_possible.join(", ").as_str());
-        [Cell::from(e.id.as_str()), symbol, value, unit].into_iter().chain(p).chain([others]).collect()
+        let others: Vec<String> = e.also_possible.iter().map(|id| named(id)).collect();
+        let others = Cell::from(others.join(", ").as_str());
+        let names = [e.id.as_str(), e.common_name.as_str()].map(Cell::from);
+        names.into_iter().chain([symbol, value, unit]).chain(p).chain([others]).collect()
     };
     let rows = |e: &FoundEffect| -> Vec<Vec<Cell>> {
         let of = |p: &FoundParameter| {
@@ -59,7 +61,7 @@ fn effects(found: &Discovery) -> Table {
             all => all.iter().map(of).collect(),
         }
     };
-    let names = ["effect", "symbol", "value ± std", "unit", "p", "also possible"];
+    let names = ["effect", "common name", "symbol", "value ± std", "unit", "p", "also possible"];
     let names: Vec<&str> = names.into_iter().filter(|name| !partly || *name != "p").collect();
     let chance = "p: probability of as much by chance, over all candidates.";
     Table {
@@ -159,7 +161,7 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     let mut before: Option<f64> = None;
     for step in found.gap.iter().filter(|step| !step.dropped) {
         let rms = *step.held_out_rms.get(dof)?;
-        let label = step.added.clone().unwrap_or_else(|| "baseline".into());
+        let label = step.added.as_ref().map_or_else(|| "baseline".into(), |id| common_name(id));
         let (value, total) = before.map_or((rms, true), |known| (rms - known, false));
         bars.push(Bar { label: label.into(), value, std: None, total });
         before = Some(rms);
@@ -181,7 +183,10 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
             "Root mean square of simulated less measured on runs that took no part, as effects are added.{}",
             match found.removed.as_slice() {
                 [] => String::new(),
-                names => format!(" Left out, since later ones made them needless: {}.", names.join(", ")),
+                ids => {
+                    let names: Vec<String> = ids.iter().map(|id| named(id)).collect();
+                    format!(" Left out, since later ones made them needless: {}.", names.join(", "))
+                }
             }
         ),
         chart,

@@ -3,6 +3,7 @@
 
 use super::Results;
 use crate::campaign::{self, RunComponents};
+use crate::effects::common_name;
 use crate::frame::Dof;
 use crate::procedure::settled_loads;
 use crate::report::{Axis, Block, Chart, Curves, Figure, Panel, Section, Series, Style, estimate};
@@ -82,7 +83,7 @@ fn over_time(results: &Results<'_>) -> Vec<Figure> {
     let Some(longest) = parts.iter().max_by_key(|p| p.time.len()).map(|p| p.run.clone()) else { return Vec::new() };
     let figure = |part: &RunComponents| {
         let series =
-            |(name, force): (&String, &Vec<f64>)| Series::line(name.as_str(), part.time.clone(), force.clone());
+            |(term, force): (&String, &Vec<f64>)| Series::line(common_name(term), part.time.clone(), force.clone());
         let panel = Panel {
             y: Axis::new("force", part.unit),
             series: part.terms.iter().chain([(&"total".to_string(), &part.total)]).map(series).collect(),

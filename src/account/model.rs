@@ -1,7 +1,7 @@
 //! The part of the account on the model: its equations with their numbers, its parameters.
 
 use super::Results;
-use crate::effects::Place;
+use crate::effects::{Place, common_name};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::report::{Block, Cell, Column, Equation, Label, Section, Style, Table, number};
@@ -58,6 +58,7 @@ fn parameters(results: &Results<'_>) -> Table {
             let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
             let mut row = vec![
                 Cell::from(p.effect.as_str()),
+                Cell::from(common_name(&p.effect).as_str()),
                 Cell::from(place.as_str()),
                 Cell::Text(Label::symbol(&p.name)),
                 Cell::Estimate { value: p.value, std: p.std.filter(|_| !p.fixed) },
@@ -71,8 +72,9 @@ fn parameters(results: &Results<'_>) -> Table {
             row
         })
         .collect();
-    let columns = ["effect", "degree of freedom", "symbol", "value ± std", "unit", "SNAME", "value", "deviation"];
-    let shown = if results.fit.converged { &columns[..7] } else { &columns };
+    let columns =
+        ["effect", "common name", "degree of freedom", "symbol", "value ± std", "unit", "SNAME", "value", "deviation"];
+    let shown = if results.fit.converged { &columns[..8] } else { &columns };
     Table {
         title: "Parameters".into(),
         columns: shown.iter().map(|c| Column::new(*c, "")).collect(),

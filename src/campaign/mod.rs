@@ -64,7 +64,7 @@ pub use each_run::{Crossed, EachRun, OwnEstimate, OwnModel, each_run};
 pub use error::Error;
 pub use examine::examine;
 pub use file::Estimator;
-pub use fit::{Fit, FitOptions, FitParameter, FitStage, described, filters, fit};
+pub use fit::{Fit, FitOptions, FitParameter, FitStage, Residuals, described, filters, fit};
 pub use forces::nominal;
 pub use identifiability::{
     Believable, Correlation, Direction, Group, Identifiability, OtherLength, OtherWindow, ProfileOf,
@@ -79,7 +79,7 @@ pub use noise::{ForceFound, Noise, Predicted, SensorFound};
 pub use plan::{Plan, PlanSource, PlannedParameter, PlannedRun, plan};
 pub use plan_request::{PlanRequest, Want};
 pub use published::{Convention, Published, PublishedComparison, PublishedParameter, compare_published};
-pub use resample::{Resampler, Resampling, Scatter, resample};
+pub use resample::{Refits, Resampler, Resampling, Scatter, resample};
 pub use simulate::{Simulated, Simulation, simulate};
 pub use stream::{fit_streamed, too_large_to_keep};
 pub use thrusters::FittedCurve;

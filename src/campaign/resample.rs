@@ -6,6 +6,8 @@
 mod made;
 mod rows;
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::error::Error;
@@ -28,6 +30,23 @@ pub enum Resampler {
     MonteCarlo,
 }
 
+/// Which refits are made. Each has a number and is the same whichever others are made beside it, so that many processes can
+/// share them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refits {
+    /// Their numbers.
+    pub numbers: Range<u64>,
+    /// Seed of the draws; that of the campaign when absent.
+    pub seed: Option<u64>,
+}
+
+impl From<usize> for Refits {
+    /// The first so many, by the seed of the campaign.
+    fn from(draws: usize) -> Refits {
+        Refits { numbers: 0..draws as u64, seed: None }
+    }
+}
+
 /// Refits of a campaign. Serialises as `resampling` in `hydrosysid fit --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Resampling {
@@ -43,6 +62,12 @@ pub struct Resampling {
     pub seed: u64,
     /// Scatter of each free parameter, in the order of the model.
     pub parameters: Vec<Scatter>,
+    /// Number of each refit that took part.
+    #[serde(skip)]
+    pub numbers: Vec<u64>,
+    /// Estimates of each refit that took part, in the order of `parameters`.
+    #[serde(skip)]
+    pub samples: Vec<Vec<f64>>,
 }
 
 /// How far the refits of one parameter scatter, SI.
@@ -83,7 +108,7 @@ impl Scatter {
     }
 }
 
-/// Refits the campaign's model by the estimator of a fit, `draws` times, on all cores. Curves of thrusters that come from
+/// Refits the campaign's model by the estimator of a fit, on all cores. Curves of thrusters that come from
 /// bollard tables are drawn anew in each, from what the tables leave uncertain; so is a given η_inter with a deviation in
 /// the staged procedure.
 ///
@@ -94,51 +119,51 @@ pub fn resample(
     campaign: &Campaign,
     estimator: Estimator,
     method: Resampler,
-    draws: usize,
+    refits: impl Into<Refits>,
 ) -> Result<Resampling, Error> {
     match estimator {
-        Estimator::FilterError | Estimator::OutputError => by_output_error(campaign, method, draws),
-        Estimator::Integral | Estimator::Staged => rows::by_rows(campaign, estimator, method, draws),
+        Estimator::FilterError | Estimator::OutputError => by_output_error(campaign, method, refits.into()),
+        Estimator::Integral | Estimator::Staged => rows::by_rows(campaign, estimator, method, refits.into()),
     }
 }
 
 /// Streams of noise from here on draw curves.
 const CURVES: u64 = 1 << 32;
 
-fn by_output_error(campaign: &Campaign, method: Resampler, draws: usize) -> Result<Resampling, Error> {
+fn by_output_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Result<Resampling, Error> {
     let used = |run: &&Run| run.role == Role::Train && moves(run.kind);
     let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
     // whole runs are too few to draw from
     let join = campaign.file.fit.join && method == Resampler::MonteCarlo;
     let options = OutputErrorOptions { join, ..campaign.options.output_error.clone() };
     let fit = output_error(&started(&campaign.model, &runs), &runs, &options)?;
-    let seed = campaign.options.seed;
+    let seed = refits.seed.unwrap_or(campaign.options.seed);
     let found = match method {
         Resampler::Bootstrap => {
-            let mut found = fit.bootstrap(draws, seed, options.cluster)?;
+            let mut found = fit.bootstrap(refits.numbers, seed, options.cluster)?;
             let slopes = thrust::slopes(campaign, &runs, |runs| fit.response(runs, &options))?;
-            for (draw, values) in found.values.iter_mut().enumerate() {
-                let mut noise = Noise::new(seed, CURVES + draw as u64);
+            for (draw, values) in found.numbers.iter().zip(&mut found.values) {
+                let mut noise = Noise::new(seed, CURVES + draw);
                 for slopes in &slopes {
                     values.iter_mut().zip(slopes.drawn(&mut noise)).for_each(|(value, by)| *value += by);
                 }
             }
             found
         }
-        Resampler::MonteCarlo => fit.monte_carlo_under(&options, draws, seed, |draw| {
+        Resampler::MonteCarlo => fit.monte_carlo_under(&options, refits.numbers, seed, |draw| {
             let curves = thrust::drawn(campaign, &mut Noise::new(seed, CURVES + draw));
             (!curves.is_empty()).then(|| runs.iter().map(|run| thrust::under(campaign, run, &curves)).collect())
         }),
     };
-    Ok(described(&fit, &found, method, seed, &runs))
+    Ok(described(&fit, found, method, seed, &runs))
 }
 
-fn described(fit: &OutputErrorFit, found: &Draws, method: Resampler, seed: u64, runs: &[Run]) -> Resampling {
+fn described(fit: &OutputErrorFit, found: Draws, method: Resampler, seed: u64, runs: &[Run]) -> Resampling {
     let scatter = |(k, unknown): (usize, &crate::estimate::output_error::Unknown)| {
         let parameter = &fit.model.parameters[unknown.parameter];
         let own = unknown.run.and_then(|run| parameter.per_run.get(run));
         let name = unknown.run.map(|run| runs[run].name.clone());
-        Scatter::of(parameter, name, own.copied().unwrap_or(parameter.value), k, found)
+        Scatter::of(parameter, name, own.copied().unwrap_or(parameter.value), k, &found)
     };
     Resampling {
         format: 1,
@@ -147,5 +172,7 @@ fn described(fit: &OutputErrorFit, found: &Draws, method: Resampler, seed: u64, 
         failed: found.failed,
         seed,
         parameters: fit.problem.unknowns.iter().enumerate().map(scatter).collect(),
+        numbers: found.numbers,
+        samples: found.values,
     }
 }

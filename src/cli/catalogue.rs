@@ -7,7 +7,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::table;
 use crate::campaign::codes;
-use crate::effects::{Coriolis, Effect, Place, Scope, catalogue};
+use crate::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name, meant, search};
 use crate::frame::Dof;
 use crate::model::places_of;
 use crate::nearest::nearest;
@@ -16,6 +16,7 @@ use crate::nearest::nearest;
 #[derive(Debug, Serialize)]
 struct Entry {
     id: String,
+    common_name: String,
     family: &'static str,
     #[serde(rename = "where")]
     place: String,
@@ -39,13 +40,18 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
     output.may_write(None)?;
     let all = catalogue(Coriolis::Free);
     let Some(id) = &arguments.id else {
-        let entries: Vec<Entry> = all.iter().map(|e| entry(e.as_ref())).collect();
-        let rows: Vec<Vec<String>> = entries
-            .iter()
-            .map(|e| vec![e.id.clone(), e.family.into(), e.place.clone(), e.formula.clone(), units(e)])
-            .collect();
-        output.print(&table(&["effect", "family", "where", "formula", "unit"], &rows));
-        output.print("`hydrosysid effects ID` tells the source and what data can show it.");
+        let text = arguments.search.as_deref().unwrap_or_default();
+        let entries: Vec<Entry> = search(&all, text).into_iter().map(entry).collect();
+        if entries.is_empty() {
+            let near = meant(&all, text).map(|words| format!("; did you mean `{words}`?"));
+            output.print(&format!(
+                "no effect has `{text}` in its id, common name or meaning{}",
+                near.unwrap_or_default()
+            ));
+        } else {
+            output.print(&listed(&entries));
+            output.print("`hydrosysid effects ID` tells the source and what data can show it.");
+        }
         return output.json(&entries);
     };
     let id = id.split('@').next().unwrap_or(id);
@@ -63,8 +69,9 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
         })
         .collect();
     output.print(&format!(
-        "{}: {}\n\n  formula     {}\n  where       {} ({})\n  parameters  {}\n  shown by    {}\n  source      {}",
+        "{}, {}: {}\n\n  formula     {}\n  where       {} ({})\n  parameters  {}\n  shown by    {}\n  source      {}",
         e.id,
+        e.common_name,
         e.meaning,
         e.formula,
         e.place,
@@ -74,6 +81,14 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
         e.source
     ));
     output.json(&e)
+}
+
+fn listed(entries: &[Entry]) -> String {
+    let row = |e: &Entry| {
+        vec![e.id.clone(), e.common_name.clone(), e.family.into(), e.place.clone(), e.formula.clone(), units(e)]
+    };
+    let rows: Vec<Vec<String>> = entries.iter().map(row).collect();
+    table(&["effect", "common name", "family", "where", "formula", "unit"], &rows)
 }
 
 fn entry(effect: &dyn Effect) -> Entry {
@@ -99,6 +114,7 @@ fn entry(effect: &dyn Effect) -> Entry {
     });
     Entry {
         id: about.id.into(),
+        common_name: common_name(about.id),
         family: about.family.name(),
         place,
         formula: about.formula.into(),

@@ -52,6 +52,7 @@ fn effects(found: &Discovery) -> String {
             let first = |text: String| if k == 0 { text } else { String::new() };
             rows.push(vec![
                 first(effect.id.clone()),
+                first(effect.common_name.clone()),
                 p.name.clone(),
                 measured(p.value, Some(p.std)),
                 p.unit.clone(),
@@ -60,15 +61,16 @@ fn effects(found: &Discovery) -> String {
             ]);
         }
         if effect.parameters.is_empty() {
-            let (name, p) = (effect.id.clone(), chance(effect.p_value));
-            rows.push(vec![name, String::new(), AS_A_WHOLE.into(), String::new(), p, effect.also_possible.join(", ")]);
+            let (id, name, p) = (effect.id.clone(), effect.common_name.clone(), chance(effect.p_value));
+            let others = effect.also_possible.join(", ");
+            rows.push(vec![id, name, String::new(), AS_A_WHOLE.into(), String::new(), p, others]);
         }
     }
-    let mut headers = vec!["effect", "symbol", "value ± std", "unit", "p", "also possible"];
+    let mut headers = vec!["effect", "common name", "symbol", "value ± std", "unit", "p", "also possible"];
     // beside something that has no name a probability would read as a proof
     if !found.names_are_all() {
-        headers.remove(4);
-        rows.iter_mut().for_each(|row| drop(row.remove(4)));
+        headers.remove(5);
+        rows.iter_mut().for_each(|row| drop(row.remove(5)));
     }
     table(&headers, &rows)
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::candidate::Candidate;
 use super::search::Search;
 use super::verdict::digits;
-use crate::effects::{Effect, Place, common_name};
+use crate::effects::{Effect, Place, common_name, named};
 use crate::frame::Dof;
 use crate::model::name_of;
 
@@ -66,8 +66,8 @@ impl SmallestVisible {
     /// Name, size and unit for people: what has no parameter is told as a whole, its size in per cent.
     pub fn told(&self) -> (String, f64, &str) {
         match self.tied {
-            true => (format!("{}, as a whole", self.id), 100.0 * self.value, "% of it"),
-            false => (self.id.clone(), self.value, &self.unit),
+            true => (format!("{}, as a whole", named(&self.id)), 100.0 * self.value, "% of it"),
+            false => (named(&self.id), self.value, &self.unit),
         }
     }
 }

@@ -9,6 +9,7 @@
 //! than the memory of the residuals keep their correlation: Künsch, *Annals of Statistics* 17 (1989) 1217. Draws come
 //! from streams of one seed, so that they do not depend on the number of threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -19,7 +20,7 @@ use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_va
 use super::triangle::Triangle;
 use super::whitened::Whitened;
 use crate::noise::Noise;
-use crate::progress::tell;
+use crate::progress::{look, tell};
 use crate::wide::widest;
 
 /// What progress calls it.
@@ -30,11 +31,21 @@ pub(crate) const REFITTING: &str = "refitting";
 pub struct Draws {
     /// One estimate of all unknowns a refit.
     pub values: Vec<Vec<f64>>,
+    /// Number of each of these refits.
+    pub numbers: Vec<u64>,
     /// Refits that had no solution and are left out.
     pub failed: usize,
 }
 
 impl Draws {
+    /// What was found of the refits of these numbers, in order.
+    pub(crate) fn of(numbers: Range<u64>, found: Vec<Option<Vec<f64>>>) -> Draws {
+        let count = found.len();
+        let (numbers, values): (Vec<u64>, Vec<Vec<f64>>) =
+            numbers.zip(found).filter_map(|(number, found)| Some((number, found?))).unzip();
+        Draws { failed: count - values.len(), numbers, values }
+    }
+
     /// Mean of unknown `k`.
     pub fn mean(&self, k: usize) -> f64 {
         self.values.iter().map(|v| v[k]).sum::<f64>() / self.values.len() as f64
@@ -127,7 +138,7 @@ impl Blocks {
     /// θ of `draws` refits, each on as many blocks as there are, drawn with replacement.
     pub fn bootstrap(&self, draws: usize, seed: u64) -> Draws {
         let p = self.exponents.len() - 1;
-        let mut found = resample(&Triangle::new(p + 1), &self.factors, draws, seed);
+        let mut found = resample(&Triangle::new(p + 1), &self.factors, 0..draws as u64, seed);
         let unit = |j: usize| self.exponents[p].unwrap_or(0) - self.exponents[j].unwrap_or(0);
         for value in &mut found.values {
             for (j, x) in value.iter_mut().enumerate() {
@@ -149,23 +160,23 @@ fn stacked(always: &Triangle, factors: &[Triangle], counts: &[u32], buffer: &mut
     triangle
 }
 
-/// Solutions of `draws` resamplings of blocks whose factors of [H | y] are given; the rows of `always` are in all.
-pub(crate) fn resample(always: &Triangle, factors: &[Triangle], draws: usize, seed: u64) -> Draws {
-    let done = AtomicUsize::new(0);
+/// Solutions of the resamplings of these numbers, of blocks whose factors of [H | y] are given; the rows of `always` are in all.
+pub(crate) fn resample(always: &Triangle, factors: &[Triangle], draws: Range<u64>, seed: u64) -> Draws {
+    let (done, count) = (AtomicUsize::new(0), draws.clone().count());
     let whole = stacked(always, factors, &vec![1; factors.len()], &mut Vec::new());
     let whitened = Whitened::of(whole, always, factors);
-    let found: Vec<Option<Vec<f64>>> = (0..draws as u64)
+    let found: Vec<Option<Vec<f64>>> = (0..count)
         .into_par_iter()
-        .map_init(Vec::new, |buffer, draw| {
-            let counts = drawn(factors.len(), seed, draw);
+        .map_init(Vec::new, |buffer, k| {
+            look();
+            let counts = drawn(factors.len(), seed, draws.start + k as u64);
             let solution = whitened.as_ref().and_then(|whitened| whitened.solution(&counts, buffer));
             let solution = solution.or_else(|| stacked(always, factors, &counts, buffer).solution());
-            tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
+            tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, count);
             solution
         })
         .collect();
-    let values: Vec<Vec<f64>> = found.into_iter().flatten().collect();
-    Draws { failed: draws - values.len(), values }
+    Draws::of(draws, found)
 }
 
 /// How often each of `count` blocks is drawn.

@@ -12,8 +12,12 @@ use csv::{Terminator, WriterBuilder};
 
 use super::columns::quantity;
 use super::read::LogFile;
+use crate::progress;
 use crate::run::{Run, Signal};
 use crate::whole;
+
+/// Rows after which the writer asks whether it is still wanted.
+const ROWS_A_LOOK: usize = 1024;
 
 /// Why a run was not written.
 #[derive(Debug, thiserror::Error)]
@@ -77,7 +81,10 @@ pub fn write_signals(
     // merge of the time stamps: at each instant the signals whose next sample it is
     let mut next = vec![0; signals.len()];
     let mut digits = String::new();
-    loop {
+    for row in 0_usize.. {
+        if row.is_multiple_of(ROWS_A_LOOK) {
+            progress::look();
+        }
         let stamps = signals.iter().zip(&next).filter_map(|((_, s), k)| s.time().get(*k));
         let Some(t) = stamps.copied().min_by(f64::total_cmp) else { return table.flush() };
         let mut put = |x: Option<f64>| {
@@ -93,6 +100,7 @@ pub fn write_signals(
         }
         table.write_record(None::<&[u8]>)?;
     }
+    Ok(())
 }
 
 #[cfg(test)]

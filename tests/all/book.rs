@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hydrosysid::campaign::codes;
-use hydrosysid::effects::{Coriolis, Effect, Place, Scope, catalogue};
+use hydrosysid::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name};
 use hydrosysid::finding::Severity;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::places_of;
@@ -72,8 +72,9 @@ fn the_catalogue_is_that_of_the_program() {
         }
         write!(
             page,
-            "\n### `{}`\n\n`{}`\n\n{} Parameters: {}. Where: {}. Shown by {}.\nSource: {}.\n",
+            "\n### `{}`, {}\n\n`{}`\n\n{} Parameters: {}. Where: {}. Shown by {}.\nSource: {}.\n",
             about.id,
+            common_name(about.id),
             about.formula,
             about.meaning,
             symbols(effect.as_ref()),

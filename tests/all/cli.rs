@@ -298,6 +298,17 @@ fn catalogue_codes_and_shell_are_told() {
     assert!(stdout(&run(&["effects", "coriolis_yaw"])).contains("k_uv"));
     let near = run(&["effects", "quadratic_drg"]);
     assert!(code(&near) == 2 && stderr(&near).contains("quadratic_drag"));
+    let munk = stdout(&run(&["effects", "--search", "MUNK"]));
+    assert!(munk.contains("coriolis_yaw") && munk.contains("the Munk moment in pitch"), "{munk}");
+    assert!(!munk.contains("quadratic_drag"), "{munk}");
+    let found: Value =
+        serde_json::from_str(&stdout(&run(&["effects", "--search", "rotor lag", "--json", "-"]))).unwrap();
+    assert_eq!((found[0]["id"].as_str(), found[0]["common_name"].as_str()), (Some("thrust_lag"), Some("rotor lag")));
+    let none = run(&["effects", "--search", "munc moment"]);
+    assert_eq!(code(&none), 0);
+    assert!(stdout(&none).contains("did you mean `munk moment`?"), "{}", stdout(&none));
+    assert_eq!(stdout(&run(&["effects", "--search", "warp drive", "--json", "-"])).trim(), "[]");
+    assert_eq!(code(&run(&["effects", "thrust_lag", "--search", "lag"])), 2);
     assert!(stdout(&run(&["explain", "L105"])).contains("gap"));
     assert_eq!(code(&run(&["explain", "L999"])), 2);
     assert!(stdout(&run(&["completions", "bash"])).contains("hydrosysid"));

@@ -146,8 +146,8 @@ fn short_campaign() -> (Model, Vec<Run>, OutputErrorFit) {
 #[test]
 fn law_bootstrap_and_monte_carlo_scatter_as_the_information_says() {
     let (_, _, fit) = short_campaign();
-    let boot = fit.bootstrap(500, 1, 24.0).unwrap();
-    let monte = fit.monte_carlo(&options(), 40, 1);
+    let boot = fit.bootstrap(0..500, 1, 24.0).unwrap();
+    let monte = fit.monte_carlo(&options(), 0..40, 1);
     assert_eq!((boot.values.len(), monte.values.len(), monte.failed), (500, 40, 0));
     for (k, parameter) in fit.model.parameters.iter().enumerate() {
         let std = parameter.std.unwrap();
@@ -155,7 +155,7 @@ fn law_bootstrap_and_monte_carlo_scatter_as_the_information_says() {
         assert!((monte.std(k) / std).ln().abs() < 0.4, "{}: {} {std}", parameter.term, monte.std(k));
         assert!((boot.mean(k) - parameter.value).abs() < std && (monte.mean(k) - parameter.value).abs() < std);
     }
-    let none = fit.bootstrap(10, 1, f64::INFINITY);
+    let none = fit.bootstrap(0..10, 1, f64::INFINITY);
     assert!(none.is_ok(), "six runs are six clusters");
 }
 

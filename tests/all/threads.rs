@@ -76,8 +76,8 @@ fn exact_output_error_bootstrap_and_monte_carlo() {
     };
     let found = alike(|| {
         let fit = output_error(&model, &campaign.runs, &options).expect("a fit");
-        let drawn = fit.bootstrap(40, 3, 8.0).expect("enough clusters");
-        let refits = fit.monte_carlo(&options, 4, 5);
+        let drawn = fit.bootstrap(0..40, 3, 8.0).expect("enough clusters");
+        let refits = fit.monte_carlo(&options, 0..4, 5);
         let draws = [drawn, refits].iter().flat_map(|d| &d.values).map(|x| bits(x)).collect::<String>();
         describe(&fit) + &draws
     });

@@ -44,9 +44,11 @@ if TYPE_CHECKING:
         Where,
     )
     from ._errors import DataError, Finding, HydrosysidError, UsageError
-    from ._fit import Fit, FittedCurve, Parameter, Stage, StageEstimate
+    from ._fit import Fit, FittedCurve, Parameter, RunResiduals, Stage, StageEstimate
+    from ._fits import Fits
     from ._forces import Forces
     from ._many import map_fit, resample
+    from ._model import Model
     from ._models import (
         Export,
         Joint,
@@ -103,6 +105,7 @@ __all__ = [
     "Export",
     "Finding",
     "Fit",
+    "Fits",
     "FittedCurve",
     "Forces",
     "FoundEffect",
@@ -114,6 +117,7 @@ __all__ = [
     "Joint",
     "LeastSquares",
     "LogFinding",
+    "Model",
     "ModelDifference",
     "Monitored",
     "Noise",
@@ -135,6 +139,7 @@ __all__ = [
     "Resampling",
     "Residual",
     "Run",
+    "RunResiduals",
     "Scatter",
     "SensorNoise",
     "Shift",
@@ -191,9 +196,11 @@ _HOMES = {
         "LogFinding Residual SmallestVisible Where"
     ),
     "_errors": "DataError Finding HydrosysidError UsageError",
-    "_fit": "Fit FittedCurve Parameter Stage StageEstimate",
+    "_fit": "Fit FittedCurve Parameter RunResiduals Stage StageEstimate",
+    "_fits": "Fits",
     "_forces": "Forces",
     "_many": "map_fit resample",
+    "_model": "Model",
     "_models": (
         "Export Joint ModelDifference Monitored ParameterDifference PublishedComparison "
         "PublishedParameter Reason Shift Window"

@@ -1,7 +1,8 @@
 """Arrays at the door: converted once, refused with a message that names them.
 
 NumPy turns masked, complex and dated arrays into doubles that mean something else: the value under a mask, the real
-part, a count of ticks. Here a masked value is NaN, dates are time stamps or nothing, and complex numbers are refused.
+part, a count of ticks; and it drops units. Here a masked or absent value (None, pandas.NA) is NaN, dates are time
+stamps or nothing, what carries units is converted to SI, and complex numbers are refused.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import DataError, UsageError
+from ._quantities import without_units
 
 Vector = NDArray[np.float64]
 DATED = (np.datetime64, np.timedelta64, datetime.date, datetime.timedelta)
 
 
 def numbers(values: Any, name: str) -> NDArray[np.float64]:
-    """An array of doubles, NaN where a value is masked; the array itself where it is one.
+    """An array of doubles in SI units, NaN where a value is masked or absent; the array itself where it is one.
 
     Raises:
         UsageError: no numbers.
@@ -41,9 +43,14 @@ def numbers(values: Any, name: str) -> NDArray[np.float64]:
 
 def _given(values: Any, name: str) -> NDArray[Any]:
     try:
-        return np.asanyarray(values)
+        given: NDArray[Any] = np.asanyarray(without_units(values, name))
     except (TypeError, ValueError) as error:  # rows of unequal length
         raise UsageError(f"{name}: {error}") from None
+    if given.dtype.kind == "O" and not np.ma.isMaskedArray(given):
+        absent = np.array([value is None or type(value).__name__ == "NAType" for value in given.flat], dtype=bool)
+        if absent.any():
+            given = np.where(absent.reshape(given.shape), np.nan, given)
+    return given
 
 
 def stamps_of(values: Any, name: str = "t") -> NDArray[Any]:
@@ -76,6 +83,7 @@ def seconds(values: Any, name: str, origin: np.datetime64 | None = None) -> NDAr
         UsageError: instants where there is no origin; no numbers.
         DataError: a stamp that is none (NaT), or masked.
     """
+    values = without_units(values, name, ("s",))
     given = stamps_of(values, name)
     if given.dtype.kind not in "mM":
         return numbers(values, name)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import html
 import json
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
 from typing import Any
 
 from . import _native
 from ._errors import Finding, UsageError
+from ._html import document, html_table
 from ._own_effect import OwnEffect, prepared
 from ._plain import build
 from ._progress import Listener, Progress, listener
 from ._run import Run
 from ._settings import settings
-from ._view import html_table
 
 
 class Campaign:
@@ -93,8 +95,26 @@ class Campaign:
             campaign._make(("file", fspath(path), allow_outside), tell)
         return campaign
 
+    def with_effects(self, names: Sequence[str]) -> Campaign:
+        """The same campaign with further effects in its baseline, as `Discovery.adopt` puts them there.
+
+        Args:
+            names: ids of the catalogue; those that are there already stay once.
+
+        Raises:
+            UsageError: no such effect, or the campaign was read from a file, which says what its baseline is.
+        """
+        kind, text, *rest = self._source
+        if kind == "file":
+            raise UsageError(f"this campaign is what {text} says: give the path, so that the effects are written there")
+        tables = json.loads(text)
+        there = tables["model"]["effects"]
+        tables["model"]["effects"] = list(dict.fromkeys([*there, *names]))
+        return _unpickled(type(self), (kind, json.dumps(tables), *rest))
+
     def _make(self, source: tuple[Any, ...], tell: Listener | None = None) -> None:
         self._source = source
+        self._folder = os.getcwd()
         if source[0] == "file":
             self._native = _native.NativeCampaign.load(source[1], source[2], tell)
         else:
@@ -114,14 +134,18 @@ class Campaign:
     """What reading and preparing found."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_unpickled, (type(self), self._source))
+        kind, place, *rest = self._source
+        # another process may stand in another folder
+        source = (kind, os.path.join(self._folder, place), *rest) if kind == "file" else self._source
+        return (_unpickled, (type(self), source))
 
     def __repr__(self) -> str:
         return f"<Campaign {self.name!r}: {len(self.runs)} runs, {' '.join(self.dofs)}, {len(self.effects)} terms>"
 
     def _repr_html_(self) -> str:
         rows = [{"run": name, "kind": kind, "role": role} for name, kind, role in self.runs]
-        return html_table(rows, f"{self.name}: {', '.join(self.effects)}")
+        about = f"<p>{html.escape(' · '.join(self.dofs))}: {html.escape(', '.join(self.effects))}</p>"
+        return document(f"Campaign {self.name}", [about, html_table(rows)], findings=self.findings)
 
 
 def _unpickled(kind: type[Campaign], source: tuple[Any, ...]) -> Campaign:

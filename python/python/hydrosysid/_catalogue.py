@@ -34,6 +34,7 @@ class Effect:
 
     Attributes:
         id: stable id, as in a campaign.
+        common_name: what practitioners call it.
         family: ``body``, ``actuator``, ``environment`` or ``sensor``.
         dofs: degrees of freedom in which it may stand, or which it needs.
         formula: what it adds or changes.
@@ -44,6 +45,7 @@ class Effect:
     """
 
     id: str
+    common_name: str
     family: str
     dofs: tuple[str, ...]
     formula: str
@@ -53,13 +55,25 @@ class Effect:
     parameters: tuple[EffectParameter, ...]
 
 
-def effects() -> list[Effect]:
+def effects(search: str = "") -> list[Effect]:
     """The catalogue of effects, in the order of the chain from command to log.
+
+    Args:
+        search: only those that hold every word of this in their id, common name or meaning; capitals do not count.
+
+    Raises:
+        UsageError: no effect does; the message says what may have been meant.
 
     >>> [effect.id for effect in effects()][:2]
     ['inertia', 'added_mass_coupling']
+    >>> [(effect.id, effect.common_name) for effect in effects("rotor lag")]
+    [('thrust_lag', 'rotor lag')]
     """
-    return [build(Effect, entry) for entry in json.loads(_native.effects())]
+    entries, near = json.loads(_native.effects(search))
+    if not entries:
+        meant = f"; did you mean {near!r}?" if near else ""
+        raise UsageError(f"no effect has {search!r} in its id, common name or meaning{meant}")
+    return [build(Effect, entry) for entry in entries]
 
 
 class Regressors(NamedTuple):

@@ -66,6 +66,10 @@ class Check(Result):
         lights = [{light["topic"]: light["light"] for light in log.lights} for log in self.logs]
         return [{key: getattr(log, key) for key in keys} | own for log, own in zip(self.logs, lights, strict=True)]
 
+    def _verdict(self) -> tuple[str, str]:
+        told = {"green": "nothing to object to", "amber": "usable, with what is said below", "red": "refused"}
+        return self.verdict, told.get(self.verdict, "")
+
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """The light of each topic and log; a topic that a log does not have is left out.
 

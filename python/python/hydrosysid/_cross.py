@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ._html import picture
 from ._result import Result
 from ._view import Rows, axes
 
@@ -74,6 +75,9 @@ class CrossValidation(Result):
     def rows(self) -> Rows:
         """One row a model, a run and a degree of freedom."""
         return [dict(vars(cell)) for cell in self.crossed]
+
+    def _picture(self) -> str:
+        return picture(lambda figure: self.plot(ax=figure.add_subplot()), 4.6, 3.2) if self.crossed else ""
 
     def plot(self, dof: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
         """The matrix of one degree of freedom: a row a model, a column a run.

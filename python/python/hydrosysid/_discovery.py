@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from . import _native
+from ._campaign import Campaign
 from ._errors import Finding
+from ._html import html_table, picture
 from ._noise import Prediction
 from ._result import Result
-from ._view import Rows, html_table, over_noise, text_table
+from ._view import Rows, over_noise, text_table
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -137,8 +140,13 @@ class GapStep:
     prediction: tuple[Prediction, ...] = ()
 
 
-def _label(step: GapStep) -> str:
-    return (step.added or "baseline") + (" (dropped later)" if step.dropped else "")
+def _label(step: GapStep, names: Mapping[str, str]) -> str:
+    added = step.added or "baseline"
+    return names.get(added, added) + (" (dropped later)" if step.dropped else "")
+
+
+LIGHTS = {"nothing_missing": "green", "explained": "green", "partly_explained": "amber", "unexplained": "red"}
+"""The light of each verdict."""
 
 
 @dataclass(frozen=True)
@@ -238,18 +246,30 @@ class Discovery(Result):
 
     title: ClassVar[str] = "Missing effects"
 
-    def adopt(self, campaign: str | PathLike[str], to: str | PathLike[str] | None = None) -> None:
-        """Writes what was found into the effects of a campaign's model; comments and everything else stay.
+    @overload
+    def adopt(self, campaign: Campaign) -> Campaign: ...
+    @overload
+    def adopt(self, campaign: str | PathLike[str], to: str | PathLike[str] | None = None) -> None: ...
+    def adopt(self, campaign: Campaign | str | PathLike[str], to: str | PathLike[str] | None = None) -> Campaign | None:
+        """Puts what was found into the effects of a campaign's model.
 
         Args:
-            campaign: the campaign file, or the folder that holds ``campaign.toml``.
-            to: another campaign in the same folder, from which logs are found; a copy of `campaign` where it does not
-                exist.
+            campaign: a campaign in memory, which stays as it is; or the campaign file, or the folder that holds
+                ``campaign.toml``, in which comments and everything else stay.
+            to: of files, another campaign in the same folder, from which logs are found; a copy of `campaign` where it
+                does not exist.
+
+        Returns:
+            The campaign with these effects, of one in memory; `None` of files, which are written.
 
         Raises:
-            UsageError: one of them is no campaign, or `to` lies in another folder.
+            UsageError: one of them is no campaign, `to` lies in another folder, or the campaign in memory was read from
+                a file, which is the one to write.
         """
+        if isinstance(campaign, Campaign):
+            return campaign.with_effects(self.adopt_names)
         _native.adopt(campaign, to, list(self.adopt_names))
+        return None
 
     def rows(self) -> Rows:
         """One row a parameter of an effect that was found; one without for a row that is tied to the inertias."""
@@ -257,6 +277,7 @@ class Discovery(Result):
         def row(effect: FoundEffect, p: FoundParameter | None) -> dict[str, Any]:
             return {
                 "effect": effect.id,
+                "common name": effect.common_name,
                 "name": "as a whole" if p is None else p.name,
                 "value": None if p is None else p.value,
                 "std": None if p is None else p.std,
@@ -270,7 +291,7 @@ class Discovery(Result):
     def _gap_rows(self) -> Rows:
         return [
             {
-                "with": _label(step),
+                "with": _label(step, {}),
                 "dof": dof,
                 "held-out rms": rms,
                 "noise": step.noise_floor.get(dof),
@@ -286,9 +307,18 @@ class Discovery(Result):
         gap = text_table(self._gap_rows(), "Gap on held-out runs")
         return "\n".join([self.sentence, *found, gap, *following, *self._remarks()])
 
-    def _repr_html_(self) -> str:
-        head = f"<p><b>{escape(self.sentence)}</b></p>"
-        return head + super()._repr_html_() + html_table(self._gap_rows(), "Gap on held-out runs")
+    def _verdict(self) -> tuple[str, str]:
+        return LIGHTS.get(self.verdict, ""), self.sentence
+
+    def _tables(self) -> list[str]:
+        following = f"<p>Next: {escape(self.next_experiment)}</p>" if self.next_experiment else ""
+        found = html_table(self.rows(), "What is missing") if self.effects else ""
+        return [found, html_table(self._gap_rows(), "Gap on held-out runs"), following]
+
+    def _picture(self) -> str:
+        if not self.gap or not self.gap[0].held_out_rms:
+            return ""
+        return picture(lambda figure: self.plot(figure.add_subplot()), 5.6, 2.6)
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Error on held-out runs over the noise floor, step by step.
@@ -298,7 +328,8 @@ class Discovery(Result):
             style: passed on to `matplotlib.axes.Axes.plot`.
         """
         kept = [step for step in self.gap if not step.dropped]
-        steps = [_label(step) for step in kept]
+        names = {effect.id: effect.common_name for effect in self.effects}
+        steps = [_label(step, names) for step in kept]
         place = range(len(steps))
         lines = {
             dof: (place, [step.held_out_rms[dof] / step.noise_floor[dof] for step in kept])

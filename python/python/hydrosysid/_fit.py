@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._errors import Finding
+from . import _native
+from ._errors import Finding, UsageError
+from ._html import html_table, picture
+from ._model import Model
 from ._noise import Noise
 from ._result import Result
 from ._thruster import Estimate, ThrustDirection
-from ._view import Rows, html_table, known_and_unknown, labelled, text_table
+from ._view import Rows, known_and_unknown, labelled, number, stacked, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,6 +60,10 @@ class Parameter:
         """``id``, ``id@dof`` or ``id@dof:other``."""
         place = ":".join(d for d in (self.dof, self.other) if d)
         return f"{self.effect}@{place}" if place else self.effect
+
+
+def _no_model() -> Model:
+    return Model('hydrosysid = ""\n[model]\n')
 
 
 @dataclass(frozen=True)
@@ -103,6 +110,27 @@ class FittedCurve:
     supply_exponent: Estimate | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class RunResiduals:
+    """What a fit leaves of one run in one channel.
+
+    Attributes:
+        run: name of the run.
+        channel: the channel; of integral least squares the degree of freedom whose balance it is.
+        time: time stamps, s, (n); of a row of a balance its end.
+        values: residuals, (n): of filter error measured less predicted one sample ahead, of output error measured less
+            simulated, both in the unit of the channel; of integral least squares the impulse that the balance lacks,
+            N·s or N·m·s.
+        std: deviation that the filter expects of each, (n); empty of other estimators.
+    """
+
+    run: str
+    channel: str
+    time: NDArray[np.float64]
+    values: NDArray[np.float64]
+    std: NDArray[np.float64]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Result):
     """A fitted campaign.
@@ -121,7 +149,10 @@ class Fit(Result):
         identifiability: what the data can tell and what it cannot (inflation, force shares, halves, groups,
             correlations, condition indices); `None` of a streamed fit.
         noise: random force, noise of the sensors, and how predictions err; of filter error alone.
-        model: the model as TOML; what `simulate` and `compare` take, and what the command's ``--model`` reads.
+        model: what was found as a thing of its own, which `simulate`, `compare` and `export` take; `Model.to_toml` is
+            its text, `Model.save` writes the file that the command's ``--model`` reads.
+        residuals: what it leaves of the training runs, one entry a run and channel; none of the staged procedure, each
+            of whose stages has rows of its own, of a streamed fit, and of `map_fit`.
     """
 
     format: int
@@ -136,7 +167,8 @@ class Fit(Result):
     thrusters: tuple[FittedCurve, ...] = ()
     identifiability: Any = None
     noise: Noise | None = None
-    model: str = field(default="", metadata={"own": True})
+    model: Model = field(default_factory=_no_model, metadata={"own": True})
+    residuals: tuple[RunResiduals, ...] = field(default=(), metadata={"own": True})
 
     title: ClassVar[str] = "Fit"
 
@@ -180,6 +212,23 @@ class Fit(Result):
         """Standard errors, SI: a pandas Series over `names`; 0 of one that was held."""
         return labelled([p.std for p in self.parameters], self.names)
 
+    @property
+    def nobs(self) -> int:
+        """Number of observations: of residuals, where the fit has them, else of rows of its stages."""
+        return sum(len(r.values) for r in self.residuals) or sum(s.rows for s in self.stages)
+
+    @property
+    def resid(self) -> Any:
+        """Residuals as `residuals` tells: a pandas Series over run, channel and time, ``fit.resid["dive.csv", "u"]``.
+
+        Raises:
+            UsageError: this fit keeps none.
+        """
+        if not self.residuals:
+            raise UsageError(f"this fit by {self.estimator.replace('_', ' ')} keeps no residuals: see `stages`")
+        parts = [((r.run, r.channel), r.time, r.values) for r in self.residuals]
+        return stacked(parts, ["run", "channel", "t"], "resid")
+
     def conf_int(self, alpha: float = 0.05) -> Any:
         """Normal intervals that hold the truth in 1 - `alpha` of cases: a pandas DataFrame of `lower` and `upper`.
 
@@ -220,7 +269,9 @@ class Fit(Result):
             for p in self.parameters
         ]
         title = f"Fit by {self.estimator.replace('_', ' ')}"
-        parts = [self.sentence, text_table(parameters, title), f"standard errors: {self.std_method}"]
+        done = "converged" if self.converged else "not converged"
+        foot = f"{self.nobs} observations, {done}; standard errors: {self.std_method}"
+        parts = [self.sentence, text_table(parameters, title), foot]
         if self.stages:
             parts.append(text_table(self._stage_rows(), "Stages"))
         return "\n".join([*parts, *self._remarks()])
@@ -238,8 +289,30 @@ class Fit(Result):
             for s in self.stages
         ]
 
-    def _repr_html_(self) -> str:
-        return super()._repr_html_() + html_table(self._stage_rows(), "Stages")
+    def _heading(self) -> str:
+        return f"Fit by {self.estimator.replace('_', ' ')}"
+
+    def _verdict(self) -> tuple[str, str]:
+        doubtful = any(f.severity == "warning" for f in self.warnings)
+        return "red" if not self.converged else "amber" if doubtful else "green", self.sentence
+
+    def _tables(self) -> list[str]:
+        return [html_table(self._shown_rows()), html_table(self._stage_rows(), "Stages")]
+
+    def _shown_rows(self) -> Rows:
+        def interval(p: Parameter) -> str:
+            ends = [number(p.value + way * 1.96 * (p.std or 0.0)) for way in (-1.0, 1.0)]
+            return "held" if p.fixed else "" if p.std is None else f"{ends[0]} to {ends[1]}"
+
+        return [
+            {"effect": _native.common_name(p.effect), "term": p.term, "symbol": p.name, "value": p.value}
+            | {"std": p.std, "95 % interval": interval(p), "unit": p.unit}
+            for p in self.parameters
+        ]
+
+    def _picture(self) -> str:
+        free = sum(not p.fixed and bool(p.std) and p.value != 0.0 for p in self.parameters)
+        return picture(lambda figure: self.plot(figure.add_subplot()), 6.0, 0.8 + 0.38 * free) if free else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Half of the 95 % interval as a share of the estimate: which parameters are known, and which are not.
@@ -249,4 +322,5 @@ class Fit(Result):
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
         free = [p for p in self.parameters if not p.fixed and p.std and p.value != 0.0]
-        return known_and_unknown(ax, [(p.term, p.value, p.std or 0.0, p.unit) for p in free], style)
+        shown = [(f"{_native.common_name(p.term)}, {p.name}", p.value, p.std or 0.0, p.unit) for p in free]
+        return known_and_unknown(ax, shown, style)

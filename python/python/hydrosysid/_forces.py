@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _native
+from ._html import html_table, picture
 from ._result import Result
-from ._view import Rows, axes, html_table, latex_table, text_table
+from ._view import Rows, axes, latex_table, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,10 +54,16 @@ class Forces(Result):
 
     def summary(self) -> str:
         """Root mean square of each term."""
-        return text_table(self._brief_rows(), f"{self.title} of {self.run}, {self.dof}")
+        return text_table(self._brief_rows(), self._heading())
 
-    def _repr_html_(self) -> str:
-        return html_table(self._brief_rows(), f"{self.title} of {self.run}, {self.dof}")
+    def _heading(self) -> str:
+        return f"{self.title} of {self.run}, {self.dof}"
+
+    def _tables(self) -> list[str]:
+        return [html_table(self._brief_rows())]
+
+    def _picture(self) -> str:
+        return picture(lambda figure: self.plot(figure.add_subplot()), 6.0, 2.4)
 
     def to_latex(self) -> str:
         """Root mean square of each term."""
@@ -70,7 +78,7 @@ class Forces(Result):
         """
         ax = axes(ax)
         for name, force in self.terms.items():
-            ax.plot(self.time, force, **({"label": name} | style))
+            ax.plot(self.time, force, **({"label": _native.common_name(name)} | style))
         look: dict[str, Any] = {"label": "total", "color": "k", "linewidth": 0.8}
         ax.plot(self.time, self.total, **(look | style))
         ax.set(xlabel="t, s", ylabel=f"force, {self.unit}", title=f"{self.run}, {self.dof}")

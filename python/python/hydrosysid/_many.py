@@ -3,55 +3,75 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor
+import os
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import Literal, TypeVar
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from ._campaign import Campaign, campaign_of
 from ._errors import DataError, UsageError
 from ._fit import Fit
+from ._fits import Fits
 from ._plain import build
-from ._progress import Progress, listener
+from ._progress import Listener, Progress, listener
 from ._resampling import Resampling, Scatter
 from ._verbs import Estimator, Source, fit
+from ._workers import Workers, mapped, mapped_or_failed
 
-T = TypeVar("T")
-R = TypeVar("R")
 Stretches = tuple[tuple[int, float, float], ...]
 
 
 def map_fit(
     campaigns: Iterable[Source],
     *,
-    executor: Executor | None = None,
+    executor: Workers | None = None,
     estimator: Estimator | None = None,
     progress: Progress = None,
-) -> list[Fit]:
-    """Fits many campaigns, in their order; the results are the same whatever executor does the work.
+) -> Fits:
+    """Fits many campaigns. One that fails leaves its error in its place, and the others go on.
+
+    The results are the same whatever executor does the work. A campaign that was read from a file crosses to a worker
+    as its path, which the worker has to see too; one in memory as its arrays.
 
     Args:
         campaigns: campaigns, or paths of such.
-        executor: any `concurrent.futures.Executor`: a process pool, or that of Dask's ``Client.get_executor()``; a
-            plain loop when absent. One fit uses all cores: set ``RAYON_NUM_THREADS=1`` where workers share them.
+        executor: any `concurrent.futures.Executor`, or a Dask ``Client``; a plain loop when absent. One fit uses all
+            cores: set ``RAYON_NUM_THREADS=1`` where workers share them.
         estimator: as for `fit`.
-        progress: as for `discover`; is told of every campaign that is done.
+        progress: as for `discover`; hears of every campaign when it is done, in whatever order.
+
+    Raises:
+        UsageError: `executor` is neither.
     """
-    listed = list(campaigns)
-    return list(_mapped(partial(fit, estimator=estimator), listed, executor, "fitting campaigns", progress))
+    listed = [_absolute(source) for source in campaigns]
+    work = partial(_fitted, estimator)
+    found = mapped_or_failed(work, listed, executor, "fitting campaigns", progress)
+    return Fits(1, _names(listed), tuple(found))
 
 
-def _mapped(
-    work: Callable[[T], R], items: Sequence[T], executor: Executor | None, what: str, progress: Progress
-) -> Iterator[R]:
-    with listener(progress) as tell:
-        for k, result in enumerate(map(work, items) if executor is None else executor.map(work, items)):
-            if tell is not None:
-                tell(what, k + 1, len(items))
-            yield result
+def _absolute(source: Source) -> Source:
+    """A path that means the same in every process."""
+    return source if isinstance(source, Campaign) else os.path.abspath(source)
+
+
+def _names(listed: list[Source]) -> tuple[str, ...]:
+    """Of each campaign the name of its vehicle, or of its file or folder, as it is told apart from the others'."""
+    files = [Path(source) for source in listed if not isinstance(source, Campaign)]
+    places = [file.parent if file.name == "campaign.toml" else file for file in files]
+    one_drive = len({place.drive for place in places}) == 1
+    common = os.path.commonpath([place.parent for place in places]) if one_drive else None
+    shown = iter([str(place) if common is None else place.relative_to(common).as_posix() for place in places])
+    return tuple(source.name if isinstance(source, Campaign) else next(shown) for source in listed)
+
+
+def _fitted(estimator: Estimator | None, campaign: Source) -> Fit:
+    # the residuals stay where they are: a result is to cross a wire
+    return replace(fit(campaign, estimator=estimator), residuals=())
 
 
 def resample(
@@ -62,24 +82,27 @@ def resample(
     block: float | None = None,
     seed: int | None = None,
     estimator: Estimator | None = None,
-    executor: Executor | None = None,
+    executor: Workers | None = None,
     progress: Progress = None,
 ) -> Resampling:
     """Refits the baseline many times, to show how far estimates scatter.
+
+    A refit has a number and is the same whoever makes it: the results do not depend on `executor`.
 
     Args:
         campaign: a campaign, or the path of one.
         method: ``bootstrap`` draws stretches of the training runs with replacement and asks that those be independent
             of each other; ``monte_carlo`` fits data that the fitted model made and asks that the model be right. Both
-            refit by output error in this process, on all cores. ``runs`` draws whole runs with replacement, kind by
-            kind, and fits by any estimator: what goes together within a run stays together, so that residuals may be
-            correlated there, and an executor can share out the fits.
+            refit by output error, integral least squares or the staged procedure. ``runs`` draws whole runs with
+            replacement, kind by kind, and fits by any estimator: what goes together within a run stays together, so
+            that residuals may be correlated there.
         draws: number of refits; 1000 when absent, 200 with ``runs``, where each is a whole fit.
         block: with ``runs``, length of stretches that are drawn instead of whole runs, s: much longer than residuals
             remember. A handful of runs say little of their own spread.
-        seed: with ``runs``, seed of the draws, 1 when absent; else that of the campaign.
-        estimator: with ``runs``, as for `fit`.
-        executor: with ``runs``, as for `map_fit`; the results do not depend on it.
+        seed: seed of the draws; that of the campaign when absent, 1 with ``runs``.
+        estimator: as for `fit`; output error when absent, with ``runs`` that of the campaign. For filter error draw
+            ``runs``.
+        executor: as for `map_fit`; without one, refits are made in this process, on all cores.
         progress: called as ``progress(what, done, of)``; `True` shows a bar.
 
     Raises:
@@ -89,13 +112,50 @@ def resample(
     count = (200 if method == "runs" else 1000) if draws is None else draws
     if count < 2:
         raise UsageError(f"draws = {count}: at least two are needed")
+    loaded = campaign_of(campaign)
     if method == "runs":
-        return _of_runs(campaign_of(campaign), count, block, 1 if seed is None else seed, estimator, executor, progress)
-    given = {"block": block, "seed": seed, "estimator": estimator, "executor": executor}
-    if foreign := [name for name, value in given.items() if value is not None]:
-        raise UsageError(f"{', '.join(foreign)}: only method = 'runs' takes this, not {method!r}")
-    with listener(progress) as heard:
-        return build(Resampling, json.loads(campaign_of(campaign)._native.resample(method, count, heard)))
+        return _of_runs(loaded, count, block, 1 if seed is None else seed, estimator, executor, progress)
+    if block is not None:
+        raise UsageError(f"block: only method = 'runs' takes this, not {method!r}")
+    if estimator == "filter_error":
+        raise UsageError(f"{method} does not refit by filter error: method = 'runs' does, with block = … for stretches")
+    if executor is None:
+        with listener(progress) as heard:
+            return _some(loaded, method, estimator, seed, heard, (0, count))
+    ends = range(0, count + 1, max(LOT, -(-count // LOTS)))
+    lots = list(pairwise([*ends, count] if ends[-1] < count else ends))
+    work = partial(_some, loaded, method, estimator, seed, None)
+    return _together(list(mapped(work, lots, executor, "refitting", progress)))
+
+
+def _some(
+    campaign: Campaign,
+    method: str,
+    estimator: Estimator | None,
+    seed: int | None,
+    tell: Listener | None,
+    numbers: tuple[int, int],
+) -> Resampling:
+    """The refits of these numbers, from the first to before the last."""
+    told, samples = campaign._native.resample(method, estimator, numbers, seed, tell)
+    return replace(build(Resampling, json.loads(told)), samples=samples)
+
+
+def _together(lots: list[Resampling]) -> Resampling:
+    """The refits of several lots as one result, summed in the order in which one process sums."""
+    samples = np.vstack([lot.samples for lot in lots if lot.samples is not None])
+    n = len(samples)
+    mean = np.cumsum(samples, axis=0)[-1] / n
+    std = np.sqrt(np.cumsum((samples - mean) ** 2, axis=0)[-1] / (n - 1.0))
+    ordered = np.sort(samples, axis=0)
+    ends = []
+    for level in (0.025, 0.975):
+        low, part = int(level * (n - 1)), level * (n - 1) % 1.0
+        ends.append(ordered[low] + part * (ordered[min(low + 1, n - 1)] - ordered[low]))
+    spread = zip(lots[0].parameters, mean.tolist(), std.tolist(), ends[0].tolist(), ends[1].tolist(), strict=True)
+    parameters = tuple(replace(p, mean=m, std=s, interval=(a, b)) for p, m, s, a, b in spread)
+    failed = sum(lot.failed for lot in lots)
+    return replace(lots[0], draws=n, failed=failed, parameters=parameters, samples=samples)
 
 
 def _of_runs(
@@ -104,7 +164,7 @@ def _of_runs(
     block: float | None,
     seed: int,
     estimator: Estimator | None,
-    executor: Executor | None,
+    executor: Workers | None,
     progress: Progress,
 ) -> Resampling:
     whole = fit(campaign, estimator=estimator)
@@ -119,7 +179,7 @@ def _of_runs(
     lots = [tuple(drawn[k : k + LOT]) for k in range(0, draws, LOT)]
     names = tuple((p.term, p.name) for p in free)
     work = partial(_refits, campaign, names, estimator)
-    found = [row for rows in _mapped(work, lots, executor, "drawing", progress) for row in rows]
+    found = [row for rows in mapped(work, lots, executor, "drawing", progress) for row in rows]
     good = np.array([row for row in found if row is not None])
     if 2 * len(good) < draws:
         raise DataError(
@@ -133,7 +193,9 @@ def _of_runs(
 
 
 LOT = 8
-"""Draws that a worker makes at once."""
+"""Draws that a worker makes at once, at least."""
+LOTS = 32
+"""Lots at most into which refits are cut that begin with a fit of their own."""
 
 
 def _groups(campaign: Campaign, block: float | None) -> list[list[tuple[int, float, float]]]:
@@ -161,7 +223,7 @@ def _refit(
     campaign: Campaign, names: tuple[tuple[str, str], ...], estimator: str | None, stretches: Stretches
 ) -> list[float] | None:
     try:
-        result, _ = campaign._native.resampled(list(stretches)).fit(estimator, False, None)
+        result, *_ = campaign._native.resampled(list(stretches)).fit(estimator, False, None)
     except DataError:
         return None
     found = {(p.term, p.name): p.value for p in build(Fit, json.loads(result)).parameters}

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ._errors import Finding
+from ._html import html_table, picture
 from ._motion import Disagreement
 from ._noise import Noise
 from ._result import Result
@@ -60,6 +61,10 @@ class _Apart(Result, ABC):
     def rows(self) -> Rows:
         """One row a parameter."""
         return [dict(vars(p)) for p in self.parameters]
+
+    def _picture(self) -> str:
+        known = sum(p.z is not None for p in self.parameters)
+        return picture(lambda figure: self.plot(figure.add_subplot()), 5.2, 0.8 + 0.26 * known) if known else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Difference of each parameter in its standard deviations, with the band of 95 %.
@@ -129,6 +134,13 @@ class ModelDifference(_Apart):
 
     def _difference(self) -> str:
         return f"{self.b} less {self.a}"
+
+    def _verdict(self) -> tuple[str, str]:
+        if self.joint is None:
+            return "", ""
+        same = self.joint.p_value >= 0.05
+        words = "the difference is within its uncertainty" if same else "the models differ"
+        return "green" if same else "red", f"{words}: p = {self.joint.p_value:.2g} of all common parameters together"
 
 
 @dataclass(frozen=True)
@@ -262,6 +274,18 @@ class Monitored(Result):
     def rows(self) -> Rows:
         """One row a window and degree of freedom."""
         return [{("from" if key == "from_" else key): value for key, value in vars(w).items()} for w in self.windows]
+
+    def _verdict(self) -> tuple[str, str]:
+        return ("green", "the model still fits") if self.fits else ("red", "the model no longer fits")
+
+    def _tables(self) -> list[str]:
+        # the reasons first; of the windows those where it does not fit
+        off = [row for row, window in zip(self.rows(), self.windows, strict=True) if window.off]
+        reasons = [dict(vars(r)) for r in self.reasons]
+        return [html_table(reasons, "Likely reasons") if reasons else "", html_table(off, "Windows off") if off else ""]
+
+    def _picture(self) -> str:
+        return picture(lambda figure: self.plot(ax=figure.add_subplot()), 6.0, 2.3) if self.windows else ""
 
     def summary(self) -> str:
         """Changes and reasons as text."""

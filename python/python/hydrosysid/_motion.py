@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._errors import Finding
+from ._errors import Finding, UsageError
 from ._files import write
+from ._html import html_table, picture
 from ._noise import Noise
+from ._panels import channels_of, draw_channel, draw_run
 from ._result import Result
 from ._run import Run
 from ._series import mcap_of, side_by_side
-from ._view import Rows, axes, html_table, latex_table, text_table
+from ._units import VELOCITIES
+from ._view import Rows, axes, latex_table, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,9 +90,6 @@ class Simulation(Result):
         """One line a run and channel."""
         return "\n".join([text_table(self._brief_rows(), self.title), *self._remarks()])
 
-    def _repr_html_(self) -> str:
-        return html_table(self._brief_rows(), self.title)
-
     def to_latex(self) -> str:
         """One line a run and channel."""
         return latex_table(self._brief_rows())
@@ -118,31 +118,63 @@ class Simulation(Result):
         """
         write(path, mcap_of(self.series()), force)
 
-    def plot(self, run: str | None = None, channel: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
-        """Measured and simulated channel of a run over time; the first of each when not named.
+    @overload
+    def plot(self, run: str | None = None, channel: None = None, *, ax: None = None, **style: Any) -> NDArray[Any]: ...
+    @overload
+    def plot(self, run: str | None = None, channel: str | None = None, *, ax: Axes, **style: Any) -> Axes: ...
+    @overload
+    def plot(self, run: str | None, channel: str, *, ax: Axes | None = None, **style: Any) -> Axes: ...
+    @overload
+    def plot(self, run: str | None = None, *, channel: str, ax: Axes | None = None, **style: Any) -> Axes: ...
+    def plot(
+        self, run: str | None = None, channel: str | None = None, *, ax: Axes | None = None, **style: Any
+    ) -> NDArray[Any] | Axes:
+        """A run over time: measured, simulated, and the band of 95 % of the samples where the model carries noise.
 
         Args:
-            run: name of the run.
-            channel: name of the channel, ``u``.
-            ax: axes to draw into; new ones when absent.
-            style: passed on to the line of the simulation.
+            run: name of the run; the first when absent.
+            channel: name of the channel, ``u``; when absent all that are measured, a panel each in a figure of their
+                own, or the first of them in `ax`.
+            ax: axes to draw one channel into; new ones when absent.
+            style: passed on to the lines of the simulation.
+
+        Returns:
+            The axes; of all channels an array of them, in the order of the panels.
+
+        Raises:
+            KeyError: no such run or channel.
         """
-        ax = axes(ax)
-        shown = self.runs[0] if run is None else self[run]
-        name = next(iter(shown.simulated)) if channel is None else channel
-        there = np.isfinite(shown.measured[name])
-        ax.plot(shown.time[there], shown.measured[name][there], ".", color="0.6", label="measured")
-        ax.plot(shown.time, shown.simulated[name], **({"label": "simulated"} | style))
-        ax.set(xlabel="t, s", ylabel=f"{name}, {_unit(name)}".rstrip(", "), title=shown.run)
-        ax.margins(y=0.18)
-        ax.legend(loc="upper right", ncols=2)
-        return ax
+        return _drawn(self.runs[0] if run is None else self[run], {}, channel, ax, style)
+
+    def _tables(self) -> list[str]:
+        return [html_table(self._brief_rows())]
+
+    def _picture(self) -> str:
+        return _small_picture(self.runs[0], {}) if self.runs else ""
 
 
-def _unit(channel: str) -> str:
-    """Unit of a state, for the label of an axis; nothing for other channels."""
-    groups = {"u v w": "m/s", "p q r": "rad/s", "x y z": "m", "phi theta psi": "rad"}
-    return next((unit for names, unit in groups.items() if channel in names.split()), "")
+def _title(run: SimulatedRun) -> str:
+    return f"{run.run}, {'of the fit' if run.role == 'train' else 'took no part in the fit'}"
+
+
+def _drawn(
+    run: SimulatedRun, remarks: dict[str, str], channel: str | None, ax: Axes | None, style: dict[str, Any]
+) -> NDArray[Any] | Axes:
+    if channel is None and ax is None:
+        return draw_run(run, _title(run), style, remarks)
+    name = channels_of(run)[0] if channel is None else channel
+    ax = draw_channel(axes(ax), run, name, style)
+    ax.set(xlabel="t, s", title="; ".join(filter(None, [_title(run), remarks.get(name)])))
+    ax.margins(y=0.22)
+    ax.legend(loc="upper right", ncols=3, fontsize="small")
+    return ax
+
+
+def _small_picture(run: SimulatedRun, remarks: dict[str, str]) -> str:
+    shown = min(len(channels_of(run)), 3)
+    if not shown:
+        return ""
+    return picture(lambda figure: draw_run(run, _title(run), {}, remarks, figure, 3), 6.4, 0.9 + 1.1 * shown)
 
 
 @dataclass(frozen=True)
@@ -181,12 +213,14 @@ class Comparison(Result):
         runs: one entry a run and degree of freedom.
         warnings: what there is to say.
         noise: noise, and how the model predicts each run; `None` where no filter can follow the runs.
+        simulation: the runs themselves, measured and simulated.
     """
 
     format: int
     runs: tuple[Disagreement, ...]
     warnings: tuple[Finding, ...]
     noise: Noise | None = None
+    simulation: Simulation | None = field(default=None, metadata={"own": True})
 
     title: ClassVar[str] = "Model against measurement"
 
@@ -194,7 +228,56 @@ class Comparison(Result):
         """One row a run and degree of freedom."""
         return [dict(vars(entry)) for entry in self.runs]
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+    @overload
+    def plot(self, run: str | None = None, channel: None = None, *, ax: None = None, **style: Any) -> NDArray[Any]: ...
+    @overload
+    def plot(self, run: str | None = None, channel: str | None = None, *, ax: Axes, **style: Any) -> Axes: ...
+    @overload
+    def plot(self, run: str | None, channel: str, *, ax: Axes | None = None, **style: Any) -> Axes: ...
+    @overload
+    def plot(self, run: str | None = None, *, channel: str, ax: Axes | None = None, **style: Any) -> Axes: ...
+    def plot(
+        self, run: str | None = None, channel: str | None = None, *, ax: Axes | None = None, **style: Any
+    ) -> NDArray[Any] | Axes:
+        """A run over time: measured, simulated, and the band of 95 % of the samples where the model carries noise.
+
+        Args:
+            run: name of the run; the first that took no part in the fit when absent, else the first.
+            channel: name of the channel, ``u``; when absent all that are measured, a panel each in a figure of their
+                own, or the first of them in `ax`.
+            ax: axes to draw one channel into; new ones when absent.
+            style: passed on to the lines of the simulation.
+
+        Returns:
+            The axes; of all channels an array of them, in the order of the panels.
+
+        Raises:
+            KeyError: no such run or channel.
+            UsageError: a comparison that was put together by hand, without its simulation.
+        """
+        shown = self._shown(run)
+        return _drawn(shown, self._remarks_on(shown.run), channel, ax, style)
+
+    def _shown(self, run: str | None) -> SimulatedRun:
+        if self.simulation is None or not self.simulation.runs:
+            raise UsageError("this comparison holds no simulated run to draw")
+        if run is not None:
+            return self.simulation[run]
+        free = [one for one in self.simulation.runs if one.role == "validate"]
+        return (free or list(self.simulation.runs))[0]
+
+    def _remarks_on(self, run: str) -> dict[str, str]:
+        """Error over noise of each velocity."""
+        own = [e for e in self.runs if e.run == run and e.noise_floor > 0.0]
+        return {VELOCITIES[e.dof]: f"error {e.rms / e.noise_floor:.2g} × noise" for e in own if e.dof in VELOCITIES}
+
+    def _picture(self) -> str:
+        if self.simulation is None or not self.simulation.runs:
+            return ""
+        shown = self._shown(None)
+        return _small_picture(shown, self._remarks_on(shown.run))
+
+    def plot_errors(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Root mean square error of each run over the noise floor.
 
         Args:

@@ -7,21 +7,22 @@ import json
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from . import _native
 from ._campaign import Campaign, campaign_of
 from ._errors import DataError, UsageError
 from ._files import may_write, write
 from ._fit import Fit
+from ._model import Model
 from ._models import Export
 from ._plain import build
 from ._progress import Progress, listener
-from ._verbs import Model, Published, Source, published
+from ._verbs import AnyModel, Published, Source, published, text_of
 
 
 def export(
-    source: Model,
+    source: AnyModel,
     to: str,
     path: str | PathLike[str] | None = None,
     *,
@@ -35,7 +36,8 @@ def export(
     """Makes a file of a model for another tool; `Export.lost` names what of the model is not in it.
 
     Args:
-        source: a fit, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a campaign.
+        source: a fit, a model, or the path of a model file; for ``gazebo-thrusters`` and ``ardusub`` that of a
+            campaign.
         to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``mujoco``,
             ``python-vehicle-simulator``, ``fossen-python``, ``fossen-matlab``, ``c-header``, ``linear-json``,
             ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
@@ -52,7 +54,8 @@ def export(
         UsageError: an unknown target, something that the target needs and the model does not say, losses of thrust that
             it cannot hold, or a version that would not read the file.
     """
-    text, is_file = (source.model, False) if isinstance(source, Fit) else (fspath(source), True)
+    is_file = not isinstance(source, Fit | Model)
+    text = fspath(cast("str", source)) if is_file else text_of(source)
     told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}), acting, target_version)
     made = build(Export, json.loads(told) | {"content": content})
     if path is not None:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import Finding
+from ._html import html_table, picture
 from ._result import Result
 from ._run import Run
-from ._view import Rows, bars, html_table, text_table
+from ._view import Rows, bars, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -158,8 +159,15 @@ class Plan(Result):
         """Runs, then what they give."""
         return "\n".join([text_table(self.run_rows(), "Runs"), super().summary()])
 
-    def _repr_html_(self) -> str:
-        return html_table(self.run_rows(), "Runs") + super()._repr_html_()
+    def _verdict(self) -> tuple[str, str]:
+        return "", self.sentence
+
+    def _tables(self) -> list[str]:
+        return [html_table(self.run_rows(), "Runs"), html_table(self.rows(), "What they give")]
+
+    def _picture(self) -> str:
+        known = sum(p.std is not None and bool(p.wanted) for p in self.parameters)
+        return picture(lambda figure: self.plot(figure.add_subplot()), 5.0, 0.8 + 0.28 * known) if known else ""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """Planned over wanted deviation of each parameter.

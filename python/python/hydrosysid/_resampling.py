@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._arrays import array
 from ._errors import Finding, UsageError
+from ._html import html_table, picture
 from ._progress import Progress, listener
 from ._result import Result
 from ._view import Rows, axes
@@ -57,7 +59,7 @@ class Resampling(Result):
         parameters: scatter of each free parameter.
         block: length of the stretches that ``runs`` drew, s; `None` for whole runs.
         warnings: what there is to say.
-        samples: estimates of each refit of ``runs`` in the order of `parameters`, (draws, p); `None` for the others.
+        samples: estimates of each refit in the order of `parameters`, (draws, p).
     """
 
     title: ClassVar[str] = "Refits"
@@ -90,16 +92,19 @@ class Resampling(Result):
 
     def summary(self) -> str:
         """The scatter of each parameter, and how it was drawn."""
+        return f"{super().summary()}\n{self._drawn()}"
+
+    def _drawn(self) -> str:
         drawn = {"bootstrap": "stretches of the runs", "monte_carlo": "data of the fitted model"}.get(
             self.method, "whole runs" if self.block is None else f"stretches of {self.block:g} s"
         )
-        return super().summary() + f"\n{self.draws} draws of {drawn}, {self.failed} failed, seed {self.seed}"
+        return f"{self.draws} draws of {drawn}, {self.failed} failed, seed {self.seed}"
 
     def plot(self, parameter: str | None = None, ax: Axes | None = None, **style: Any) -> Axes:
         """Estimates with 95 % of the draws, relative to the estimate; of one parameter the histogram of its draws.
 
         Args:
-            parameter: its term ``id@dof`` or symbol; all parameters when absent. Histograms need `samples`.
+            parameter: its term ``id@dof`` or symbol; all parameters when absent.
             ax: axes to draw into; new ones when absent.
             style: passed on to `matplotlib.axes.Axes.hist`, or `errorbar` for all.
         """
@@ -115,15 +120,23 @@ class Resampling(Result):
         ax.errorbar(middle, place, xerr=spread, **(look | style))
         ax.axvline(1.0, color="0.3", linewidth=0.8)
         ax.set_yticks(place, [" ".join(filter(None, (p.term, p.name, p.run))) for p in shown])
+        ax.set_ylim(-0.6, len(shown) - 0.4)
         ax.set_xlabel("mean and 95 % of the draws, over the estimate")
         return ax
+
+    def _tables(self) -> list[str]:
+        return [html_table(self.rows()), f"<p>{escape(self._drawn())}</p>"]
+
+    def _picture(self) -> str:
+        shown = sum(p.value != 0.0 for p in self.parameters)
+        return picture(lambda figure: self.plot(ax=figure.add_subplot()), 5.2, 0.8 + 0.26 * shown) if shown else ""
 
     def _histogram(self, parameter: str, ax: Axes, style: dict[str, Any]) -> Axes:
         named = [k for k, p in enumerate(self.parameters) if parameter in (p.term, p.name)]
         if not named:
             raise KeyError(f"no parameter {parameter!r}; there are {', '.join(p.term for p in self.parameters)}")
         if self.samples is None:
-            raise UsageError(f"{self.method} keeps no single draws: draw with method = 'runs' for a histogram")
+            raise UsageError("these refits came without their single draws: there is no histogram")
         p = self.parameters[named[0]]
         ax.hist(self.samples[:, named[0]], **({"bins": "auto", "color": "0.75"} | style))
         ax.axvline(p.value, color="C0", label="estimate")

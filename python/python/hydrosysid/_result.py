@@ -7,8 +7,9 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal
 
 from ._errors import Finding
+from ._html import document, html_table
 from ._plain import plain
-from ._view import Rows, frame, html_table, latex_table, text_table
+from ._view import Rows, frame, latex_table, text_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,24 @@ class Result(ABC):
         return found
 
     def _repr_html_(self) -> str:
-        remarks = "".join(html_table([{"": remark}]) for remark in self._remarks())
-        return html_table(self.rows(), self.title) + remarks
+        light, verdict = self._verdict()
+        parts = [*self._tables(), self._picture()]
+        return document(self._heading(), parts, light=light, verdict=verdict, findings=self._findings())
+
+    def _heading(self) -> str:
+        return self.title
+
+    def _verdict(self) -> tuple[str, str]:
+        """The colour of the light (none: empty), and in words what the result comes to."""
+        return "", ""
+
+    def _tables(self) -> list[str]:
+        """The tables that a notebook shows."""
+        return [html_table(self.rows())]
+
+    def _picture(self) -> str:
+        """The small picture that a notebook shows; empty where there is nothing to draw."""
+        return ""
 
     def __str__(self) -> str:
         return self.summary()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from types import MappingProxyType
@@ -16,9 +15,12 @@ from . import _native
 from ._arrays import array, increasing, is_dated, numbers, seconds, stamps_of
 from ._errors import DataError, Finding, UsageError
 from ._files import write
+from ._html import document, html_table
 from ._plain import build
+from ._quantities import in_si, quantity_of
 from ._readers import Readers
-from ._view import frame, html_table
+from ._units import COMMAND, COMMAND_UNITS, units_of
+from ._view import frame
 
 Array = NDArray[np.float64]
 KINDS = ("bollard", "towing", "constant_velocity", "oscillatory", "zigzag", "free")
@@ -27,6 +29,8 @@ ROLES = ("train", "validate")
 
 class Run(Readers):
     """One run in SI units, under the names of the log format: ``u``, ``tau_u``, ``psi``, …
+
+    Arrays that carry units (pint, astropy) are converted; masked and absent values (None, ``pandas.NA``) are NaN.
 
     Args:
         data: channels by name; keywords add to it.
@@ -88,7 +92,8 @@ class Run(Readers):
                 raise UsageError(f"run {name!r}: {what} = {word!r} is none of {', '.join(words)}")
         origin = _origin([stamps, *(values[0] for values in given.values() if _is_pair(values))], f"run {name!r}")
         time = None if stamps is None else _time(stamps, f"run {name!r}: t", origin)
-        signals = {}
+        signals: dict[str, tuple[Array, Array]] = {}
+        told = dict(units or {})
         for channel, values in given.items():
             label = f"run {name!r}: {channel}"
             if _is_pair(values):
@@ -97,15 +102,20 @@ class Run(Readers):
                 own = time
             else:
                 raise UsageError(f"{label} has no time stamps: give t, or a pair (t, {channel})")
+            quantity = quantity_of(values)
+            if quantity is not None:
+                values, unit = in_si(quantity, label, units_of(channel))
+                if COMMAND.fullmatch(channel):
+                    told.setdefault(channel, unit)
             signals[channel] = _signal(own, values, label, missing == "no_sample")
         if not signals:
             raise UsageError(f"run {name!r} has no channel")
-        for channel, unit in (units or {}).items():
-            if channel not in signals or not COMMAND.fullmatch(channel) or unit not in UNITS:
-                text = f"units[{channel!r}] = {unit!r}: a command V1, V2, … that is there has one of {', '.join(UNITS)}"
-                raise UsageError(f"run {name!r}: {text}")
+        for channel, unit in told.items():
+            if channel not in signals or not COMMAND.fullmatch(channel) or unit not in COMMAND_UNITS:
+                text = f"units[{channel!r}] = {unit!r}: a command V1, V2, … that is there has one of "
+                raise UsageError(f"run {name!r}: {text}{', '.join(COMMAND_UNITS)}")
         ends = tuple(seconds(list(gaps), f"run {name!r}: gaps", origin).tolist())
-        self._set(name, kind, role, ends, signals, (), dict(units or {}))
+        self._set(name, kind, role, ends, signals, (), told)
 
     def _set(
         self,
@@ -129,20 +139,33 @@ class Run(Readers):
         return cls(arrays, **options)
 
     @classmethod
-    def from_frame(cls, frame: Any, *, columns: Mapping[str, str] | None = None, **options: Any) -> Run:
-        """A run from a data frame of pandas or polars in SI units; options as for `Run`.
+    def from_frame(
+        cls,
+        frame: Any,
+        *,
+        columns: Mapping[str, str | Mapping[str, Any]] | None = None,
+        guess: bool = False,
+        **options: Any,
+    ) -> Run:
+        """A run from a data frame of pandas or polars, an Arrow table or an xarray dataset.
 
         Args:
-            frame: a column a channel, ``t`` among them.
-            columns: canonical name = name in the frame; only these are taken. All columns when absent.
-            options: as for `Run`.
+            frame: a column a channel, ``t`` among them, SI or with the unit in brackets, ``u [kn]``; nullable columns,
+                and columns that carry units themselves (pint-pandas), are understood.
+            columns: canonical name = name in the frame, or a table of name, unit, sign and frame, as for `Readers`;
+                only these are taken. All columns when absent.
+            guess: find out from names, units and values which column is which channel, as `init` does; every guess is
+                one of the run's `findings`. What is given as options is not guessed.
+            options: ``name``, ``kind``, ``role``, ``gaps`` and ``units`` as for `Run`, and reading options as for
+                `Readers`; with `guess` those of ``[log]`` in a campaign.
+
+        Raises:
+            DataError: values that are missing, time that does not increase, nothing that can be placed.
+            UsageError: no such column; the message lists those that are there.
         """
-        there = [str(name) for name in frame.columns]
-        taken = {name: name for name in there} if columns is None else dict(columns)
-        absent = [source for source in taken.values() if source not in there]
-        if absent:
-            raise UsageError(f"the frame has no column {', '.join(map(repr, absent))}; it has {', '.join(there)}")
-        return cls({name: frame[source].to_numpy() for name, source in taken.items()}, **options)
+        from ._frames import run_of_frame
+
+        return run_of_frame(cls, frame, columns, guess, options)
 
     @classmethod
     def from_csv(
@@ -259,12 +282,10 @@ class Run(Readers):
             for c, (t, _) in self.signals.items()
             if len(t)
         ]
-        return html_table(rows, repr(self))
+        return document(repr(self)[1:-1], [html_table(rows)], findings=self.findings)
 
 
 MISSING = ("error", "no_sample")
-UNITS = ("V", "1", "us")
-COMMAND = re.compile(r"V[1-9][0-9]*")
 
 
 def _commands(units: Mapping[str, str]) -> dict[str, str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import shutil
 from collections import Counter
@@ -20,6 +18,7 @@ from ._files import may_write, write
 from ._formats import ColumnMap, Source, format_of, is_known, open_source, run_of
 from ._formats.dataflash import told
 from ._formats.guess import CLOSED, Guess, guess
+from ._frames import write_columns
 from ._run import Run
 
 KINDS = {
@@ -206,16 +205,4 @@ def _table(path: Path, target: Path) -> None:
         raise DataError(f"{path}: it holds no column of numbers")
     usual, _ = Counter(len(values) for values in fields.values()).most_common(1)[0]
     columns = [name for name in source.contents[""] if len(fields[name]) == usual]
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(columns)
-    rows.writerows(zip(*([_cell(x) for x in fields[name].tolist()] for name in columns), strict=True))
-    write(target, text.getvalue().encode(), True)
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(int(value))
-    return (
-        "" if isinstance(value, float) and value != value else repr(value) if isinstance(value, float) else str(value)
-    )
+    write_columns(target, {name: fields[name] for name in columns})

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from ._errors import UsageError
+from ._quantities import without_units
 
 
 def settings(value: Any, key: str = "") -> Any:
-    """Plain data of a table that a user gave: NumPy's numbers become Python's, and what is no setting is refused.
+    """Plain data of a table that a user gave: NumPy's numbers become Python's, those with units SI, and what is no
+    setting is refused.
 
     Raises:
         UsageError: naming the key of a number that is not finite, or of something else than numbers, texts, lists
@@ -21,6 +23,7 @@ def settings(value: Any, key: str = "") -> Any:
     """
     if isinstance(value, Mapping):
         return {str(name): settings(entry, f"{key}.{name}" if key else str(name)) for name, entry in value.items()}
+    value = without_units(value, key)
     if np.ma.is_masked(value):
         raise UsageError(f"{key} holds a masked value: a finite number is expected")
     if isinstance(value, np.ndarray | np.generic):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -15,8 +16,9 @@ from ._check import Check
 from ._cross import CrossValidation
 from ._discovery import Discovery
 from ._errors import UsageError
-from ._fit import Fit
+from ._fit import Fit, RunResiduals
 from ._forces import Forces
+from ._model import Model
 from ._models import ModelDifference, Monitored, PublishedComparison
 from ._motion import Comparison, Simulation
 from ._plain import build, plain
@@ -26,7 +28,7 @@ from ._run import Run
 from ._settings import toml_text
 
 Source = Campaign | str | PathLike[str]
-Model = Fit | str | PathLike[str]
+AnyModel = Fit | Model | str | PathLike[str]
 Estimator = Literal["filter_error", "output_error", "staged", "integral"]
 
 
@@ -64,17 +66,18 @@ def fit(
             if isinstance(campaign, Campaign) or thorough or estimator not in (None, "integral"):
                 raise UsageError("stream = True: integral least squares of a campaign that is given by its path")
             result, model = _native.fit_streamed(fspath(campaign), tell)
+            left: list[Any] = []
         else:
-            result, model = campaign_of(campaign, tell)._native.fit(estimator, thorough, tell)
-    return build(Fit, json.loads(result) | {"model": model})
+            result, model, left = campaign_of(campaign, tell)._native.fit(estimator, thorough, tell)
+    return replace(build(Fit, json.loads(result)), model=Model(model), residuals=tuple(RunResiduals(*r) for r in left))
 
 
-def simulate(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Simulation:
+def simulate(campaign: Source, model: AnyModel | None = None, *, progress: Progress = None) -> Simulation:
     """Simulates a model over the runs of free motion, each from a state estimated on its first seconds.
 
     Args:
         campaign: a campaign, or the path of one.
-        model: a fit, or the path of a model file; fitted now when absent.
+        model: a fit, a model, or the path of a model file; fitted now when absent.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
@@ -82,14 +85,16 @@ def simulate(campaign: Source, model: Model | None = None, *, progress: Progress
         return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model, tell), tell)))
 
 
-def force_components(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> tuple[Forces, ...]:
+def force_components(
+    campaign: Source, model: AnyModel | None = None, *, progress: Progress = None
+) -> tuple[Forces, ...]:
     """The force of each term of a model over time, for each run of free motion and degree of freedom.
 
     A balance that hangs on what no sensor logs has no entry.
 
     Args:
         campaign: a campaign, or the path of one.
-        model: a fit, or the path of a model file; fitted now when absent.
+        model: a fit, a model, or the path of a model file; fitted now when absent.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
@@ -98,17 +103,21 @@ def force_components(campaign: Source, model: Model | None = None, *, progress: 
     return tuple(build(Forces, entry) for entry in parts["runs"])
 
 
-def compare(campaign: Source, model: Model | None = None, *, progress: Progress = None) -> Comparison:
+def compare(campaign: Source, model: AnyModel | None = None, *, progress: Progress = None) -> Comparison:
     """Holds a model against every run of free motion, those of the fit and those that took no part.
+
+    The runs themselves, measured and simulated, are in `Comparison.simulation`.
 
     Args:
         campaign: a campaign, or the path of one.
-        model: a fit, or the path of a model file; fitted now when absent.
+        model: a fit, a model, or the path of a model file; fitted now when absent.
         progress: as for `discover`.
     """
     with listener(progress) as tell:
         loaded = campaign_of(campaign, tell)
-        return build(Comparison, json.loads(loaded._native.compare(_model(loaded, model, tell), tell)))
+        text = _model(loaded, model, tell)
+        compared = build(Comparison, json.loads(loaded._native.compare(text, tell)))
+        return replace(compared, simulation=build(Simulation, json.loads(loaded._native.simulate(text, tell))))
 
 
 Family = Literal["body", "actuator", "environment", "sensor"]
@@ -123,7 +132,7 @@ def published(params: Published) -> tuple[str, str]:
 
 
 def compare_published(
-    campaign: Source, params: Published, model: Model | None = None, *, progress: Progress = None
+    campaign: Source, params: Published, model: AnyModel | None = None, *, progress: Progress = None
 ) -> PublishedComparison:
     """Holds published parameters against the runs of a campaign and against its own estimates.
 
@@ -131,7 +140,7 @@ def compare_published(
         campaign: a campaign, or the path of one.
         params: the path of a TOML file, or its content as a mapping: ``format``, ``convention`` (``sname``,
             ``hydrosysid`` or ``fossen``), ``source``, ``mass``, ``inertia`` and ``parameters``.
-        model: the own model: a fit, or the path of a model file; fitted now when absent.
+        model: the own model: a fit, a model, or the path of a model file; fitted now when absent.
         progress: as for `discover`.
 
     Raises:
@@ -162,28 +171,28 @@ def cross_validate(
         return build(CrossValidation, json.loads(campaign_of(campaign, tell)._native.cross_validate(estimator, tell)))
 
 
-def compare_models(a: Model, b: Model, *, names: tuple[str, str] | None = None) -> ModelDifference:
+def compare_models(a: AnyModel, b: AnyModel, *, names: tuple[str, str] | None = None) -> ModelDifference:
     """Tells two models of a vehicle apart: each parameter with its interval, and all together.
 
     Args:
-        a: a fit, or the path of a model file.
+        a: a fit, a model, or the path of a model file.
         b: another.
         names: what they are called in the result; the paths, or ``a`` and ``b``.
     """
-    texts = [m.model if isinstance(m, Fit) else Path(m).read_text(encoding="utf-8") for m in (a, b)]
-    called = [letter if isinstance(m, Fit) else fspath(m) for m, letter in ((a, "a"), (b, "b"))]
+    texts = [text_of(m) for m in (a, b)]
+    called = [letter if isinstance(m, Fit | Model) else fspath(m) for m, letter in ((a, "a"), (b, "b"))]
     result = _native.model_difference(texts[0], texts[1], list(names or called))
     return build(ModelDifference, json.loads(result))
 
 
 def monitor(
-    campaign: Source, model: Model, *, window: float = 8.0, level: float = 0.01, progress: Progress = None
+    campaign: Source, model: AnyModel, *, window: float = 8.0, level: float = 0.01, progress: Progress = None
 ) -> Monitored:
     """Runs a model, all parameters held, along the runs of a campaign and says where it no longer fits.
 
     Args:
         campaign: the new logs as a campaign, or the path of one.
-        model: a fit, or the path of a model file.
+        model: a fit, a model, or the path of a model file.
         window: length of a window, s.
         level: probability of a false alarm in all windows together, by white noise.
         progress: as for `discover`.
@@ -201,8 +210,8 @@ def discover(campaign: Source, *, families: Iterable[Family] | None = None, prog
     Args:
         campaign: a campaign, or the path of one.
         families: families of effects to search, besides your own; those of the campaign when absent.
-        progress: `True` for a bar of tqdm (``hydrosysid[progress]``), or a function that is called as
-            ``progress(what, done, of)``; what it raises ends the work and passes through.
+        progress: `True` for a bar of tqdm (``hydrosysid[progress]``), or a line where there is no tqdm; or a function
+            that is called as ``progress(what, done, of)``; what it raises ends the work and passes through.
     """
     chosen = None if families is None else list(families)
     with listener(progress) as tell:
@@ -210,7 +219,7 @@ def discover(campaign: Source, *, families: Iterable[Family] | None = None, prog
 
 
 def plan(
-    source: Campaign | Model,
+    source: Campaign | AnyModel,
     *,
     want: str | Iterable[str] = (),
     limits: Mapping[str, float] | None = None,
@@ -276,12 +285,12 @@ def _manoeuvre(run: Any) -> dict[str, Any]:
     return {key: data[key] for key in ("name", "kind", "length", "pushes") if key in data}
 
 
-def _model_text(source: Campaign | Model) -> str | None:
+def _model_text(source: Campaign | AnyModel) -> str | None:
     """The text of a model file; `None` for a campaign."""
     if isinstance(source, Campaign):
         return None
-    if isinstance(source, Fit):
-        return source.model
+    if isinstance(source, Fit | Model):
+        return text_of(source)
     if Path(source).is_dir():
         return None
     text = Path(source).read_text(encoding="utf-8")
@@ -318,7 +327,14 @@ def check(
         return build(Check, json.loads(_native.check_logs(paths, json.dumps(log), list(required), tell)))
 
 
-def _model(campaign: Campaign, model: Model | None, tell: Listener | None = None) -> str:
+def _model(campaign: Campaign, model: AnyModel | None, tell: Listener | None = None) -> str:
     if model is None:
-        return fit(campaign, progress=tell).model
-    return model.model if isinstance(model, Fit) else Path(model).read_text(encoding="utf-8")
+        return fit(campaign, progress=tell).model.to_toml()
+    return text_of(model)
+
+
+def text_of(model: AnyModel) -> str:
+    """The text of a model's file."""
+    if isinstance(model, Fit):
+        return model.model.to_toml()
+    return model.to_toml() if isinstance(model, Model) else Path(model).read_text(encoding="utf-8")

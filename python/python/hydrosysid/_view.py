@@ -1,8 +1,7 @@
-"""How results show themselves: text tables, HTML, LaTeX, data frames."""
+"""How results show themselves: text tables, LaTeX, data frames, charts."""
 
 from __future__ import annotations
 
-import html
 import importlib
 import importlib.util
 import math
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Rows = list[dict[str, Any]]
 
@@ -38,6 +38,16 @@ def labelled(values: Any, names: list[str], columns: list[str] | None = None) ->
     return pandas.DataFrame(values, index=names, columns=columns, dtype=float)
 
 
+def stacked(parts: Sequence[tuple[tuple[str, ...], Any, Any]], levels: Sequence[str], name: str) -> Any:
+    """Series of numbers, each under its own names and over its own stamps, as one Series of pandas."""
+    if importlib.util.find_spec("pandas") is None:
+        raise ImportError("numbers under names need pandas: pip install pandas")
+    pandas = importlib.import_module("pandas")
+    series = {names: pandas.Series(values, index=stamps) for names, stamps, values in parts}
+    # sorted, so that a part is found by its names without a search
+    return pandas.concat(series, names=levels).rename(name).sort_index()
+
+
 def number(value: Any) -> str:
     """Four significant digits; a blank for what is absent."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
@@ -51,7 +61,7 @@ def number(value: Any) -> str:
     return str(value)
 
 
-def _numeric(rows: Rows, head: str) -> bool:
+def is_numeric(rows: Rows, head: str) -> bool:
     """Whether a column holds numbers and blanks alone."""
     return all(isinstance(row.get(head), int | float | None) for row in rows)
 
@@ -62,7 +72,7 @@ def text_table(rows: Rows, title: str = "") -> str:
         return title
     heads = list(rows[0])
     cells = [[number(row.get(head)) for head in heads] for row in rows]
-    numeric = [_numeric(rows, head) for head in heads]
+    numeric = [is_numeric(rows, head) for head in heads]
     widths = [max(len(h), *(len(line[k]) for line in cells)) for k, h in enumerate(heads)]
 
     def line(entries: Sequence[str]) -> str:
@@ -72,19 +82,6 @@ def text_table(rows: Rows, title: str = "") -> str:
     width = sum(widths) + 2 * (len(widths) - 1)
     body = ["=" * width, line(heads), "-" * width, *(line(c) for c in cells), "=" * width]
     return "\n".join(([title.center(width).rstrip()] if title else []) + body)
-
-
-def html_table(rows: Rows, title: str = "") -> str:
-    """A plain HTML table; the notebook brings its own colours."""
-    if not rows:
-        return f"<p>{html.escape(title)}</p>"
-    heads = list(rows[0])
-    top = "".join(f"<th>{html.escape(head)}</th>" for head in heads)
-    lines = (
-        "<tr>" + "".join(f"<td>{html.escape(number(row.get(head)))}</td>" for head in heads) + "</tr>" for row in rows
-    )
-    caption = f"<caption>{html.escape(title)}</caption>" if title else ""
-    return f"<table>{caption}<thead><tr>{top}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
 
 
 _LATEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"} | {
@@ -100,7 +97,7 @@ def latex(text: str) -> str:
 def latex_table(rows: Rows) -> str:
     """A `tabular` with one line a row."""
     heads = list(rows[0]) if rows else []
-    signs = "".join("r" if _numeric(rows, head) else "l" for head in heads)
+    signs = "".join("r" if is_numeric(rows, head) else "l" for head in heads)
     lines = [heads, *([number(row.get(head)) for head in heads] for row in rows)]
     body = [" & ".join(latex(cell) for cell in line) + r" \\" for line in lines]
     body.insert(1, r"\hline")
@@ -108,14 +105,18 @@ def latex_table(rows: Rows) -> str:
 
 
 def axes(ax: Axes | None) -> Axes:
-    """The axes given, or new ones. Matplotlib is loaded here and nowhere earlier."""
-    if ax is not None:
-        return ax
+    """The axes given, or new ones."""
+    return new_figure().add_subplot() if ax is None else ax
+
+
+def new_figure(width: float | None = None, height: float | None = None) -> Figure:
+    """A new figure, of so many inches. Matplotlib is loaded here and nowhere earlier."""
     try:
         import matplotlib.pyplot as plt
     except ImportError as error:
         raise ImportError("plots need matplotlib: pip install 'hydrosysid[plot]'") from error
-    return plt.figure(layout="constrained").add_subplot()
+    size = None if width is None or height is None else (width, height)
+    return plt.figure(figsize=size, layout="constrained")
 
 
 def bars(ax: Axes | None, found: Sequence[tuple[str, float]], line: float, label: str, style: dict[str, Any]) -> Axes:

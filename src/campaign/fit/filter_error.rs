@@ -10,7 +10,7 @@ use super::super::load::{Campaign, moves};
 use super::super::noise;
 use super::result::{FitStage, NO_TURBULENCE};
 use super::rows::paper;
-use super::{Raw, thrust};
+use super::{Raw, residuals, thrust};
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
 };
@@ -81,6 +81,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let identifiability = of_covariance(&fitted.model, &covariance, runs, &mut warnings);
     Ok(Raw {
         stages: stages(&fitted, &forecasts_of_training(&fitted), runs, &identifiability),
+        residuals: residuals::innovations(&fitted),
         model: fitted.model,
         std_method: thrust::told("information", carried.is_some()),
         covariance,
@@ -114,7 +115,7 @@ pub(in crate::campaign) fn held_out(
     Ok((Filtered::new(&model, &others, base)?, model))
 }
 
-fn forecasts_of_training(fitted: &FilterErrorFit) -> Vec<Forecast> {
+pub(super) fn forecasts_of_training(fitted: &FilterErrorFit) -> Vec<Forecast> {
     fitted.filtered.forecast(&fitted.model, &fitted.noise, fitted.limit)
 }
 

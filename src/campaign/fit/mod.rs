@@ -3,10 +3,12 @@
 pub(in crate::campaign) mod filter_error;
 mod judge;
 mod output_error;
+mod residuals;
 mod result;
 mod rows;
 pub(super) mod thrust;
 
+pub use self::residuals::Residuals;
 pub(super) use self::result::row_of;
 pub use self::result::{Fit, FitParameter, FitStage, described};
 pub(super) use self::rows::{again, integral_again, of_rows};
@@ -45,6 +47,7 @@ pub(super) struct Raw {
     pub covariance: Vec<Vec<f64>>,
     pub std_paper: Vec<Option<f64>>,
     pub stages: Vec<FitStage>,
+    pub residuals: Vec<Residuals>,
     pub efficiency: Efficiency,
     pub identifiability: Option<Identifiability>,
     pub noise: Option<Noise>,
@@ -122,6 +125,7 @@ pub(super) fn assembled(
         std_method: raw.std_method,
         covariance: raw.covariance,
         stages: raw.stages,
+        residuals: raw.residuals,
         thrusters: campaign.curves.iter().map(|c| FittedCurve::of(c, &campaign.file.thrusters)).collect(),
         identifiability: raw.identifiability,
         sentence: raw.sentence.unwrap_or_else(|| told(estimator, raw.converged)),

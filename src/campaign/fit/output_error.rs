@@ -7,7 +7,7 @@ use super::super::identifiability;
 use super::super::load::Campaign;
 use super::result::FitStage;
 use super::rows::paper;
-use super::{Raw, thrust};
+use super::{Raw, residuals, thrust};
 use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, StdMethod, output_error};
 use crate::estimate::started;
@@ -67,6 +67,7 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let stages = output_error_stages(&fitted, runs);
     let identifiability = identifiability::of_fit(campaign, &fitted, runs, &mut warnings);
     Ok(Raw {
+        residuals: residuals::output_errors(&fitted),
         model: fitted.model,
         std_method: thrust::told(std_method, carried.is_some()),
         covariance,

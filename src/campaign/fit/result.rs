@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::residuals::Residuals;
 use crate::campaign::codes;
 use crate::campaign::file::Estimator;
 use crate::campaign::identifiability::Identifiability;
@@ -55,6 +56,10 @@ pub struct Fit {
     pub filters: Vec<Setting>,
     /// What there is to say.
     pub warnings: Vec<Finding>,
+    /// What it leaves of the training runs; none of the staged procedure, each of whose stages has rows of its own, and of
+    /// a streamed fit.
+    #[serde(skip)]
+    pub residuals: Vec<Residuals>,
     /// The model with the estimates in place.
     #[serde(skip)]
     pub model: Model,

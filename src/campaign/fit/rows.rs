@@ -5,7 +5,7 @@ use super::super::file::Estimator;
 use super::super::identifiability::of_covariance;
 use super::super::load::{Campaign, with_nominal_forces};
 use super::result::FitStage;
-use super::{Raw, thrust};
+use super::{Raw, residuals, thrust};
 use crate::estimate::{IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares};
 use crate::model::Model;
 use crate::procedure::{Estimate, staged};
@@ -70,6 +70,7 @@ pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Erro
     let (model, fits) = integral_least_squares(&all, &campaign.model, options)?;
     let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
     let mut raw = of_rows(model, &fits, &names, campaign);
+    raw.residuals = residuals::of_rows(&raw.model, &all, options);
     let before: Vec<f64> = raw.model.parameters.iter().map(|p| p.value).collect();
     let carried = thrust::carried(campaign, runs, |runs| {
         let runs: Vec<&Run> = runs.iter().collect();
@@ -124,6 +125,7 @@ pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String
         covariance,
         std_paper,
         stages,
+        residuals: Vec::new(),
         efficiency,
         identifiability,
         noise,
@@ -160,6 +162,7 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
         covariance: result.covariance,
         std_paper,
         stages,
+        residuals: Vec::new(),
         efficiency: result.efficiency,
         identifiability,
         noise: None,

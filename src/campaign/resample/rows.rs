@@ -13,7 +13,7 @@ use super::super::file::Estimator;
 use super::super::fit::{Fit, FitOptions, fit, integral_again, thrust};
 use super::super::load::{Campaign, with_nominal_forces};
 use super::made::Made;
-use super::{Resampler, Resampling, Scatter};
+use super::{Refits, Resampler, Resampling, Scatter};
 use crate::estimate::Draws;
 use crate::estimate::output_error::OutputErrorError;
 use crate::frame::Dof;
@@ -21,7 +21,7 @@ use crate::least_squares::REFITTING;
 use crate::model::Model;
 use crate::noise::Noise;
 use crate::procedure::{is_powered, shown, staged};
-use crate::progress::tell;
+use crate::progress::{look, tell};
 use crate::run::{Role, Run, RunKind};
 
 /// Runs of which a bootstrap draws whole ones; fewer are cut, or refused.
@@ -52,12 +52,12 @@ impl Source {
     }
 }
 
-/// Scatter of the estimates of a fit by rows over `draws` refits.
+/// Scatter of the estimates of a fit by rows over these refits.
 pub(super) fn by_rows(
     campaign: &Campaign,
     estimator: Estimator,
     method: Resampler,
-    draws: usize,
+    refits: Refits,
 ) -> Result<Resampling, Error> {
     let fitted = fit(campaign, FitOptions { estimator: Some(estimator) })?;
     let model = &fitted.model;
@@ -65,22 +65,23 @@ pub(super) fn by_rows(
         let text = format!("{} of `{}` has a value in each run, and a draw has no runs", p.spec.name, p.term);
         return Err(Error::Asked(text));
     }
-    let seed = campaign.options.seed;
+    let seed = refits.seed.unwrap_or(campaign.options.seed);
     let source = source(campaign, estimator, method, &fitted)?;
     let found: Vec<usize> = (0..model.parameters.len())
         .filter(|p| !model.parameters[*p].fixed && model.parameters[*p].std.is_some())
         .collect();
-    let done = AtomicUsize::new(0);
+    let (done, count) = (AtomicUsize::new(0), refits.numbers.clone().count());
     let refit = |draw: u64| -> Option<Vec<f64>> {
+        look();
         let mut noise = Noise::new(seed, draw);
         let runs = source.draw(&mut noise);
         let model = again(campaign, estimator, &runs, &mut noise);
-        tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
+        tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, count);
         let refitted = model.ok()?.parameters;
         found.iter().map(|p| refitted[*p].std.map(|_| refitted[*p].value)).collect()
     };
-    let values: Vec<Vec<f64>> = (0..draws as u64).into_par_iter().filter_map(refit).collect();
-    let all = Draws { failed: draws - values.len(), values };
+    let first = refits.numbers.start;
+    let all = Draws::of(refits.numbers, (0..count).into_par_iter().map(|k| refit(first + k as u64)).collect());
     let scatter =
         |(k, p): (usize, &usize)| Scatter::of(&model.parameters[*p], None, model.parameters[*p].value, k, &all);
     Ok(Resampling {
@@ -90,6 +91,8 @@ pub(super) fn by_rows(
         failed: all.failed,
         seed,
         parameters: found.iter().enumerate().map(scatter).collect(),
+        numbers: all.numbers,
+        samples: all.values,
     })
 }
 

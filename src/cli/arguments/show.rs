@@ -79,8 +79,11 @@ pub(in crate::cli) struct Export {
 
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Effects {
-    /// Id of one effect.
+    /// Id of one effect; all of them when absent.
     pub id: Option<String>,
+    /// Only effects that hold these words in their id, common name or meaning.
+    #[arg(long, value_name = "TEXT", conflicts_with = "id")]
+    pub search: Option<String>,
 }
 
 #[derive(Debug, Args)]

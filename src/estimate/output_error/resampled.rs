@@ -10,6 +10,7 @@
 //! model be right and repeats the whole fit; it shows bias and skewness, which no covariance does. Efron and Tibshirani,
 //! *An Introduction to the Bootstrap* (1993), ch. 6 and 9.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -19,16 +20,17 @@ use super::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_f
 use crate::least_squares::{Draws, REFITTING, Triangle, resample};
 use crate::model::Model;
 use crate::noise::Noise;
-use crate::progress::tell;
+use crate::progress::{look, tell};
 use crate::run::Run;
 use crate::simulate::{Emission, integrate_fast};
 
 impl OutputErrorFit {
-    /// Estimates of the unknowns on `draws` resamplings of clusters of about `length` seconds.
+    /// Estimates of the unknowns on resamplings of clusters of about `length` seconds, those of these numbers: a draw is
+    /// the same whichever others are made beside it.
     ///
     /// # Errors
     /// [`OutputErrorError::TooFewClusters`] for less than two clusters: a joined fit has few.
-    pub fn bootstrap(&self, draws: usize, seed: u64, length: f64) -> Result<Draws, OutputErrorError> {
+    pub fn bootstrap(&self, draws: Range<u64>, seed: u64, length: f64) -> Result<Draws, OutputErrorError> {
         let clusters = self.problem.clusters(length);
         if clusters.len() < 2 {
             return Err(OutputErrorError::TooFewClusters { clusters: clusters.len() });
@@ -77,7 +79,7 @@ impl OutputErrorFit {
 
     /// Estimates of the unknowns from `draws` sets of data that the fitted model made, with white noise of the size of
     /// the residuals.
-    pub fn monte_carlo(&self, options: &OutputErrorOptions, draws: usize, seed: u64) -> Draws {
+    pub fn monte_carlo(&self, options: &OutputErrorOptions, draws: Range<u64>, seed: u64) -> Draws {
         self.monte_carlo_under(options, draws, seed, |_| None)
     }
 
@@ -86,13 +88,14 @@ impl OutputErrorFit {
     pub fn monte_carlo_under(
         &self,
         options: &OutputErrorOptions,
-        draws: usize,
+        draws: Range<u64>,
         seed: u64,
         inputs: impl Fn(u64) -> Option<Vec<Run>> + Sync,
     ) -> Draws {
         let clean = self.problem.predicted(&self.model, &self.initial_states);
-        let done = AtomicUsize::new(0);
+        let (done, count) = (AtomicUsize::new(0), draws.clone().count());
         let refit = |draw: u64| {
+            look();
             let problem = match inputs(draw) {
                 None => self.problem.clone(),
                 Some(runs) => {
@@ -102,13 +105,12 @@ impl OutputErrorFit {
             };
             let problem = self.with_noise(problem, &clean, &mut Noise::new(seed, draw));
             let fit = fit_from(&self.model, problem, self.initial_states.clone(), options);
-            tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, draws);
+            tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, count);
             let fit = fit.ok().filter(|fit| fit.converged)?;
             Some(fit.problem.unknowns.iter().map(|u| value(&fit.model, *u)).collect())
         };
-        let found: Vec<Option<Vec<f64>>> = (0..draws as u64).into_par_iter().map(refit).collect();
-        let values: Vec<Vec<f64>> = found.into_iter().flatten().collect();
-        Draws { failed: draws - values.len(), values }
+        let first = draws.start;
+        Draws::of(draws, (0..count).into_par_iter().map(|k| refit(first + k as u64)).collect())
     }
 
     /// A problem with `clean` and fresh noise in the place of what was measured.
@@ -128,7 +130,7 @@ impl OutputErrorFit {
 impl Problem {
     /// What the model says at every grid point of every track, row by row as [`crate::simulate::Track::observed`]; NaN
     /// outside segments.
-    fn predicted(&self, model: &Model, x0: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(crate) fn predicted(&self, model: &Model, x0: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut all: Vec<Vec<f64>> = self.tracks.iter().map(|t| vec![f64::NAN; t.observed.len()]).collect();
         let width = self.dynamics.outputs.len();
         let order: Vec<usize> = (0..self.segments.len()).collect();

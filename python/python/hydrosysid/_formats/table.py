@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import UsageError
+from .._quantities import quantity_of
 from .column_map import ColumnMap, ColumnSource
 from .source import Source, Stream, ticks
 
@@ -76,6 +77,8 @@ def of_pandas(frame: Any) -> dict[str, NDArray[Any]]:
 
 
 def _series(series: Any) -> NDArray[Any]:
+    if quantity_of(series) is not None:
+        raise UsageError(f"the column {series.name!r} carries units: Run.from_frame reads such frames")
     kind = getattr(series.dtype, "kind", "O")
     if kind in "mM":
         return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
