@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 
@@ -86,17 +87,22 @@ class Page:
         elif method == "Network.requestWillBeSent":
             self.urls.append(params["request"]["url"])
 
-    def open(self, file: Path, width: int = 1000, height: int = 900, dark: bool = False, script: bool = True) -> None:
-        """Opens a file and waits until it is loaded."""
+    def wait_for(self, method: str) -> dict:
+        """What the next event of this name says."""
+        while (message := self._next()).get("method") != method:
+            pass
+        return message["params"]
+
+    def open(self, file: Path | str, width: int = 1000, height: int = 900, dark: bool = False, script: bool = True) -> None:
+        """Opens a file or an address and waits until it is loaded."""
         self.errors.clear()
         self.urls.clear()
         self.call("Emulation.setScriptExecutionDisabled", value=not script)
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         feature = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[feature])
-        self.call("Page.navigate", url=file.resolve().as_uri())
-        while self._next().get("method") != "Page.loadEventFired":
-            pass
+        self.call("Page.navigate", url=file if isinstance(file, str) else file.resolve().as_uri())
+        self.wait_for("Page.loadEventFired")
 
     def run(self, expression: str):
         """Value of a JavaScript expression."""
@@ -104,6 +110,23 @@ class Page:
         if "exceptionDetails" in answer:
             raise RuntimeError(json.dumps(answer["exceptionDetails"]))
         return answer["result"].get("value")
+
+    def until(self, expression: str, seconds: float = 60):
+        """Waits until a JavaScript expression is true; how long that took, s."""
+        begun = time.monotonic()
+        while not self.run(expression):
+            if time.monotonic() - begun > seconds:
+                raise TimeoutError(expression)
+            time.sleep(0.02)
+        return time.monotonic() - begun
+
+    def press(self, key: str, shift: bool = False) -> None:
+        """Presses a key and lets it go: a character, or a name such as Tab."""
+        code = {"Tab": 9, "Enter": 13, "Escape": 27, " ": 32, "ArrowDown": 40, "Backspace": 8}.get(key)
+        text = {"Enter": "\r"}.get(key, key if len(key) == 1 else "")
+        more = {"windowsVirtualKeyCode": code if code else ord(key.upper()), "modifiers": 8 if shift else 0}
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, text=text, **more)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, **more)
 
     def mouse(self, kind: str, x: float, y: float, **more) -> None:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
