@@ -56,7 +56,7 @@ pub use adopt::{AdoptError, adopt, with_effects};
 pub use baseline::Own;
 pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};
-pub use compare::{Comparison, compare};
+pub use compare::{Comparison, compare, disagreements};
 pub use components::{Components, RunComponents, components};
 pub use difference::{Joint, ModelDifference, ParameterDifference, difference, difference_of};
 pub use discover::discover;

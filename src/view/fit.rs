@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::answer::{Answer, Refusal};
 use super::workspace::Workspace;
 use crate::account::motion_figure;
-use crate::campaign::{self, Campaign, Comparison, Estimator, Fit, FitOptions, FitParameter, Simulation};
+use crate::campaign::{self, Campaign, Estimator, Fit, FitOptions, FitParameter, Simulation};
 use crate::compare::Disagreement;
 use crate::effects::common_name;
 use crate::finding::Finding;
@@ -22,16 +22,16 @@ pub(super) struct Fitted {
     first_look: bool,
     seconds: f64,
     fit: Fit,
-    comparison: Comparison,
+    disagreements: Vec<Disagreement>,
     simulation: Simulation,
 }
 
-fn fitted(campaign: &Campaign, estimator: Option<Estimator>) -> Result<(Fit, Comparison, Simulation), Refusal> {
+fn fitted(campaign: &Campaign, estimator: Option<Estimator>) -> Result<(Fit, Vec<Disagreement>, Simulation), Refusal> {
     let fit = campaign::fit(campaign, FitOptions { estimator })?;
     let under = campaign.under(&fit.efficiency).with_noise(fit.model_noise());
-    let comparison = campaign::compare(&under, &fit.model, &fit.envelope)?;
+    let disagreements = campaign::disagreements(&under, &fit.model)?;
     let simulation = campaign::simulate(&under, &fit.model, &fit.envelope)?;
-    Ok((fit, comparison, simulation))
+    Ok((fit, disagreements, simulation))
 }
 
 /// Estimators of a first look, the quickest first: integral least squares needs velocities.
@@ -50,12 +50,12 @@ pub(super) fn begin(workspace: &Arc<Workspace>) -> Result<Answer, Refusal> {
         let begun = Instant::now();
         let stamp = shared.stamp()?;
         let campaign = shared.campaign()?;
-        let of = |first_look, (fit, comparison, simulation)| Fitted {
+        let of = |first_look, (fit, disagreements, simulation)| Fitted {
             stamp: stamp.clone(),
             first_look,
             seconds: begun.elapsed().as_secs_f64(),
             fit,
-            comparison,
+            disagreements,
             simulation,
         };
         let quick = if looks_first(&campaign) { QUICK } else { &[] };
@@ -103,7 +103,7 @@ struct Run<'a> {
 /// The last fit.
 pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     let fitted = workspace.fit.result().ok_or_else(|| Refusal::absent("nothing is fitted yet"))?;
-    let Fitted { stamp, first_look, seconds, fit, comparison, simulation } = &*fitted;
+    let Fitted { stamp, first_look, seconds, fit, disagreements, simulation } = &*fitted;
     let parameter = |p: &FitParameter| {
         let place = p.dof.map_or_else(String::new, |dof| format!("@{dof}"));
         let place = p.other.map_or(place.clone(), |other| format!("{place}:{other}"));
@@ -116,7 +116,7 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     });
     let run = |run: &'_ campaign::Simulated| (run.run.clone(), run.role);
     let names: Vec<(String, Role)> = simulation.runs.iter().map(run).collect();
-    let measured = |name: &str| comparison.runs.iter().filter(|r| r.run == name).collect();
+    let measured = |name: &str| disagreements.iter().filter(|r| r.run == name).collect();
     Ok(Answer::json(&Shown {
         stamp,
         first_look: *first_look,
@@ -126,7 +126,7 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
         converged: fit.converged,
         parameters: parameters.collect(),
         runs: names.iter().map(|(run, role)| Run { run, role: *role, measured: measured(run) }).collect(),
-        warnings: fit.warnings.iter().chain(&comparison.warnings).fold(Vec::new(), |mut all, finding| {
+        warnings: fit.warnings.iter().chain(&simulation.warnings).fold(Vec::new(), |mut all, finding| {
             if !all.contains(&finding) {
                 all.push(finding);
             }
@@ -148,7 +148,7 @@ pub(super) fn overlay(workspace: &Workspace, run: &str) -> Result<Answer, Refusa
     let simulated = of.ok_or_else(|| Refusal::absent(format!("no run {run:?} was simulated")))?;
     let noise = |dof| {
         let of = |r: &&Disagreement| r.run == run && r.dof == dof;
-        fitted.comparison.runs.iter().find(of).map(|r| r.noise_floor)
+        fitted.disagreements.iter().find(of).map(|r| r.noise_floor)
     };
     let dofs = &fitted.fit.model.dofs;
     let figures = dofs.iter().filter_map(|dof| Some(figure(&motion_figure(simulated, *dof, noise(*dof))?, dof.name())));

@@ -49,24 +49,6 @@ pub(super) fn page() -> Result<Answer, Refusal> {
         view_style: include_str!("../../templates/view/view.css"),
         script: SCRIPTS,
     };
-    // DEVONLY
-    if let Ok(folder) = std::env::var("VIEW_ASSETS") {
-        let read = |name: &str| std::fs::read_to_string(format!("{folder}/{name}")).unwrap_or_default();
-        let names =
-            ["elements", "server", "logs", "columns", "stretches", "effects", "fit", "discovery", "report", "view"];
-        let script: String =
-            std::iter::once(SCRIPT.to_string()).chain(names.iter().map(|n| read(&format!("view/{n}.js")))).collect();
-        let html = read("view/view.html")
-            .replace("{{ nonce }}", &page.nonce)
-            .replace("{{ version }}", page.version)
-            .replace("{{ chart_style|safe }}", &page.chart_style)
-            .replace("{{ figure_style|safe }}", &page.figure_style)
-            .replace("{{ report_style|safe }}", page.report_style)
-            .replace("{{ view_style|safe }}", &read("view/view.css"))
-            .replace("{% for part in script %}{{ part|safe }}{% endfor %}", &script);
-        return Ok(Answer::page(html, policy));
-    }
-    // DEVEND
     let html = page.render().map_err(|e| Refusal::failed(e.to_string()))?;
     Ok(Answer::page(html, policy))
 }

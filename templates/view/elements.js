@@ -57,9 +57,12 @@ const findings = (list, shown = 4) => {
 // Words between backticks are code.
 const marked = (text) => text.split("`").map((part, k) => (k % 2 ? element("code", {}, part) : part));
 
+// Heads of columns of numbers.
+const NUMBERS = ["rows", "used", "value ± std"];
+
 const table = (heads, rows, caption) => element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
   element("table", {},
-    element("thead", {}, element("tr", {}, heads.map((head) => element("th", { scope: "col" }, head)))),
+    element("thead", {}, element("tr", {}, heads.map((head) => element("th", { scope: "col", class: NUMBERS.includes(head) ? "num" : null }, head)))),
     element("tbody", {}, rows)));
 
 const cell = (...children) => element("td", {}, ...children);

@@ -25,7 +25,7 @@ const stretches = {
       const stretch = { role: this.newRole, from: null, to: null, ...changed };
       return change("/api/stretch/add", { run: list[list.length - 1].run, stretch });
     }
-    const { role, from, to } = list.find((s) => String(s.run) === String(target));
+    const { role, from, to } = list.find((s) => String(s.run) === target);
     return change("/api/stretch", { run: Number(target), stretch: { role, from, to, ...changed } });
   },
 
@@ -36,8 +36,11 @@ const stretches = {
     const list = this.of(campaign, file);
     if (this.target !== "new" && !list.some((s) => String(s.run) === this.target)) this.target = "new";
     if (list.length === 1) this.target = String(list[0].run);
-    await this.draw(file);
+    // the rows of the log before are not to be taken for those of this one
+    this.ends = [null, null];
     this.rows(list);
+    await this.draw(file);
+    if (file === logs.chosen) this.rows(this.of(view.campaign, file));
   },
 
   async draw(file) {

@@ -12,6 +12,8 @@ use hydrosysid::tank::{BlindOptions, blind};
 use hydrosysid::view::{View, ViewError, ViewOptions};
 use serde_json::{Value, json};
 
+use crate::adopt::sail;
+
 /// A server on a folder of its own; both are gone when it is dropped.
 struct Served {
     folder: PathBuf,
@@ -122,9 +124,9 @@ impl Drop for Served {
 
 /// Runs of the virtual tank and a campaign of them, with comments that are to stay.
 fn tank(folder: &Path) {
-    let made = blind(&BlindOptions { duration: 30.0, ..BlindOptions::default() }).expect("the tank sails");
+    let made = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
     let mut text = "# my own words\nformat = 1\n[vehicle]\nname = 'tank' # the tub\nmass = 100.0\nlength = 0.6\n[model]\ndofs = ['surge', 'sway', 'yaw']\neffects = [\n  'inertia',  # of course\n  'linear_drag',\n  'quadratic_drag',\n]\n[log]\nposition_source = 'independent'\nmissing = 'no_sample'\n[fit]\nestimator = 'output_error' # quick\n".to_string();
-    for (k, role) in [(0, "train"), (2, "train"), (6, "validate")] {
+    for (k, role) in [(0, "train"), (2, "train"), (4, "train"), (6, "validate")] {
         log::write(&made.runs[k], folder.join(format!("run{k}.csv"))).expect("the log is written");
         text += &format!("[[run]]\nfile = 'run{k}.csv' # number {k}\nrole = '{role}'\n");
     }
@@ -231,7 +233,8 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
     assert_eq!(places(&outline, "linear_drag"), [true, true, true]);
 
     served.done("/api/fit", &json!({}));
-    assert!(served.wait("fit")["refusal"].is_null());
+    let progress = served.wait("fit");
+    assert!(progress["refusal"].is_null(), "{progress}");
     let fit = served.get("/api/fit").json();
     assert_eq!((fit["first_look"].as_bool(), fit["estimator"].as_str()), (Some(false), Some("output_error")));
     let parameters = fit["parameters"].as_array().unwrap();
@@ -273,8 +276,9 @@ fn stretches_are_runs_of_the_file() {
     served.done("/api/stretch/remove", &json!({"run": 1}));
     assert_eq!(served.get("/api/campaign").json()["logs"][0]["stretches"].as_array().unwrap().len(), 1);
     // without any run it would be no campaign
-    served.done("/api/stretch/remove", &json!({"run": 0}));
-    served.done("/api/stretch/remove", &json!({"run": 0}));
+    for _ in 0..3 {
+        served.done("/api/stretch/remove", &json!({"run": 0}));
+    }
     assert_eq!(served.post("/api/stretch/remove", b"{\"run\": 0}").status, 422);
 }
 
@@ -344,7 +348,7 @@ fn logs_that_are_dropped_become_a_campaign_and_are_never_written_over() {
 
 #[test]
 fn discovery_has_progress_an_end_on_demand_a_name_to_adopt_and_a_report() {
-    let served = Served::new("discovery", tank);
+    let served = Served::new("discovery", |folder| sail(folder, 2.0));
     served.done("/api/discovery", &json!({}));
     let progress = served.get("/api/progress").json()["discovery"].clone();
     assert_eq!(progress["running"], true);
@@ -354,13 +358,14 @@ fn discovery_has_progress_an_end_on_demand_a_name_to_adopt_and_a_report() {
     let progress = served.wait("discovery");
     assert!(progress["refusal"].is_null(), "{progress}");
     let found = served.get("/api/discovery").json();
-    let name = found["adopt"][0].as_str().unwrap_or_else(|| panic!("something is hidden: {found}")).to_string();
-    served.done("/api/adopt", &json!({"name": name}));
-    assert!(served.text().contains(&format!("\"{name}\"")) && served.text().contains("# of course"));
+    assert_eq!((&found["verdict"], &found["adopt"]), (&json!("explained"), &json!(["bias@surge"])), "{found}");
+    assert!(found["figure"].as_str().unwrap().contains("<svg"));
+    served.done("/api/adopt", &json!({"name": "bias@surge"}));
+    assert!(served.text().contains("\"quadratic_drag\", \"bias@surge\"] # so far"), "{}", served.text());
     served.done("/api/report", &json!({"name": "report.html"}));
     assert!(served.wait("report")["refusal"].is_null());
     let page = fs::read_to_string(served.folder.join("report.html")).unwrap();
-    assert!(page.starts_with("<!doctype html>") && page.contains("tank: identification"));
+    assert!(page.starts_with("<!doctype html>") && page.contains(": identification"));
     assert_eq!(served.post("/api/report", b"{\"name\": \"report.html\"}").status, 409);
     assert_eq!(served.get("/report").status, 200);
 }

@@ -111,7 +111,7 @@ class Page:
             raise RuntimeError(json.dumps(answer["exceptionDetails"]))
         return answer["result"].get("value")
 
-    def until(self, expression: str, seconds: float = 60):
+    def until(self, expression: str, seconds: float = 120):
         """Waits until a JavaScript expression is true; how long that took, s."""
         begun = time.monotonic()
         while not self.run(expression):
