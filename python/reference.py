@@ -38,6 +38,7 @@ GROUPS = {
             "monitor",
             "export",
             "report",
+            "view",
             "demo",
             "explain",
             "resample",

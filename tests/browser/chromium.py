@@ -24,6 +24,7 @@ class Page:
         self.urls: list[str] = []
         self._profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         self._number = 0
+        self._heard: dict[str, dict] = {}
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
         # The browser reads commands from descriptor 3 and writes answers to 4.
@@ -78,6 +79,8 @@ class Page:
         return message
 
     def _note(self, method: str | None, params: dict) -> None:
+        if method in ("Page.loadEventFired", "Page.fileChooserOpened"):
+            self._heard[method] = params
         if method == "Runtime.exceptionThrown":
             self.errors.append(json.dumps(params["exceptionDetails"]))
         elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning"):
@@ -88,10 +91,10 @@ class Page:
             self.urls.append(params["request"]["url"])
 
     def wait_for(self, method: str) -> dict:
-        """What the next event of this name says."""
-        while (message := self._next()).get("method") != method:
-            pass
-        return message["params"]
+        """What an event of this name says: the one that came last and was not asked for yet, else the next."""
+        while method not in self._heard:
+            self._next()
+        return self._heard.pop(method)
 
     def open(self, file: Path | str, width: int = 1000, height: int = 900, dark: bool = False, script: bool = True) -> None:
         """Opens a file or an address and waits until it is loaded."""
@@ -101,6 +104,7 @@ class Page:
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         feature = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[feature])
+        self._heard.clear()
         self.call("Page.navigate", url=file if isinstance(file, str) else file.resolve().as_uri())
         self.wait_for("Page.loadEventFired")
 
