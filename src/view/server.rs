@@ -168,7 +168,9 @@ fn response(answer: Answer) -> Response<Cursor<Vec<u8>>> {
     let headers: Vec<Header> =
         fixed.iter().filter_map(|(name, value)| Header::from_bytes(*name, *value).ok()).collect();
     let length = answer.body.len();
-    Response::new(answer.status.into(), headers, Cursor::new(answer.body), Some(length), None)
+    let whole = Response::new(answer.status.into(), headers, Cursor::new(answer.body), Some(length), None);
+    // its length is known, so that it need not come in pieces
+    whole.with_chunked_threshold(usize::MAX)
 }
 
 /// All of a body, up to `most` bytes.

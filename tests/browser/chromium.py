@@ -126,7 +126,7 @@ class Page:
 
     def press(self, key: str, shift: bool = False) -> None:
         """Presses a key and lets it go: a character, or a name such as Tab."""
-        code = {"Tab": 9, "Enter": 13, "Escape": 27, " ": 32, "ArrowDown": 40, "Backspace": 8}.get(key)
+        code = {"Tab": 9, "Enter": 13, "Escape": 27, " ": 32, "ArrowDown": 40, "Backspace": 8, ".": 190}.get(key)
         text = {"Enter": "\r"}.get(key, key if len(key) == 1 else "")
         more = {"windowsVirtualKeyCode": code if code else ord(key.upper()), "modifiers": 8 if shift else 0}
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, text=text, **more)

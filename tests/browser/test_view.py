@@ -289,9 +289,9 @@ def test_an_edit_of_the_file_shows_and_an_ended_server_is_told(browser, command,
         browser.open(server.stdout.readline().strip())
         browser.until(FITTED)
         file.write_text(file.read_text().replace('name = "bolt"', 'name = "Bolt II"'))
-        browser.until("document.querySelector('#vehicle').textContent === 'Bolt II'", 10)
+        browser.until("document.querySelector('#vehicle').textContent === 'Bolt II'")
     finally:
         server.terminate()
         server.wait(timeout=20)
     time.sleep(0.1)
-    browser.until("document.querySelector('#message').innerText.includes('does not answer')", 10)
+    browser.until("document.querySelector('#message').innerText.includes('does not answer')")
