@@ -152,8 +152,10 @@ def test_the_page_is_served_until_it_is_stopped(tmp_path: Path) -> None:
             assert "Drop logs here" in answer.read().decode()
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(page.address.split("?")[0], timeout=30)
-        assert page.address in repr(page) and "href" in page._repr_html_()
-    assert not page.is_served and repr(page) == "View(ended)"
+        assert page.address in repr(page)
+        assert "href" in page._repr_html_()
+    assert not page.is_served
+    assert repr(page) == "View(ended)"
     with pytest.raises(hs.UsageError, match="no such folder"):
         hs.view(tmp_path / "nowhere", browser=False)
 

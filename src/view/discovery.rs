@@ -50,9 +50,9 @@ struct Shown<'a> {
     warnings: &'a [Finding],
 }
 
-/// The last search.
+/// The last search; `null` where there is none.
 pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
-    let found = workspace.discovery.result().ok_or_else(|| Refusal::absent("nothing was searched yet"))?;
+    let Some(found) = workspace.discovery.result() else { return Ok(Answer::json(&None::<Shown<'_>>)) };
     let of = &found.discovery;
     Ok(Answer::json(&Shown {
         stamp: &found.stamp,

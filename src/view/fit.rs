@@ -100,9 +100,9 @@ struct Run<'a> {
     measured: Vec<&'a Disagreement>,
 }
 
-/// The last fit.
+/// The last fit; `null` where there is none, which a newer one may have taken away meanwhile.
 pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
-    let fitted = workspace.fit.result().ok_or_else(|| Refusal::absent("nothing is fitted yet"))?;
+    let Some(fitted) = workspace.fit.result() else { return Ok(Answer::json(&None::<Shown<'_>>)) };
     let Fitted { stamp, first_look, seconds, fit, disagreements, simulation } = &*fitted;
     let parameter = |p: &FitParameter| {
         let place = p.dof.map_or_else(String::new, |dof| format!("@{dof}"));
@@ -141,11 +141,14 @@ struct Overlay {
     figures: Vec<String>,
 }
 
-/// Measured and simulated motion of a run: a figure a degree of freedom.
+/// Measured and simulated motion of a run: a figure a degree of freedom, and none of a run that the last fit does not know.
 pub(super) fn overlay(workspace: &Workspace, run: &str) -> Result<Answer, Refusal> {
-    let fitted = workspace.fit.result().ok_or_else(|| Refusal::absent("nothing is fitted yet"))?;
-    let of = fitted.simulation.runs.iter().find(|simulated| simulated.run == run);
-    let simulated = of.ok_or_else(|| Refusal::absent(format!("no run {run:?} was simulated")))?;
+    let fitted = workspace.fit.result();
+    let known =
+        fitted.as_ref().and_then(|f| Some((f, f.simulation.runs.iter().find(|simulated| simulated.run == run)?)));
+    let Some((fitted, simulated)) = known else {
+        return Ok(Answer::json(&Overlay { run: run.to_string(), figures: Vec::new() }));
+    };
     let noise = |dof| {
         let of = |r: &&Disagreement| r.run == run && r.dof == dof;
         fitted.disagreements.iter().find(of).map(|r| r.noise_floor)

@@ -27,7 +27,8 @@ const fit = {
     }
     if (!progress.has_result || progress.results === this.results) return;
     this.results = progress.results;
-    this.show(await ask("/api/fit"));
+    const told = await ask("/api/fit");
+    if (told) this.show(told);
   },
 
   show(told) {

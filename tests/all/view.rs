@@ -203,11 +203,11 @@ fn bad_requests_are_told_and_change_nothing() {
     for name in ["../report.html", "/tmp/report.html", ".report.html", "run0.csv", "campaign.toml", ""] {
         assert_eq!(post("/api/report", &json!({"name": name}).to_string()), 400, "{name}");
     }
-    for path in
-        ["/api/columns?log=..%2F..%2Fetc%2Fpasswd", "/api/plot?log=%2Fetc%2Fpasswd", "/api/overlay?run=x", "/report"]
-    {
+    for path in ["/api/columns?log=..%2F..%2Fetc%2Fpasswd", "/api/plot?log=%2Fetc%2Fpasswd", "/report"] {
         assert_eq!(served.get(path).status, 404, "{path}");
     }
+    assert_eq!(served.get("/api/overlay?run=x").json()["figures"], json!([]));
+    assert_eq!(served.get("/api/fit").json(), Value::Null);
     assert_eq!(served.text(), before);
     // what is no HTTP at all ends that connection alone
     let _ = served.send(b"\x00\xff\x13garbage\r\n\r\n");
