@@ -60,10 +60,15 @@ const work = (box, name, progress) => {
   box.hidden = !progress.running;
   if (!progress.running) return draw(box);
   const part = progress.of ? `${progress.step} ${progress.done}/${progress.of}` : progress.step;
-  const bar = element("progress", { "aria-label": part, max: progress.of || null, value: null });
-  if (progress.of) bar.value = progress.done;
-  const stop = element("button", {
-    type: "button", id: `stop-${name}`, onclick: () => attempt("stopping", () => ask("/api/stop", { name })),
-  }, "Stop");
-  draw(box, bar, element("span", {}, `${part} (${progress.seconds.toFixed(0)} s)`), stop);
+  // made once: a button that is drawn anew between press and release is never clicked
+  if (!box.firstChild) {
+    const stop = element("button", {
+      type: "button", id: `stop-${name}`, onclick: () => attempt("stopping", () => ask("/api/stop", { name })),
+    }, "Stop");
+    draw(box, element("progress", { "aria-labelledby": `step-${name}` }), element("span", { id: `step-${name}` }), stop);
+  }
+  const [bar, said] = box.children;
+  if (progress.of) Object.assign(bar, { max: progress.of, value: progress.done });
+  else bar.removeAttribute("value");
+  said.textContent = `${part} (${progress.seconds.toFixed(0)} s)`;
 };
