@@ -1,10 +1,12 @@
 //! The server: who may ask, how much may be sent, and the threads that answer.
 
 use std::io::{Cursor, Read};
+use std::net::TcpStream;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use thiserror::Error;
 use tiny_http::{Header, Method, Request, Response, Server};
@@ -18,6 +20,9 @@ use crate::campaign::file::CampaignFile;
 
 /// Requests that are answered side by side: a slow one lets the others pass.
 const THREADS: usize = 6;
+
+/// How long a connection waits at most for a thread.
+const KNOCK: Duration = Duration::from_millis(400);
 
 /// The name of the header that carries the token.
 const TOKEN: &str = "X-Hydrosysid-Token";
@@ -101,7 +106,18 @@ impl View {
                     }
                 });
             }
+            scope.spawn(|| self.knock());
         });
+    }
+
+    /// Knocks at the own door now and then. tiny_http 0.12 counts a thread that it has woken as a waiting one until that
+    /// runs: of two connections that come at once the second may wait for a thread until another connection ends. A
+    /// connection that ends at once frees one.
+    fn knock(&self) {
+        while !self.stopped.load(Ordering::Relaxed) {
+            drop(TcpStream::connect(("127.0.0.1", self.port)));
+            std::thread::sleep(KNOCK);
+        }
     }
 
     /// Ends [`View::serve`] and what is at work.
