@@ -42,6 +42,7 @@ GROUPS = {
             "monitor",
             "export",
             "report",
+            "view",
             "demo",
             "explain",
             "resample",

@@ -10,12 +10,16 @@ mod force;
 mod model;
 mod motion;
 mod noise;
+#[cfg(feature = "view")]
+mod origin;
 mod prediction;
 
 use std::path::Path;
 
 pub use discovery::gap_figure;
 pub use motion::motion_figure;
+#[cfg(feature = "view")]
+pub use origin::{Unhashed, origin};
 
 use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Published, Simulation};
 use crate::discover::Discovery;

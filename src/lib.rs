@@ -51,5 +51,7 @@ mod text_file;
 pub mod thrust;
 pub mod units;
 pub mod vehicle;
+#[cfg(feature = "view")]
+pub mod view;
 mod whole;
 pub mod wide;

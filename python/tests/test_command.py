@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import hydrosysid as hs
@@ -142,6 +144,20 @@ def test_init_report_and_explain_are_functions_too(folder: Path) -> None:
     assert hs.explain("L105")[0]["meaning"] in " ".join(command(folder, "explain", "L105").stdout.split())
     with pytest.raises(hs.UsageError, match="X999"):
         hs.explain("X999")
+
+
+def test_the_page_is_served_until_it_is_stopped(tmp_path: Path) -> None:
+    with hs.view(tmp_path, browser=False) as page:
+        with urllib.request.urlopen(page.address, timeout=30) as answer:
+            assert "Drop logs here" in answer.read().decode()
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(page.address.split("?")[0], timeout=30)
+        assert page.address in repr(page)
+        assert "href" in page._repr_html_()
+    assert not page.is_served
+    assert repr(page) == "View(ended)"
+    with pytest.raises(hs.UsageError, match="no such folder"):
+        hs.view(tmp_path / "nowhere", browser=False)
 
 
 def test_every_verb_of_the_command_is_a_function() -> None:

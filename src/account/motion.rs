@@ -23,7 +23,7 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
     let of_run = |run: &&Simulated| -> Vec<Block> {
         let figure = |dof: &Dof| {
             let floor = noise(results, &run.run, *dof);
-            let measured: Vec<f64> = samples(run, dof.velocity()).iter().map(|s| s.1).collect();
+            let measured: Vec<f64> = samples(run, measured_motion(run, *dof).0).iter().map(|s| s.1).collect();
             motion_figure(run, *dof, floor).filter(|_| moves(&measured, floor)).map(Block::Figure)
         };
         results.fit.model.dofs.iter().filter_map(figure).collect()
@@ -104,10 +104,20 @@ fn simulated(run: &Simulated, channel: &str) -> Series {
     line(run.time.clone(), simulated.clone()).with_interval(interval.collect())
 }
 
-/// Measured and simulated velocity of `dof` over time with the residual below; `None` where either is absent. `noise`:
-/// that of the sensor, m/s or rad/s.
+/// The velocity of `dof` with its unit; the position where a log holds the pose alone.
+fn measured_motion(run: &Simulated, dof: Dof) -> (&'static str, &'static str) {
+    match samples(run, dof.velocity()).is_empty() {
+        false => (dof.velocity(), unit_of(dof)),
+        true => (dof.position(), if dof.is_rotation() { "rad" } else { "m" }),
+    }
+}
+
+/// Measured and simulated velocity of `dof`, or its position where no velocity is measured, over time with the residual
+/// below; `None` where either is absent. `noise`: that of the sensor of the velocity, m/s or rad/s.
 pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Figure> {
-    let (channel, unit) = (dof.velocity(), unit_of(dof));
+    let (channel, unit) = measured_motion(run, dof);
+    // the noise is that of the velocity
+    let noise = noise.filter(|_| channel == dof.velocity());
     let samples = samples(run, channel);
     if samples.is_empty() {
         return None;

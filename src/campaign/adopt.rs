@@ -80,7 +80,7 @@ pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String]) -> Result<Pat
 ///
 /// # Errors
 /// What `text` lacks to be the text of a campaign.
-fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
+pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     let listing: Listing = toml::from_str(text).map_err(|e| e.message().to_string())?;
     let effects = listing.model.effects;
     let there: Vec<&str> = effects.get_ref().iter().map(|name| name.get_ref().as_str()).collect();

@@ -218,7 +218,7 @@ pub(super) fn moves(kind: RunKind) -> bool {
 }
 
 /// Names of the runs: their first file; a number behind it where two are of one file.
-pub(super) fn names(tables: &[RunTable]) -> Vec<String> {
+pub fn names(tables: &[RunTable]) -> Vec<String> {
     let first = |table: &RunTable| table.files.first().map_or_else(String::new, |f| f.file.clone());
     let mut names: Vec<String> = Vec::new();
     for table in tables {

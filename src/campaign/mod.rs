@@ -52,11 +52,11 @@ mod vehicles;
 mod vertical;
 mod window;
 
-pub use adopt::{AdoptError, adopt};
+pub use adopt::{AdoptError, adopt, with_effects};
 pub use baseline::Own;
 pub use bench::{Bench, BenchThruster, bench};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};
-pub use compare::{Comparison, compare};
+pub use compare::{Comparison, compare, disagreements};
 pub use components::{Components, RunComponents, components};
 pub use difference::{Joint, ModelDifference, ParameterDifference, difference, difference_of};
 pub use discover::discover;
@@ -70,8 +70,8 @@ pub use identifiability::{
     Believable, Correlation, Direction, Group, Identifiability, OtherLength, OtherWindow, ProfileOf,
 };
 pub use inertia_amplitude::{InertiaAgainstAmplitude, InertiaOfRun};
-pub use init::{InitFacts, InitRequest, Learned, Scaffold, init};
-pub use load::{Campaign, LoadOptions, Options};
+pub use init::{FirstRows, InitFacts, InitRequest, Learned, Scaffold, first_rows, init};
+pub use load::{Campaign, LoadOptions, Options, names as run_names};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
 pub use model_noise::{ModelForce, ModelNoise, ModelSensor};
 pub use monitor::{Monitored, monitor, new_logs};

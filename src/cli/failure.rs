@@ -42,6 +42,9 @@ pub(super) enum Failure {
         /// Why.
         source: std::io::Error,
     },
+    /// The page cannot be served.
+    #[error(transparent)]
+    View(#[from] crate::view::ViewError),
     /// The demo cannot be made.
     #[error(transparent)]
     Demo(#[from] crate::demo::DemoError),

@@ -24,6 +24,7 @@ pub(super) fn of(verb: &Verb) -> Vec<PathBuf> {
             found.extend(a.logs.iter().chain([&a.model]).chain(a.campaign.as_ref()).cloned());
         }
         Verb::Report(a) => found.extend([Some(&a.campaign), a.params.as_ref()].into_iter().flatten().cloned()),
+        Verb::View(a) => found.push(a.campaign.clone()),
         Verb::Export(a) => found.extend(a.file.clone()),
         Verb::Demo(_) | Verb::Effects(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man | Verb::Vehicles => {}
     }

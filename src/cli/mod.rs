@@ -27,6 +27,7 @@ mod show;
 mod table;
 mod vehicles;
 mod verbs;
+mod view;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -88,6 +89,7 @@ fn dispatch(arguments: &Arguments, output: &Output) -> Result<(), Failure> {
         Verb::Plan(a) => plan::plan(a, output),
         Verb::Monitor(a) => monitor::monitor(a, output),
         Verb::Report(a) => show::report(a, output),
+        Verb::View(a) => view::view(a, output),
         Verb::Export(a) => export::export(a, output),
         Verb::Effects(a) => catalogue::effects(a, output),
         Verb::Vehicles => vehicles::vehicles(output),

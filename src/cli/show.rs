@@ -1,7 +1,5 @@
 //! The verbs that show everything at once: the demo and the report.
 
-use std::path::{Path, PathBuf};
-
 use super::arguments as typed;
 use super::failure::Failure;
 use super::fitted::print_filters;
@@ -14,7 +12,6 @@ use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
 use crate::progress::tell;
 use crate::report::svg::standalone;
-use crate::report::{Input, Origin};
 
 pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
@@ -138,20 +135,8 @@ fn page_of(
     published: Option<&Published>,
     seed: Option<u64>,
 ) -> Result<String, Failure> {
-    let origin = Origin {
-        version: format!("hydrosysid {}", env!("CARGO_PKG_VERSION")),
-        command: std::env::args().collect::<Vec<_>>().join(" "),
-        inputs: loaded.sources.iter().map(|path| input(path)).collect::<Result<_, _>>()?,
-        seed,
-    };
+    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    let origin = account::origin(loaded, command, seed)
+        .map_err(|account::Unhashed { file, source }| Failure::Read { file, source })?;
     Ok(account::page_of(loaded, found, published, origin)?)
-}
-
-/// A file with the hash of what is in it.
-fn input(path: &Path) -> Result<Input, Failure> {
-    use sha2::{Digest, Sha256};
-    let failed = |source| Failure::Read { file: PathBuf::from(path), source };
-    let bytes = std::fs::read(path).map_err(failed)?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
-    Ok(Input { name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(), sha256 })
 }

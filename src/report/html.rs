@@ -7,12 +7,14 @@
 use askama::Template;
 
 use super::chart::{Chart, Curves, Figure};
+use super::data;
 use super::document::{Block, Cell, Check, Definition, Document, Equation, Light, Table};
 use super::escape::marked;
 use super::label::{Label, unit};
 use super::number::{Style, estimate, number};
 use super::svg::{NARROW, Sheet, WIDE, inline};
-use super::{data, palette};
+
+pub use super::palette::{page_style, standalone_style as figure_style};
 
 /// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 20 bytes
 /// (drawn wide, drawn narrow, packed for the script).
@@ -79,7 +81,9 @@ struct CellView {
 
 struct FigureView<'a> {
     figure: &'a Figure,
-    number: usize,
+    id: String,
+    /// Its number as it is shown; empty for none.
+    number: String,
     wide: String,
     narrow: String,
     /// Packed numbers; empty for a figure that does not zoom.
@@ -107,10 +111,10 @@ pub fn render(document: &Document) -> String {
         document,
         checks: document.checks.iter().map(check_line).collect(),
         sections: sections.collect(),
-        chart_style: palette::page_style(),
-        figure_style: palette::standalone_style(),
+        chart_style: page_style(),
+        figure_style: figure_style(),
         page_style: include_str!("../../templates/report.css"),
-        script: include_str!("../../templates/report.js"),
+        script: concat!(include_str!("../../templates/chart.js"), include_str!("../../templates/report.js")),
     };
     page.render().expect("writing to a string cannot fail")
 }
@@ -142,7 +146,10 @@ fn check_line(check: &Check) -> CheckLine<'_> {
 fn block_view(block: &Block, number: usize, points: usize) -> BlockView<'_> {
     match block {
         Block::Table(table) => BlockView::Table(table_view(table, number)),
-        Block::Figure(figure) => BlockView::Figure(figure_view(figure, number, points)),
+        Block::Figure(figure) => BlockView::Figure(FigureView {
+            number: format!("Figure {number}."),
+            ..figure_view(figure, &number.to_string(), points)
+        }),
         Block::Equations(list) => {
             BlockView::Equations(list.iter().map(|e| (Label::symbol(e.formula.as_str()).html(), e)).collect())
         }
@@ -178,14 +185,43 @@ fn cell_html(cell: &Cell) -> String {
     }
 }
 
-fn figure_view(figure: &Figure, number: usize, points: usize) -> FigureView<'_> {
-    let draw = |kind: &str, width: f64| inline(figure, &Sheet { width, id: format!("{kind}{number}"), points });
+/// A figure without a number; `name` is one that no other figure of the page has.
+fn figure_view<'a>(figure: &'a Figure, name: &str, points: usize) -> FigureView<'a> {
+    let draw = |kind: &str, width: f64| inline(figure, &Sheet { width, id: format!("{kind}{name}"), points });
     let data = match &figure.chart {
         Chart::Curves(chart) => data::packed(chart, points),
         _ => String::new(),
     };
-    FigureView { figure, number, wide: draw("w", WIDE), narrow: draw("n", NARROW), data }
+    let (wide, narrow) = (draw("w", WIDE), draw("n", NARROW));
+    FigureView { figure, id: format!("figure-{name}"), number: String::new(), wide, narrow, data }
 }
+
+/// One figure on its own.
+#[derive(Template)]
+#[template(path = "figure.html")]
+struct Single<'a> {
+    view: FigureView<'a>,
+}
+
+impl Single<'_> {
+    /// As [`Page::text`].
+    fn text(&self, text: &str) -> String {
+        marked(text)
+    }
+}
+
+/// Most points of a series of a figure on its own.
+const SINGLE_POINTS: usize = 3000;
+
+/// A figure as it stands in a report, for another page that carries [`page_style`], [`SCRIPT`] and, as `#figure-style`,
+/// [`figure_style`]. `name` is one that no other figure of that page has: letters, digits and hyphens.
+pub fn figure(figure: &Figure, name: &str) -> String {
+    let page = Single { view: figure_view(figure, name, SINGLE_POINTS) };
+    page.render().expect("writing to a string cannot fail")
+}
+
+/// The script of the figures: it defines `charts.adorn(element)`, which gives those below an element zoom and read-out.
+pub const SCRIPT: &str = include_str!("../../templates/chart.js");
 
 #[cfg(test)]
 mod tests {

@@ -34,6 +34,6 @@ pub use chart::{
     Axis, Bar, Bars, Chart, Colours, Curves, Figure, Forest, ForestRow, HeatMap, Interval, Mark, Panel, Series, Span,
 };
 pub use document::{Block, Cell, Check, Column, Definition, Document, Equation, Input, Light, Origin, Section, Table};
-pub use html::render;
+pub use html::{SCRIPT, figure, figure_style, page_style, render};
 pub use label::{Label, unit};
 pub use number::{Style, estimate, exact, number};

@@ -31,7 +31,7 @@ const COLOURS: &[(&str, &str, &str)] = &[
 const CHART: &str = include_str!("../../templates/chart.css");
 
 /// Style sheet of all figures on a page: variables for light and dark (paper is always light), then the classes.
-pub(super) fn page_style() -> String {
+pub fn page_style() -> String {
     let list = |pick: fn(&(&str, &str, &str)) -> String| COLOURS.iter().map(pick).collect::<String>();
     let light = list(|(name, light, _)| format!("--{name}:{light};"));
     let dark = list(|(name, _, dark)| format!("--{name}:{dark};"));
@@ -41,7 +41,7 @@ pub(super) fn page_style() -> String {
 }
 
 /// The classes with the light colours written out, for a figure on its own.
-pub(super) fn standalone_style() -> String {
+pub fn standalone_style() -> String {
     COLOURS.iter().fold(CHART.to_string(), |css, (name, light, _)| css.replace(&format!("var(--{name})"), light))
 }
 

@@ -18,11 +18,17 @@ file = \"2.csv\"
 role = \"validate\"
 ";
 
-/// m u̇ + k u|u| + b = τ with noise on u, sailed by small steps, in a folder of its own.
+/// A folder of its own with a vehicle that was sailed.
 fn sailed(name: &str, bias: f64) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder can be made");
+    sail(&folder, bias);
+    folder
+}
+
+/// m u̇ + k u|u| + b = τ with noise on u, sailed by small steps, and a campaign of it that lacks b.
+pub fn sail(folder: &Path, bias: f64) {
     std::fs::write(folder.join("campaign.toml"), CAMPAIGN).expect("a file can be written");
     let mut noise = 1u64;
     for run in 0..3 {
@@ -44,7 +50,6 @@ fn sailed(name: &str, bias: f64) -> PathBuf {
         }
         std::fs::write(folder.join(format!("{run}.csv")), text).expect("a file can be written");
     }
-    folder
 }
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {

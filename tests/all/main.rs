@@ -73,3 +73,4 @@ mod tied_inertias;
 mod ties;
 mod unexcited;
 mod upright;
+mod view;

@@ -30,6 +30,7 @@ const FLOORS: &[&[&str]] = &[
     &["campaign"],
     &["report", "export"],
     &["account", "demo"],
+    &["view"],
     &["cli"],
     &["main"],
 ];

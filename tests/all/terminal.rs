@@ -101,7 +101,7 @@ fn colours_are_for_terminals_and_for_who_asks() {
     assert!(!text(&told.stderr).contains('\u{1b}'), "the option wins");
 }
 
-const VERBS: [&str; 16] = [
+const VERBS: [&str; 17] = [
     "demo",
     "init",
     "check",
@@ -113,6 +113,7 @@ const VERBS: [&str; 16] = [
     "plan",
     "monitor",
     "report",
+    "view",
     "export",
     "effects",
     "explain",

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 
@@ -23,6 +24,7 @@ class Page:
         self.urls: list[str] = []
         self._profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         self._number = 0
+        self._heard: dict[str, dict] = {}
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
         # The browser reads commands from descriptor 3 and writes answers to 4.
@@ -77,6 +79,8 @@ class Page:
         return message
 
     def _note(self, method: str | None, params: dict) -> None:
+        if method in ("Page.loadEventFired", "Page.fileChooserOpened"):
+            self._heard[method] = params
         if method == "Runtime.exceptionThrown":
             self.errors.append(json.dumps(params["exceptionDetails"]))
         elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning"):
@@ -86,17 +90,23 @@ class Page:
         elif method == "Network.requestWillBeSent":
             self.urls.append(params["request"]["url"])
 
-    def open(self, file: Path, width: int = 1000, height: int = 900, dark: bool = False, script: bool = True) -> None:
-        """Opens a file and waits until it is loaded."""
+    def wait_for(self, method: str) -> dict:
+        """What an event of this name says: the one that came last and was not asked for yet, else the next."""
+        while method not in self._heard:
+            self._next()
+        return self._heard.pop(method)
+
+    def open(self, file: Path | str, width: int = 1000, height: int = 900, dark: bool = False, script: bool = True) -> None:
+        """Opens a file or an address and waits until it is loaded."""
         self.errors.clear()
         self.urls.clear()
         self.call("Emulation.setScriptExecutionDisabled", value=not script)
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         feature = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[feature])
-        self.call("Page.navigate", url=file.resolve().as_uri())
-        while self._next().get("method") != "Page.loadEventFired":
-            pass
+        self._heard.clear()
+        self.call("Page.navigate", url=file if isinstance(file, str) else file.resolve().as_uri())
+        self.wait_for("Page.loadEventFired")
 
     def run(self, expression: str):
         """Value of a JavaScript expression."""
@@ -104,6 +114,23 @@ class Page:
         if "exceptionDetails" in answer:
             raise RuntimeError(json.dumps(answer["exceptionDetails"]))
         return answer["result"].get("value")
+
+    def until(self, expression: str, seconds: float = 120):
+        """Waits until a JavaScript expression is true; how long that took, s."""
+        begun = time.monotonic()
+        while not self.run(expression):
+            if time.monotonic() - begun > seconds:
+                raise TimeoutError(expression)
+            time.sleep(0.02)
+        return time.monotonic() - begun
+
+    def press(self, key: str, shift: bool = False) -> None:
+        """Presses a key and lets it go: a character, or a name such as Tab."""
+        code = {"Tab": 9, "Enter": 13, "Escape": 27, " ": 32, "ArrowDown": 40, "Backspace": 8, ".": 190}.get(key)
+        text = {"Enter": "\r"}.get(key, key if len(key) == 1 else "")
+        more = {"windowsVirtualKeyCode": code if code else ord(key.upper()), "modifiers": 8 if shift else 0}
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, text=text, **more)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, **more)
 
     def mouse(self, kind: str, x: float, y: float, **more) -> None:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)

@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from ._noise import Noise, Prediction, RandomForce, SensorNoise
     from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
     from ._own_effect import OwnEffect
+    from ._page import View, view
     from ._pages import demo, export, report, tank_campaign
     from ._planning import Plan, PlannedParameter, PlannedRun, Push
     from ._resampling import Resampling, Scatter, block_bootstrap
@@ -151,6 +152,7 @@ __all__ = [
     "ThrustDirection",
     "ThrusterFit",
     "UsageError",
+    "View",
     "Where",
     "Window",
     "__version__",
@@ -182,6 +184,7 @@ __all__ = [
     "simulate",
     "tank_campaign",
     "vehicles",
+    "view",
 ]
 
 # where each public name is at home
@@ -209,6 +212,7 @@ _HOMES = {
     "_noise": "Noise Prediction RandomForce SensorNoise",
     "_numbers": "LeastSquares least_squares polynomial_filter rk4",
     "_own_effect": "OwnEffect",
+    "_page": "View view",
     "_pages": "demo export report tank_campaign",
     "_planning": "Plan PlannedParameter PlannedRun Push",
     "_resampling": "Resampling Scatter block_bootstrap",

@@ -14,6 +14,8 @@ mod units;
 mod values;
 pub(super) mod words;
 
+pub use layout::{Layout as FirstRows, of as first_rows};
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

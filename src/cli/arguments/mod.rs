@@ -13,7 +13,7 @@ use clap::{Args, Parser, Subcommand};
 pub(super) use data::{Check, Convert, Init};
 pub(super) use model::{Compare, Discover, Fit, Simulate};
 pub(super) use next::{Monitor, Plan};
-pub(super) use show::{Completions, Demo, Effects, Explain, Export, Report};
+pub(super) use show::{Completions, Demo, Effects, Explain, Export, Report, View};
 
 /// Plain colours of the terminal's own scheme.
 const STYLES: Styles = Styles::styled()
@@ -91,6 +91,8 @@ pub(super) enum Verb {
     Monitor(Monitor),
     /// Write everything about a campaign as one HTML page.
     Report(Report),
+    /// Work on a campaign in the browser: logs, columns, stretches, effects, discovery, report.
+    View(View),
     /// Write a model for a simulator, for control design or as a table; without arguments list the targets.
     Export(Export),
     /// List the effects that a model may hold, or tell all of one.

@@ -45,6 +45,23 @@ pub(in crate::cli) struct Report {
 
 #[derive(Debug, Args)]
 #[command(
+    after_help = "Examples:\n  hydrosysid view dive\n  hydrosysid view campaign.toml --port 8080 --no-browser\n\nThe page is served to this machine alone, under the address that is printed, until Ctrl-C. Every change is written into the campaign file, comments kept."
+)]
+pub(in crate::cli) struct View {
+    /// Campaign file, or a folder for one: without a campaign it begins with the logs that are dropped.
+    pub campaign: PathBuf,
+    /// Port of 127.0.0.1; any that is free when absent.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub port: u16,
+    /// Print the address and open no browser.
+    #[arg(long)]
+    pub no_browser: bool,
+    #[command(flatten)]
+    pub loading: Loading,
+}
+
+#[derive(Debug, Args)]
+#[command(
     after_help = "Examples:\n  hydrosysid export\n  hydrosysid export model.toml --to gazebo-added-mass -o vehicle.sdf\n  hydrosysid export model.toml --to linear-python --at u=0.5 -o linear.py\n  hydrosysid export campaign.toml --to ardusub -o thrusters.param"
 )]
 pub(in crate::cli) struct Export {

@@ -1,0 +1,121 @@
+//! What the server answers, and how it says no.
+
+use serde::Serialize;
+
+use crate::campaign::file::CampaignErrors;
+use crate::campaign::{AdoptError, Error};
+use crate::finding::Finding;
+
+/// An answer to a request.
+#[derive(Debug)]
+pub(super) struct Answer {
+    /// Status of HTTP.
+    pub status: u16,
+    /// Media type.
+    pub media: &'static str,
+    /// What it holds.
+    pub body: Vec<u8>,
+    /// What the browser may load for it.
+    pub policy: String,
+}
+
+impl Answer {
+    /// A result as JSON.
+    pub fn json(result: &impl Serialize) -> Answer {
+        Answer::with_status(200, result)
+    }
+
+    /// A page of HTML under its own policy of content.
+    pub fn page(html: String, policy: String) -> Answer {
+        Answer { status: 200, media: "text/html; charset=utf-8", body: html.into_bytes(), policy }
+    }
+
+    fn with_status(status: u16, result: &impl Serialize) -> Answer {
+        let (status, body) = match serde_json::to_vec(result) {
+            Ok(body) => (status, body),
+            Err(_) => (500, br#"{"message":"the result cannot be written as JSON"}"#.to_vec()),
+        };
+        Answer { status, media: "application/json", body, policy: "default-src 'none'".into() }
+    }
+}
+
+/// Why something was not done.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Refusal {
+    #[serde(skip)]
+    pub status: u16,
+    /// What is wrong and what to do.
+    pub message: String,
+    /// The findings behind it, as in the command line.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
+}
+
+impl Refusal {
+    fn new(status: u16, message: impl Into<String>) -> Refusal {
+        Refusal { status, message: message.into(), findings: Vec::new() }
+    }
+
+    /// The request is wrong.
+    pub fn bad(message: impl Into<String>) -> Refusal {
+        Refusal::new(400, message)
+    }
+
+    /// The request is not allowed.
+    pub fn forbidden(message: impl Into<String>) -> Refusal {
+        Refusal::new(403, message)
+    }
+
+    /// There is no such thing.
+    pub fn absent(message: impl Into<String>) -> Refusal {
+        Refusal::new(404, message)
+    }
+
+    /// It does not go together with what is there.
+    pub fn conflict(message: impl Into<String>) -> Refusal {
+        Refusal::new(409, message)
+    }
+
+    /// More than is read.
+    pub fn too_large(message: impl Into<String>) -> Refusal {
+        Refusal::new(413, message)
+    }
+
+    /// The campaign or its data was refused.
+    pub fn unusable(message: impl Into<String>) -> Refusal {
+        Refusal::new(422, message)
+    }
+
+    /// The server is at fault.
+    pub fn failed(message: impl Into<String>) -> Refusal {
+        Refusal::new(500, message)
+    }
+
+    pub fn answer(&self) -> Answer {
+        Answer::with_status(self.status, self)
+    }
+}
+
+impl From<Error> for Refusal {
+    fn from(error: Error) -> Refusal {
+        Refusal { findings: error.findings().to_vec(), ..Refusal::unusable(error.to_string()) }
+    }
+}
+
+impl From<CampaignErrors> for Refusal {
+    fn from(errors: CampaignErrors) -> Refusal {
+        Refusal::unusable(errors.to_string())
+    }
+}
+
+impl From<AdoptError> for Refusal {
+    fn from(error: AdoptError) -> Refusal {
+        Refusal::unusable(error.to_string())
+    }
+}
+
+impl From<crate::account::Unhashed> for Refusal {
+    fn from(error: crate::account::Unhashed) -> Refusal {
+        Refusal::failed(error.to_string())
+    }
+}

@@ -1,0 +1,200 @@
+//! The server: who may ask, how much may be sent, and the threads that answer.
+
+use std::io::{Cursor, Read};
+use std::net::TcpStream;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use thiserror::Error;
+use tiny_http::{Header, Method, Request, Response, Server};
+
+use super::answer::{Answer, Refusal};
+use super::query::Query;
+use super::routes::{Asked, answer};
+use super::token::Token;
+use super::workspace::Workspace;
+use crate::campaign::file::CampaignFile;
+
+/// Requests that are answered side by side: a slow one lets the others pass.
+const THREADS: usize = 6;
+
+/// How long a connection waits at most for a thread.
+const KNOCK: Duration = Duration::from_millis(400);
+
+/// The name of the header that carries the token.
+const TOKEN: &str = "X-Hydrosysid-Token";
+
+/// The name of the header that says which campaign a change is meant for.
+const STAMP: &str = "X-Hydrosysid-Stamp";
+
+/// What is served.
+#[derive(Debug, Clone, Default)]
+pub struct ViewOptions {
+    /// The campaign file or the folder that holds it; a folder without one begins with the first log.
+    pub campaign: PathBuf,
+    /// Port; any that is free where it is 0.
+    pub port: u16,
+    /// Let logs lie outside the campaign's folder.
+    pub allow_outside: bool,
+}
+
+/// Why nothing is served.
+#[derive(Debug, Error)]
+pub enum ViewError {
+    /// There is neither the campaign nor a folder for it.
+    #[error("{}: there is no such folder: make it, or name a campaign file", .0.display())]
+    NoFolder(PathBuf),
+    /// The port is not to be had.
+    #[error("port {port} of 127.0.0.1 cannot be used: {message}; choose another with --port")]
+    Port {
+        /// The port.
+        port: u16,
+        /// Why.
+        message: String,
+    },
+    /// The system has no random numbers for the token.
+    #[error("the system gives no random numbers for the token: {0}")]
+    Random(#[from] getrandom::Error),
+}
+
+/// A page that is served on 127.0.0.1 until the program ends or [`View::stop`] is called.
+pub struct View {
+    server: Server,
+    port: u16,
+    token: Token,
+    workspace: Arc<Workspace>,
+    stopped: AtomicBool,
+}
+
+impl View {
+    /// Takes the port; [`View::serve`] then answers.
+    ///
+    /// # Errors
+    /// [`ViewError`].
+    pub fn open(options: &ViewOptions) -> Result<View, ViewError> {
+        let file = CampaignFile::at(&options.campaign);
+        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
+        // a name without an ending that is not there was meant as a folder
+        if !folder.is_dir() || (!file.is_file() && file.extension().is_none_or(|e| e != "toml")) {
+            return Err(ViewError::NoFolder(options.campaign.clone()));
+        }
+        let token = Token::random()?;
+        let refused = |message: String| ViewError::Port { port: options.port, message };
+        let server = Server::http(("127.0.0.1", options.port)).map_err(|e| refused(e.to_string()))?;
+        let port = server.server_addr().to_ip().map(|at| at.port()).ok_or_else(|| refused("no address".into()))?;
+        let workspace = Arc::new(Workspace::new(file, folder, options.allow_outside));
+        Ok(View { server, port, token, workspace, stopped: AtomicBool::new(false) })
+    }
+
+    /// The address of the page, with its token.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/?token={}", self.port, self.token.text())
+    }
+
+    /// Answers until [`View::stop`].
+    pub fn serve(&self) {
+        std::thread::scope(|scope| {
+            for _ in 0..THREADS {
+                scope.spawn(|| {
+                    while !self.stopped.load(Ordering::Relaxed) {
+                        if let Ok(request) = self.server.recv() {
+                            self.handle(request);
+                        }
+                    }
+                });
+            }
+            scope.spawn(|| self.knock());
+        });
+    }
+
+    /// Knocks at the own door now and then. tiny_http 0.12 counts a thread that it has woken as a waiting one until that
+    /// runs: of two connections that come at once the second may wait for a thread until another connection ends. A
+    /// connection that ends at once frees one.
+    fn knock(&self) {
+        while !self.stopped.load(Ordering::Relaxed) {
+            drop(TcpStream::connect(("127.0.0.1", self.port)));
+            std::thread::sleep(KNOCK);
+        }
+    }
+
+    /// Ends [`View::serve`] and what is at work.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+        self.workspace.fit.stop();
+        self.workspace.discovery.stop();
+        self.workspace.report.stop();
+        for _ in 0..THREADS {
+            self.server.unblock();
+        }
+    }
+
+    fn handle(&self, mut request: Request) {
+        let asked = self.admitted(&request).and_then(|query| {
+            let post = *request.method() == Method::Post;
+            let stamp = request.headers().iter().find(|h| h.field.equiv(STAMP)).map(|h| h.value.to_string());
+            let asked = Asked { post, query, stamp, body: request.as_reader() };
+            catch_unwind(AssertUnwindSafe(|| answer(&self.workspace, asked)))
+                .unwrap_or_else(|_| Err(Refusal::failed("the program has a fault: this request ended in a panic")))
+        });
+        // whoever asked may have gone
+        let _ = request.respond(response(asked.unwrap_or_else(|refusal| refusal.answer())));
+    }
+
+    /// The query of a request that may be answered.
+    fn admitted(&self, request: &Request) -> Result<Query, Refusal> {
+        let headers = |name: &'static str| request.headers().iter().filter(move |h| h.field.equiv(name));
+        let hosts: Vec<&str> = headers("Host").map(|h| h.value.as_str()).collect();
+        let here = |host: &str| ["127.0.0.1", "localhost"].iter().any(|name| host == format!("{name}:{}", self.port));
+        if !matches!(hosts.as_slice(), [host] if here(host)) {
+            return Err(Refusal::forbidden("this server answers to 127.0.0.1 alone"));
+        }
+        let own = |origin: &str| origin.strip_prefix("http://").is_some_and(here);
+        if headers("Origin").any(|h| !own(h.value.as_str())) {
+            return Err(Refusal::forbidden("another page asks: only the page of this server may"));
+        }
+        let query = Query::of(request.url());
+        let sent = headers(TOKEN).next().map(|h| h.value.as_str());
+        let given = match request.method() {
+            // an address can be followed from anywhere, a header not
+            Method::Post => sent,
+            Method::Get => sent.or(Some(query.value("token"))),
+            _ => return Err(Refusal { status: 405, ..Refusal::bad("GET and POST alone are answered") }),
+        };
+        match given.is_some_and(|token| self.token.is(token)) {
+            true => Ok(query),
+            false => Err(Refusal::forbidden("the token is wrong or missing: open the address that hydrosysid printed")),
+        }
+    }
+}
+
+/// As HTTP; nothing of it is kept, framed or looked at from elsewhere.
+fn response(answer: Answer) -> Response<Cursor<Vec<u8>>> {
+    let fixed = [
+        ("Content-Type", answer.media),
+        ("Content-Security-Policy", answer.policy.as_str()),
+        ("Cache-Control", "no-store"),
+        ("Referrer-Policy", "no-referrer"),
+        ("X-Content-Type-Options", "nosniff"),
+        ("X-Frame-Options", "DENY"),
+        ("Cross-Origin-Resource-Policy", "same-origin"),
+    ];
+    let headers: Vec<Header> =
+        fixed.iter().filter_map(|(name, value)| Header::from_bytes(*name, *value).ok()).collect();
+    let length = answer.body.len();
+    let whole = Response::new(answer.status.into(), headers, Cursor::new(answer.body), Some(length), None);
+    // its length is known, so that it need not come in pieces
+    whole.with_chunked_threshold(usize::MAX)
+}
+
+/// All of a body, up to `most` bytes.
+pub(super) fn read_body(body: &mut dyn Read, most: u64) -> Result<Vec<u8>, Refusal> {
+    let mut bytes = Vec::new();
+    body.take(most + 1).read_to_end(&mut bytes).map_err(|e| Refusal::bad(format!("the request broke off: {e}")))?;
+    match bytes.len() as u64 > most {
+        true => Err(Refusal::too_large(format!("more than {most} bytes were sent"))),
+        false => Ok(bytes),
+    }
+}
