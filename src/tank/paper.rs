@@ -24,6 +24,7 @@ use super::{Basin, Law, Measured, Pilot, Sensor, TankError, Trial};
 use crate::effects::Coriolis;
 use crate::frame::Dof;
 use crate::model::{Interpolation, Model};
+use crate::progress;
 use crate::run::{Role, Run, RunKind, Signal};
 use crate::vehicle::{Vehicle, Water};
 
@@ -103,6 +104,7 @@ struct Plan {
 pub fn paper_campaign(seed: u64, noise: f64) -> Result<PaperCampaign, TankError> {
     let (mut runs, mut truths) = (Vec::new(), Vec::new());
     for (trial, model) in captives()? {
+        progress::look();
         let load = if trial.kind == RunKind::Towing { 0.8 } else { 1.0 };
         let dof = model.dofs[0];
         // load cells: J of Table 3 is some 0.7 N² towed; 20 Hz assumed. The carriage knows its speed.
@@ -115,6 +117,7 @@ pub fn paper_campaign(seed: u64, noise: f64) -> Result<PaperCampaign, TankError>
     }
     let basin = Basin { sensors: sensors(noise), ..Basin::default() };
     for plan in plans() {
+        progress::look();
         let model = truth(&plan.figures)?;
         runs.push(basin.sail(&model, &plan.trial, runs.len(), seed)?);
         truths.push(model);
