@@ -184,19 +184,20 @@ pub(super) fn set(workspace: &Workspace, mapping: &Mapping) -> Result<(), Refusa
     }
     let (now, place) = options(&campaign, index, run, mapping.file);
     let mut columns = now.columns.clone();
-    let before = columns.iter().find(|(_, source)| is_of(source, &mapping.header)).map(|(_, source)| source.scale);
+    let before = columns.iter().find(|(_, source)| is_of(source, &mapping.header));
+    let (scale, frame) = before.map_or((1.0, None), |(_, source)| (source.scale, source.frame));
     columns.retain(|_, source| !is_of(source, &mapping.header));
     let (base, own_unit) = split_header(&mapping.header);
     let channel = mapping.channel.trim();
     let usual = quantity(channel).and_then(|q| q.units().first()).map(|unit| unit.name);
     let unit = mapping.unit.clone().filter(|unit| !unit.is_empty() && Some(unit.as_str()) != own_unit.or(usual));
-    let scale = before.unwrap_or(1.0);
-    if channel == base && unit.is_none() && !mapping.flipped && scale.to_bits() == 1.0_f64.to_bits() {
+    let usual_way = frame.is_none() && unit.is_none() && !mapping.flipped;
+    if channel == base && usual_way && scale.to_bits() == 1.0_f64.to_bits() {
         columns.remove(channel);
-    } else if !channel.is_empty() && channel != base || unit.is_some() || mapping.flipped {
+    } else if !channel.is_empty() && channel != base || !usual_way {
         let name = if channel.is_empty() { base } else { channel };
         let sign = if mapping.flipped { -1 } else { 1 };
-        columns.insert(name.to_string(), ColumnSource { name: mapping.header.clone(), unit, scale, sign });
+        columns.insert(name.to_string(), ColumnSource { name: mapping.header.clone(), unit, scale, sign, frame });
     }
     let places: Vec<Place> = match place {
         Place::Campaign if shared(&campaign, &mapping.header) => vec![Place::Campaign],

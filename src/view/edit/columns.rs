@@ -64,7 +64,7 @@ fn read(value: &Value) -> Option<ColumnSource> {
 /// A name alone, or a table where there is more to say.
 fn written(source: &ColumnSource) -> Value {
     let scaled = (source.scale - 1.0).abs() > 0.0;
-    if source.unit.is_none() && !scaled && source.sign > 0 {
+    if source.unit.is_none() && source.frame.is_none() && !scaled && source.sign > 0 {
         return Value::from(source.name.as_str());
     }
     let mut table = InlineTable::new();
@@ -78,12 +78,16 @@ fn written(source: &ColumnSource) -> Value {
     if source.sign < 0 {
         table.insert("sign", Value::from(-1));
     }
+    if let Some(toml::Value::String(frame)) = source.frame.and_then(|frame| toml::Value::try_from(frame).ok()) {
+        table.insert("frame", Value::from(frame));
+    }
     Value::InlineTable(table)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::options::Frame;
 
     fn source(name: &str, unit: Option<&str>, sign: i8) -> ColumnSource {
         ColumnSource { unit: unit.map(Into::into), sign, ..ColumnSource::from(name) }
@@ -96,6 +100,7 @@ mod tests {
             ("u", source("speed", None, 1)),
             ("r", source("gyro", Some("deg/s"), -1)),
             ("x", source("north", None, 1)),
+            ("v", ColumnSource { frame: Some(Frame::Ned), ..source("east_speed", None, 1) }),
         ];
         let columns: BTreeMap<String, ColumnSource> = columns.map(|(k, v)| (k.to_string(), v)).into();
         let text = set(text, Place::Campaign, &columns).unwrap();
@@ -104,6 +109,7 @@ mod tests {
         let table = read["log"]["columns"].as_table().unwrap();
         assert_eq!(table["r"]["sign"].as_integer(), Some(-1));
         assert_eq!((table["x"].as_str(), table.get("psi")), (Some("north"), None));
+        assert_eq!(table["v"]["frame"].as_str(), Some("ned"));
         let none = set(&text, Place::Campaign, &BTreeMap::new()).unwrap();
         assert!(!none.contains("columns") && none.contains("sort = true"), "{none}");
     }
