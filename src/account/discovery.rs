@@ -232,6 +232,7 @@ mod tests {
         };
         let table = effects(&found);
         assert_eq!(table.rows.len(), 2);
-        assert_eq!(table.rows[0][2], Cell::from(AS_A_WHOLE));
+        // beside its id and its common name
+        assert_eq!(table.rows[0][3], Cell::from(AS_A_WHOLE));
     }
 }

@@ -185,9 +185,9 @@ mod tests {
     #[test]
     fn a_whole_row_is_told_in_per_cent_and_a_coefficient_in_its_unit() {
         let product = SmallestVisible { id: "coriolis_yaw".into(), value: 4.0, unit: "kg".into(), tied: false };
-        assert_eq!(product.told(), ("coriolis_yaw".into(), 4.0, "kg"));
+        assert_eq!(product.told(), ("the Munk moment (coriolis_yaw)".into(), 4.0, "kg"));
         let row = SmallestVisible { value: 0.02, unit: "1".into(), tied: true, ..product.clone() };
-        assert_eq!(row.told(), ("coriolis_yaw, as a whole".into(), 2.0, "% of it"));
+        assert_eq!(row.told(), ("the Munk moment (coriolis_yaw), as a whole".into(), 2.0, "% of it"));
         assert!(serde_json::to_value(&product).unwrap().get("tied").is_none());
         assert_eq!(serde_json::to_value(&row).unwrap()["tied"], true);
     }
