@@ -14,7 +14,7 @@ test: test-rust test-python test-browser
 
 test-rust:
 	cargo test --workspace --all-targets
-	cargo test --doc
+	cargo test --workspace --doc
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

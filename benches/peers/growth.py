@@ -65,7 +65,7 @@ def section(growth: str, short: bool) -> list[str]:
         "the last column is the wall time on one core over that on all cores (the numbers that come out are the",
         "same to the bit).",
         "",
-        "Columns of surge and least squares with five unknowns, columns kept. What is dear with few rows is the",
+        "Columns of surge and least squares with five unknowns, columns kept. What is expensive with few rows is the",
         "model, compiled anew; beyond, columns go to pages that are new to the process and are read again, and",
         "memory grows with the rows.",
         "",

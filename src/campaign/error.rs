@@ -18,10 +18,10 @@ use crate::procedure::ProcedureError;
 /// Why a campaign cannot be worked with.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// The campaign file is wrong: wrong use.
+    /// The campaign file is wrong: a usage error.
     #[error(transparent)]
     File(#[from] CampaignErrors),
-    /// A log cannot be opened, or an option of reading cannot be: wrong use.
+    /// A log cannot be opened, or an option of reading cannot be: a usage error.
     #[error("run `{run}`: {source}")]
     Log {
         /// Name of the run.
@@ -35,7 +35,7 @@ pub enum Error {
         /// All that is wrong, over all runs.
         findings: Vec<Finding>,
     },
-    /// A file of published parameters cannot be used: wrong use.
+    /// A file of published parameters cannot be used: a usage error.
     #[error("{}: {message}", .file.display())]
     Parameters {
         /// The file.
@@ -43,7 +43,7 @@ pub enum Error {
         /// What is wrong, with the key.
         message: String,
     },
-    /// There is no such vehicle, or its file cannot be used: wrong use.
+    /// There is no such vehicle, or its file cannot be used: a usage error.
     #[error("vehicle {name}: {message}")]
     Vehicle {
         /// Name or path that was asked for.
@@ -51,7 +51,7 @@ pub enum Error {
         /// What is wrong.
         message: String,
     },
-    /// The model cannot be: wrong use.
+    /// The model cannot be: a usage error.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// Output error cannot fit this data.
@@ -69,7 +69,7 @@ pub enum Error {
     /// Nothing can be planned.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// What is asked of a plan cannot be: wrong use.
+    /// What is asked of a plan cannot be: a usage error.
     #[error("{0}")]
     Asked(String),
 }

@@ -147,16 +147,22 @@ impl Balance {
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
     }
 
+    /// The fit with all commands as one, each as strong beside the others as `each` has it, and the root mean square of every
+    /// column: the first is that of the commands. What thrusters that push together do apart no run has to show.
+    pub fn with_commands_as_one(&self, each: &Fit) -> Option<(Fit, Vec<f64>)> {
+        let columns = self.columns(0.0);
+        let (commands, others) = columns.split_at(self.commands.len());
+        let push = |k: usize| commands.iter().zip(&each.theta).map(|(column, gain)| gain * column[k]).sum();
+        let together: Vec<f64> = (0..self.windows.len()).map(push).collect();
+        let all: Vec<&[f64]> = std::iter::once(&together).chain(others).map(Vec::as_slice).collect();
+        Some((fit(&all, &self.target)?, all.iter().map(|column| rms(column)).collect()))
+    }
+
     /// Part of the changes of velocity that the commands add to what the other terms explain.
     pub fn owed_to_commands(&self, full: &Fit) -> f64 {
         let others: Vec<&[f64]> = self.others.iter().map(Vec::as_slice).collect();
         let without = fit(&others, &self.target).map_or(self.target.iter().map(|x| x * x).sum(), |f| f.cost);
         if without > 0.0 { 1.0 - full.cost / without } else { 0.0 }
-    }
-
-    /// Root mean square of each column.
-    pub fn sizes(&self, delay: f64) -> Vec<f64> {
-        self.columns(delay).iter().map(|c| rms(c)).collect()
     }
 
     /// Root mean square of the changes of velocity.

@@ -4,7 +4,7 @@
 //! smallest visible share of term j = 3 σ_j rms(column j)/rms(Δν)
 //! ```
 //!
-//! σ_j is the standard deviation of its coefficient in the quick [`Balance`](super::balance), which grows with the noise
+//! The commands count as one term, the inertia's; σ_j is the standard deviation of its coefficient in the quick [`Balance`](super::balance), which grows with the noise
 //! and with what the columns have in common. A share below 0.2 is shown well; above 1 the term could be as large as the
 //! whole motion and not be seen.
 
@@ -57,28 +57,24 @@ pub struct Excitation {
 
 /// What the balance can show.
 pub fn measure(balance: &Balance) -> Option<Excitation> {
-    let fit = balance.fit(0.0)?;
-    let (sizes, change, noise) = (balance.sizes(0.0), balance.change(), balance.nu.noise());
+    let each = balance.fit(0.0)?;
+    let (fit, sizes) = balance.with_commands_as_one(&each)?;
+    let (change, noise) = (balance.change(), balance.nu.noise());
     if change <= 0.0 {
         return None;
     }
-    let share = |k: usize| 3.0 * fit.std[k] * sizes[k] / change;
-    let commands: Vec<usize> = (0..balance.terms.len()).filter(|k| is_command(&balance.terms[*k])).collect();
-    let mut terms = vec![Visible {
-        term: "inertia".into(),
-        smallest_share: commands.iter().map(|k| share(*k)).fold(f64::INFINITY, f64::min),
-    }];
-    for (k, term) in balance.terms.iter().enumerate() {
-        let name = match term {
-            Term::Command(_) | Term::Constant => continue,
-            Term::Linear => "linear drag".to_string(),
-            Term::Quadratic => "quadratic drag".to_string(),
-            Term::Product(a, b) => format!("Coriolis {a} {b}"),
-            Term::Restoring => "restoring".to_string(),
-        };
-        terms.push(Visible { term: name, smallest_share: share(k) });
-    }
-    let explained = balance.owed_to_commands(&fit);
+    let others = balance.terms.iter().filter(|term| !is_command(term));
+    let named = others.filter_map(|term| match term {
+        Term::Command(_) | Term::Constant => None,
+        Term::Linear => Some("linear drag".to_string()),
+        Term::Quadratic => Some("quadratic drag".to_string()),
+        Term::Product(a, b) => Some(format!("Coriolis {a} {b}")),
+        Term::Restoring => Some("restoring".to_string()),
+    });
+    // the constant, which has no name here, is the last column
+    let visible = |(k, term)| Visible { term, smallest_share: 3.0 * fit.std[k] * sizes[k] / change };
+    let terms: Vec<Visible> = std::iter::once("inertia".to_string()).chain(named).enumerate().map(visible).collect();
+    let explained = balance.owed_to_commands(&each);
     let values = balance.nu.values();
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let spread = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
@@ -112,10 +108,24 @@ fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible
     } else {
         format!("{} moves by {} about {}", dof.velocity(), short(spread, 2), short(mean, 2))
     };
+    let share = |x: f64| short(100.0 * x.max(0.0), 2);
+    if explained < OWED {
+        return format!(
+            "{dof} is not excited enough: {held} and its commands explain {} % of how it changes, so that inertia and drag \
+             cannot be told from this run; make the command of {dof} vary (a sine or steps) without a controller",
+            share(explained)
+        );
+    }
+    let hidden = terms.iter().take(3).max_by(|a, b| a.smallest_share.total_cmp(&b.smallest_share));
+    let (term, least) = hidden.map_or(("inertia", 0.0), |t| (t.term.as_str(), t.smallest_share));
+    let much = match least < 1.0 {
+        true => format!("{} % of the motion", share(least)),
+        false => "as much as the motion itself".to_string(),
+    };
     format!(
-        "{dof} is not excited enough: {held} and its commands explain {} % of how it changes, so that inertia and drag \
-         cannot be told from this run; make the command of {dof} vary (a sine or steps) without a controller",
-        short(100.0 * explained.max(0.0), 2)
+        "{dof} does not show its inertia apart from its drag: {held} and its commands explain {} % of how it changes, but \
+         {term} could be {much} and not be seen; run longer, vary size and frequency of the command, or log faster",
+        share(explained)
     )
 }
 
@@ -140,4 +150,52 @@ pub fn judge(run: &Run, excitation: &[Excitation], asked: &[Dof]) -> Vec<Found> 
         found.push(Found::new(&codes::EXCITATION, &[dof.velocity()], text));
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+    use crate::run::Signal;
+
+    /// Two thrusters that are always driven against each other push as one: what each does alone need not be known.
+    #[test]
+    fn thrusters_that_push_together_show_what_one_would() {
+        let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+        let mut noise = Noise::new(1, 1);
+        // steps at random, which ṙ = V₁ − r follows
+        let (mut force, mut rate) = (0.0, 0.0);
+        let (mut first, mut second, mut r) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..time.len() {
+            if k % 15 == 0 {
+                force = noise.normal();
+            }
+            first.push(force + 1e-3 * noise.normal());
+            second.push(-force + 1e-3 * noise.normal());
+            r.push(rate + 2e-3 * noise.normal());
+            rate += 0.1 * (force - rate);
+        }
+        let mut run = Run::default();
+        for (name, values) in [("V1", first), ("V2", second), ("r", r)] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), values));
+        }
+        let found = measure(&Balance::new(&run, Dof::Yaw).unwrap()).unwrap();
+        assert_eq!(found.commands, ["V1", "V2"]);
+        assert!(found.enough && found.terms[0].smallest_share < 0.1, "{found:?}");
+    }
+
+    /// What commands explain and noise hides is told by its size, not as a want of commands.
+    #[test]
+    fn the_reason_is_told() {
+        let of = |inertia: f64| Visible { term: "inertia".into(), smallest_share: inertia };
+        let drag = ["linear drag", "quadratic drag"].map(|term| Visible { term: term.into(), smallest_share: 1.4 });
+        let terms: Vec<Visible> = std::iter::once(of(0.1)).chain(drag).collect();
+        let told = sentence(Dof::Yaw, [0.0, 0.3], 0.98, &terms, false);
+        assert!(
+            told.contains("explain 98 %") && told.contains("quadratic drag could be as much as the motion itself"),
+            "{told}"
+        );
+        let told = sentence(Dof::Yaw, [0.0, 0.3], 0.05, &terms, false);
+        assert!(told.contains("not excited enough") && told.contains("explain 5 %"), "{told}");
+    }
 }

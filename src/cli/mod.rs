@@ -1,7 +1,7 @@
 //! The `hydrosysid` command: reads arguments, calls one function of the library, prints what it returns.
 //!
 //! People get tables on standard output, programs get JSON by `--json`; progress and messages go to standard error.
-//! Exit codes: 0 done, 1 the data was refused or the work not possible with it, 2 wrong use.
+//! Exit codes: 0 done, 1 data rejected or the work not possible with it, 2 usage error.
 
 mod arguments;
 mod bench;

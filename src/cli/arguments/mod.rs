@@ -25,7 +25,7 @@ const STYLES: Styles = Styles::styled()
 /// Identification of underwater vehicles: from logs to a model that can be trusted.
 #[derive(Debug, Parser)]
 #[command(name = "hydrosysid", version, styles = STYLES, subcommand_required = true, arg_required_else_help = true,
-    after_help = "Examples:\n  hydrosysid init dive.csv --vehicle bluerov2 -o dive\n  hydrosysid check dive\n  hydrosysid report dive\n  hydrosysid fit dive --model model.toml\n\nExit codes: 0 done, 1 the data was refused, 2 wrong use.")]
+    after_help = "Examples:\n  hydrosysid init dive.csv --vehicle bluerov2 -o dive\n  hydrosysid check dive\n  hydrosysid report dive\n  hydrosysid fit dive --model model.toml\n\nExit codes: 0 done, 1 data rejected, 2 usage error.")]
 pub(super) struct Arguments {
     #[command(flatten)]
     pub shared: Shared,

@@ -41,7 +41,7 @@ pub(in crate::cli) struct Plan {
     /// Judge the [[run]] tables of FILE instead of proposing runs.
     #[arg(long, value_name = "FILE")]
     pub runs: Option<PathBuf>,
-    /// Simulate and fit N campaigns of the plan, and hold their scatter against the prediction.
+    /// Simulate and fit N campaigns of the plan, and compare their scatter with the prediction.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub rehearse: usize,
     /// Seed of the rehearsal.
