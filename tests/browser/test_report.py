@@ -119,7 +119,7 @@ def test_tables_copy_as_csv_and_latex(browser, report):
     texts = browser.run(f"[...document.querySelectorAll('#{table} .copy')].map(b => b.dataset.text)")
     assert len(texts) == 2
     csv, latex = texts
-    assert csv.splitlines()[0].startswith("effect,degree of freedom,symbol")
+    assert csv.splitlines()[0].startswith("effect,common name,degree of freedom,symbol")
     assert len(csv.splitlines()) == 1 + browser.run(f"document.querySelectorAll('#{table} tbody tr').length")
     assert r"\begin{tabular}" in latex
     button = f"document.querySelector('#{table} .copy')"
