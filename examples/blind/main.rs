@@ -8,39 +8,16 @@
 //! or told as what it behaves like. *False names*: names beyond the hidden ones. Seconds are those of one core (median).
 
 mod cells;
+#[path = "../over_seeds/mod.rs"]
+mod over_seeds;
 
 use std::fmt::Write as _;
 
 use cells::{Cell, cells};
 use hydrosysid::campaign::{Campaign, LoadOptions, discover};
 use hydrosysid::discover::{Discovery, Verdict};
+use over_seeds::Arguments;
 use rayon::prelude::*;
-
-struct Arguments {
-    seeds: u64,
-    first: u64,
-    only: String,
-    write: Option<String>,
-}
-
-fn arguments() -> Result<Arguments, String> {
-    let mut found = Arguments { seeds: 20, first: 90_001, only: String::new(), write: None };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        let number = |text: String| text.parse::<u64>().map_err(|_| format!("{word} takes a whole number, not {text}"));
-        match word.as_str() {
-            "--seeds" => found.seeds = number(value()?)?,
-            "--first" => found.first = number(value()?)?,
-            "--only" => found.only = value()?,
-            "--write" => found.write = Some(value()?),
-            other => {
-                return Err(format!("unknown argument {other}: --seeds N, --first SEED, --only TEXT, --write FILE"));
-            }
-        }
-    }
-    Ok(found)
-}
 
 /// One campaign, judged.
 struct Outcome {
@@ -85,7 +62,7 @@ fn judged(cell: &Cell, found: &Discovery, seconds: f64) -> Outcome {
 }
 
 fn main() -> Result<(), String> {
-    let asked = arguments()?;
+    let asked = Arguments::read(90_001)?;
     let mut text = format!(
         "# Discovery on campaigns in which effects are hidden\n\nMade by `make blind` on the independent plant: {} seeds a \
          row from {} on, two vehicles in turn. How a row is judged: the heading of `examples/blind/main.rs`.\n",

@@ -7,6 +7,8 @@
 //! are right for the fault. A sound log has a *false finding* where one of the codes of any fault is raised on it.
 
 mod faults;
+#[path = "../over_seeds/mod.rs"]
+mod over_seeds;
 mod table;
 
 use std::collections::BTreeMap;
@@ -17,34 +19,9 @@ use faults::FAULTS;
 use hydrosysid::campaign::check_logs;
 use hydrosysid::log::LogOptions;
 use hydrosysid_plant::{Campaign, Dof, Pilots, RandomForce, Suite, Vehicle};
+use over_seeds::Arguments;
 use rayon::prelude::*;
 use table::Table;
-
-struct Arguments {
-    seeds: u64,
-    first: u64,
-    only: String,
-    write: Option<String>,
-}
-
-fn arguments() -> Result<Arguments, String> {
-    let mut found = Arguments { seeds: 20, first: 70_001, only: String::new(), write: None };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        let number = |text: String| text.parse::<u64>().map_err(|_| format!("{word} takes a whole number, not {text}"));
-        match word.as_str() {
-            "--seeds" => found.seeds = number(value()?)?,
-            "--first" => found.first = number(value()?)?,
-            "--only" => found.only = value()?,
-            "--write" => found.write = Some(value()?),
-            other => {
-                return Err(format!("unknown argument {other}: --seeds N, --first SEED, --only TEXT, --write FILE"));
-            }
-        }
-    }
-    Ok(found)
-}
 
 /// Ways of sailing whose logs are sound.
 const SOUND: [(&str, Sailing); 5] = [
@@ -100,7 +77,7 @@ fn hits(fault: &faults::Fault, number: usize, sound: &[String]) -> Result<(usize
 }
 
 fn main() -> Result<(), String> {
-    let asked = arguments()?;
+    let asked = Arguments::read(70_001)?;
     let seeds = || asked.first..asked.first + asked.seeds;
     let sail = |way: Sailing| -> Result<Vec<Vec<String>>, String> {
         let all: Vec<_> = seeds().into_par_iter().map(|seed| logs(seed, way)).collect();

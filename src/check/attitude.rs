@@ -152,9 +152,7 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
             }
         }
         let slowest = steps(r).max(steps(angle));
-        if let Some(lag) =
-            a.lag.filter(|l| l.certainty > 5.0 && l.seconds.abs() > (5.0 * l.std).max(0.75 * slowest).max(0.05))
-        {
+        if let Some(lag) = a.lag.filter(|l| l.is_clear(5.0, (0.75 * slowest).max(0.05))) {
             let (late, early) = if lag.seconds > 0.0 { (angle, r) } else { (r, angle) };
             let seconds = lag.seconds.abs();
             let text = format!(

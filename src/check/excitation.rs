@@ -4,9 +4,9 @@
 //! smallest visible share of term j = 3 σ_j rms(column j)/rms(Δν)
 //! ```
 //!
-//! The commands count as one term, the inertia's; σ_j is the standard deviation of its coefficient in the quick [`Balance`](super::balance), which grows with the noise
-//! and with what the columns have in common. A share below 0.2 is shown well; above 1 the term could be as large as the
-//! whole motion and not be seen.
+//! The commands count as one term, the inertia's; σ_j is the standard deviation of its coefficient in the quick
+//! [`Balance`](super::balance), which grows with the noise and with what the columns have in common. A share below 0.2 is
+//! shown well; above 1 the term could be as large as the whole motion and not be seen.
 
 use serde::Serialize;
 

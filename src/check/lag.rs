@@ -21,6 +21,13 @@ pub struct Lag {
     pub certainty: f64,
 }
 
+impl Lag {
+    /// Whether it is a lag: by so many deviations, both of its own and of what the fits leave, and by more than `least` s.
+    pub fn is_clear(&self, deviations: f64, least: f64) -> bool {
+        self.certainty > deviations && self.seconds.abs() > (deviations * self.std).max(least)
+    }
+}
+
 /// Longest lag looked for, s.
 pub const REACH: f64 = 1.5;
 

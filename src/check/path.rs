@@ -154,7 +154,7 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     }
     let Some(a) = path.agreements.first() else { return found };
     let slowest = steps(&a.channel).max(steps(x)).max(steps("psi"));
-    if let Some(lag) = a.lag.filter(|l| l.certainty > 5.0 && l.seconds.abs() > (5.0 * l.std).max(slowest).max(0.1)) {
+    if let Some(lag) = a.lag.filter(|l| l.is_clear(5.0, slowest.max(0.1))) {
         let (late, early) = if lag.seconds > 0.0 { (x, a.channel.as_str()) } else { (a.channel.as_str(), x) };
         let seconds = lag.seconds.abs();
         let text = format!(

@@ -50,11 +50,7 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         let fit = found.last_fit();
         let level = beside(fit, task);
         let mut model = fit.model.clone();
-        for (effect, place) in found.added[k].candidate.terms.iter().rev() {
-            if let Some(term) = model.term(&crate::model::name_of(effect.about().id, *place)) {
-                model.remove(term);
-            }
-        }
+        found.added[k].candidate.remove_from(&mut model);
         let parameters = fit.model.parameters.len() - model.parameters.len();
         let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
         if found.astray || without.is_err() {

@@ -53,6 +53,15 @@ impl Candidate {
         self.terms.iter().any(|(effect, place)| name_of(effect.about().id, *place) == term)
     }
 
+    /// Takes its terms out of a model that holds them.
+    pub fn remove_from(&self, model: &mut Model) {
+        for (effect, place) in self.terms.iter().rev() {
+            if let Some(term) = model.term(&name_of(effect.about().id, *place)) {
+                model.remove(term);
+            }
+        }
+    }
+
     /// Family of its first term.
     pub fn family(&self) -> Family {
         self.terms[0].0.about().family

@@ -112,8 +112,7 @@ pub(super) fn agree(
 /// soon as the model without the name has no hope of coming near. `None` where no run is held out, or where a value of its own
 /// in every run is judged by halves.
 fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
-    let halved = [without, with].iter().any(|fit| fit.model.parameters.iter().any(|p| p.spec.per_run));
-    if task.held.is_empty() || halved {
+    if task.held.is_empty() || judged_by_halves(without, with) {
         return None;
     }
     let cost = |fit: &FilterErrorFit, bar: Bar| -> Result<f64, OutputErrorError> {
@@ -129,9 +128,14 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
     without.map(|without| without - with).ok()
 }
 
+/// Whether runs are judged by halves: a value of its own in every run is taken from the first one.
+fn judged_by_halves(one: &FilterErrorFit, other: &FilterErrorFit) -> bool {
+    [one, other].iter().any(|fit| fit.model.parameters.iter().any(|p| p.spec.per_run))
+}
+
 /// By how much −2 ln L of the runs that took no part falls from one fit to another.
 pub(super) fn fall(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<f64, OutputErrorError> {
-    let halved = [from, to].iter().any(|fit| fit.model.parameters.iter().any(|p| p.spec.per_run));
+    let halved = judged_by_halves(from, to);
     if task.held.is_empty() && !halved {
         return Ok(from.left_out_cost() - to.left_out_cost());
     }

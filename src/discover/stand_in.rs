@@ -10,7 +10,6 @@ use super::refit::{afresh, level};
 use super::search::{BEHAVES, BehavesLike, Search, Step, Task, asked, screened};
 use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
-use crate::model::name_of;
 
 /// Least share of the fall of the likelihood, and of the gap, for a name that stands in a model that fails: most of what is
 /// missing is its own.
@@ -61,10 +60,6 @@ pub(super) fn leave_out(found: &mut Search, fallen: &[Candidate], task: &Task<'_
 /// The last fit again without the terms of `fallen`.
 fn without(last: &FilterErrorFit, fallen: &[Candidate], task: &Task<'_>) -> Option<FilterErrorFit> {
     let mut model = last.model.clone();
-    for (effect, place) in fallen.iter().flat_map(|candidate| candidate.terms.iter().rev()) {
-        if let Some(term) = model.term(&name_of(effect.about().id, *place)) {
-            model.remove(term);
-        }
-    }
+    fallen.iter().for_each(|candidate| candidate.remove_from(&mut model));
     filter_error_from(&model, task.train, afresh(&last.noise), &level(task)).ok()
 }

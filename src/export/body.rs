@@ -121,17 +121,13 @@ impl Body {
     /// M_RB about the body origin.
     pub fn matrix(&self) -> Matrix {
         let mut m = [[0.0; 6]; 6];
-        let [x, y, z] = self.cg.map(|r| self.mass * r);
+        let dry = Vehicle { mass: Some(self.mass), cg: Some(self.cg), ..Vehicle::default() };
+        for (row, column) in Dof::ALL.into_iter().flat_map(|row| Dof::ALL.map(|column| (row, column))) {
+            m[row.index()][column.index()] = dry.dry_coupling(row, column).unwrap_or(0.0);
+        }
         for i in 0..3 {
             m[i][i] = self.mass;
             m[3 + i][3 + i] = self.inertia[i];
-        }
-        let skew = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
-        for i in 0..3 {
-            for j in 0..3 {
-                m[i][3 + j] = -skew[i][j];
-                m[3 + i][j] = skew[i][j];
-            }
         }
         m
     }

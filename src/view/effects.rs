@@ -7,7 +7,7 @@ use super::edit::effects as edit;
 use super::workspace::Workspace;
 use crate::campaign::file::{CampaignFile, EffectRole};
 use crate::effects::{EffectName, EffectNameError, Place, Scope, catalogue, common_name};
-use crate::model::places_of;
+use crate::model::{name_of, places_of};
 
 /// Effects that act at one place of the chain from the command to the log.
 #[derive(Serialize)]
@@ -34,14 +34,6 @@ struct Listing {
     /// The place in a word; empty for the whole vehicle.
     place: String,
     on: bool,
-}
-
-fn name_of(id: &str, place: Place) -> String {
-    match (place.dof, place.other) {
-        (Some(dof), Some(other)) => format!("{id}@{dof}:{other}"),
-        (Some(dof), None) => format!("{id}@{dof}"),
-        _ => id.to_string(),
-    }
 }
 
 /// Whether the model holds an effect at a place.

@@ -10,8 +10,9 @@ use super::workspace::Workspace;
 use crate::account::motion_figure;
 use crate::campaign::{self, Campaign, Estimator, Fit, FitOptions, FitParameter, Simulation};
 use crate::compare::Disagreement;
-use crate::effects::common_name;
+use crate::effects::{Place, common_name};
 use crate::finding::Finding;
+use crate::model::name_of;
 use crate::report::{Label, Style, estimate, figure, unit};
 use crate::run::{Role, RunKind};
 
@@ -105,9 +106,8 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     let Some(fitted) = workspace.fit.result() else { return Ok(Answer::json(&None::<Shown<'_>>)) };
     let Fitted { stamp, first_look, seconds, fit, disagreements, simulation } = &*fitted;
     let parameter = |p: &FitParameter| {
-        let place = p.dof.map_or_else(String::new, |dof| format!("@{dof}"));
-        let place = p.other.map_or(place.clone(), |other| format!("{place}:{other}"));
-        (common_name(&format!("{}{place}", p.effect)), Label::symbol(&p.name).html())
+        let name = name_of(&p.effect, Place { dof: p.dof, other: p.other });
+        (common_name(&name), Label::symbol(&p.name).html())
     };
     let parameters = fit.parameters.iter().map(|p| {
         let (common_name, symbol) = parameter(p);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use sha2::{Digest, Sha256};
 
@@ -10,7 +10,7 @@ use super::answer::Refusal;
 use super::discovery::Found;
 use super::fit::Fitted;
 use super::report::Saved;
-use super::task::Task;
+use super::task::{Task, lock};
 use crate::campaign::file::{CampaignFile, ReadOptions};
 use crate::campaign::{Campaign, Check, LoadOptions, check_campaign};
 use crate::whole;
@@ -38,10 +38,6 @@ pub(super) struct Workspace {
 
 /// Edits that can be taken back.
 const MOST_EDITS: usize = 200;
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 impl Workspace {
     pub fn new(file: PathBuf, folder: PathBuf, allow_outside: bool) -> Workspace {

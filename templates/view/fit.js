@@ -20,6 +20,8 @@ const fit = {
     work(byId("fit-work"), "fit", progress);
     if (progress.refusal) {
       this.results = progress.results;
+      // a first look that the campaign's own estimator did not bear out is no result
+      this.told = null;
       draw(byId("fit-said"), element("p", { class: "verdict refused" }, marked(progress.refusal.message)));
       for (const id of ["overlay", "parameters"]) draw(byId(id));
       byId("run-choice").hidden = true;
@@ -56,7 +58,7 @@ const fit = {
   },
 
   async draw() {
-    if (!this.run) return draw(byId("overlay"));
+    if (!this.run || !this.told) return draw(byId("overlay"));
     const of = this.told.runs.find((r) => r.run === this.run);
     const said = of.measured.map((m) => `${m.dof} ${Math.max(m.fit_percent, -999).toFixed(0)} %`);
     byId("run-said").textContent = said.length ? `explained: ${said.join(", ")}` : "";

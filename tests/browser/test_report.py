@@ -7,52 +7,34 @@ Needs Chromium (skipped without it) and cargo, or the gallery already written: H
 
 import base64
 import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
-from chromium import Page, find
+from chromium import Page
 
-ROOT = Path(__file__).resolve().parents[2]
 CURVES = "document.querySelector('#figure-1 .wide svg')"
 LABELS = f"[...{CURVES}.querySelectorAll('.lx text')].map(t => t.textContent).join(' ')"
 PATH = f"{CURVES}.querySelector('[data-k=\"1\"]').getAttribute('d')"
 
 
 @pytest.fixture(scope="session")
-def gallery(tmp_path_factory) -> Path:
+def gallery(tmp_path_factory, built) -> Path:
     if written := os.environ.get("HYDROSYSID_GALLERY"):
         return Path(written)
-    if shutil.which("cargo") is None:
-        pytest.skip("no cargo to write the gallery")
     file = tmp_path_factory.mktemp("report") / "gallery.html"
-    command = ["cargo", "run", "--quiet", "--example", "report_gallery", "--", str(file)]
-    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([built("example", "report_gallery"), str(file)], check=True, stdout=subprocess.DEVNULL)
     return file
 
 
 @pytest.fixture(scope="session")
-def report(tmp_path_factory) -> Path:
+def report(tmp_path_factory, built) -> Path:
     """The demo's report: figures of results instead of one of each kind."""
     if written := os.environ.get("HYDROSYSID_REPORT"):
         return Path(written)
-    if shutil.which("cargo") is None:
-        pytest.skip("no cargo to make the demo")
     folder = tmp_path_factory.mktemp("demo") / "demo"
-    command = ["cargo", "run", "--quiet", "--", "demo", "--quiet", "--folder", str(folder)]
-    subprocess.run(command, cwd=ROOT, check=True)
+    subprocess.run([built("bin", "hydrosysid"), "demo", "--quiet", "--folder", str(folder)], check=True)
     return folder / "report.html"
-
-
-@pytest.fixture(scope="session")
-def browser():
-    program = find()
-    if program is None:
-        pytest.skip("no Chromium on the path")
-    page = Page(program)
-    yield page
-    page.close()
 
 
 def middle(page: Page) -> tuple[float, float]:
