@@ -219,6 +219,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     let mut memory = Vec::new();
     let tau = actuate(&at, model, &theta, &parameters, &mut inputs, &mut memory);
     let mut components = Vec::new();
+    let mut remembered = Vec::new();
     let mut force = tau;
     for (k, term) in model.terms.iter().enumerate() {
         let mut wrench = [graph.zero(); 6];
@@ -231,6 +232,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
             force[i] += wrench[i];
         }
         components.push((Some(k), wrench));
+        remembered.push(states);
     }
     components.push((None, tau));
 
@@ -260,7 +262,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     }
     states.extend(memory);
 
-    let logged = sense::sense(&at, model, &theta, &pose, quaternion.zip(measured));
+    let logged = sense::sense(&at, model, (&theta, &parameters), &remembered, &pose, quaternion.zip(measured));
     Equations { states, logged, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 

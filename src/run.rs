@@ -8,6 +8,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::frame::Dof;
+
 /// How far time stamps near `t` may be apart and be the same instant, s: nanoseconds that a printed stamp loses, and the
 /// rounding of the number itself, which counts where clocks begin in 1970.
 pub fn rounding(t: f64) -> f64 {
@@ -33,11 +35,25 @@ pub fn greatest(runs: &[Run], channel: &str) -> f64 {
     values.fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
-/// Root mean square of a channel over the samples of all runs; `None` where there is nothing but 0.
-pub fn rms(runs: &[Run], channel: &str) -> Option<f64> {
-    let values = runs.iter().filter_map(|run| run.signal(channel)).flat_map(|s| s.values());
+/// A command below this part of the largest is rounding of the allocation, N or N·m over the same.
+const ROUNDING: f64 = 1e-9;
+
+/// Forces and moments below this are rounding of what shares them out to thrusters, N or N·m.
+pub fn rounding_of_commands(runs: &[Run]) -> f64 {
+    ROUNDING * Dof::ALL.into_iter().map(|dof| greatest(runs, dof.force())).fold(0.0, f64::max)
+}
+
+/// Whether a force or moment is commanded in a degree of freedom, beyond rounding.
+pub fn is_commanded(runs: &[Run], dof: Dof) -> bool {
+    greatest(runs, dof.force()) > rounding_of_commands(runs)
+}
+
+/// Root mean square of the force or moment that is commanded in a degree of freedom, over the samples of all runs, N or N·m;
+/// `None` where none is.
+pub fn commanded(runs: &[Run], dof: Dof) -> Option<f64> {
+    let values = runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    (sum > 0.0).then(|| f64::sqrt(sum / count))
+    is_commanded(runs, dof).then(|| f64::sqrt(sum / count))
 }
 
 /// Beyond three years a stamp is that of a wall clock, not the time since a log began. s

@@ -203,6 +203,12 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
             return refused("it needs thrusters that are commanded one by one");
         }
         ("sensor_delay", Place::Whole) => instruments.iter_mut().for_each(|one| one.latency += 0.4 * size),
+        ("sensor_dvl_delay", Place::Whole) => {
+            instruments.iter_mut().filter(|one| one.has("u")).for_each(|one| one.latency += 0.2 * size);
+        }
+        ("sensor_position_delay", Place::Whole) => {
+            instruments.iter_mut().filter(|one| one.has("x")).for_each(|one| one.latency += size);
+        }
         ("sensor_dvl_scale", Place::Whole) => {
             let channels = instruments.iter_mut().flat_map(|one| &mut one.channels);
             channels.filter(|c| matches!(c.name, "u" | "v" | "w")).for_each(|c| c.scale = 0.1 * size);
@@ -320,6 +326,8 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "sensor_dvl_lever_arm",
         "sensor_dvl_misalignment",
         "sensor_dvl_scale",
+        "sensor_dvl_delay",
+        "sensor_position_delay",
         "sensor_delay",
     ]
     .map(String::from)

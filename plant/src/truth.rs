@@ -169,6 +169,14 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
         ("sensor_delay", _) => {
             return setup.instruments.first().map(|i| one("T_log", i.latency)).into_iter().collect();
         }
+        ("sensor_dvl_delay", _) => {
+            let dvl = setup.instruments.iter().find(|i| i.has("u"));
+            return dvl.map(|i| one("T_dvl", i.latency)).into_iter().collect();
+        }
+        ("sensor_position_delay", _) => {
+            let fix = setup.instruments.iter().find(|i| i.has("x"));
+            return fix.map(|i| one("T_xy", i.latency)).into_iter().collect();
+        }
         ("sensor_dvl_scale", _) => {
             return crate::slots::of(&mut setup.instruments, "u").map(|c| one("s_dvl", c.scale)).into_iter().collect();
         }

@@ -163,7 +163,12 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
 /// Sensors that say late what others say.
 fn delays(reports: &[CheckReport]) -> Vec<Fault> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    let of_sensor = |channel: &str| !channel.starts_with("tau_") && !channel.starts_with(['V', 'F']);
+    // a DVL or a position that comes late has a name in the catalogue, and a value that the likelihood gives
+    let of_sensor = |channel: &str| {
+        !channel.starts_with("tau_")
+            && !channel.starts_with(['V', 'F'])
+            && !["u", "v", "w", "x", "y"].contains(&channel)
+    };
     for fault in reports.iter().flat_map(|r| &r.log_findings) {
         if fault.kind == FaultKind::Delay && of_sensor(&fault.channel) {
             seen.entry(&fault.channel).or_default().push(fault.factor);

@@ -1,7 +1,7 @@
 //! Degrees of freedom of a model that no run of a fit drives or moves.
 //!
 //! ```text
-//! at rest:  max |τ_d| ≤ 10⁻⁹ max |τ|   and   rms ν_d ≤ 1.5 σ(ν_d)   in every run, with a free parameter of d
+//! at rest:  no command of d   and   rms ν_d ≤ 1.5 σ(ν_d)   in every run, with a free parameter of d
 //! ```
 //!
 //! σ is the noise that the samples show by their third differences ([`Samples::noise`]), or the one stated in `[noise]`.
@@ -15,13 +15,10 @@ use crate::check::samples::Samples;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::Run;
+use crate::run::{Run, is_commanded};
 
 /// Root mean square of a velocity at rest, in units of its noise.
 const AT_REST: f64 = 1.5;
-
-/// A command below this part of the largest is rounding of the allocation, N or N·m over the same.
-const NO_COMMAND: f64 = 1e-9;
 
 /// Refuses a fit of degrees of freedom that are at rest in all its runs, unless all are.
 ///
@@ -58,16 +55,11 @@ fn is_free(model: &Model, dof: Dof) -> bool {
 
 /// Whether a run has no command and no motion of a degree of freedom whose velocity it logs.
 fn rests(run: &Run, dof: Dof, stated: &dyn Fn(&str) -> Option<f64>) -> bool {
-    let largest = |dof: Dof| {
-        let values = run.signal(dof.force()).map(|s| s.values()).unwrap_or_default();
-        values.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
-    };
-    let most = Dof::ALL.into_iter().map(largest).fold(0.0, f64::max);
     let Some(velocity) = run.signal(dof.velocity()).filter(|s| !s.is_empty()) else { return false };
     let rms = (velocity.values().iter().map(|x| x * x).sum::<f64>() / velocity.len() as f64).sqrt();
     let seen = Samples::of(velocity).map_or(0.0, |samples| samples.noise());
     let noise = stated(dof.velocity()).map_or(seen, |stated| stated.max(seen));
-    largest(dof) <= NO_COMMAND * most && rms <= AT_REST * noise
+    !is_commanded(std::slice::from_ref(run), dof) && rms <= AT_REST * noise
 }
 
 #[cfg(test)]

@@ -7,17 +7,22 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::symbolic::{Expr, Leaf};
 
-/// What the sensors say: `quaternion` holds the attitude and the logged one where it is carried so.
+/// What the sensors say: `memory` holds the states of each term, `quaternion` the attitude and the logged one where it is carried so.
 pub(super) fn sense<'g>(
     at: &Instant<'g>,
     model: &Model,
-    theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
+    (theta, parameters): (&dyn Fn(usize) -> Vec<Expr<'g>>, &[Expr<'g>]),
+    memory: &[Vec<Expr<'g>>],
     pose: &Six<'g>,
     quaternion: Option<([Expr<'g>; 4], [Expr<'g>; 4])>,
 ) -> Vec<(String, Expr<'g>)> {
     let mut log = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
     for (k, term) in model.terms.iter().enumerate() {
-        term.effect.sense(at, term.place, &theta(k), &mut log);
+        let before = log.clone();
+        term.effect.sense(at, term.place, &theta(k), &memory[k], &mut log);
+        if let Some(blend) = term.blend {
+            log = log.blended(&before, parameters[blend]);
+        }
     }
     let velocities = model.dofs.iter().map(|dof| (dof.velocity().to_string(), log.nu[dof.index()]));
     let carried = |dof: &Dof| {

@@ -33,7 +33,7 @@ pub fn acts_in(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     effect.actuate(&at, place, &theta, &memory, &mut tau);
     let told = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
     let mut logged = told.clone();
-    effect.sense(&at, place, &theta, &mut logged);
+    effect.sense(&at, place, &theta, &memory, &mut logged);
     let pose = |i: usize| match i {
         0..3 => logged.position[i].same(told.position[i]),
         _ => logged.attitude[i - 3].same(told.attitude[i - 3]),

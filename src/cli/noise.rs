@@ -63,7 +63,13 @@ fn row(noise: &Noise, dof: Dof, ahead: f64) -> Option<Vec<String>> {
     let of: Vec<&Predicted> = noise.prediction.iter().filter(|p| p.dof == dof && p.ahead == Some(ahead)).collect();
     let mean = |f: &dyn Fn(&Predicted) -> f64| (of.iter().map(|p| f(p).powi(2)).sum::<f64>() / of.len() as f64).sqrt();
     let (rms, expected) = (mean(&|p| p.rms), mean(&|p| p.expected));
-    let verdict = if rms > 1.2 * expected { format!("{} times", number(rms / expected)) } else { "as expected".into() };
+    let verdict = if !rms.is_finite() {
+        "runs away".into()
+    } else if rms > 1.2 * expected {
+        format!("{} times", number(rms / expected))
+    } else {
+        "as expected".into()
+    };
     let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
     (!of.is_empty())
         .then(|| vec![format!("{ahead} s"), dof.to_string(), size(rms), size(expected), unit.into(), verdict])

@@ -113,6 +113,22 @@ impl Candidate {
         Some(model)
     }
 
+    /// Whether the shape that its score speaks of is one that it may have. A blend α of a probe is, for a small α, the effect
+    /// at α times the probe: a delay of −3 ms, or of 3 ms where 50 ms is the least that counts, is noise and needs no refit.
+    pub fn is_possible(&self, score: &Score) -> bool {
+        /// The score is a straight line through what bends.
+        const MARGIN: f64 = 0.5;
+        let (effect, place) = &self.terms[0];
+        let probe = self.probes.get(score.probe).and_then(|probe| probe.first());
+        let shape = effect.parameters(*place).into_iter().next().map(|spec| spec.kind);
+        match (shape, probe, score.estimate.first()) {
+            (Some(ParameterKind::Shape { min, .. }), Some(at), Some(share)) if self.blended => {
+                share * at >= MARGIN * min
+            }
+            _ => true,
+        }
+    }
+
     /// Adds its terms to a model; shape parameters take the values of `probe`.
     ///
     /// # Errors
@@ -185,7 +201,8 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
             continue;
         }
         // a shape that has no grid is its own direction
-        let shaped = about.family == Family::Actuator && parameters.iter().all(|p| !p.is_linear());
+        let changes = matches!(about.family, Family::Actuator | Family::Sensor);
+        let shaped = changes && parameters.iter().all(|p| !p.is_linear());
         let blended = parameters.is_empty() || shaped && probes.len() > 1;
         list.push(Candidate { terms: vec![(effect, place)], probes, blended });
     }

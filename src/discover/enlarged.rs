@@ -6,7 +6,9 @@
 use super::Candidate;
 use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
+use crate::effects::Family;
 use crate::estimate::output_error::OutputErrorOptions;
+use crate::frame::Dof;
 use crate::model::{Model, Term, name_of};
 use crate::run::{Run, Signal};
 use crate::simulate::{Track, TrackError, free_run, values_in_run};
@@ -93,16 +95,55 @@ fn memory_channels(
 
 /// The runs with the memory of every probe computed from the log: at zero strength a candidate's memory listens to the
 /// motion but does not act on it.
+///
+/// What a sensor may do to its channel is asked of the samples before: a memory that knew the noise of the sample which it
+/// is to explain would explain it.
 pub(super) fn remembered(
     model: &Model,
     runs: &[Run],
     candidates: &[Candidate],
     options: &OutputErrorOptions,
 ) -> Result<Vec<Run>, TrackError> {
+    let of_sensors = |c: &Candidate| c.terms[0].0.about().family == Family::Sensor;
+    let before: Vec<Run> = runs.iter().map(a_sample_late).collect();
+    let mut remembered = runs.to_vec();
+    for listened in [
+        listened(model, runs, candidates, &|c| !of_sensors(c), options)?,
+        listened(model, &before, candidates, &of_sensors, options)?,
+    ] {
+        for (run, channels) in remembered.iter_mut().zip(listened) {
+            run.signals.extend(channels);
+        }
+    }
+    Ok(remembered)
+}
+
+/// The run in which every measured velocity and position is that of the sample before.
+fn a_sample_late(run: &Run) -> Run {
+    let mut late = run.clone();
+    for name in Dof::ALL.iter().flat_map(|dof| [dof.velocity(), dof.position()]) {
+        if let Some(signal) = late.signals.get_mut(name).filter(|s| !s.is_empty()) {
+            let values = signal.values();
+            let before: Vec<f64> =
+                std::iter::once(values[0]).chain(values.iter().copied()).take(values.len()).collect();
+            *signal = Signal::new(signal.shared_time().clone(), before);
+        }
+    }
+    late
+}
+
+/// The memory of every probe of the candidates that are `asked`, by its channel, for each run.
+fn listened(
+    model: &Model,
+    runs: &[Run],
+    candidates: &[Candidate],
+    asked: &dyn Fn(&Candidate) -> bool,
+    options: &OutputErrorOptions,
+) -> Result<Vec<Vec<(String, Signal)>>, TrackError> {
     let mut listening = model.clone();
-    listening.terms.retain(|t| t.effect.about().family == crate::effects::Family::Actuator);
+    listening.terms.retain(|t| t.effect.about().family == Family::Actuator);
     let mut channels: Vec<(u16, Vec<String>)> = Vec::new();
-    for (c, candidate) in candidates.iter().enumerate() {
+    for (c, candidate) in candidates.iter().enumerate().filter(|(_, c)| asked(c)) {
         for (k, probe) in candidate.probes.iter().enumerate() {
             for (effect, place) in &candidate.terms {
                 let name = name_of(effect.about().id, *place);
@@ -136,15 +177,15 @@ pub(super) fn remembered(
             }
         }
     }
-    let mut runs = runs.to_vec();
+    let mut heard: Vec<Vec<(String, Signal)>> = vec![Vec::new(); runs.len()];
     if channels.is_empty() {
-        return Ok(runs);
+        return Ok(heard);
     }
-    let all = super::common_channels(&runs);
-    let attitude = Attitude::of(model, &runs);
+    let all = super::common_channels(runs);
+    let attitude = Attitude::of(model, runs);
     let available = Available { channels: all, from_log: true, attitude, ..Available::default() };
     let dynamics = Dynamics::compile(&listening, &available, &std::collections::BTreeSet::new(), &[]);
-    for (index, run) in runs.iter_mut().enumerate() {
+    for (index, (run, heard)) in runs.iter().zip(&mut heard).enumerate() {
         let theta = values_in_run(&listening, index);
         let track = Track::new(run, index, &dynamics, &theta, listening.input, options.longest_step)?;
         let mut time: Vec<f64> = Vec::new();
@@ -161,8 +202,8 @@ pub(super) fn remembered(
             let StateId::Memory { term, index } = *state else { continue };
             let Some((_, names)) = channels.iter().find(|(t, _)| *t == term) else { continue };
             let values: Vec<f64> = rows.iter().skip(column).step_by(width).copied().collect();
-            run.signals.insert(names[usize::from(index)].clone(), Signal::new(time.clone(), values));
+            heard.push((names[usize::from(index)].clone(), Signal::new(time.clone(), values)));
         }
     }
-    Ok(runs)
+    Ok(heard)
 }

@@ -15,7 +15,12 @@
 //!
 //! ```text
 //! −2 ln L(second half | first half) = −2 ln L(run; θ of the first half) + 2 ln L(first half; θ of the first half)
+//! Δ > −2 ln 0.05 = 6.0
 //! ```
+//!
+//! There no other run bears the name out, and a slow random force begins every run like a wave: the second halves alone have
+//! to. A likelihood ratio of data that took no part in either fit is 1 in the mean where the name is wrong, so exp(Δ/2)
+//! passes 1/0.05 in five of a hundred at most (Wasserman, Ramdas and Balakrishnan 2020, *Universal inference*).
 
 use super::refit::{ROUGH, beside};
 use super::search::Task;
@@ -29,6 +34,9 @@ use crate::run::Run;
 
 /// Seconds ahead at which predictions are compared.
 const AHEAD: f64 = 8.0;
+
+/// Share of names that are wrong and yet borne out by second halves alone, at most.
+const BY_HALVES: f64 = 0.05;
 
 /// An error that grows by less than this share is the same.
 const SAME: f64 = 0.05;
@@ -89,10 +97,11 @@ pub(super) fn agree(
     task: &Task<'_>,
 ) -> Result<HeldOut, OutputErrorError> {
     let mut gain = fall(without, with, task)?;
-    if gain.is_nan() || gain <= 0.0 {
+    let least = if own_values(with) > own_values(without) { -2.0 * BY_HALVES.ln() } else { 0.0 };
+    if gain.is_nan() || gain <= least {
         gain = fall_under_own_noise(without, with, task).unwrap_or(gain);
     }
-    if gain.is_nan() || gain <= 0.0 {
+    if gain.is_nan() || gain <= least {
         let against = if task.held.is_empty() {
             "estimated without a run, it predicts that run no better than the model without it"
         } else {
@@ -130,7 +139,12 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
 
 /// Whether runs are judged by halves: a value of its own in every run is taken from the first one.
 fn judged_by_halves(one: &FilterErrorFit, other: &FilterErrorFit) -> bool {
-    [one, other].iter().any(|fit| fit.model.parameters.iter().any(|p| p.spec.per_run))
+    [one, other].into_iter().any(|fit| own_values(fit) > 0)
+}
+
+/// How many parameters have a value of their own in every run.
+fn own_values(fit: &FilterErrorFit) -> usize {
+    fit.model.parameters.iter().filter(|p| p.spec.per_run).count()
 }
 
 /// By how much −2 ln L of the runs that took no part falls from one fit to another.

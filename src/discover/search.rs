@@ -267,7 +267,10 @@ fn name_among(
             best.push(score);
         }
     }
-    best.retain(|score| score.log_p < threshold + NEARLY && has_own_values(&found.candidates[score.candidate]) == own);
+    best.retain(|score| {
+        let candidate = &found.candidates[score.candidate];
+        score.log_p < threshold + NEARLY && has_own_values(candidate) == own && candidate.is_possible(score)
+    });
     // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
     let (first, later) = best.split_at(best.len().min(REFITS));
     let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));

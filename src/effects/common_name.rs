@@ -70,6 +70,8 @@ const NAMES: &[(&str, &str)] = &[
     ("sensor_dvl_lever_arm", "lever arm of the DVL"),
     ("sensor_dvl_misalignment", "misalignment of the DVL"),
     ("sensor_dvl_scale", "scale of the DVL"),
+    ("sensor_dvl_delay", "latency of the DVL"),
+    ("sensor_position_delay", "latency of the position"),
     ("sensor_delay", "late logging"),
 ];
 

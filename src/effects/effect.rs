@@ -211,7 +211,15 @@ pub trait Effect: Debug + Send + Sync {
     }
 
     /// Changes what is logged.
-    fn sense<'g>(&self, _at: &Instant<'g>, _place: Place, _theta: &[Expr<'g>], _logged: &mut Logged<'g>) {}
+    fn sense<'g>(
+        &self,
+        _at: &Instant<'g>,
+        _place: Place,
+        _theta: &[Expr<'g>],
+        _memory: &[Expr<'g>],
+        _logged: &mut Logged<'g>,
+    ) {
+    }
 
     /// States that it carries, each by its value in quasi-steady motion; empty for an effect without memory.
     /// An actuator's `tau` is the force that reaches it.

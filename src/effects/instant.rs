@@ -127,3 +127,15 @@ pub struct Logged<'g> {
     /// φ, θ, ψ, rad.
     pub attitude: [Expr<'g>; 3],
 }
+
+impl<'g> Logged<'g> {
+    /// So much of this, `share`, and the rest of `other`.
+    pub(crate) fn blended(&self, other: &Logged<'g>, share: Expr<'g>) -> Logged<'g> {
+        let mixed = |own: Expr<'g>, other: Expr<'g>| other + share * (own - other);
+        Logged {
+            nu: std::array::from_fn(|i| mixed(self.nu[i], other.nu[i])),
+            position: std::array::from_fn(|i| mixed(self.position[i], other.position[i])),
+            attitude: std::array::from_fn(|i| mixed(self.attitude[i], other.attitude[i])),
+        }
+    }
+}

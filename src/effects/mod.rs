@@ -41,12 +41,14 @@ mod search;
 mod sensor_compass_deviation;
 mod sensor_compass_magnetic;
 mod sensor_delay;
+mod sensor_dvl_delay;
 mod sensor_dvl_lever_arm;
 mod sensor_dvl_misalignment;
 mod sensor_dvl_scale;
 mod sensor_gyro_bias;
 mod sensor_gyro_scale;
 mod sensor_heading_offset;
+mod sensor_position_delay;
 mod sensor_tilt_offset;
 mod single_thruster;
 mod supply_voltage;
@@ -139,6 +141,8 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(sensor_dvl_lever_arm::SensorDvlLeverArm),
         Arc::new(sensor_dvl_misalignment::SensorDvlMisalignment),
         Arc::new(sensor_dvl_scale::SensorDvlScale),
+        Arc::new(sensor_dvl_delay::SensorDvlDelay),
+        Arc::new(sensor_position_delay::SensorPositionDelay),
         Arc::new(sensor_delay::SensorDelay),
     ]);
     list

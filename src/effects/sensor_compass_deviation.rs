@@ -32,7 +32,7 @@ impl Effect for SensorCompassDeviation {
         ["a_dev", "b_dev", "c_dev"].map(|name| ParameterSpec::linear(name, Dimension::ONE)).to_vec()
     }
 
-    fn sense<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         let psi = at.attitude[2];
         logged.attitude[2] += theta[0] * psi.cos() + theta[1] * psi.sin() + theta[2];
     }

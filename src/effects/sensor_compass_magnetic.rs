@@ -32,7 +32,7 @@ impl Effect for SensorCompassMagnetic {
         vec![ParameterSpec::linear("a_mag", Dimension::ONE.over(Dimension::FORCE))]
     }
 
-    fn sense<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         let effort = at.command[..3].iter().fold(at.graph.zero(), |sum, tau| sum + tau.abs());
         logged.attitude[2] += theta[0] * effort;
     }

@@ -32,7 +32,7 @@ impl Effect for SensorDvlLeverArm {
         ["x_dvl", "y_dvl"].map(|name| ParameterSpec::linear(name, Dimension::LENGTH)).to_vec()
     }
 
-    fn sense<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         let r = at.nu[5];
         logged.nu[0] -= r * theta[1];
         logged.nu[1] += r * theta[0];

@@ -32,7 +32,7 @@ impl Effect for SensorDvlMisalignment {
         vec![ParameterSpec::shape("alpha_dvl", Dimension::ONE, &[0.0], -1.6, 1.6)]
     }
 
-    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         let (sin, cos) = (theta[0].sin(), theta[0].cos());
         let [u, v, ..] = logged.nu;
         logged.nu[0] = u * cos + v * sin;

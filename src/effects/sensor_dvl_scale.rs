@@ -32,7 +32,7 @@ impl Effect for SensorDvlScale {
         vec![ParameterSpec::linear("s_dvl", Dimension::ONE)]
     }
 
-    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         for v in &mut logged.nu[..3] {
             *v = *v + theta[0] * *v;
         }

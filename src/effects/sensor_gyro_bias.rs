@@ -32,7 +32,7 @@ impl Effect for SensorGyroBias {
         vec![ParameterSpec::linear("b_gyro", Dimension::RATE)]
     }
 
-    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         logged.nu[5] += theta[0];
     }
 }

@@ -32,7 +32,7 @@ impl Effect for SensorGyroScale {
         vec![ParameterSpec::linear("s_gyro", Dimension::ONE)]
     }
 
-    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         logged.nu[5] = logged.nu[5] + theta[0] * logged.nu[5];
     }
 }

@@ -32,7 +32,7 @@ impl Effect for SensorHeadingOffset {
         vec![ParameterSpec::linear("c_psi", Dimension::ONE)]
     }
 
-    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         logged.attitude[2] += theta[0];
     }
 }

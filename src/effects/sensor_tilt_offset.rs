@@ -32,7 +32,7 @@ impl Effect for SensorTiltOffset {
         ["c_phi", "c_theta"].map(|name| ParameterSpec::linear(name, Dimension::ONE)).to_vec()
     }
 
-    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], logged: &mut Logged<'g>) {
+    fn sense<'g>(&self, _: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], logged: &mut Logged<'g>) {
         logged.attitude[0] += theta[0];
         logged.attitude[1] += theta[1];
     }

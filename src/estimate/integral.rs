@@ -215,8 +215,18 @@ pub fn integral_least_squares(
     model: &Model,
     options: IntegralOptions,
 ) -> Result<(Model, Vec<RowFit>), IntegralError> {
+    balances(runs, model, &model.dofs, options)
+}
+
+/// The same of the balances of `dofs` alone.
+pub(super) fn balances(
+    runs: &[&Run],
+    model: &Model,
+    dofs: &[Dof],
+    options: IntegralOptions,
+) -> Result<(Model, Vec<RowFit>), IntegralError> {
     let mut groups: Vec<Group> = Vec::new();
-    for dof in &model.dofs {
+    for dof in dofs {
         let columns = match regressors_of(*dof, runs, model, options.regressor) {
             Err(RegressorError::NothingFree { .. }) => continue,
             other => other?,

@@ -16,7 +16,7 @@ use super::shared_stamps::write_rows;
 use super::sums::Sums;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, rounding_of_commands};
 use crate::simulate::values_in_run;
 use crate::symbolic::Registers;
 use crate::wide::Plain;
@@ -138,13 +138,15 @@ pub fn regressors_of(
 ) -> Result<Columns, RegressorError> {
     let mut columns = Columns::default();
     stack(&mut columns, dof, runs, model, options)?;
-    check_scale(dof, &columns.rhs)?;
+    check_scale(dof, &columns.rhs, runs)?;
     Ok(columns)
 }
 
 /// Where nothing known acts, every solution could be multiplied by anything.
-fn check_scale(dof: Dof, known: &[f64]) -> Result<(), RegressorError> {
-    if !known.is_empty() && known.iter().all(|y| y.abs() <= 0.0) {
+fn check_scale(dof: Dof, known: &[f64], runs: &[&Run]) -> Result<(), RegressorError> {
+    // what rounding leaves of a command, over a second
+    let rounding = runs.iter().map(|run| rounding_of_commands(std::slice::from_ref(*run))).fold(0.0, f64::max);
+    if !known.is_empty() && known.iter().all(|y| y.abs() <= rounding) {
         return Err(RegressorError::NoScale { dof });
     }
     Ok(())
@@ -160,7 +162,7 @@ pub fn regressors(runs: &[&Run], model: &Model, options: RegressorOptions) -> Re
     for dof in &model.dofs {
         let first = columns.rows();
         stack(&mut columns, *dof, runs, model, options)?;
-        check_scale(*dof, &columns.rhs[first..])?;
+        check_scale(*dof, &columns.rhs[first..], runs)?;
     }
     Ok(columns)
 }

@@ -4,7 +4,8 @@
 //! samples keep the noise of the velocities from shrinking the inertias. A start that no vehicle has (an inertia that
 //! is not positive) is replaced by the force over the acceleration that the log shows.
 
-use super::{IntegralOptions, RegressorOptions, Span, Together, integral_least_squares};
+use super::integral::balances;
+use super::{IntegralError, IntegralOptions, RegressorError, RegressorOptions, Span, Together};
 use crate::chain::memory_count;
 use crate::effects::{Effect, Family, Scope};
 use crate::frame::Dof;
@@ -53,9 +54,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     // a start needs no more than the right size, and one is wanted in any case
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
     let mut started = model.clone();
-    let Ok((plain, _)) = integral_least_squares(&all, &plain, options) else {
-        return rough(started, runs);
-    };
+    let Some(plain) = regressed(&all, plain, options) else { return rough(started, runs) };
     for parameter in started.parameters.iter_mut().filter(|p| !p.fixed && !p.given) {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
@@ -67,6 +66,34 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
         }
     }
     rough(started, runs)
+}
+
+/// `model` with what its balances say. One in which nothing known acts has no scale of its own: it waits for the others, which
+/// know the masses whose Munk moment turns a vehicle that is commanded no moment.
+fn regressed(runs: &[&Run], mut model: Model, options: IntegralOptions) -> Option<Model> {
+    let (mut scaled, mut waiting) = (model.dofs.clone(), Vec::new());
+    let fits = loop {
+        match balances(runs, &model, &scaled, options) {
+            Ok((found, fits)) => {
+                model = found;
+                break fits;
+            }
+            Err(IntegralError::Regressor(RegressorError::NoScale { dof })) if scaled.len() > 1 => {
+                scaled.retain(|other| *other != dof);
+                waiting.push(dof);
+            }
+            Err(_) => return None,
+        }
+    };
+    for column in fits.iter().flat_map(|fit| &fit.parameters) {
+        model.parameters[column.parameter].fixed = true;
+    }
+    for dof in waiting {
+        if let Ok((found, _)) = balances(runs, &model, &[dof], options) {
+            model = found;
+        }
+    }
+    Some(model)
 }
 
 fn regressible(model: &Model, term: &Term) -> bool {

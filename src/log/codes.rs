@@ -33,7 +33,7 @@ codes! {
     OUTLIER = "L108" "outlier" Warning "Single samples stand far off their neighbours.";
     MAGNITUDE = "L109" "implausible-magnitude" Warning "Single samples are larger than anything a vehicle does.";
     UNIT = "L110" "unit" Warning "The whole column is implausibly large in its unit: perhaps it is in another one.";
-    HELD = "L111" "held-samples" Warning "Values repeat in steps: a slower sensor was written at the rate of the log, and repeated values are not measurements.";
+    HELD = "L111" "held-samples" Warning "Values repeat in steps: a slower sensor was written at the rate of the log. Each of its samples is used once, unless the option `repeated` says that all are measurements or the log is read piece by piece.";
     CONSTANT = "L112" "constant-column" Warning "A measured column never changes: nothing can be learned from it.";
     SATURATION = "L113" "saturation" Warning "A column stays at its largest or smallest value for long: a limit of the sensor or of the actuator.";
     NON_PHYSICAL = "L114" "non-physical" Warning "A quick fit gives a negative inertia or drag: most likely a sign or a frame is wrong.";

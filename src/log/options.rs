@@ -73,7 +73,7 @@ impl Default for LogOptions {
             time_format: None,
             missing: Missing::Error,
             missing_values: Vec::new(),
-            repeated: Repeated::Sample,
+            repeated: Repeated::Auto,
             duplicates: Duplicates::Error,
             sort: false,
             truncated: Truncated::Error,
@@ -225,6 +225,8 @@ choice! {
 choice! {
     /// What a repeated value of a measured channel means where a slower sensor is written at the rate of the log.
     Repeated {
+        /// No sample, where the whole log is read; a warning says which. A log that is read piece by piece takes them as samples.
+        Auto,
         /// A sample like any other.
         Sample,
         /// This sensor has no new sample at this instant.

@@ -116,7 +116,7 @@ fn collect<R: Read>(
     }
     let repeated = match options.repeated {
         Repeated::Sample => Vec::new(),
-        Repeated::NoSample => without_repeats(&plan, &mut table.values),
+        Repeated::Auto | Repeated::NoSample => without_repeats(&plan, &mut table.values),
     };
     let taken = table.time.len();
     if taken == 0 && faults.is_empty() {
@@ -153,8 +153,19 @@ fn collect<R: Read>(
     }
     if !repeated.is_empty() {
         let said: Vec<String> = repeated.iter().map(|(name, n)| format!("{n} of {taken} values of {name}")).collect();
-        let text = format!("{} only repeat the one before: no samples (repeated = \"no_sample\")", said.join(", "));
-        log.note(&codes::REPEATED, None, &text);
+        let said = format!("{} only repeat the one before", said.join(", "));
+        match options.repeated {
+            Repeated::NoSample => {
+                log.note(&codes::REPEATED, None, &format!("{said}: no samples (repeated = \"no_sample\")"));
+            }
+            _ => {
+                let text = format!(
+                    "{said}: a slower sensor, written at the rate of the log, of which each sample is used once; \
+                     repeated = \"no_sample\" says that this is right, \"sample\" that all are measurements"
+                );
+                log.warn(&codes::HELD, None, None, &text);
+            }
+        }
     }
     let timed = plan.time.is_some();
     if timed && taken < FEW_ROWS {

@@ -196,6 +196,8 @@ fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
         "thrust_saturation" => vec![Limit(1.05 * f)],
         "thrust_lag" => vec![Strength(0.5)],
         "thrust_delay" | "sensor_delay" => vec![Strength(0.4)],
+        "sensor_dvl_delay" => vec![Strength(0.2)],
+        "sensor_position_delay" => vec![Strength(1.0)],
         "thrust_crosstalk" => vec![Strength(0.15 * f / force[j])],
         "thruster_fault" => vec![Strength(0.4), Shape(40.0)],
         "supply_voltage" => vec![Strength(1.5)],

@@ -56,6 +56,16 @@ fn blind_an_effect_under_a_random_force_is_named() {
     assert!(force(1) < 0.7 * force(0), "{} N m, then {}", force(0), force(1));
 }
 
+/// A DVL that is 0.2 s late under a random force is named, its latency within five deviations (two of them are Padé's), and the
+/// log is no fault of anything else.
+#[test]
+fn blind_a_late_dvl_is_named() {
+    let found = answer("late_dvl", &sea("laurs", 0.02, &["sensor_dvl_delay"], 204));
+    assert_eq!((names(&found), found.verdict), (vec!["sensor_dvl_delay"], Verdict::Explained), "{}", found.sentence);
+    let delay = &found.effects[0].parameters[0];
+    assert!((delay.value - 0.2).abs() < 5.0 * delay.std && delay.std < 0.02, "{delay:?}");
+}
+
 /// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
 #[test]
 fn blind_a_thruster_that_fails_is_found_with_its_instant() {

@@ -16,7 +16,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// The ids of the catalogue, as users and other programs know them.
-const IDS: [&str; 56] = [
+const IDS: [&str; 58] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -72,6 +72,8 @@ const IDS: [&str; 56] = [
     "sensor_compass_deviation",
     "sensor_dvl_misalignment",
     "sensor_dvl_scale",
+    "sensor_dvl_delay",
+    "sensor_position_delay",
     "sensor_delay",
 ];
 
@@ -134,7 +136,7 @@ fn say<'g>(effect: &dyn Effect, place: Place, at: &Instant<'g>) -> Said<'g> {
     effect.momentum(at, place, &theta, &mut momentum);
     effect.wrench(at, place, &theta, &states, &mut wrench);
     effect.actuate(at, place, &theta, &states, &mut tau);
-    effect.sense(at, place, &theta, &mut logged);
+    effect.sense(at, place, &theta, &states, &mut logged);
     let water = effect.water(at, place, &theta);
     let memory_rate = effect.memory_rate(at, place, &theta, &states, &at.command);
     Said { momentum, wrench, tau, water, logged, memory, memory_rate }
@@ -287,10 +289,14 @@ fn law_neutral_parameters_mean_no_effect() {
         let said = say(effect, place, &at);
         let specs = effect.parameters(place);
         let any_linear = specs.iter().any(ParameterSpec::is_linear);
-        // a lag and a delay are absent in the limit: what they carry in steady motion is the command itself
+        // a lag and a delay are absent in the limit of a time that is nothing
         let theta: Vec<f64> = specs
             .iter()
-            .map(|s| if s.is_linear() || !any_linear && said.memory.is_empty() { s.neutral } else { some_value(s) })
+            .map(|s| match () {
+                () if s.is_linear() || !any_linear && said.memory.is_empty() => s.neutral,
+                () if !any_linear => 1e-300,
+                () => some_value(s),
+            })
             .collect();
         if specs.is_empty() || effect.delays_command().is_some() {
             return;

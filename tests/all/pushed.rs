@@ -50,6 +50,46 @@ fn fitted(campaign: &Campaign) -> (Fit, ModelFile) {
     (fit, file)
 }
 
+/// Every estimate of a fit within so many deviations of the truth, for runs as `asked` has them.
+fn within(name: &str, deviations: f64, asked: &plant::Campaign) {
+    let folder = Folder::new(name);
+    let sailed = asked.sail().expect("it sails");
+    sailed.write(&folder.0).expect("it is written");
+    let loaded = Campaign::load(&folder.0.join("campaign.toml"), LoadOptions::default());
+    let (fit, _) = fitted(&loaded.unwrap_or_else(|e| panic!("{e}")));
+    assert!(fit.converged, "{name}: {}", fit.sentence);
+    for p in &fit.parameters {
+        let term = p.dof.map_or(p.effect.clone(), |dof| format!("{}@{dof}", p.effect));
+        let truth = sailed.truth.value(&term).unwrap_or_else(|| panic!("{name}: the plant knows no {term}"));
+        let std = p.std.expect("it has a deviation");
+        assert!((p.value - truth).abs() < deviations * std, "{name}: {term} = {} ± {std}, true {truth}", p.value);
+    }
+}
+
+fn of_small(seed: u64) -> plant::Campaign {
+    let vehicle = plant::Vehicle::named("small").expect("the plant has it");
+    let force = plant::RandomForce { share: 0.02, correlation: 1.0 };
+    plant::Campaign { force, seed, ..plant::Campaign::new(vehicle, &plant::Dof::PLANE) }
+}
+
+/// A vehicle that is unstable in yaw turns by its Munk moment alone: thrusters that share out a force leave 1e-17 N m there,
+/// which is no scale for a random force and no start for an inertia. Four deviations: nine parameters, four seeds.
+#[test]
+fn what_no_moment_is_commanded_is_found_by_what_turns_it() {
+    for seed in [401, 408, 413, 417] {
+        let asked = plant::Campaign { runs: 4, commands: plant::Commands::Thrusters, ..of_small(seed) };
+        within(&format!("munk_alone_{seed}"), 4.5, &asked);
+    }
+}
+
+/// Samples of a DVL at 5 Hz that a log of 20 Hz repeats are used once each.
+#[test]
+fn held_samples_count_once() {
+    let suite = plant::Suite { rate: 20.0, dvl_rate: Some(5.0), held: true, ..plant::Suite::default() };
+    let instruments = suite.instruments(&plant::Dof::PLANE);
+    within("held", 4.5, &plant::Campaign { instruments, duration: 30.0, ..of_small(5000) });
+}
+
 #[test]
 fn the_force_is_found_told_and_carried_by_the_model_file() {
     let (fit, file) = fitted(&sailed(1, SHARE, &[]));

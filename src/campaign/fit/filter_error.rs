@@ -20,6 +20,9 @@ use crate::frame::Dof;
 use crate::progress::tell;
 use crate::run::{Role, Run};
 
+/// What is said of a model whose predictions have no value any more.
+const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model runs away from where the vehicle was; `hydrosysid check` may say why.";
+
 /// How the campaign asks for it.
 pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {
     FilterErrorOptions {
@@ -46,13 +49,16 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         let erring = all.iter().filter(|(_, p)| p.errs(all.len()));
         erring.map(|(dof, p)| format!("{dof} by {:.1}", p.ratio())).collect()
     };
+    let lost = noise::by_dof(&filtered, &forecasts, Some(8.0)).iter().any(|(_, p)| p.runs_away());
     let (mut erring, others) = (errs(&forecasts), others(campaign));
-    if !erring.is_empty() && !others.is_empty() {
+    if !erring.is_empty() && !lost && !others.is_empty() {
         let at = (&others[..], &options.base);
         erring = errs(&with_all_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
     }
-    let sentence = sentence(&fitted, &found, &erring);
-    if !erring.is_empty() {
+    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring) };
+    if lost {
+        warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
+    } else if !erring.is_empty() {
         let text = format!(
             "predictions 8 s ahead err by more than sensors and random force explain ({}): the model lacks something, and its parameters make up for it; `hydrosysid discover` looks for what",
             erring.join(", ")

@@ -10,7 +10,6 @@ use super::words::{self, Words};
 use super::{units, values};
 use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, TimeFormat, TimeUnit, Truncated};
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
-use crate::run::Signal;
 
 /// Attempts to read before the file is written without this log.
 const ATTEMPTS: usize = 12;
@@ -333,20 +332,10 @@ impl Understood {
 
     /// Notices sensors whose values are repeated until the next; whether the option is new.
     fn holds(&mut self, log: &LogFile) -> bool {
-        if self.options.repeated == Repeated::NoSample {
-            return false;
-        }
-        let held = |(name, s): (&String, &Signal)| {
-            let measured = log::check::is_measured(name) && s.len() == log.rows;
-            let hold = measured.then(|| log::check::hold::of(s.values())).flatten()?;
-            Some(format!("{name} changes every {:.1} rows", hold.rows))
-        };
-        let slow: Vec<String> = log.signals.iter().filter_map(held).collect();
-        if slow.is_empty() {
-            return false;
-        }
+        let told = log.warnings.iter().find(|found| found.code == codes::HELD.code);
+        let (Repeated::Auto, Some(told)) = (self.options.repeated, told) else { return false };
         self.options.repeated = Repeated::NoSample;
-        self.guess("repeated", format!("{}: a slower sensor, written at the rate of the log", slow.join(", ")));
+        self.guess("repeated", told.message.clone());
         true
     }
 }

@@ -82,8 +82,12 @@ fn in_deviations<'a>(
     for (error, variance, off) in parts {
         let spread = white + off.iter().map(|x| x * x).sum::<f64>() / DRAWS as f64;
         count += 1;
-        // a draw that runs away leaves all open
-        if spread.is_finite() {
+        if !error.is_finite() {
+            // the model itself runs away from where the vehicle was
+            squares += FARTHEST * FARTHEST;
+            drawn.iter_mut().for_each(|sum| *sum += 1.0);
+        } else if spread.is_finite() {
+            // a draw that runs away leaves all open
             let s = spread.max(variance);
             let counts = |square: f64| (square / s).min(FARTHEST * FARTHEST);
             squares += counts(error * error);
@@ -117,5 +121,6 @@ mod tests {
         assert!(of(&errors, &off).errs(12));
         let lost = [f64::NAN; DRAWS];
         assert_eq!(of(&errors, &lost).squares, 0.0);
+        assert!(of(&[f64::NAN; 20], &lost).errs(12), "the model itself is lost");
     }
 }

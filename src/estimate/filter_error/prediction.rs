@@ -55,9 +55,20 @@ impl Prediction {
         Prediction { squares, expected, count: self.count + other.count, drawn, ..*self }
     }
 
-    /// Error over what was expected; 1 where nothing was predicted.
+    /// Error over what was expected; 1 where nothing was predicted, infinite where the model runs away.
     pub fn ratio(&self) -> f64 {
-        if self.expected > 0.0 { (self.squares / self.expected).sqrt() } else { 1.0 }
+        if self.runs_away() {
+            f64::INFINITY
+        } else if self.expected > 0.0 {
+            (self.squares / self.expected).sqrt()
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether a prediction has no value any more: the model runs away from where the vehicle was.
+    pub fn runs_away(&self) -> bool {
+        !self.squares.is_finite()
     }
 
     /// Errors that stand for themselves: predictions half of a horizon apart share half of their error, and draws that
@@ -75,7 +86,13 @@ impl Prediction {
     /// Probability that chance makes such a ratio.
     pub fn p_value(&self) -> f64 {
         let n = self.independent();
-        if self.count == 0 { 1.0 } else { ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2))) }
+        if self.runs_away() {
+            0.0
+        } else if self.count == 0 {
+            1.0
+        } else {
+            ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2)))
+        }
     }
 
     /// Whether it, of so many that are asked, errs by more than it should: by a fifth at least, beyond one chance in a
@@ -83,7 +100,7 @@ impl Prediction {
     /// either way.
     pub fn errs(&self, of: usize) -> bool {
         let beyond_draws = self.drawn.is_none_or(|drawn| drawn.iter().all(|draw| *draw < self.squares));
-        self.ratio() > 1.2 && self.p_value() < 1e-3 / of.max(1) as f64 && beyond_draws
+        self.runs_away() || self.ratio() > 1.2 && self.p_value() < 1e-3 / of.max(1) as f64 && beyond_draws
     }
 }
 
@@ -104,6 +121,14 @@ mod tests {
         assert!(prediction(9.0, None).errs(1));
         assert!(prediction(9.0, Some(2.0)).errs(1));
         assert!(!prediction(9.0, Some(10.0)).errs(1), "one draw in 32 errs as much");
+    }
+
+    #[test]
+    fn what_runs_away_errs() {
+        for squares in [f64::NAN, f64::INFINITY] {
+            let lost = Prediction { squares, expected: f64::NAN, ..prediction(1.0, Some(f64::INFINITY)) };
+            assert!(lost.errs(6) && lost.ratio().is_infinite() && lost.p_value() < 1e-9);
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::options::Forces;
 use super::problem::Filtered;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::Run;
+use crate::run::{Run, commanded};
 
 /// Share of the thrust with which a random force starts: too much is taken back within a few steps, too little makes a
 /// filter that trusts a wrong model.
@@ -93,12 +93,7 @@ fn resolution_of(y: &[f64]) -> Option<f64> {
 
 /// Rms of the thrust in a degree of freedom, N or N·m; of what accelerates it where no thrust is commanded there.
 pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
-    let rms = |values: &mut dyn Iterator<Item = f64>| {
-        let (sum, count) = values.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
-        f64::sqrt(sum / f64::max(count, 1.0))
-    };
-    let thrust = rms(&mut runs.iter().filter_map(|r| r.signal(dof.force())).flat_map(|s| s.values().iter().copied()));
-    if thrust > 0.0 {
+    if let Some(thrust) = commanded(runs, dof) {
         return thrust;
     }
     let inertia = model.value(&format!("inertia@{dof}")).unwrap_or(1.0).abs();
@@ -115,7 +110,8 @@ pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
             })
             .collect::<Vec<f64>>()
     });
-    let strength = inertia * rms(&mut changes.into_iter());
+    let (sum, count) = changes.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    let strength = inertia * f64::sqrt(sum / f64::max(count, 1.0));
     if strength > 0.0 { strength } else { inertia }
 }
 

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Values that repeat by chance, as coarse ones do, give lengths with the geometric law's variance ρ (ρ − 1); a clock
-//! gives lengths that differ by one at most. Long stretches, in which nothing moved, do not count.
+//! gives lengths that differ by one at most. Long stretches, in which nothing moved, do not count. A coarse sensor that
+//! moves steadily changes as evenly as a clock, but mostly by one step of its resolution: it is not held.
 
 /// A signal that is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,12 +24,19 @@ pub fn of(values: &[f64]) -> Option<Hold> {
     sorted.sort_unstable();
     let usual = *sorted.get(sorted.len() / 2)?;
     let short: Vec<f64> = inner.iter().filter(|n| **n <= 3 * usual + 2).map(|n| *n as f64).collect();
-    if short.len() < 8 {
+    if short.len() < 8 || is_coarse(values) {
         return None;
     }
     let mean = short.iter().sum::<f64>() / short.len() as f64;
     let variance = short.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / short.len() as f64;
     (mean > 1.3 && variance < 0.5 * mean * (mean - 1.0)).then_some(Hold { rows: mean })
+}
+
+/// Whether most changes are by the least of them: steps of a resolution.
+fn is_coarse(values: &[f64]) -> bool {
+    let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
+    let least = changes.iter().copied().fold(f64::INFINITY, f64::min);
+    2 * changes.iter().filter(|d| **d < 1.5 * least).count() > changes.len()
 }
 
 impl Hold {
@@ -63,6 +71,8 @@ mod tests {
             let coarse: Vec<f64> = (0..600).map(|_| (noise.normal() / quantum).round() * quantum).collect();
             assert_eq!(of(&coarse), None, "{quantum}");
         }
+        let degrees: Vec<f64> = (0..600).map(|k| (f64::from(k) * 0.21).round()).collect();
+        assert_eq!(of(&degrees), None, "whole degrees of a heading that turns steadily");
         assert_eq!(of(&vec![1.0; 100]), None);
         assert_eq!(of(&slow(1.0)), None);
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::super::codes;
 use super::super::columns::{Quantity, quantity};
 use super::super::number::short;
+use super::hold::{self, Hold};
 use super::statistics::range;
 use super::{Seen, is_measured, is_velocity};
 use crate::frame::Dof;
@@ -23,14 +24,14 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         let text = format!("{} never change: nothing can be learned from them", constant.join(", "));
         seen.push(Seen::new(codes::CONSTANT, &constant, None, text));
     }
-    let held: Vec<(&str, usize)> =
-        long().filter(|(n, ..)| is_measured(n)).filter_map(|(n, x, _)| Some((n, held_for(x)?))).collect();
-    if let Some((_, rows)) = held.first() {
+    let held: Vec<(&str, Hold)> =
+        long().filter(|(n, ..)| is_measured(n)).filter_map(|(n, x, _)| Some((n, hold::of(x)?))).collect();
+    if let Some((_, hold)) = held.first() {
         let names: Vec<&str> = held.iter().map(|(n, _)| *n).collect();
         let text = format!(
-            "{} keep each value for {rows} rows: samples of a slower sensor, repeated; \
-             set repeated = \"no_sample\" to take only the first of each",
-            names.join(", ")
+            "{} keep each value for {} rows: samples of a slower sensor, repeated, and taken as measurements each",
+            names.join(", "),
+            short(hold.rows, 3)
         );
         seen.push(Seen::new(codes::HELD, &names, None, text));
     }
@@ -67,18 +68,6 @@ fn idle(signals: &BTreeMap<String, Signal>) -> Option<Seen> {
 /// Lengths of the stretches of equal values.
 fn lengths(values: &[f64]) -> Vec<usize> {
     values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(<[f64]>::len).collect()
-}
-
-/// For how many rows each value is held, when that is the rule: at least three in five stretches have this length,
-/// two or more.
-fn held_for(values: &[f64]) -> Option<usize> {
-    let lengths = lengths(values);
-    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
-    for length in &lengths {
-        *counts.entry(*length).or_default() += 1;
-    }
-    let (length, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
-    (length >= 2 && count >= 3 && 5 * count >= 3 * lengths.len()).then_some(length)
 }
 
 /// First sample at the limit, the limit, and how many samples lie there: at least one in twenty, in stretches of four
