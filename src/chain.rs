@@ -237,7 +237,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     components.push((None, tau));
 
     let mut states = Vec::new();
-    let rates = attitude::kinematics(graph, &at, model);
+    let rates = attitude::kinematics(&at);
     for dof in Dof::ALL {
         let leaf = Leaf::State(6 + dof.index() as u16);
         if pose[dof.index()].leaves() == [leaf] {

@@ -50,7 +50,7 @@ pub fn is_commanded(runs: &[Run], dof: Dof) -> bool {
 
 /// Root mean square of the force or moment that is commanded in a degree of freedom, over the samples of all runs, N or N·m;
 /// `None` where none is.
-pub fn commanded(runs: &[Run], dof: Dof) -> Option<f64> {
+pub fn commanded_rms(runs: &[Run], dof: Dof) -> Option<f64> {
     let values = runs.iter().filter_map(|run| run.signal(dof.force())).flat_map(|s| s.values());
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
     is_commanded(runs, dof).then(|| f64::sqrt(sum / count))

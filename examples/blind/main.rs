@@ -62,7 +62,7 @@ fn judged(cell: &Cell, found: &Discovery, seconds: f64) -> Outcome {
 }
 
 fn main() -> Result<(), String> {
-    let asked = Arguments::read(90_001)?;
+    let asked = Arguments::read(20, 90_001)?;
     let mut text = format!(
         "# Discovery on campaigns in which effects are hidden\n\nMade by `make blind` on the independent plant: {} seeds a \
          row from {} on, two vehicles in turn. How a row is judged: the heading of `examples/blind/main.rs`.\n",

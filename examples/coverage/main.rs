@@ -1,13 +1,15 @@
 //! The table of coverage: do 95 % intervals of filter error cover the truth 95 % of the time, and is the estimate as
 //! good as can be?
 //!
-//! `cargo run --release --example coverage -- [--campaigns N] [--first SEED] [--cell TEXT] [--write FILE]`
+//! `cargo run --release --example coverage -- [--seeds N] [--first SEED] [--only TEXT] [--write FILE]`
 //!
 //! The truth is the independent plant (`plant/`), which shares no code with the estimator. Each campaign is a vehicle
 //! drawn anew, written as a folder and read back as a user's would be. Errors are divided by the Cramér-Rao bound of
 //! their own campaign at its true parameters, noise and random force, before they are squared and averaged.
 
 mod cells;
+#[path = "../over_seeds/mod.rs"]
+mod over_seeds;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -21,36 +23,8 @@ use hydrosysid::estimate::started;
 use hydrosysid::frame::Dof;
 use hydrosysid::run::{Role, Run};
 use hydrosysid_plant::Sailed;
+use over_seeds::Arguments;
 use rayon::prelude::*;
-
-/// What is asked of the command.
-struct Arguments {
-    campaigns: u64,
-    first: u64,
-    cell: String,
-    write: Option<String>,
-}
-
-fn arguments() -> Result<Arguments, String> {
-    let mut found = Arguments { campaigns: 120, first: 50_000, cell: String::new(), write: None };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value"));
-        let number = |text: String| text.parse().map_err(|_| format!("{word} takes a whole number"));
-        match word.as_str() {
-            "--campaigns" => found.campaigns = number(value()?)?,
-            "--first" => found.first = number(value()?)?,
-            "--cell" => found.cell = value()?,
-            "--write" => found.write = Some(value()?),
-            other => {
-                return Err(format!(
-                    "unknown argument {other}: --campaigns N, --first SEED, --cell TEXT, --write FILE"
-                ));
-            }
-        }
-    }
-    Ok(found)
-}
 
 /// One campaign.
 struct Outcome {
@@ -187,7 +161,7 @@ fn row(cell: &Cell, outcomes: &[Outcome], failed: usize) -> String {
 }
 
 fn main() -> Result<(), String> {
-    let asked = arguments()?;
+    let asked = Arguments::read(120, 50_000)?;
     let mut text = format!(
         "# Coverage\n\nMade by `make coverage` on the independent plant: {} campaigns a cell, seeds from {}, other seeds in \
          each cell. How: the heading of `examples/coverage/main.rs`.\n\nPer cent of 95 % intervals of filter error that cover \
@@ -195,12 +169,12 @@ fn main() -> Result<(), String> {
          root-mean-square error over the Cramér-Rao bound with the true random force; random force found over true (rms, \
          correlation time; medians); campaigns whose fit did not converge, whose innovations are white at 1 %, that \
          could not be fitted; seconds of one core (median).\n",
-        asked.campaigns,
+        asked.seeds,
         asked.first,
-        100.0 * (0.95 * 0.05 / (9 * asked.campaigns) as f64).sqrt()
+        100.0 * (0.95 * 0.05 / (9 * asked.seeds) as f64).sqrt()
     );
     let mut section = "";
-    for (k, cell) in cells().iter().enumerate().filter(|(_, c)| c.name.contains(&asked.cell)) {
+    for (k, cell) in cells().iter().enumerate().filter(|(_, c)| c.name.contains(&asked.only)) {
         if cell.section != section {
             section = cell.section;
             let _ = write!(
@@ -209,8 +183,8 @@ fn main() -> Result<(), String> {
                  |---|---|---|---|---|---|---|---|---|---|\n"
             );
         }
-        let first = asked.first + k as u64 * asked.campaigns;
-        let results: Vec<_> = (first..first + asked.campaigns).into_par_iter().map(|seed| one(cell, seed)).collect();
+        let first = asked.first + k as u64 * asked.seeds;
+        let results: Vec<_> = (first..first + asked.seeds).into_par_iter().map(|seed| one(cell, seed)).collect();
         let (mut outcomes, mut failed) = (Vec::new(), 0);
         for result in results {
             match result {

@@ -77,7 +77,7 @@ fn hits(fault: &faults::Fault, number: usize, sound: &[String]) -> Result<(usize
 }
 
 fn main() -> Result<(), String> {
-    let asked = Arguments::read(70_001)?;
+    let asked = Arguments::read(20, 70_001)?;
     let seeds = || asked.first..asked.first + asked.seeds;
     let sail = |way: Sailing| -> Result<Vec<Vec<String>>, String> {
         let all: Vec<_> = seeds().into_par_iter().map(|seed| logs(seed, way)).collect();

@@ -13,12 +13,12 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// `[--seeds N] [--first SEED] [--only TEXT] [--write FILE]`: twenty seeds from `first` on where nothing else is said.
+    /// `[--seeds N] [--first SEED] [--only TEXT] [--write FILE]`: so many `seeds` from `first` on where nothing else is said.
     ///
     /// # Errors
     /// A word that is none of these, or one that lacks its value.
-    pub fn read(first: u64) -> Result<Arguments, String> {
-        let mut found = Arguments { seeds: 20, first, only: String::new(), write: None };
+    pub fn read(seeds: u64, first: u64) -> Result<Arguments, String> {
+        let mut found = Arguments { seeds, first, only: String::new(), write: None };
         let mut words = std::env::args().skip(1);
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or(format!("{word} needs a value"));

@@ -20,7 +20,7 @@ use crate::check::{self, CheckOptions, CheckReport, FaultKind};
 use crate::discover::LogFinding;
 use crate::frame::Dof;
 use crate::procedure::thruster_force;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, is_command};
 
 /// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
 const WRONG_UNIT: f64 = 5.0;
@@ -64,7 +64,7 @@ pub(super) fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<Fault> {
             found.push(Fault::Factor { channel: channel.clone(), factor: *factor });
         }
     }
-    found.extend(delays(&reports));
+    found.extend(delays(&reports, dofs.iter().any(|dof| dof.is_rotation())));
     found
 }
 
@@ -160,15 +160,12 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
     if both && count(most) >= 2 && 2 * count(most) > witnesses { vec![most.clone()] } else { Vec::new() }
 }
 
-/// Sensors that say late what others say.
-fn delays(reports: &[CheckReport]) -> Vec<Fault> {
+/// Sensors that say late what others say, of a model that `turns` or does not.
+fn delays(reports: &[CheckReport], turns: bool) -> Vec<Fault> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    // a DVL or a position that comes late has a name in the catalogue, and a value that the likelihood gives
-    let of_sensor = |channel: &str| {
-        !channel.starts_with("tau_")
-            && !channel.starts_with(['V', 'F'])
-            && !["u", "v", "w", "x", "y"].contains(&channel)
-    };
+    // a position that comes late has a name in the catalogue, and a DVL beside a gyro: the likelihood gives their latency
+    let named = |channel: &str| ["x", "y"].contains(&channel) || turns && ["u", "v", "w"].contains(&channel);
+    let of_sensor = |channel: &str| !is_command(channel) && !named(channel);
     for fault in reports.iter().flat_map(|r| &r.log_findings) {
         if fault.kind == FaultKind::Delay && of_sensor(&fault.channel) {
             seen.entry(&fault.channel).or_default().push(fault.factor);

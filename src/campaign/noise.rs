@@ -7,7 +7,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
-use crate::run::{Run, commanded};
+use crate::run::{Run, commanded_rms};
 
 /// What is random in the runs of a fit, and whether the fit knows it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -125,7 +125,7 @@ pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
         unit: if force.dof.is_rotation() { "N*m" } else { "N" },
         correlation_time: force.time,
         correlation_time_std: force.time * std(Coordinate::ForceTime(k)).unwrap_or(0.0),
-        share_of_thrust: commanded(runs, force.dof).map(|thrust| force.rms / thrust),
+        share_of_thrust: commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust),
         only_intensity: force.time < sample_time,
     };
     fit.noise.forces.iter().enumerate().map(found).collect()

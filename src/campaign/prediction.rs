@@ -12,7 +12,7 @@ use crate::estimate::filter_error::{FilterErrorOptions, Filtered, Forecast, filt
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 use crate::progress::tell;
-use crate::run::{Run, commanded};
+use crate::run::{Run, commanded_rms};
 
 /// Deviations beyond which an innovation of a known noise is an outlier and moves the state as one at this limit.
 pub(super) const LIMIT: f64 = 5.0;
@@ -74,7 +74,7 @@ fn told(known: &ModelNoise, runs: &[Run], sample_time: f64) -> Vec<ForceFound> {
         unit: if f.dof.is_rotation() { "N*m" } else { "N" },
         correlation_time: f.correlation_time,
         correlation_time_std: f.correlation_time_std,
-        share_of_thrust: commanded(runs, f.dof).map(|thrust| f.rms / thrust),
+        share_of_thrust: commanded_rms(runs, f.dof).map(|thrust| f.rms / thrust),
         only_intensity: f.correlation_time < sample_time,
     };
     known.force.iter().map(one).collect()

@@ -14,7 +14,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::navigation::upright;
 use crate::run::Run;
-use crate::symbolic::{Expr, Graph};
+use crate::symbolic::Expr;
 
 /// How the attitude is carried inside.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -90,28 +90,22 @@ pub(super) fn turn<'g>(own: [Expr<'g>; 4], said: Option<[Expr<'g>; 3]>, logged: 
 
 /// η̇ = J(η) ν: rates of the position and, where angles carry the attitude, of the angles. A model that simulates
 /// neither roll nor pitch moves in the horizontal plane: its kinematics are planar, whatever small tilt the log shows.
-pub(super) fn kinematics<'g>(graph: &'g Graph, at: &Instant<'g>, model: &Model) -> Six<'g> {
-    let zero = graph.zero();
-    let planar = !model.dofs.contains(&Dof::Roll) && !model.dofs.contains(&Dof::Pitch);
-    let attitude = if planar { [zero, zero, at.attitude[2]] } else { at.attitude };
-    let level = Instant { attitude, ..at.clone() };
-    let r = level.rotation();
-    let [u, v, w, p, q, yaw] = at.nu;
-    let (v, w) = if planar { (v, if at.models(Dof::Heave) { w } else { zero }) } else { (v, w) };
-    let position: [Expr<'g>; 3] = std::array::from_fn(|i| r[i][0] * u + r[i][1] * v + r[i][2] * w);
-    if planar {
-        return [position[0], position[1], position[2], zero, zero, yaw];
+pub(super) fn kinematics<'g>(at: &Instant<'g>) -> Six<'g> {
+    let (zero, [x, y, z]) = (at.graph.zero(), at.over_ground());
+    let [.., p, q, yaw] = at.nu;
+    if at.is_planar() {
+        return [x, y, z, zero, zero, yaw];
     }
-    let [phi, theta, _] = attitude;
+    let [phi, theta, _] = at.attitude;
     let turn = q * phi.sin() + yaw * phi.cos();
-    [position[0], position[1], position[2], p + turn * theta.tan(), q * phi.cos() - yaw * phi.sin(), turn / theta.cos()]
+    [x, y, z, p + turn * theta.tan(), q * phi.cos() - yaw * phi.sin(), turn / theta.cos()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::navigation::{euler_angles, quaternion, quaternion_rate as exact_rate, rotation as exact_rotation};
-    use crate::symbolic::Leaf;
+    use crate::symbolic::{Graph, Leaf};
     use crate::units::Dimension;
     use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 

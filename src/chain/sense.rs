@@ -7,7 +7,8 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::symbolic::{Expr, Leaf};
 
-/// What the sensors say: `memory` holds the states of each term, `quaternion` the attitude and the logged one where it is carried so.
+/// What the sensors say: `memory` holds the states of each term, `quaternion` the attitude and the logged one where it is
+/// carried so.
 pub(super) fn sense<'g>(
     at: &Instant<'g>,
     model: &Model,

@@ -104,7 +104,7 @@ pub(super) fn remembered(
     candidates: &[Candidate],
     options: &OutputErrorOptions,
 ) -> Result<Vec<Run>, TrackError> {
-    let of_sensors = |c: &Candidate| c.terms[0].0.about().family == Family::Sensor;
+    let of_sensors = |c: &Candidate| c.family() == Family::Sensor;
     let before: Vec<Run> = runs.iter().map(a_sample_late).collect();
     let mut remembered = runs.to_vec();
     for listened in [

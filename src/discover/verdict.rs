@@ -11,7 +11,7 @@ use super::{ChangedParameter, FoundEffect};
 use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
 use crate::frame::Measured;
-use crate::run::{Run, commanded};
+use crate::run::{Run, commanded_rms};
 
 /// The four answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -58,7 +58,7 @@ const OVERWHELMING: f64 = 10.0;
 /// Channels of degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many
 /// times that of the command it is.
 pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(String, f64)> {
-    let ratio = |force: &RandomForce| commanded(runs, force.dof).map(|thrust| force.rms / thrust);
+    let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
     let beyond = |f: &RandomForce| Some((f.dof.velocity().to_string(), ratio(f).filter(|r| *r > OVERWHELMING)?));
     forces.iter().filter_map(beyond).collect()
 }

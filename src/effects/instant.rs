@@ -91,6 +91,33 @@ impl<'g> Instant<'g> {
         std::array::from_fn(|i| r[0][i] * x[0] + r[1][i] * x[1] + r[2][i] * x[2])
     }
 
+    /// Velocity over ground, north, east and down, R (u, v, w). A model that moves in the plane is level, and sinks only where
+    /// it models heave.
+    pub fn over_ground(&self) -> [Expr<'g>; 3] {
+        let zero = self.graph.zero();
+        let planar = self.is_planar();
+        let attitude = if planar { [zero, zero, self.attitude[2]] } else { self.attitude };
+        let r = Instant { attitude, ..self.clone() }.rotation();
+        let [u, v, w, ..] = self.nu;
+        let w = if planar && !self.models(Dof::Heave) { zero } else { w };
+        std::array::from_fn(|i| r[i][0] * u + r[i][1] * v + r[i][2] * w)
+    }
+
+    /// Places in ν of the turn rates that the model simulates.
+    pub fn rotations(&self) -> impl Iterator<Item = usize> {
+        self.dofs.iter().filter(|dof| dof.is_rotation()).map(|dof| dof.index())
+    }
+
+    /// Places in ν of the velocities, but no turn rates, that the model simulates.
+    pub fn translations(&self) -> impl Iterator<Item = usize> {
+        self.dofs.iter().filter(|dof| !dof.is_rotation()).map(|dof| dof.index())
+    }
+
+    /// Whether the model neither rolls nor pitches.
+    pub fn is_planar(&self) -> bool {
+        !self.models(Dof::Roll) && !self.models(Dof::Pitch)
+    }
+
     /// R, from body to earth axes: R(φ, θ, ψ) of z-y-x Euler angles.
     pub fn rotation(&self) -> [[Expr<'g>; 3]; 3] {
         if let Some(turned) = self.turned {

@@ -21,11 +21,6 @@ use crate::units::Dimension;
 #[derive(Debug)]
 pub struct SensorDvlDelay;
 
-/// Degrees of freedom in which a DVL measures.
-fn measured(at: &Instant<'_>) -> impl Iterator<Item = usize> {
-    at.dofs.iter().filter(|dof| !dof.is_rotation()).map(|dof| dof.index())
-}
-
 impl Effect for SensorDvlDelay {
     fn about(&self) -> About<'_> {
         About {
@@ -44,13 +39,13 @@ impl Effect for SensorDvlDelay {
     }
 
     fn sense<'g>(&self, at: &Instant<'g>, _: Place, _: &[Expr<'g>], memory: &[Expr<'g>], logged: &mut Logged<'g>) {
-        for (i, z) in measured(at).zip(memory) {
+        for (i, z) in at.translations().zip(memory) {
             logged.nu[i] += (*z - at.nu[i]) * 2.0;
         }
     }
 
     fn memory<'g>(&self, at: &Instant<'g>, _: Place, _: &Six<'g>) -> Vec<Expr<'g>> {
-        measured(at).map(|i| at.nu[i]).collect()
+        at.translations().map(|i| at.nu[i]).collect()
     }
 
     fn memory_rate<'g>(
@@ -61,6 +56,6 @@ impl Effect for SensorDvlDelay {
         memory: &[Expr<'g>],
         _: &Six<'g>,
     ) -> Vec<Expr<'g>> {
-        measured(at).zip(memory).map(|(i, z)| (at.nu[i] - *z) * 2.0 / theta[0]).collect()
+        at.translations().zip(memory).map(|(i, z)| (at.nu[i] - *z) * 2.0 / theta[0]).collect()
     }
 }

@@ -49,7 +49,7 @@ impl Effect for SensorPositionDelay {
     }
 
     fn memory<'g>(&self, at: &Instant<'g>, _: Place, _: &Six<'g>) -> Vec<Expr<'g>> {
-        over_ground(at).into_iter().flat_map(|rate| [rate * 0.5, rate]).collect()
+        at.over_ground()[..2].iter().flat_map(|rate| [*rate * 0.5, *rate]).collect()
     }
 
     fn memory_rate<'g>(
@@ -60,15 +60,9 @@ impl Effect for SensorPositionDelay {
         memory: &[Expr<'g>],
         _: &Six<'g>,
     ) -> Vec<Expr<'g>> {
-        let one = |(rate, state): (Expr<'g>, &[Expr<'g>])| {
-            [(rate - state[1]) / theta[0], (state[0] * 12.0 - state[1] * 6.0) / theta[0]]
+        let one = |(rate, state): (&Expr<'g>, &[Expr<'g>])| {
+            [(*rate - state[1]) / theta[0], (state[0] * 12.0 - state[1] * 6.0) / theta[0]]
         };
-        over_ground(at).into_iter().zip(memory.chunks_exact(2)).flat_map(one).collect()
+        at.over_ground()[..2].iter().zip(memory.chunks_exact(2)).flat_map(one).collect()
     }
-}
-
-/// Velocity north and east.
-fn over_ground<'g>(at: &Instant<'g>) -> [Expr<'g>; 2] {
-    let rotation = at.rotation();
-    std::array::from_fn(|i| rotation[i][0] * at.nu[0] + rotation[i][1] * at.nu[1] + rotation[i][2] * at.nu[2])
 }

@@ -320,7 +320,7 @@ fn the_field_log_shows_its_three_faults() {
         // 123 416 m a degree instead of 111 016 at this latitude
         assert!((x - 1.1117).abs() < 0.003, "{name}: {x}");
         let u = report.rates.iter().find(|r| r.channel == "u").unwrap();
-        assert!((u.rate_hz - 5.0).abs() < 0.1, "its samples and no repeats: {u:?}");
+        assert!((u.rate_hz - 5.0).abs() < 0.1 && (u.held - 1.0).abs() < 1e-12, "its samples and no repeats: {u:?}");
         scales.insert(name, x);
     }
     assert_eq!(scales.len(), 2);

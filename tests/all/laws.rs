@@ -289,12 +289,13 @@ fn law_neutral_parameters_mean_no_effect() {
         let said = say(effect, place, &at);
         let specs = effect.parameters(place);
         let any_linear = specs.iter().any(ParameterSpec::is_linear);
-        // a lag and a delay are absent in the limit of a time that is nothing
+        // a lag and a delay are absent in the limit: what they carry in steady motion is the signal itself; a position moves
+        // in steady motion, so that it is in time only where its delay is nothing
         let theta: Vec<f64> = specs
             .iter()
             .map(|s| match () {
                 () if s.is_linear() || !any_linear && said.memory.is_empty() => s.neutral,
-                () if !any_linear => 1e-300,
+                () if !any_linear && !effect.pose().is_empty() => 1e-300,
                 () => some_value(s),
             })
             .collect();

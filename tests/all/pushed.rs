@@ -73,7 +73,8 @@ fn of_small(seed: u64) -> plant::Campaign {
 }
 
 /// A vehicle that is unstable in yaw turns by its Munk moment alone: thrusters that share out a force leave 1e-17 N m there,
-/// which is no scale for a random force and no start for an inertia. Four deviations: nine parameters, four seeds.
+/// which is no scale for a random force and no start for an inertia. Chance puts one of these 36 values beyond 4.5
+/// deviations in 0.02 % of all cases.
 #[test]
 fn what_no_moment_is_commanded_is_found_by_what_turns_it() {
     for seed in [401, 408, 413, 417] {

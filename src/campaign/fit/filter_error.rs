@@ -21,7 +21,8 @@ use crate::progress::tell;
 use crate::run::{Role, Run};
 
 /// What is said of a model whose predictions have no value any more.
-const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model runs away from where the vehicle was; `hydrosysid check` may say why.";
+const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model runs away from where the vehicle was; \
+                         `hydrosysid check` may say why.";
 
 /// How the campaign asks for it.
 pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {

@@ -10,7 +10,7 @@ use super::options::Forces;
 use super::problem::Filtered;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::{Run, commanded};
+use crate::run::{Run, commanded_rms};
 
 /// Share of the thrust with which a random force starts: too much is taken back within a few steps, too little makes a
 /// filter that trusts a wrong model.
@@ -93,7 +93,7 @@ fn resolution_of(y: &[f64]) -> Option<f64> {
 
 /// Rms of the thrust in a degree of freedom, N or N·m; of what accelerates it where no thrust is commanded there.
 pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
-    if let Some(thrust) = commanded(runs, dof) {
+    if let Some(thrust) = commanded_rms(runs, dof) {
         return thrust;
     }
     let inertia = model.value(&format!("inertia@{dof}")).unwrap_or(1.0).abs();
