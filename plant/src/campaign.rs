@@ -163,6 +163,8 @@ pub struct Suite {
     pub dvl_latency: f64,
     /// Quantisation in units of the noise.
     pub quantum: f64,
+    /// Age of the samples of the gyro, s.
+    pub gyro_latency: f64,
     /// Time constant of a low pass in the gyro, s.
     pub gyro_filter: f64,
     /// Time constant of the filter that smooths the attitude, s.
@@ -186,6 +188,7 @@ impl Default for Suite {
             jitter: 0.0,
             dvl_latency: 0.0,
             quantum: 0.0,
+            gyro_latency: 0.0,
             gyro_filter: 0.0,
             smoothing: 0.0,
         }
@@ -227,7 +230,7 @@ impl Suite {
                         None => {}
                     }
                 }
-                1 => one.low_pass = self.gyro_filter,
+                1 => (one.latency, one.low_pass) = (self.gyro_latency, self.gyro_filter),
                 2 => one.smoothing = self.smoothing,
                 _ => {}
             }

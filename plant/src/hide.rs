@@ -206,6 +206,9 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
         ("sensor_dvl_delay", Place::Whole) => {
             instruments.iter_mut().filter(|one| one.has("u")).for_each(|one| one.latency += 0.2 * size);
         }
+        ("sensor_gyro_lag", Place::Whole) => {
+            instruments.iter_mut().filter(|one| one.is_gyro()).for_each(|one| one.low_pass += 0.3 * size);
+        }
         ("sensor_position_delay", Place::Whole) => {
             instruments.iter_mut().filter(|one| one.has("x")).for_each(|one| one.latency += size);
         }
@@ -327,6 +330,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "sensor_dvl_misalignment",
         "sensor_dvl_scale",
         "sensor_dvl_delay",
+        "sensor_gyro_lag",
         "sensor_position_delay",
         "sensor_delay",
     ]

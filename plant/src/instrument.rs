@@ -103,6 +103,11 @@ impl Instrument {
     pub fn has(&self, name: &str) -> bool {
         self.channels.iter().any(|c| c.name == name)
     }
+
+    /// Whether it measures turn rates.
+    pub fn is_gyro(&self) -> bool {
+        ["p", "q", "r"].iter().any(|name| self.has(name))
+    }
 }
 
 /// An instant as it is.

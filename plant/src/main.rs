@@ -25,8 +25,8 @@ random force
   --correlation S               0: new at every command sample   (0)
 instruments
   --rate HZ  --noise FACTOR  --no-position  --attitude  --dvl-rate HZ  --dvl-held HZ  --dvl-noise M/S
-  --dvl-latency S  --gyro-filter S  --smoothing S  --colour PHI  --student K  --dropouts SHARE  --outliers SHARE
-  --jitter S  --quantum SIGMAS
+  --dvl-latency S  --gyro-latency S  --gyro-filter S  --smoothing S  --colour PHI  --student K  --dropouts SHARE
+  --outliers SHARE  --jitter S  --quantum SIGMAS
 hidden
   --hide NAME[=SIZE]            again for more; size 1 is plain to see; --list names them
   --without coriolis_yaw        the plant lacks the row, the baseline has it
@@ -143,6 +143,7 @@ fn set(key: &str, value: &str, campaign: &mut Campaign, suite: &mut Suite) -> Re
         "--dvl-held" => (suite.dvl_rate, suite.held) = (Some(number()?), true),
         "--dvl-noise" => suite.dvl_noise = Some(number()?),
         "--dvl-latency" => suite.dvl_latency = number()?,
+        "--gyro-latency" => suite.gyro_latency = number()?,
         "--gyro-filter" => suite.gyro_filter = number()?,
         "--smoothing" => suite.smoothing = number()?,
         "--colour" => suite.colour = number()?,

@@ -44,6 +44,7 @@ codes! {
     NOT_EXAMINED = "M129" "not-examined" Warning "The closer look (--thorough) was left out: the simulation runs away with the estimates. What else is said of the fit comes first.";
     NO_SCALE = "M140" "no-scale" Warning "Nothing in the campaign tells an absolute force: the scale of the thrust is free and so is everything else, and any multiple of the estimates fits as well. Hold one inertia, weight or scale of thrust, or give it a prior.";
     SAME_LOG = "M141" "same-log" Warning "Two runs share rows of a log: it counts twice, or judges a fit that it takes part in. Leave one of them out, or cut them apart with `from` and `to`.";
+    CONTRADICTED = "M142" "log-contradicts-itself" Warning "Sensors of one vehicle contradict each other in most of the runs: a channel has a wrong unit, the wrong sign or frame, or comes late. The fit takes the log at its word, and its parameters and their deviations make up for the fault. Say what is wrong in [log]; `hydrosysid discover` mends it in memory, or names it.";
     NEAR_VERTICAL = "M126" "near-vertical" Warning "A run comes near a pitch of 90 degrees without logging what a quaternion needs (phi, theta and psi at the same instants, in every run): roll and yaw are not told apart there, and what hangs on them is poor.";
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";

@@ -4,6 +4,7 @@ use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
 use super::fit::{dry_mass, filter_error, is_below};
+use super::late_gyro;
 use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
@@ -28,11 +29,18 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     };
     // a late thrust is among what is asked
     let mut runs = lead_in::settled(campaign.motion(None), &campaign.model);
-    let faults = faults(&runs, &campaign.model.dofs);
-    for fault in &faults {
-        fault.mend(&mut runs);
-    }
     let fitting = filter_error::options(campaign);
+    let mut faults = faults(&runs, &campaign.model.dofs);
+    faults.retain(|fault| !fault.has_name(&campaign.model.dofs));
+    // last what a fit has to tell apart, on logs that are mended otherwise
+    faults.sort_by_key(|fault| fault.latency_of_gyro().is_some());
+    faults.retain(|fault| {
+        let stands = !late_gyro::is_smoothed(&campaign.model, &runs, fault, &fitting);
+        if stands {
+            fault.mend(&mut runs);
+        }
+        stands
+    });
     let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
     let mut found = search(&campaign.model)?;
     let (held, said) = undetermined(&campaign.model, &found, &campaign.file.vehicle);

@@ -64,7 +64,7 @@ pub(super) fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<Fault> {
             found.push(Fault::Factor { channel: channel.clone(), factor: *factor });
         }
     }
-    found.extend(delays(&reports, dofs.iter().any(|dof| dof.is_rotation())));
+    found.extend(delays(&reports));
     found
 }
 
@@ -160,14 +160,11 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
     if both && count(most) >= 2 && 2 * count(most) > witnesses { vec![most.clone()] } else { Vec::new() }
 }
 
-/// Sensors that say late what others say, of a model that `turns` or does not.
-fn delays(reports: &[CheckReport], turns: bool) -> Vec<Fault> {
+/// Sensors that say late what others say. A command that comes late is none of them.
+fn delays(reports: &[CheckReport]) -> Vec<Fault> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    // a position that comes late has a name in the catalogue, and a DVL beside a gyro: the likelihood gives their latency
-    let named = |channel: &str| ["x", "y"].contains(&channel) || turns && ["u", "v", "w"].contains(&channel);
-    let of_sensor = |channel: &str| !is_command(channel) && !named(channel);
     for fault in reports.iter().flat_map(|r| &r.log_findings) {
-        if fault.kind == FaultKind::Delay && of_sensor(&fault.channel) {
+        if fault.kind == FaultKind::Delay && !is_command(&fault.channel) {
             seen.entry(&fault.channel).or_default().push(fault.factor);
         }
     }
@@ -182,6 +179,28 @@ fn delays(reports: &[CheckReport], turns: bool) -> Vec<Fault> {
 }
 
 impl Fault {
+    /// Whether it has a name in the catalogue, and a value that the likelihood gives: a position that comes late, and a DVL
+    /// beside a gyro.
+    pub fn has_name(&self, dofs: &[Dof]) -> bool {
+        let Fault::Late { channel, .. } = self else { return false };
+        let turns = dofs.iter().any(|dof| dof.is_rotation());
+        ["x", "y"].contains(&channel.as_str()) || turns && ["u", "v", "w"].contains(&channel.as_str())
+    }
+
+    /// Whether a channel of one of these degrees of freedom comes late.
+    pub fn is_late_in(&self, dofs: &[Dof]) -> bool {
+        let Fault::Late { channel, .. } = self else { return false };
+        dofs.iter().any(|dof| [dof.velocity(), dof.position()].contains(&channel.as_str()))
+    }
+
+    /// How late a gyro says what others say, s; `None` of any other fault.
+    pub fn latency_of_gyro(&self) -> Option<f64> {
+        match self {
+            Fault::Late { channel, seconds } if ["p", "q", "r"].contains(&channel.as_str()) => Some(*seconds),
+            _ => None,
+        }
+    }
+
     /// The fault as the discovery tells it, one entry a channel.
     pub fn findings(&self) -> Vec<LogFinding> {
         let of = |kind: &str, channel: &str, factor: f64| LogFinding {

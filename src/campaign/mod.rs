@@ -26,6 +26,7 @@ mod heading;
 mod identifiability;
 mod inertia_amplitude;
 mod init;
+mod late_gyro;
 mod lead_in;
 mod load;
 mod log_faults;

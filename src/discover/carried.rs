@@ -6,21 +6,11 @@ use std::collections::BTreeSet;
 use super::Candidate;
 use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
-use crate::estimate::output_error::{OutputErrorFit, Problem};
+use crate::estimate::output_error::Problem;
 use crate::model::Model;
 
-/// Whether each candidate can stand in the model of `fit` without a state that this does not carry.
-pub(super) fn carried(fit: &OutputErrorFit, list: &[Candidate], channels: &BTreeSet<String>) -> Vec<bool> {
-    carried_by(&fit.problem, &fit.model, list, channels)
-}
-
 /// Whether each candidate can stand in `model` without a state that `problem` does not carry.
-pub(super) fn carried_by(
-    problem: &Problem,
-    model: &Model,
-    list: &[Candidate],
-    channels: &BTreeSet<String>,
-) -> Vec<bool> {
+pub(super) fn carried(problem: &Problem, model: &Model, list: &[Candidate], channels: &BTreeSet<String>) -> Vec<bool> {
     let own = &problem.dynamics;
     let angles = model.dofs.iter().filter(|d| d.is_rotation());
     if own.quaternion().is_some() || angles.clone().all(|d| own.states.contains(&StateId::Position(*d))) {

@@ -3,6 +3,7 @@
 mod again;
 mod candidate;
 mod carried;
+mod columns;
 mod constancy;
 mod discovery;
 mod enlarged;
@@ -12,28 +13,24 @@ mod gap;
 mod held_out;
 mod judged;
 mod next;
-mod products;
 mod refit;
 mod residual;
 mod rules;
-mod score;
 mod screen;
 mod search;
 mod stand_in;
-mod thin;
 mod verdict;
 mod whereabouts;
 
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
+pub use columns::{Columns, Filter, Probe, in_chunks};
 pub use constancy::ChangedParameter;
 pub use discovery::{CODES, Discovery, LogFinding, discover};
 pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};
 pub use gap::{GapForce, GapOfRun, GapPrediction, GapStep};
-pub use products::{Own, Products};
 pub use residual::{Change, Dependence, Residual, residuals};
-pub use score::{Probe, score};
 pub use screen::{Score, Screen, screen};
 pub use search::{Added, BehavesLike, LEAST_P, Search, SearchOptions, Step};
 pub use verdict::Verdict;

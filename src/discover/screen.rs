@@ -15,25 +15,15 @@ use std::collections::BTreeMap;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::ln_gamma;
 
 use super::candidate::Candidate;
-use super::carried::{available_of, carried_by};
-use super::enlarged::{Planned, enlarge, remembered};
-use crate::chain::Available;
-use crate::dynamics::Dynamics;
+use super::columns::{Columns, in_chunks};
 use crate::estimate::filter_error::FilterErrorFit;
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, longest_step};
-use crate::model::Model;
-use crate::navigation::upright::with_quaternion;
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::noise::Noise;
 use crate::run::Run;
-use crate::simulate::{Track, values_in_run};
-
-/// Columns that are filtered together: as many as keep the sensitivities in the second-level cache.
-const CHUNK: usize = 96;
 
 /// A candidate of which a refit of the model leaves less than this share of its signal is the model itself.
 pub(super) const INDISTINGUISHABLE: f64 = 0.003;
@@ -92,29 +82,9 @@ pub fn screen(
     fitting: &OutputErrorOptions,
     (level, seed): (f64, u64),
 ) -> Result<Screen, OutputErrorError> {
-    let upright = fit.filtered.problem.dynamics.quaternion().is_some();
-    let runs: Vec<Run> = if upright { runs.iter().map(with_quaternion).collect() } else { runs.to_vec() };
-    let runs = remembered(&fit.model, &runs, candidates, fitting)?;
-    let (big, mut planned) = enlarge(&fit.model, candidates);
-    let carried = carried_by(&fit.filtered.problem, &fit.model, candidates, &super::common_channels(&runs));
-    planned.retain(|plan| carried[plan.candidate]);
-    let mut chunks: Vec<Vec<&Planned>> = vec![Vec::new()];
-    let mut filled = 0;
-    for plan in &planned {
-        if filled + plan.parameters.len() > CHUNK && filled > 0 {
-            chunks.push(Vec::new());
-            filled = 0;
-        }
-        filled += plan.parameters.len();
-        if let Some(last) = chunks.last_mut() {
-            last.push(plan);
-        }
-    }
-    let parts: Vec<(Vec<Score>, Vec<f64>)> = chunks
-        .par_iter()
-        .enumerate()
-        .map(|(k, chunk)| scored(fit, &runs, &big, chunk, fitting, Noise::new(seed, STREAM + k as u64)))
-        .collect::<Result<_, OutputErrorError>>()?;
+    let parts = in_chunks(fit.into(), runs, candidates, fitting, |k, columns| {
+        judged(fit, &columns, Noise::new(seed, STREAM + k as u64))
+    })?;
     let mut least: Vec<f64> = vec![0.0; DRAWS];
     let mut scores = Vec::new();
     for (part, drawn) in parts {
@@ -128,77 +98,25 @@ pub fn screen(
 }
 
 /// Scores of one chunk, and draws of its least ln p by chance.
-fn scored(
-    fit: &FilterErrorFit,
-    runs: &[Run],
-    big: &Model,
-    chunk: &[&Planned],
-    fitting: &OutputErrorOptions,
-    noise: Noise,
-) -> Result<(Vec<Score>, Vec<f64>), OutputErrorError> {
-    if chunk.is_empty() {
-        return Ok((Vec::new(), vec![0.0; DRAWS]));
-    }
-    // only this chunk's terms are compiled
-    let own = fit.filtered.problem.dynamics.directions.clone();
-    let columns: Vec<usize> = chunk.iter().flat_map(|p| p.parameters.iter().copied()).collect();
-    let mut model = big.clone();
-    let (base, mut index) = (fit.model.terms.len(), 0);
-    model.terms.retain(|t| {
-        index += 1;
-        index <= base || t.parameters.iter().chain(t.blend.iter()).any(|p| columns.contains(p))
-    });
-    let directions: Vec<usize> = own.iter().copied().chain(columns.iter().copied()).collect();
+fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Score>, Vec<f64>) {
     let problem = &fit.filtered.problem;
-    let available = Available { channels: super::common_channels(runs), ..available_of(problem) };
-    let observed = problem.dynamics.outputs.iter().cloned().collect();
-    let dynamics = Dynamics::compile(&model, &available, &observed, &directions);
-    let longest = longest_step(&fit.model, fitting);
-    let tracks = runs
-        .iter()
-        .enumerate()
-        .map(|(k, run)| Track::new(run, k, &dynamics, &values_in_run(&model, k), model.input, longest))
-        .collect::<Result<Vec<_>, _>>()?;
-    let filtered = fit.filtered.with_problem(Problem { dynamics, tracks, ..problem.clone() });
-    let Some(mobilities) = fit.filtered.mobilities(&fit.model) else { return Ok((Vec::new(), vec![0.0; DRAWS])) };
-    let products = filtered.products(&model, &fit.noise, &mobilities, fit.limit);
+    let own = problem.dynamics.directions.len();
+    let unknowns = problem.unknowns.len();
     let runs_of: Vec<usize> = problem.segments.iter().map(|s| problem.tracks[s.track].run).collect();
-    Ok(judged(fit, chunk, &products, &runs_of, noise))
-}
-
-/// Columns of the projected system: those of a probe, once, or once a run.
-struct Columns {
-    planned: usize,
-    at: Vec<usize>,
-}
-
-fn judged(
-    fit: &FilterErrorFit,
-    chunk: &[&Planned],
-    products: &[Mat<f64>],
-    runs_of: &[usize],
-    mut noise: Noise,
-) -> (Vec<Score>, Vec<f64>) {
-    let own = fit.filtered.problem.dynamics.directions.len();
-    let unknowns = fit.filtered.problem.unknowns.len();
     let count = runs_of.iter().max().map_or(0, |r| r + 1);
-    // where each candidate column of a run stands: its own place, or one a run
+    // where each column of a candidate stands in the projected system: once, or once a run
     let (mut next, mut list) = (unknowns, Vec::new());
     let mut places: Vec<(usize, bool)> = Vec::new();
-    for (k, plan) in chunk.iter().enumerate() {
-        let width = plan.parameters.len();
-        for c in 0..width {
-            places.push((next + c * if plan.per_run { count } else { 1 }, plan.per_run));
-        }
-        let all = width * if plan.per_run { count } else { 1 };
-        list.push(Columns { planned: k, at: (next..next + all).collect() });
-        next += all;
+    for probe in &columns.probes {
+        let each = if probe.per_run { count } else { 1 };
+        places.extend((0..probe.width).map(|c| (next + c * each, probe.per_run)));
+        list.push((probe, next..next + probe.width * each));
+        next += probe.width * each;
     }
     let e = next;
     let mut total = DMatrix::<f64>::zeros(e + 1, e + 1);
-    for (stretch, product) in products.iter().enumerate() {
-        let track = fit.filtered.problem.segments[stretch].track;
-        let mut of: Vec<usize> = fit.filtered.problem.columns_of(track);
+    for (stretch, product) in columns.products.iter().enumerate() {
+        let mut of: Vec<usize> = problem.columns_of(problem.segments[stretch].track);
         of.extend(places.iter().map(|(at, per_run)| if *per_run { at + runs_of[stretch] } else { *at }));
         of.push(e);
         debug_assert_eq!(of.len(), own + places.len() + 1, "a column for each direction, and the innovation");
@@ -216,8 +134,8 @@ fn judged(
     let b: DVector<f64> = -projected.view((0, m), (m, 1)).column(0).into_owned();
     let mut scores = Vec::new();
     let mut factors: Vec<(Vec<usize>, Cholesky<f64, Dyn>)> = Vec::new();
-    for columns in &list {
-        let at: Vec<usize> = columns.at.iter().map(|k| k - unknowns).collect();
+    for (probe, at) in list {
+        let at: Vec<usize> = at.map(|k| k - unknowns).collect();
         let share = |k: &usize| if raw[*k] > 0.0 { (c[(*k, *k)].max(0.0) / raw[*k]).sqrt() } else { 0.0 };
         let left = at.iter().map(share).fold(0.0, f64::max);
         if left < INDISTINGUISHABLE {
@@ -231,10 +149,9 @@ fn judged(
         let estimate = factor.solve(&own);
         let statistic = own.dot(&estimate).max(0.0);
         let inverse = factor.inverse();
-        let plan = chunk[columns.planned];
         scores.push(Score {
-            candidate: plan.candidate,
-            probe: plan.probe,
+            candidate: probe.candidate,
+            probe: probe.probe,
             parameters: at.len(),
             statistic,
             log_p: log_survival(statistic, at.len()),

@@ -71,6 +71,7 @@ const NAMES: &[(&str, &str)] = &[
     ("sensor_dvl_misalignment", "misalignment of the DVL"),
     ("sensor_dvl_scale", "scale of the DVL"),
     ("sensor_dvl_delay", "latency of the DVL"),
+    ("sensor_gyro_lag", "lag of the gyro"),
     ("sensor_position_delay", "latency of the position"),
     ("sensor_delay", "late logging"),
 ];

@@ -46,6 +46,7 @@ mod sensor_dvl_lever_arm;
 mod sensor_dvl_misalignment;
 mod sensor_dvl_scale;
 mod sensor_gyro_bias;
+mod sensor_gyro_lag;
 mod sensor_gyro_scale;
 mod sensor_heading_offset;
 mod sensor_position_delay;
@@ -84,6 +85,11 @@ pub use thruster_loss::ThrusterLoss;
 pub use thruster_swap::ThrusterSwap;
 
 use crate::frame::Dof;
+
+/// What a gyro behind a low pass does to the turn rates.
+pub fn gyro_lag() -> Arc<dyn Effect> {
+    Arc::new(sensor_gyro_lag::SensorGyroLag)
+}
 
 /// The list of all effects, in the order of the chain: body, actuator, environment, sensor. `coriolis` says whether
 /// the Coriolis terms take their coefficients from the inertias or have their own.
@@ -142,6 +148,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(sensor_dvl_misalignment::SensorDvlMisalignment),
         Arc::new(sensor_dvl_scale::SensorDvlScale),
         Arc::new(sensor_dvl_delay::SensorDvlDelay),
+        Arc::new(sensor_gyro_lag::SensorGyroLag),
         Arc::new(sensor_position_delay::SensorPositionDelay),
         Arc::new(sensor_delay::SensorDelay),
     ]);

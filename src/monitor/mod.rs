@@ -18,7 +18,7 @@ pub use innovations::restlessness;
 pub use reason::{Reason, reasons};
 
 use crate::estimate::filter_error::{Filtered, NoiseModel, Point, SensorNoise};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem};
 use crate::finding::{Finding, codes};
 use crate::frame::Dof;
 use crate::model::Model;
@@ -143,7 +143,12 @@ pub fn watch(
     let at = OutputErrorOptions { segment: options.window, iterations: 6, ..fitting.clone() };
     let filtered = Filtered::in_windows(&held, runs, &at)?;
     tell("filtering windows", 0, 0);
-    let (mut windows, z) = windows(&held, &filtered, noise, options.level);
+    let seen = || NoiseModel {
+        forces: Vec::new(),
+        sensors: filtered.problem.sigma.iter().map(|std| SensorNoise { std: *std, coloured: None }).collect(),
+    };
+    let random = noise.map_or_else(seen, |known| known.noise.clone());
+    let (mut windows, z) = windows(&held, &filtered, &random, noise.map(|n| &n.restless[..]), options.level);
     let changes = innovations::changes(&mut windows, &z, options.level);
     let mut warnings = Vec::new();
     for change in &changes {
@@ -169,9 +174,7 @@ pub fn watch(
     let off: Vec<bool> = segments_off(&filtered.problem, &windows, &changes);
     let reasons = if off.contains(&true) {
         tell("likely reasons", 0, 0);
-        let problem = Problem::new(&held, runs, &at)?;
-        let x0 = problem.initial_states(&held);
-        reasons(model, &fit_from(&held, problem, x0, &at)?, runs, &off, &at)?
+        reasons(&held, &random, runs, &off, &at)?
     } else {
         Vec::new()
     };
@@ -179,15 +182,16 @@ pub fn watch(
 }
 
 /// Windows of each degree of freedom in each run, in their order, and their normalised innovations.
-fn windows(held: &Model, filtered: &Filtered, known: Option<&KnownNoise>, level: f64) -> (Vec<Window>, Vec<Vec<f64>>) {
+fn windows(
+    held: &Model,
+    filtered: &Filtered,
+    noise: &NoiseModel,
+    restless: Option<&[f64]>,
+    level: f64,
+) -> (Vec<Window>, Vec<Vec<f64>>) {
     let problem = &filtered.problem;
     let outputs = &problem.dynamics.outputs;
-    let seen = || NoiseModel {
-        forces: Vec::new(),
-        sensors: problem.sigma.iter().map(|std| SensorNoise { std: *std, coloured: None }).collect(),
-    };
-    let noise = known.map_or_else(seen, |k| k.noise.clone());
-    let forecasts = filtered.forecast(held, &noise, LIMIT);
+    let forecasts = filtered.forecast(held, noise, LIMIT);
     let column = |name: &str| outputs.iter().position(|o| o == name);
     let of = |dof: &Dof| Some((*dof, column(dof.velocity()).or_else(|| column(dof.position()))?));
     let columns: Vec<(Dof, usize)> = held.dofs.iter().filter_map(of).collect();
@@ -195,7 +199,7 @@ fn windows(held: &Model, filtered: &Filtered, known: Option<&KnownNoise>, level:
     let least = level / (problem.segments.len() * columns.len()).max(1) as f64;
     let (mut all, mut innovations) = (Vec::new(), Vec::new());
     for (dof, output) in columns {
-        let restless = known.and_then(|k| k.restless.get(output)).copied().unwrap_or(1.0);
+        let restless = restless.and_then(|restless| restless.get(output)).copied().unwrap_or(1.0);
         for (segment, forecast) in problem.segments.iter().zip(&forecasts) {
             let channel = &forecast.channels[output];
             let z = normalised(channel);

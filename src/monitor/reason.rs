@@ -1,19 +1,21 @@
-//! Why a model no longer fits: what each change could explain of the disagreement.
+//! Why a model no longer fits: what each change could explain of the innovations.
 //!
 //! ```text
-//! S = Σ xᵀr,   I = Σ xᵀx   over the windows that are off       δθ = I⁻¹ S,   explained = Sᵀ I⁻¹ S / Σ rᵀr
+//! S = −Σ gᵀe,   I = Σ gᵀg   over the windows that are off       δ = I⁻¹ S,   explained = Sᵀ I⁻¹ S / (Σ eᵀe − n)
 //! ```
 //!
-//! x: what a little change of a parameter, or a little of an absent effect, adds to the log, the initial state of each
-//! window projected out; r: residual. The same products that the discovery scores its candidates with, but nothing of
-//! the model is refitted: here its parameters are known, and a change of one of them is a reason like any other.
+//! e: innovations over their deviations, n of them, of which a model that fits leaves n on the average; g: what a little
+//! change of a parameter, or a little of an absent effect, adds to them. The columns are those by which the discovery scores
+//! its candidates, but nothing of the model is refitted: here its parameters are known, and a change of one of them is a
+//! reason like any other.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::discover::{Own, Probe, candidates, score};
+use crate::discover::{Columns, Filter, Probe, candidates, in_chunks};
 use crate::effects::Family;
-use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem};
+use crate::estimate::filter_error::{Filtered, NoiseModel};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::model::Model;
 use crate::run::Run;
 
@@ -48,35 +50,37 @@ const LEAST: f64 = 0.05;
 /// What a parameter has to explain to be worth it, in units of the noise: as in the search for missing effects.
 const WORTH: f64 = 4.0;
 
-/// Ranks the changes that would explain what `fit` (all parameters held) leaves in the segments `off`.
+/// Ranks the changes that would explain the innovations of `model` under `noise` in the windows that are `off`.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub fn reasons(
     model: &Model,
-    fit: &OutputErrorFit,
+    noise: &NoiseModel,
     runs: &[Run],
     off: &[bool],
     fitting: &OutputErrorOptions,
 ) -> Result<Vec<Reason>, OutputErrorError> {
-    let mut free = fit.model.clone();
+    let mut free = model.clone();
     for p in &mut free.parameters {
         p.fixed = false;
         p.prior = None;
+        p.per_run.clear();
         (p.min, p.max) = (f64::NEG_INFINITY, f64::INFINITY);
     }
-    let problem = Problem::new(&free, runs, fitting)?;
-    let problem = Problem { sigma: fit.problem.sigma.clone(), ..problem };
-    let fit = OutputErrorFit { model: free, problem, ..fit.clone() };
-    let list = candidates(&fit.model, runs, &[]);
-    let (probes, own) = score(&fit, runs, &list, fitting)?;
-    let all: f64 = own.iter().zip(off).filter(|(_, off)| **off).map(|(o, _)| o.rr).sum();
-    if all.is_nan() || all <= 0.0 {
-        return Ok(Vec::new());
-    }
+    let filtered = Filtered::in_windows(&free, runs, fitting)?;
+    // what a changed vehicle does is what is looked for: nothing of it is held back
+    let at = Filter { filtered: &filtered, model: &free, noise, limit: f64::INFINITY };
+    let list = candidates(&free, runs, &[]);
+    let chunks = in_chunks(at, runs, &list, fitting, |_, columns| Off::new(columns, off))?;
+    let Some(first) = chunks.first() else { return Ok(Vec::new()) };
+    let innovations = first.sum[(first.sum.nrows() - 1, first.sum.nrows() - 1)];
+    let samples: usize =
+        off.iter().enumerate().filter(|(_, off)| **off).map(|(k, _)| filtered.problem.samples_in(k)).sum();
+    let samples = samples as f64;
     let mut found: Vec<(Reason, usize)> = Vec::new();
-    let directions = &fit.problem.dynamics.directions;
-    let known = |columns: &[usize]| of_parameters(model, directions, columns, &own, off);
+    let directions = &filtered.problem.dynamics.directions;
+    let known = |columns: &[usize]| of_parameters(model, directions, columns, first);
     for k in 0..directions.len() {
         found.extend(known(&[k]).map(|r| (r, 1)));
     }
@@ -90,37 +94,43 @@ pub fn reasons(
         }
     }
     let mut best: Vec<Option<(Reason, usize)>> = vec![None; list.len()];
-    for probe in probes.iter().filter(|p| !p.per_run) {
-        let candidate = &list[probe.candidate];
-        let effect = &candidate.terms[0].0;
-        let Some((delta, explained)) = of_probe(probe, off) else { continue };
-        if best[probe.candidate].as_ref().is_some_and(|(r, _)| r.explained >= explained) {
-            continue;
+    for chunk in &chunks {
+        let mut next = directions.len();
+        for probe in &chunk.probes {
+            let columns: Vec<usize> = (next..next + probe.width).collect();
+            next += probe.width;
+            let better = |explained: f64| best[probe.candidate].as_ref().is_none_or(|(r, _)| r.explained < explained);
+            let Some((delta, explained)) = chunk.explained(&columns).filter(|(_, e)| !probe.per_run && better(*e))
+            else {
+                continue;
+            };
+            let candidate = &list[probe.candidate];
+            let effect = &candidate.terms[0].0;
+            let specs = effect.parameters(candidate.terms[0].1);
+            let shape = candidate.blended || specs.first().is_none_or(|s| !s.is_linear());
+            let reason = Reason {
+                id: candidate.name(),
+                known: false,
+                parameter: specs.first().map(|s| s.name.clone()).unwrap_or_default(),
+                before: None,
+                after: (!shape).then(|| specs[0].neutral + delta[0]),
+                unit: specs.first().map(|s| s.dimension.to_string()).unwrap_or_default(),
+                explained,
+                meaning: meaning(effect.about().id, effect.about().family).into(),
+            };
+            best[probe.candidate] = Some((reason, delta.len()));
         }
-        let specs = effect.parameters(candidate.terms[0].1);
-        let shape = candidate.blended || specs.first().is_none_or(|s| !s.is_linear());
-        let reason = Reason {
-            id: candidate.name(),
-            known: false,
-            parameter: specs.first().map(|s| s.name.clone()).unwrap_or_default(),
-            before: None,
-            after: (!shape).then(|| specs[0].neutral + delta[0]),
-            unit: specs.first().map(|s| s.dimension.to_string()).unwrap_or_default(),
-            explained,
-            meaning: meaning(effect.about().id, effect.about().family).into(),
-        };
-        best[probe.candidate] = Some((reason, delta.len()));
     }
     found.extend(best.into_iter().flatten());
     let most = found.iter().map(|(r, _)| r.explained).fold(0.0, f64::max);
-    let samples: usize = fit.linearised.iter().zip(off).filter(|(_, off)| **off).map(|(l, _)| l.samples).sum();
-    // noise as the best reason leaves it
-    let noise = ((all - most) / samples.max(1) as f64).max(1.0);
+    // the noise of the innovations as the best reason leaves them
+    let noise = ((innovations - most) / samples.max(1.0)).max(1.0);
     let worth = |(reason, parameters): &(Reason, usize)| reason.explained - WORTH * noise * *parameters as f64;
     found.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    let beyond = (innovations - samples).max(most);
     let mut told: Vec<Reason> = Vec::new();
     for (mut reason, _) in found {
-        reason.explained = (reason.explained / all).min(1.0);
+        reason.explained /= beyond;
         if reason.explained >= LEAST && told.len() < TOLD {
             told.push(reason);
         }
@@ -128,20 +138,41 @@ pub fn reasons(
     Ok(told)
 }
 
-/// A change of the parameters at these columns of the model's own sensitivities.
-fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], own: &[Own], off: &[bool]) -> Option<Reason> {
-    let p = directions.len();
-    let mut information = DMatrix::<f64>::zeros(columns.len(), columns.len());
-    let mut slope = DVector::<f64>::zeros(columns.len());
-    for (own, _) in own.iter().zip(off).filter(|(_, off)| **off) {
-        for (i, a) in columns.iter().enumerate() {
-            slope[i] += own.xr[*a];
-            for (j, b) in columns.iter().enumerate() {
-                information[(i, j)] += own.xx[a * p + b];
-            }
-        }
+/// Products of a chunk of candidates over the windows that are off.
+struct Off {
+    probes: Vec<Probe>,
+    sum: DMatrix<f64>,
+}
+
+impl Off {
+    fn new(columns: Columns, off: &[bool]) -> Off {
+        let n = columns.products.first().map_or(0, faer::Mat::nrows);
+        let windows = || columns.products.iter().zip(off).filter(|(_, off)| **off);
+        let sum = DMatrix::from_fn(n, n, |i, j| windows().map(|(window, _)| window[(i, j)]).sum());
+        Off { probes: columns.probes, sum }
     }
-    let (delta, explained) = solved(&information, &slope)?;
+
+    /// δ = I⁻¹ S of these columns together and Sᵀ I⁻¹ S; `None` where the windows say nothing of them.
+    fn explained(&self, columns: &[usize]) -> Option<(DVector<f64>, f64)> {
+        let e = self.sum.nrows().checked_sub(1)?;
+        let of = |k: usize| columns[k];
+        let scale = DVector::from_fn(columns.len(), |k, _| {
+            let d = self.sum[(of(k), of(k))];
+            if d > 0.0 { d.sqrt() } else { 1.0 }
+        });
+        let scaled =
+            DMatrix::from_fn(scale.len(), scale.len(), |i, j| self.sum[(of(i), of(j))] / (scale[i] * scale[j]));
+        let slope = DVector::from_fn(scale.len(), |k, _| -self.sum[(of(k), e)]);
+        let inverse = scaled.pseudo_inverse(1e-9).ok()?;
+        let delta = (inverse * slope.component_div(&scale)).component_div(&scale);
+        let explained = slope.dot(&delta);
+        (explained.is_finite() && explained > 0.0).then_some((delta, explained))
+    }
+}
+
+/// A change of the parameters at these columns of the model's own sensitivities.
+fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], off: &Off) -> Option<Reason> {
+    let (delta, explained) = off.explained(columns)?;
     let first = &model.parameters[directions[columns[0]]];
     let mut names: Vec<&str> = columns.iter().map(|c| model.parameters[directions[*c]].term.as_str()).collect();
     names.dedup();
@@ -156,29 +187,6 @@ fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], own: &[
         explained,
         meaning: meaning(&first.effect, term.effect.about().family).into(),
     })
-}
-
-/// What a probe of an absent effect explains.
-fn of_probe(probe: &Probe, off: &[bool]) -> Option<(DVector<f64>, f64)> {
-    let k = probe.segments.first()?.zr.len();
-    let mut information = DMatrix::<f64>::zeros(k, k);
-    let mut slope = DVector::<f64>::zeros(k);
-    for (products, _) in probe.segments.iter().zip(off).filter(|(_, off)| **off) {
-        information += DMatrix::from_row_slice(k, k, &products.zz);
-        slope += DVector::from_column_slice(&products.zr);
-    }
-    solved(&information, &slope)
-}
-
-/// δ = I⁻¹ S and Sᵀ I⁻¹ S; `None` where the windows say nothing of it.
-fn solved(information: &DMatrix<f64>, slope: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
-    let scale = information.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
-    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| information[(i, j)] / (scale[i] * scale[j]));
-    let right = slope.component_div(&scale);
-    let inverse = scaled.pseudo_inverse(1e-9).ok()?;
-    let delta = (inverse * &right).component_div(&scale);
-    let explained = slope.dot(&delta);
-    (explained.is_finite() && explained > 0.0).then_some((delta, explained))
 }
 
 /// What a change of an effect most likely means.
@@ -203,13 +211,19 @@ fn meaning(id: &str, family: Family) -> &'static str {
 mod tests {
     use super::*;
 
+    /// Products of two columns and the innovations, −S in the last of them.
+    fn products(information: [f64; 3], slope: [f64; 2]) -> Off {
+        let [a, b, c] = information;
+        let sum = DMatrix::from_row_slice(3, 3, &[a, b, -slope[0], b, c, -slope[1], -slope[0], -slope[1], 10.0]);
+        Off { probes: Vec::new(), sum }
+    }
+
     #[test]
     fn the_change_is_that_of_least_squares_whatever_the_units() {
-        let information = DMatrix::from_row_slice(2, 2, &[4.0e6, 1.0e3, 1.0e3, 1.0]);
-        let (delta, explained) = solved(&information, &DVector::from_vec(vec![2.0e3, 1.0])).unwrap();
+        let (delta, explained) = products([4.0e6, 1.0e3, 1.0], [2.0e3, 1.0]).explained(&[0, 1]).unwrap();
         // (4e6, 1e3; 1e3, 1) δ = (2e3, 1), by hand: δ = (1/3e3, 2/3)
         assert!((delta[0] - 1.0 / 3.0e3).abs() < 1e-15 && (delta[1] - 2.0 / 3.0).abs() < 1e-12, "{delta}");
         assert!((explained - (2.0 / 3.0 + 2.0 / 3.0)).abs() < 1e-12);
-        assert!(solved(&DMatrix::zeros(1, 1), &DVector::zeros(1)).is_none());
+        assert!(products([0.0; 3], [0.0; 2]).explained(&[0]).is_none());
     }
 }

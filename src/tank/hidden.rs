@@ -197,6 +197,7 @@ fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
         "thrust_lag" => vec![Strength(0.5)],
         "thrust_delay" | "sensor_delay" => vec![Strength(0.4)],
         "sensor_dvl_delay" => vec![Strength(0.2)],
+        "sensor_gyro_lag" => vec![Strength(0.3)],
         "sensor_position_delay" => vec![Strength(1.0)],
         "thrust_crosstalk" => vec![Strength(0.15 * f / force[j])],
         "thruster_fault" => vec![Strength(0.4), Shape(40.0)],

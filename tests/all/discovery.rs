@@ -66,6 +66,37 @@ fn blind_a_late_dvl_is_named() {
     assert!((delay.value - 0.2).abs() < 5.0 * delay.std && delay.std < 0.02, "{delay:?}");
 }
 
+/// A gyro behind a low pass is named, its time constant within five deviations; the fit of such a log says that it
+/// contradicts itself.
+#[test]
+fn blind_a_smoothed_gyro_is_named() {
+    let sea = sea("laurs", 0.02, &["sensor_gyro_lag"], 206);
+    let found = answer("smoothed_gyro", &sea);
+    assert_eq!((names(&found), found.verdict), (vec!["sensor_gyro_lag"], Verdict::Explained), "{}", found.sentence);
+    assert_eq!(found.log_findings, vec![]);
+    let lag = &found.effects[0].parameters[0];
+    assert!((lag.value - 0.3).abs() < 5.0 * lag.std && lag.std < 0.02, "{lag:?}");
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("discovery_smoothed_gyro");
+    let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    let fit = campaign::fit(&loaded, FitOptions::default()).expect("a fit");
+    assert!(
+        fit.sentence.starts_with("Do not use these numbers: the log contradicts itself: r says"),
+        "{}",
+        fit.sentence
+    );
+    assert!(fit.warnings.iter().any(|w| w.code == "M142") && fit.may_lack());
+}
+
+/// A gyro whose samples are stamped late is no effect: the log is told to be late, and nothing else is missing.
+#[test]
+fn blind_a_late_gyro_is_a_fault_of_the_log() {
+    let instruments = Suite { rate: 5.0, gyro_latency: 0.3, ..Suite::default() }.instruments(&Dof::PLANE);
+    let found = answer("late_gyro", &Sea { instruments, ..sea("laurs", 0.02, &[], 207) });
+    assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
+    let [late] = &found.log_findings[..] else { panic!("{:?}", found.log_findings) };
+    assert!(late.channel == "r" && (late.factor - 0.3).abs() < 0.02, "{late:?}");
+}
+
 /// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
 #[test]
 fn blind_a_thruster_that_fails_is_found_with_its_instant() {

@@ -16,7 +16,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// The ids of the catalogue, as users and other programs know them.
-const IDS: [&str; 58] = [
+const IDS: [&str; 59] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -73,6 +73,7 @@ const IDS: [&str; 58] = [
     "sensor_dvl_misalignment",
     "sensor_dvl_scale",
     "sensor_dvl_delay",
+    "sensor_gyro_lag",
     "sensor_position_delay",
     "sensor_delay",
 ];

@@ -19,18 +19,23 @@ use super::error::Error;
 use super::file::Estimator;
 use super::identifiability::Identifiability;
 use super::load::{Campaign, moves};
+use super::log_faults;
 use super::noise::Noise;
 use super::thrusters::FittedCurve;
 use super::unexcited;
+use crate::chain::{acts_in, memory_count};
+use crate::effects::Family;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
 use crate::finding::Finding;
-use crate::model::Model;
+use crate::frame::Dof;
+use crate::model::{Model, Term};
 use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
 use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
 use crate::progress::tell;
 use crate::run::{Role, Run, RunKind};
+use crate::symbolic::Graph;
 use crate::thrust::efficiency::Efficiency;
 
 /// Options of the verb.
@@ -95,9 +100,26 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
             format!("{}: left out, `{}` cannot use bollard and towing runs", left_out.join(", "), estimator.name());
         raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
     }
+    contradicted(campaign, &mut raw);
     place_runs(&mut raw.model, campaign, &runs);
     let envelope = envelope::of(runs.iter().filter(|run| moves(run.kind)));
     Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
+}
+
+/// Says of what the sensors of the log contradict each other. A late one that the model has a term for is none.
+fn contradicted(campaign: &Campaign, raw: &mut Raw) {
+    let model = &raw.model;
+    let remembers = |t: &&Term| memory_count(&Graph::new(), model, t.effect.as_ref(), t.place) > 0;
+    let of_sensors = model.terms.iter().filter(|t| t.effect.about().family == Family::Sensor).filter(remembers);
+    let known: Vec<Dof> = of_sensors.flat_map(|t| acts_in(t.effect.as_ref(), t.place, model)).collect();
+    let faults = log_faults::faults(&campaign.motion(None), &campaign.model.dofs);
+    let told: Vec<String> = faults.iter().filter(|f| !f.is_late_in(&known)).map(ToString::to_string).collect();
+    if told.is_empty() {
+        return;
+    }
+    let text = format!("the log contradicts itself: {}", told.join("; "));
+    raw.sentence = Some(format!("Do not use these numbers: {text}."));
+    raw.warnings.push(Finding::new(&codes::CONTRADICTED, text));
 }
 
 /// The result in its one form, with what there is to say about it.

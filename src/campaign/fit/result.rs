@@ -89,7 +89,8 @@ impl Fit {
     pub fn may_lack(&self) -> bool {
         let pushed =
             self.noise.iter().flat_map(|n| &n.force).filter_map(|f| f.share_of_thrust).any(|s| s > NO_TURBULENCE);
-        pushed || self.warnings.iter().any(|w| w.code == codes::MORE_MISSING.code)
+        let asks = [codes::MORE_MISSING.code, codes::CONTRADICTED.code];
+        pushed || self.warnings.iter().any(|w| asks.contains(&w.code))
     }
 }
 

@@ -23,7 +23,8 @@ use crate::wide::Plain;
 /// Seconds ahead that are looked at beside one sample and the free run.
 pub const AHEAD: [f64; 2] = [2.0, 8.0];
 
-/// Seconds of a run in which the filter finds its state before a free run begins.
+/// Seconds of a run in which the filter finds its state before any prediction begins: one that starts from a turn rate that
+/// is not known yet judges the guess, and no model.
 const SETTLED: f64 = 2.0;
 
 /// Innovations beyond so many deviations count as so many: one outlier says nothing of correlation.
@@ -138,10 +139,11 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
     let track = stretches[0].map_or(0, |s| s.track);
     let time = |grid: usize| problem.tracks[track].time[grid];
     let begin = stretches[0].map_or(0.0, |s| time(s.first));
+    let settled = begin + SETTLED;
     // those of the longest horizon twice, half of it apart: there are few of them
     let starts = [(AHEAD[0], 0.0), (AHEAD[1], 0.0), (AHEAD[1], AHEAD[1] / 2.0)];
-    let ahead = starts.map(|(h, later)| Branch { ahead: Some(h), belief: None, began: 0.0, first: begin + later });
-    let free = Branch { ahead: None, belief: None, began: 0.0, first: begin + SETTLED };
+    let ahead = starts.map(|(h, later)| Branch { ahead: Some(h), belief: None, began: 0.0, first: settled + later });
+    let free = Branch { ahead: None, belief: None, began: 0.0, first: settled };
     let mut branches: Vec<Branch> = ahead.into_iter().chain([free]).collect();
     let kinds = || [Some(0.0)].into_iter().chain(AHEAD.map(Some)).chain([None]);
     let mut channels: Vec<Channel> = (0..ny)

@@ -418,4 +418,11 @@ impl Problem {
         };
         self.segments.iter().map(count).sum()
     }
+
+    /// Number of samples of all outputs in a segment.
+    pub fn samples_in(&self, segment: usize) -> usize {
+        let (s, width) = (self.segments[segment], self.dynamics.outputs.len());
+        let rows = &self.tracks[s.track].observed[s.first * width..(s.last + 1) * width];
+        rows.iter().filter(|y| !y.is_nan()).count()
+    }
 }

@@ -1,0 +1,141 @@
+//! What a little of every candidate would change of the innovations.
+//!
+//! ```text
+//! [G g e]ᵀ[G g e]      G = ∂e/∂θ /√s of what is in the model,  g = ∂e/∂α /√s of the candidates at α = 0,  e: e/√s
+//! ```
+//!
+//! One pass of the filter carries the sensitivities of a model in which candidates stand with their parameters at zero.
+//! Products are summed stretch by stretch, so that no column is kept.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::candidate::Candidate;
+use super::carried::{available_of, carried};
+use super::enlarged::{Planned, enlarge, remembered};
+use crate::chain::Available;
+use crate::dynamics::Dynamics;
+use crate::estimate::filter_error::{FilterErrorFit, Filtered, NoiseModel};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, longest_step};
+use crate::model::Model;
+use crate::navigation::upright::with_quaternion;
+use crate::run::Run;
+use crate::simulate::{Track, values_in_run};
+
+/// Columns that are filtered together: as many as keep the sensitivities in the second-level cache.
+const CHUNK: usize = 96;
+
+/// A model, its noise and the runs that it is filtered along: where columns are taken.
+#[derive(Debug, Clone, Copy)]
+pub struct Filter<'a> {
+    /// The runs made ready.
+    pub filtered: &'a Filtered,
+    /// The model.
+    pub model: &'a Model,
+    /// What is random.
+    pub noise: &'a NoiseModel,
+    /// Innovations beyond so many deviations are held back.
+    pub limit: f64,
+}
+
+impl<'a> From<&'a FilterErrorFit> for Filter<'a> {
+    fn from(fit: &'a FilterErrorFit) -> Filter<'a> {
+        Filter { filtered: &fit.filtered, model: &fit.model, noise: &fit.noise, limit: fit.limit }
+    }
+}
+
+/// The columns of one probe of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub struct Probe {
+    /// Index of the candidate.
+    pub candidate: usize,
+    /// Index of the probe in the candidate.
+    pub probe: usize,
+    /// Whether the columns have a value of their own in each run.
+    pub per_run: bool,
+    /// Number of columns.
+    pub width: usize,
+}
+
+/// Candidates that are filtered together.
+#[derive(Debug, Clone)]
+pub struct Columns {
+    /// The probes, in the order of their columns.
+    pub probes: Vec<Probe>,
+    /// Products of each stretch, square: the model's own directions, the probes' columns, the innovation.
+    pub products: Vec<Mat<f64>>,
+}
+
+/// Filters all candidates that `at` can carry, some at a time, and hands them to `take` with their place in the order.
+///
+/// # Errors
+/// [`OutputErrorError`] when a run lacks what a candidate reads.
+pub fn in_chunks<T: Send>(
+    at: Filter<'_>,
+    runs: &[Run],
+    candidates: &[Candidate],
+    fitting: &OutputErrorOptions,
+    take: impl Fn(usize, Columns) -> T + Sync,
+) -> Result<Vec<T>, OutputErrorError> {
+    let upright = at.filtered.problem.dynamics.quaternion().is_some();
+    let runs: Vec<Run> = if upright { runs.iter().map(with_quaternion).collect() } else { runs.to_vec() };
+    let runs = remembered(at.model, &runs, candidates, fitting)?;
+    let (big, mut planned) = enlarge(at.model, candidates);
+    let carried = carried(&at.filtered.problem, at.model, candidates, &super::common_channels(&runs));
+    planned.retain(|plan| carried[plan.candidate]);
+    let mut chunks: Vec<Vec<&Planned>> = Vec::new();
+    let mut filled = CHUNK;
+    for plan in &planned {
+        filled += plan.parameters.len();
+        if filled > CHUNK {
+            chunks.push(Vec::new());
+            filled = plan.parameters.len();
+        }
+        if let Some(last) = chunks.last_mut() {
+            last.push(plan);
+        }
+    }
+    let one = |(k, chunk): (usize, &Vec<&Planned>)| {
+        let products = products(at, &runs, &big, chunk, fitting)?;
+        let of = |p: &&Planned| Probe {
+            candidate: p.candidate,
+            probe: p.probe,
+            per_run: p.per_run,
+            width: p.parameters.len(),
+        };
+        Ok(take(k, Columns { probes: chunk.iter().map(of).collect(), products }))
+    };
+    chunks.par_iter().enumerate().map(one).collect()
+}
+
+/// Products of each stretch, of the model with this chunk of the candidates in it; none where the inertia is singular.
+fn products(
+    at: Filter<'_>,
+    runs: &[Run],
+    big: &Model,
+    chunk: &[&Planned],
+    fitting: &OutputErrorOptions,
+) -> Result<Vec<Mat<f64>>, OutputErrorError> {
+    // only this chunk's terms are compiled
+    let problem = &at.filtered.problem;
+    let columns: Vec<usize> = chunk.iter().flat_map(|p| p.parameters.iter().copied()).collect();
+    let mut model = big.clone();
+    let (base, mut index) = (at.model.terms.len(), 0);
+    model.terms.retain(|t| {
+        index += 1;
+        index <= base || t.parameters.iter().chain(t.blend.iter()).any(|p| columns.contains(p))
+    });
+    let directions: Vec<usize> = problem.dynamics.directions.iter().chain(&columns).copied().collect();
+    let available = Available { channels: super::common_channels(runs), ..available_of(problem) };
+    let observed = problem.dynamics.outputs.iter().cloned().collect();
+    let dynamics = Dynamics::compile(&model, &available, &observed, &directions);
+    let longest = longest_step(at.model, fitting);
+    let tracks = runs
+        .iter()
+        .enumerate()
+        .map(|(k, run)| Track::new(run, k, &dynamics, &values_in_run(&model, k), model.input, longest))
+        .collect::<Result<Vec<_>, _>>()?;
+    let filtered = at.filtered.with_problem(Problem { dynamics, tracks, ..problem.clone() });
+    let Some(mobilities) = at.filtered.mobilities(at.model) else { return Ok(Vec::new()) };
+    Ok(filtered.products(&model, at.noise, &mobilities, at.limit))
+}
