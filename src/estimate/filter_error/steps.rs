@@ -100,6 +100,11 @@ pub(super) fn maximised(
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
+    let name = |k: usize| format!("{} of {}", model.parameters[k].spec.name, model.parameters[k].term);
+    let unseen: Vec<String> = search.unseen().into_iter().map(name).collect();
+    if !unseen.is_empty() {
+        return Err(OutputErrorError::NotIdentified { parameters: unseen.join(", ") });
+    }
     // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
     search.climb(options.tolerance.max(ABOUT));
     if search.given_up {
@@ -196,6 +201,25 @@ impl<'a> Search<'a> {
             return Err(OutputErrorError::TooFewSamples { samples, unknowns });
         }
         Ok(search)
+    }
+
+    /// Parameters that change no innovation at all, and never will: what they multiply is nothing in these runs. A shape, or
+    /// what stands beside one, may come to count with other values.
+    fn unseen(&self) -> Vec<usize> {
+        let problem = &self.filtered.problem;
+        let mut seen = vec![false; problem.unknowns.len()];
+        for (linear, stretch) in self.current.iter().zip(&problem.segments) {
+            for (direction, unknown) in problem.columns_of(stretch.track).into_iter().enumerate() {
+                seen[unknown] |= linear.rows().any(|row| row[direction] != 0.0);
+            }
+        }
+        let lasts = |parameter: &usize| {
+            let own = &self.model.parameters[*parameter];
+            let mut beside = self.model.parameters.iter().filter(|p| p.term == own.term);
+            own.prior.is_none() && beside.all(|p| p.spec.is_linear())
+        };
+        let unseen = problem.unknowns.iter().zip(seen).filter(|(_, seen)| !seen).map(|(unknown, _)| unknown.parameter);
+        unseen.filter(lasts).collect()
     }
 
     /// Unknowns of the noise: those of forces that are estimated, of sensors, of coloured parts.
