@@ -263,6 +263,7 @@ fn document(surge: Figure) -> Document {
             check(Light::Amber, "correlated", "Linear and quadratic drag in surge are correlated: −0.94."),
             check(Light::Red, "astern", "Astern the residual is four times the noise; see Figure 1."),
         ],
+        first: vec![Block::Figure(surge), Block::Figure(waterfall()), Block::Table(estimates())],
         sections: vec![
             Section {
                 heading: "Prediction of a run that took no part in the fit".into(),
@@ -271,7 +272,7 @@ fn document(surge: Figure) -> Document {
                      state of the first second and then ran free, with the logged commands as its only input."
                         .into(),
                 ],
-                blocks: vec![Block::Figure(surge), Block::Figure(drag_curve())],
+                blocks: vec![Block::Figure(drag_curve())],
             },
             Section {
                 heading: "The model".into(),
@@ -285,18 +286,13 @@ fn document(surge: Figure) -> Document {
                         define("m_u", "virtual mass in surge: dry mass and the water that moves with it, kg"),
                         define("k_u|u|", "quadratic drag in surge, kg/m; in SNAME's notation with the opposite sign"),
                     ]),
-                    Block::Table(estimates()),
                     Block::Figure(forest()),
                 ],
             },
             Section {
                 heading: "What the data can and cannot tell".into(),
                 paragraphs: Vec::new(),
-                blocks: vec![
-                    Block::Figure(waterfall()),
-                    Block::Figure(correlations()),
-                    Block::Figure(cross_validation()),
-                ],
+                blocks: vec![Block::Figure(correlations()), Block::Figure(cross_validation())],
             },
         ],
         origin: Origin {

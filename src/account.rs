@@ -1,7 +1,7 @@
 //! The account of a campaign: results put into the words, tables and figures of a report.
 //!
-//! First what a reader wants to know (does the model predict runs that took no part, and what is missing), then the
-//! model with its numbers, then the evidence, at the end how it was made.
+//! The first screen answers: the verdict, the gap, the worst run that took no part, parameters and noise. Then what is
+//! missing, how well the model predicts, the model with its equations, the evidence, and at the end how it was made.
 
 mod belief;
 mod discovery;
@@ -24,7 +24,7 @@ pub use origin::{Unhashed, origin};
 use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Published, Simulation};
 use crate::discover::Discovery;
 use crate::finding::{Finding, Severity};
-use crate::report::{Check, Document, Light, Origin, Section, render};
+use crate::report::{Block, Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
 
 /// Beside a deviation of a fit that did not converge, on the line where it stands.
@@ -55,16 +55,20 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
         "" => "Vehicle",
         name => name,
     };
-    let mut sections: Vec<Section> = noise::section(results).into_iter().collect();
-    sections.extend([model::section(results), prediction::section(results)]);
+    let mut sections: Vec<Section> = results.discovery.map(discovery::section).into_iter().collect();
+    sections.push(prediction::section(results));
     sections.extend(motion::sections(results));
+    sections.push(model::section(results));
     sections.extend(force::section(results));
-    sections.extend(results.discovery.map(discovery::section));
+    let gap = results.discovery.filter(|found| found.gap.len() > 1).and_then(gap_figure);
+    let figures = gap.into_iter().chain(motion::worst(results)).map(Block::Figure);
+    let tables = std::iter::once(model::parameters(results)).chain(noise::tables(results)).map(Block::Table);
     Document {
         title: format!("{name}: identification"),
         subtitle: format!("{} runs, estimator {}", results.campaign.runs.len(), results.fit.estimator.name()),
         verdict: verdict(results),
         checks: checks(results),
+        first: figures.chain(tables).collect(),
         sections,
         origin,
     }

@@ -24,7 +24,10 @@ pub(super) fn section(found: &Discovery) -> Section {
     if !found.effects.is_empty() {
         blocks.push(Block::Table(effects(found)));
     }
-    for measured in found.gap.iter().take(1).flat_map(|baseline| baseline.held_out_rms.keys()) {
+    // the widest gap stands on the first screen, where it was closed
+    let shown = widest(found).filter(|_| found.gap.len() > 1);
+    let measured = found.gap.iter().take(1).flat_map(|baseline| baseline.held_out_rms.keys());
+    for measured in measured.filter(|measured| shown.as_ref() != Some(measured)) {
         blocks.extend(waterfall(found, measured).map(Block::Figure));
     }
     blocks.extend(found.residuals.iter().flat_map(forces).map(Block::Figure));
@@ -141,10 +144,14 @@ fn smallest(found: &Discovery) -> Table {
 
 /// The waterfall of what is measured whose gap was widest against the noise.
 pub fn gap_figure(found: &Discovery) -> Option<Figure> {
+    waterfall(found, &widest(found)?)
+}
+
+/// What is measured whose gap was widest against the noise.
+pub(super) fn widest(found: &Discovery) -> Option<Measured> {
     let first = found.gap.first()?;
     let ratio = |(dof, rms): (&Measured, &f64)| Some((dof.clone(), rms / first.noise_floor.get(dof)?));
-    let widest = first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    waterfall(found, &widest.0)
+    first.held_out_rms.iter().filter_map(ratio).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(dof, _)| dof)
 }
 
 /// The held-out gap of what is measured, step by step, against the noise.

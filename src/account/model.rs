@@ -9,7 +9,7 @@ use crate::thrust::fit::Estimate;
 
 /// The section of a report.
 pub(super) fn section(results: &Results<'_>) -> Section {
-    let first = [Block::Equations(equations(results)), Block::Table(parameters(results))];
+    let first = [Block::Equations(equations(results))];
     Section {
         heading: "The model".into(),
         paragraphs: vec![
@@ -49,7 +49,8 @@ fn thrust_curves(results: &Results<'_>) -> Option<Block> {
     })
 }
 
-fn parameters(results: &Results<'_>) -> Table {
+/// The parameters with their deviations, one a row.
+pub(super) fn parameters(results: &Results<'_>) -> Table {
     let rows = results
         .fit
         .parameters

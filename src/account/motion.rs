@@ -2,7 +2,9 @@
 //! against each state, where a missing effect shows as a shape.
 
 use super::Results;
-use crate::campaign::Simulated;
+use super::discovery::widest;
+use crate::campaign::{self, Simulated};
+use crate::compare::Disagreement;
 use crate::frame::Dof;
 use crate::report::{Axis, Block, Chart, Curves, Figure, Label, Panel, Section, Series};
 use crate::run::Role;
@@ -40,6 +42,42 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
         blocks: against,
     };
     [motion, residual].into_iter().filter(|section| !section.blocks.is_empty()).collect()
+}
+
+/// The worst run of all that took no part and move, in the degree of freedom in which most was missing, or its worst one; and
+/// what the model without the names made of it.
+pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
+    let run_of = |r: &Disagreement| results.simulation.runs.iter().find(|run| run.run == r.run);
+    let is_moving = |r: &&Disagreement| {
+        let measured = |run, dof| samples(run, measured_motion(run, dof).0).iter().map(|s| s.1).collect::<Vec<f64>>();
+        run_of(r).zip(r.dof.dof()).is_some_and(|(run, dof)| moves(&measured(run, dof), Some(r.noise_floor)))
+    };
+    let missing = results.discovery.filter(|found| !found.effects.is_empty()).and_then(widest);
+    let rank = |r: &Disagreement| {
+        let times_noise = r.rms / r.noise_floor.max(f64::MIN_POSITIVE);
+        (r.role == Role::Validate, missing.as_ref() == Some(&r.dof), times_noise)
+    };
+    let moving = results.comparison.runs.iter().filter(is_moving).map(|r| (rank(r), r));
+    let (_, worst) = moving.max_by(|(a, _), (b, _)| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)))?;
+    let (run, dof) = run_of(worst).zip(worst.dof.dof())?;
+    let mut figure = motion_figure(run, dof, Some(worst.noise_floor))?;
+    figure.title = format!("The worst run: {}", figure.title);
+    if let (Chart::Curves(curves), Some(before)) = (&mut figure.chart, without_names(results, &worst.run)) {
+        let channel = measured_motion(run, dof).0;
+        if let Some(values) = before.simulated.get(channel) {
+            curves.panels[0].series.push(Series::line("without what was missing", before.time.clone(), values.clone()));
+        }
+    }
+    Some(figure)
+}
+
+/// A run simulated with the baseline of a search that has found names.
+fn without_names(results: &Results<'_>, run: &str) -> Option<Simulated> {
+    let found = results.discovery.filter(|found| !found.effects.is_empty())?;
+    let baseline = &found.steps.first()?.fit.model;
+    let mut alone = results.campaign.under(&results.fit.efficiency);
+    alone.runs.retain(|r| r.name == run);
+    campaign::simulate(&alone, baseline, &results.fit.envelope).ok()?.runs.pop()
 }
 
 /// Runs that took no part first, then one of each kind, then the others.

@@ -3,21 +3,12 @@
 
 use super::Results;
 use crate::campaign::{ForceFound, Noise, Predicted, SensorFound};
-use crate::report::{Block, Cell, Column, Section, Table};
+use crate::report::{Cell, Column, Table};
 
-/// The section of a report; `None` where the estimator knows nothing of noise.
-pub(super) fn section(results: &Results<'_>) -> Option<Section> {
-    let noise = results.fit.noise.as_ref()?;
-    let white = match noise.innovations_white {
-        true => "Innovations are white: what the model leaves is what the noise can be.",
-        false => "Innovations are not white: something is left in them that the noise cannot be.",
-    };
-    let tables = [forces(&noise.force, results.fit.converged), Some(sensors(&noise.sensors)), predictions(noise)];
-    Some(Section {
-        heading: "Noise and random force".into(),
-        paragraphs: vec![format!("{} {white}", noise.sentence())],
-        blocks: tables.into_iter().flatten().map(Block::Table).collect(),
-    })
+/// What is random: the forces, if there are any, and the sensors; nothing where the estimator knows nothing of noise.
+pub(super) fn tables(results: &Results<'_>) -> Vec<Table> {
+    let Some(noise) = results.fit.noise.as_ref() else { return Vec::new() };
+    forces(&noise.force, results.fit.converged).into_iter().chain([sensors(noise)]).collect()
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {
@@ -55,7 +46,11 @@ fn forces(all: &[ForceFound], converged: bool) -> Option<Table> {
     })
 }
 
-fn sensors(all: &[SensorFound]) -> Table {
+fn sensors(noise: &Noise) -> Table {
+    let white = match noise.innovations_white {
+        true => "Innovations are white: what the model leaves is what the noise can be.",
+        false => "Innovations are not white: something is left in them that the noise cannot be.",
+    };
     let row = |s: &SensorFound| {
         let [low, high] = s.typical.map_or([None, None], |t| t.map(Some));
         let mut row = vec![Cell::from(s.channel.as_str())];
@@ -66,16 +61,13 @@ fn sensors(all: &[SensorFound]) -> Table {
     Table {
         title: "Noise of the sensors".into(),
         columns: columns(&names),
-        rows: all.iter().map(row).collect(),
-        note:
-            "Standard deviations in SI units. Filtered and quantised channels show less noise than the sensor has, and \
-               their innovations are correlated."
-                .into(),
+        rows: noise.sensors.iter().map(row).collect(),
+        note: format!("Standard deviations in SI units. {white}"),
     }
 }
 
 /// Predictions with their errors, run by run; one sample ahead is left out, since the noise was chosen for it.
-fn predictions(noise: &Noise) -> Option<Table> {
+pub(super) fn predictions(noise: &Noise) -> Option<Table> {
     let row = |p: &Predicted| {
         let ahead = p.ahead.map_or("free run".to_string(), |seconds| format!("{seconds} s"));
         vec![

@@ -9,11 +9,9 @@ use crate::run::Role;
 /// The section of a report.
 pub(super) fn section(results: &Results<'_>) -> Section {
     let matrices = Dof::ALL.into_iter().filter_map(|dof| matrix(results, dof)).map(Block::Figure);
-    Section {
-        heading: "How well it predicts".into(),
-        paragraphs: Vec::new(),
-        blocks: std::iter::once(Block::Table(errors(results))).chain(matrices).collect(),
-    }
+    let ahead = results.fit.noise.as_ref().and_then(super::noise::predictions);
+    let tables = std::iter::once(errors(results)).chain(ahead).map(Block::Table);
+    Section { heading: "How well it predicts".into(), paragraphs: Vec::new(), blocks: tables.chain(matrices).collect() }
 }
 
 fn errors(results: &Results<'_>) -> Table {

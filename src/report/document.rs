@@ -1,7 +1,7 @@
 //! What a report says, as plain data; it knows nothing of identification and nothing of HTML.
 //!
-//! A document is a verdict, the checks it rests on, and sections of paragraphs and blocks (tables, figures,
-//! equations, definitions). Other rooms fill it; [`super::html`] makes one file of it.
+//! A document is a verdict, the checks it rests on, what stands on the first screen, and sections of paragraphs and blocks
+//! (tables, figures, equations, definitions). Other rooms fill it; [`super::html`] makes one file of it.
 
 use super::chart::Figure;
 use super::label::Label;
@@ -17,6 +17,8 @@ pub struct Document {
     pub verdict: String,
     /// What the verdict rests on.
     pub checks: Vec<Check>,
+    /// What the answer is seen in: the first screen, before the contents.
+    pub first: Vec<Block>,
     /// The body.
     pub sections: Vec<Section>,
     /// How this report came to be.

@@ -20,11 +20,15 @@ pub use super::palette::{page_style, standalone_style as figure_style};
 /// (drawn wide, drawn narrow, packed for the script).
 const POINTS: usize = 60_000;
 
+/// Rows beyond which a table is folded.
+const LONG: usize = 15;
+
 #[derive(Template)]
 #[template(path = "report.html")]
 struct Page<'a> {
     document: &'a Document,
     checks: Vec<CheckLine<'a>>,
+    first: Vec<BlockView<'a>>,
     sections: Vec<SectionView<'a>>,
     chart_style: String,
     figure_style: String,
@@ -66,6 +70,8 @@ struct TableView<'a> {
     rows: Vec<Vec<CellView>>,
     csv: String,
     latex: String,
+    /// Whether it is too long to stand open.
+    folded: bool,
 }
 
 struct Head {
@@ -91,26 +97,29 @@ struct FigureView<'a> {
 }
 
 /// The whole report as HTML text, below 2 MB unless its tables are enormous.
-pub fn render(document: &Document) -> String {
+pub fn render<'a>(document: &'a Document) -> String {
     let points = points_a_series(document);
     let (mut tables, mut figures) = (0, 0);
-    let mut view = |block: &'_ Block| -> usize {
+    let mut view = |block: &Block| -> usize {
         let count = if matches!(block, Block::Table(_)) { &mut tables } else { &mut figures };
         *count += usize::from(matches!(block, Block::Table(_) | Block::Figure(_)));
         *count
     };
-    let section =
-        |section: &'_ super::document::Section| -> Vec<usize> { section.blocks.iter().map(&mut view).collect() };
-    let numbers: Vec<Vec<usize>> = document.sections.iter().map(section).collect();
-    let sections = document.sections.iter().zip(&numbers).map(|(section, numbers)| SectionView {
+    let mut views = |blocks: &'a [Block]| -> Vec<BlockView<'a>> {
+        blocks.iter().map(|block| block_view(block, view(block), points)).collect()
+    };
+    let first = views(&document.first);
+    let sections = document.sections.iter().map(|section| SectionView {
         heading: &section.heading,
         paragraphs: &section.paragraphs,
-        blocks: section.blocks.iter().zip(numbers).map(|(block, n)| block_view(block, *n, points)).collect(),
+        blocks: views(&section.blocks),
     });
+    let sections = sections.collect();
     let page = Page {
         document,
         checks: document.checks.iter().map(check_line).collect(),
-        sections: sections.collect(),
+        first,
+        sections,
         chart_style: page_style(),
         figure_style: figure_style(),
         page_style: include_str!("../../templates/report.css"),
@@ -121,7 +130,7 @@ pub fn render(document: &Document) -> String {
 
 /// How many points each series may keep; one with an interval carries three numbers a point.
 fn points_a_series(document: &Document) -> usize {
-    let blocks = document.sections.iter().flat_map(|section| &section.blocks);
+    let blocks = document.first.iter().chain(document.sections.iter().flat_map(|section| &section.blocks));
     let series: usize = blocks
         .filter_map(|block| match block {
             Block::Figure(Figure { chart: Chart::Curves(Curves { panels, .. }), .. }) => Some(panels),
@@ -167,7 +176,15 @@ fn table_view(table: &Table, number: usize) -> TableView<'_> {
     let cell =
         |row: &[Cell], k: usize| CellView { class: class(k), html: cell_html(row.get(k).unwrap_or(&Cell::Empty)) };
     let rows = table.rows.iter().map(|row| (0..table.columns.len()).map(|k| cell(row, k)).collect());
-    TableView { table, number, heads: heads.collect(), rows: rows.collect(), csv: table.csv(), latex: table.latex() }
+    TableView {
+        table,
+        number,
+        heads: heads.collect(),
+        rows: rows.collect(),
+        csv: table.csv(),
+        latex: table.latex(),
+        folded: table.rows.len() > LONG,
+    }
 }
 
 fn cell_html(cell: &Cell) -> String {

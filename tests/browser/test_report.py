@@ -71,6 +71,36 @@ def test_the_demos_report_is_sound_on_desk_and_phone_light_and_dark(browser, rep
     assert paper.startswith(b"%PDF-")
 
 
+def test_the_first_screen_answers(browser, report):
+    browser.open(report, width=1400, height=1000)
+    top = "e => e.getBoundingClientRect().top"
+    begin = browser.run(f"['.verdict', '.first .chart-figure', '.first .table'].map(s => document.querySelector(s)).map({top})")
+    assert all(y < 1000 for y in begin), begin
+    titles = browser.run("[...document.querySelectorAll('.first .title')].map(e => e.textContent)")
+    assert titles[0].startswith("The gap in ") and titles[1].startswith("The worst run: "), titles
+    assert titles[2:] == ["Parameters", "Noise of the sensors"]
+    legend = browser.run("[...document.querySelectorAll('.first .chart-figure')][1].querySelector('.wide').textContent")
+    assert "measured" in legend and "without what was missing" in legend
+    links = browser.run("[...document.querySelectorAll('nav a')].map(a => [a.textContent, a.getAttribute('href')])")
+    heads = browser.run("[...document.querySelectorAll('section')].map(s => [s.querySelector('h2').textContent, '#' + s.id])")
+    assert links == heads and links[0][0] == "What is missing"
+
+
+def test_long_tables_are_folded_and_filtered(browser, report):
+    browser.open(report)
+    folded = "[...document.querySelectorAll('details')]"
+    assert browser.run(f"{folded}.length") > 0
+    assert browser.run(f"{folded}.every(d => !d.open && d.querySelectorAll('tbody tr').length > 15)")
+    assert browser.run("[...document.querySelectorAll('figure.table')].every(t => t.querySelector('details')"
+                       "|| t.querySelectorAll('tbody tr').length <= 15)")
+    table = f"{folded}.find(d => /run06/.test(d.textContent))"
+    browser.run(f"{table}.querySelector('summary').click()")
+    browser.run(f"(() => {{ const f = {table}.querySelector('.filter'); f.value = 'run06 yaw';"
+                "f.dispatchEvent(new Event('input')); })()")
+    rows = browser.run(f"[...{table}.querySelectorAll('tbody tr')].filter(r => r.offsetParent).map(r => r.textContent)")
+    assert rows and all("run06" in row and "yaw" in row for row in rows), rows
+
+
 def test_every_figure_with_curves_zooms_and_reads(browser, report):
     browser.open(report)
     figures = browser.run("[...document.querySelectorAll('.chart-figure')].filter(f => f.querySelector('.wide svg.zooms'))"
