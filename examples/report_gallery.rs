@@ -263,7 +263,7 @@ fn document(surge: Figure) -> Document {
             check(Light::Amber, "correlated", "Linear and quadratic drag in surge are correlated: −0.94."),
             check(Light::Red, "astern", "Astern the residual is four times the noise; see Figure 1."),
         ],
-        first: vec![Block::Figure(surge), Block::Figure(waterfall()), Block::Table(estimates())],
+        first_screen: vec![Block::Figure(surge), Block::Figure(waterfall()), Block::Table(estimates())],
         sections: vec![
             Section {
                 heading: "Prediction of a run that took no part in the fit".into(),

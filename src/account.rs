@@ -68,7 +68,7 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
         subtitle: format!("{} runs, estimator {}", results.campaign.runs.len(), results.fit.estimator.name()),
         verdict: verdict(results),
         checks: checks(results),
-        first: figures.chain(tables).collect(),
+        first_screen: figures.chain(tables).collect(),
         sections,
         origin,
     }

@@ -174,13 +174,8 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
             return dvl.map(|i| one("T_dvl", i.latency)).into_iter().collect();
         }
         ("sensor_gyro_lag", _) => {
-            return setup
-                .instruments
-                .iter()
-                .find(|i| i.is_gyro())
-                .map(|i| one("T_gyro_lag", i.low_pass))
-                .into_iter()
-                .collect();
+            let gyro = setup.instruments.iter().find(|i| i.is_gyro());
+            return gyro.map(|i| one("T_gyro_lag", i.low_pass)).into_iter().collect();
         }
         ("sensor_position_delay", _) => {
             let fix = setup.instruments.iter().find(|i| i.has("x"));

@@ -10,6 +10,7 @@ use super::load::Campaign;
 use super::log_faults::{Fault, faults};
 
 use crate::discover::{self, Discovery, SearchOptions, Verdict};
+use crate::effects::Family;
 use crate::finding::Finding;
 use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
@@ -30,12 +31,16 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     // a late thrust is among what is asked
     let mut runs = lead_in::settled(campaign.motion(None), &campaign.model);
     let fitting = filter_error::options(campaign);
-    let mut faults = faults(&runs, &campaign.model.dofs);
-    faults.retain(|fault| !fault.has_name(&campaign.model.dofs));
+    let mut faults = faults(&runs, &campaign.model);
+    let names_sensors = options.families.contains(&Family::Sensor);
+    if names_sensors {
+        // of a gyro a lag has a name, and a latency has none
+        faults.retain(|fault| fault.latency_of_gyro().is_some() || !fault.has_name(&campaign.model));
+    }
     // last what a fit has to tell apart, on logs that are mended otherwise
     faults.sort_by_key(|fault| fault.latency_of_gyro().is_some());
     faults.retain(|fault| {
-        let stands = !late_gyro::is_smoothed(&campaign.model, &runs, fault, &fitting);
+        let stands = !names_sensors || !late_gyro::is_smoothed(&campaign.model, &runs, fault, &fitting);
         if stands {
             fault.mend(&mut runs);
         }

@@ -12,7 +12,7 @@ use crate::effects::{Place, gyro_lag};
 use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::started;
 use crate::model::Model;
-use crate::run::Run;
+use crate::run::{Role, Run};
 
 /// Fall of −2 ln L below which the fits are not improved any more: little beside what tells them apart.
 const ROUGH: f64 = 0.5;
@@ -24,6 +24,8 @@ const LIMIT: f64 = 5.0;
 pub(super) fn is_smoothed(model: &Model, runs: &[Run], fault: &Fault, fitting: &FilterErrorOptions) -> bool {
     let Some(latency) = fault.latency_of_gyro() else { return false };
     let options = FilterErrorOptions { tolerance: ROUGH, refine: false, limit: Some(LIMIT), ..fitting.clone() };
+    // runs that take no part in the fit judge its names, and choose nothing
+    let train: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
     let cost = |model: &Model, runs: &[Run]| {
         let fit = filter_error(&started(model, runs), runs, &options).ok()?;
         fit.converged.then_some(fit.cost)
@@ -33,9 +35,9 @@ pub(super) fn is_smoothed(model: &Model, runs: &[Run], fault: &Fault, fitting: &
     for k in smoothed.terms[term].parameters.clone() {
         smoothed.parameters[k].value = latency;
     }
-    let mut mended = runs.to_vec();
+    let mut mended = train.clone();
     fault.mend(&mut mended);
-    match (cost(&smoothed, runs), cost(model, &mended)) {
+    match (cost(&smoothed, &train), cost(model, &mended)) {
         (Some(smoothed), Some(late)) => smoothed < late,
         (smoothed, _) => smoothed.is_some(),
     }

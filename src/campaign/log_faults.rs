@@ -15,12 +15,17 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
+use crate::chain::{acts_in, memory_count};
 use crate::check::{self, CheckOptions, CheckReport, FaultKind};
 use crate::discover::LogFinding;
+use crate::effects::{Effect, Family, Place, catalogue};
 use crate::frame::Dof;
+use crate::model::{Model, places_of};
 use crate::procedure::thruster_force;
 use crate::run::{Run, Signal, is_command};
+use crate::symbolic::Graph;
 
 /// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
 const WRONG_UNIT: f64 = 5.0;
@@ -47,8 +52,10 @@ pub(super) enum Fault {
 }
 
 /// The faults on which the runs agree.
-pub(super) fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<Fault> {
-    let options = CheckOptions { dofs: dofs.to_vec(), ..CheckOptions::default() };
+///
+/// A latency that the model has a term for is none.
+pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
+    let options = CheckOptions { dofs: model.dofs.clone(), ..CheckOptions::default() };
     let reports: Vec<CheckReport> = runs.iter().map(|run| check::run(run, &options)).collect();
     let mut found = frames(&reports);
     let framed = !found.is_empty();
@@ -64,7 +71,9 @@ pub(super) fn faults(runs: &[Run], dofs: &[Dof]) -> Vec<Fault> {
             found.push(Fault::Factor { channel: channel.clone(), factor: *factor });
         }
     }
-    found.extend(delays(&reports));
+    let known = model.terms.iter().flat_map(|t| made_late(t.effect.as_ref(), t.place, model));
+    let known: Vec<&str> = known.collect();
+    found.extend(delays(&reports).into_iter().filter(|fault| !fault.is_late_in(&known)));
     found
 }
 
@@ -160,6 +169,16 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
     if both && count(most) >= 2 && 2 * count(most) > witnesses { vec![most.clone()] } else { Vec::new() }
 }
 
+/// Channels that an effect makes late: those of a sensor that remembers.
+fn made_late(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static str> {
+    let remembers = || memory_count(&Graph::new(), model, effect, place) > 0;
+    match effect.pose() {
+        _ if effect.about().family != Family::Sensor || !remembers() => Vec::new(),
+        [] => acts_in(effect, place, model).into_iter().map(Dof::velocity).collect(),
+        pose => pose.to_vec(),
+    }
+}
+
 /// Sensors that say late what others say. A command that comes late is none of them.
 fn delays(reports: &[CheckReport]) -> Vec<Fault> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
@@ -179,18 +198,18 @@ fn delays(reports: &[CheckReport]) -> Vec<Fault> {
 }
 
 impl Fault {
-    /// Whether it has a name in the catalogue, and a value that the likelihood gives: a position that comes late, and a DVL
-    /// beside a gyro.
-    pub fn has_name(&self, dofs: &[Dof]) -> bool {
-        let Fault::Late { channel, .. } = self else { return false };
-        let turns = dofs.iter().any(|dof| dof.is_rotation());
-        ["x", "y"].contains(&channel.as_str()) || turns && ["u", "v", "w"].contains(&channel.as_str())
+    /// Whether it is a latency that has a name in the catalogue, and so a value that the likelihood gives.
+    pub fn has_name(&self, model: &Model) -> bool {
+        let of_effect = |effect: &Arc<dyn Effect>| -> Vec<&str> {
+            let places = places_of(effect.as_ref(), &model.dofs).into_iter();
+            places.flat_map(|place| made_late(effect.as_ref(), place, model)).collect()
+        };
+        catalogue(model.coriolis).iter().any(|effect| self.is_late_in(&of_effect(effect)))
     }
 
-    /// Whether a channel of one of these degrees of freedom comes late.
-    pub fn is_late_in(&self, dofs: &[Dof]) -> bool {
-        let Fault::Late { channel, .. } = self else { return false };
-        dofs.iter().any(|dof| [dof.velocity(), dof.position()].contains(&channel.as_str()))
+    /// Whether one of these channels comes late.
+    fn is_late_in(&self, channels: &[&str]) -> bool {
+        matches!(self, Fault::Late { channel, .. } if channels.contains(&channel.as_str()))
     }
 
     /// How late a gyro says what others say, s; `None` of any other fault.
@@ -373,7 +392,7 @@ mod tests {
 
     #[test]
     fn mending_twice_is_as_before_for_reflections() {
-        let time: std::sync::Arc<[f64]> = vec![0.0, 1.0].into();
+        let time: Arc<[f64]> = vec![0.0, 1.0].into();
         let mut run = Run::default();
         for (k, name) in ["x", "y", "psi", "u", "v"].iter().enumerate() {
             run.signals.insert((*name).into(), Signal::new(time.clone(), vec![k as f64, 1.0]));

@@ -27,7 +27,7 @@ const CHUNK: usize = 96;
 
 /// A model, its noise and the runs that it is filtered along: where columns are taken.
 #[derive(Debug, Clone, Copy)]
-pub struct Filter<'a> {
+pub struct ModelOnRuns<'a> {
     /// The runs made ready.
     pub filtered: &'a Filtered,
     /// The model.
@@ -38,9 +38,9 @@ pub struct Filter<'a> {
     pub limit: f64,
 }
 
-impl<'a> From<&'a FilterErrorFit> for Filter<'a> {
-    fn from(fit: &'a FilterErrorFit) -> Filter<'a> {
-        Filter { filtered: &fit.filtered, model: &fit.model, noise: &fit.noise, limit: fit.limit }
+impl<'a> From<&'a FilterErrorFit> for ModelOnRuns<'a> {
+    fn from(fit: &'a FilterErrorFit) -> ModelOnRuns<'a> {
+        ModelOnRuns { filtered: &fit.filtered, model: &fit.model, noise: &fit.noise, limit: fit.limit }
     }
 }
 
@@ -71,7 +71,7 @@ pub struct Columns {
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub fn in_chunks<T: Send>(
-    at: Filter<'_>,
+    at: ModelOnRuns<'_>,
     runs: &[Run],
     candidates: &[Candidate],
     fitting: &OutputErrorOptions,
@@ -110,7 +110,7 @@ pub fn in_chunks<T: Send>(
 
 /// Products of each stretch, of the model with this chunk of the candidates in it; none where the inertia is singular.
 fn products(
-    at: Filter<'_>,
+    at: ModelOnRuns<'_>,
     runs: &[Run],
     big: &Model,
     chunk: &[&Planned],

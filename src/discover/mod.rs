@@ -25,7 +25,7 @@ mod whereabouts;
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
-pub use columns::{Columns, Filter, Probe, in_chunks};
+pub use columns::{Columns, ModelOnRuns, Probe, in_chunks};
 pub use constancy::ChangedParameter;
 pub use discovery::{CODES, Discovery, LogFinding, discover};
 pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};

@@ -3,7 +3,7 @@
 //! ```text
 //! |θ̂ − neutral| > 3 s        of one parameter at least
 //! min < θ̂ < max              dissipation dissipates, a delay is not negative
-//! θ̂ > h/20, T/20            of a time, h: the time between samples, T: a delay that the model approximates
+//! θ̂ > h/20                   of a time, h: the time between samples
 //! s < ½ |θ̂|                  of a time constant, a limit or another shape that was searched over a grid
 //! ```
 

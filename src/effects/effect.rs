@@ -47,6 +47,12 @@ pub enum Scope {
     Thrusters,
 }
 
+impl Scope {
+    /// The vehicle, where it moves and turns in one plane: what a velocity and a turn rate say of each other.
+    pub const MOVES_AND_TURNS: Scope =
+        Scope::VehicleAny(&[&[Dof::Surge, Dof::Yaw], &[Dof::Sway, Dof::Yaw], &[Dof::Heave, Dof::Pitch]]);
+}
+
 /// Which instance of an effect: its degree of freedom and, for a coupling, the other one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Place {

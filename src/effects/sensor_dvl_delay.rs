@@ -13,7 +13,6 @@
 //! ```
 
 use super::{About, Effect, Family, Instant, Logged, ParameterSpec, Place, Scope, Six};
-use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
@@ -26,7 +25,7 @@ impl Effect for SensorDvlDelay {
         About {
             id: "sensor_dvl_delay",
             family: Family::Sensor,
-            scope: Scope::VehicleAny(&[&[Dof::Surge, Dof::Yaw], &[Dof::Sway, Dof::Yaw], &[Dof::Heave, Dof::Pitch]]),
+            scope: Scope::MOVES_AND_TURNS,
             formula: "(u, v, w)_log(t) = (u, v, w)(t − T)",
             meaning: "Velocity that is logged later than the turn rates.",
             source: "Kinsey, Eustice and Whitcomb, IFAC MCMC (2006), underwater navigation",

@@ -8,7 +8,6 @@
 //! all sensors show.
 
 use super::{About, Effect, Family, Instant, Logged, ParameterSpec, Place, Scope, Six};
-use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
@@ -21,7 +20,7 @@ impl Effect for SensorGyroLag {
         About {
             id: "sensor_gyro_lag",
             family: Family::Sensor,
-            scope: Scope::VehicleAny(&[&[Dof::Surge, Dof::Yaw], &[Dof::Sway, Dof::Yaw], &[Dof::Heave, Dof::Pitch]]),
+            scope: Scope::MOVES_AND_TURNS,
             formula: "T d(p, q, r)_log/dt + (p, q, r)_log = (p, q, r)",
             meaning: "Turn rates that are smoothed, and so follow with a lag.",
             source: "Jategaonkar, Flight Vehicle System Identification, 2nd ed. (2015), ch. 2.3",

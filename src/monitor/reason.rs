@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::discover::{Columns, Filter, Probe, candidates, in_chunks};
+use crate::discover::{Columns, ModelOnRuns, Probe, candidates, in_chunks};
 use crate::effects::Family;
 use crate::estimate::filter_error::{Filtered, NoiseModel};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
@@ -70,7 +70,7 @@ pub fn reasons(
     }
     let filtered = Filtered::in_windows(&free, runs, fitting)?;
     // what a changed vehicle does is what is looked for: nothing of it is held back
-    let at = Filter { filtered: &filtered, model: &free, noise, limit: f64::INFINITY };
+    let at = ModelOnRuns { filtered: &filtered, model: &free, noise, limit: f64::INFINITY };
     let list = candidates(&free, runs, &[]);
     let chunks = in_chunks(at, runs, &list, fitting, |_, columns| Off::new(columns, off))?;
     let Some(first) = chunks.first() else { return Ok(Vec::new()) };

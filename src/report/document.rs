@@ -18,7 +18,7 @@ pub struct Document {
     /// What the verdict rests on.
     pub checks: Vec<Check>,
     /// What the answer is seen in: the first screen, before the contents.
-    pub first: Vec<Block>,
+    pub first_screen: Vec<Block>,
     /// The body.
     pub sections: Vec<Section>,
     /// How this report came to be.

@@ -108,7 +108,7 @@ pub fn render<'a>(document: &'a Document) -> String {
     let mut views = |blocks: &'a [Block]| -> Vec<BlockView<'a>> {
         blocks.iter().map(|block| block_view(block, view(block), points)).collect()
     };
-    let first = views(&document.first);
+    let first = views(&document.first_screen);
     let sections = document.sections.iter().map(|section| SectionView {
         heading: &section.heading,
         paragraphs: &section.paragraphs,
@@ -130,7 +130,7 @@ pub fn render<'a>(document: &'a Document) -> String {
 
 /// How many points each series may keep; one with an interval carries three numbers a point.
 fn points_a_series(document: &Document) -> usize {
-    let blocks = document.first.iter().chain(document.sections.iter().flat_map(|section| &section.blocks));
+    let blocks = document.first_screen.iter().chain(document.sections.iter().flat_map(|section| &section.blocks));
     let series: usize = blocks
         .filter_map(|block| match block {
             Block::Figure(Figure { chart: Chart::Curves(Curves { panels, .. }), .. }) => Some(panels),

@@ -85,6 +85,17 @@ fn blind_a_smoothed_gyro_is_named() {
         fit.sentence
     );
     assert!(fit.warnings.iter().any(|w| w.code == "M142") && fit.may_lack());
+    // once it is in the model the log contradicts nothing, and is mended no more
+    let file = folder.join("campaign.toml");
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    std::fs::write(&file, text.replace("\"coriolis_yaw\"]", "\"coriolis_yaw\", \"sensor_gyro_lag\"]"))
+        .expect("it is changed");
+    let with = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
+    let fit = campaign::fit(&with, FitOptions::default()).expect("a fit");
+    assert!(fit.sentence.starts_with("The fit converged"), "{}", fit.sentence);
+    let found = campaign::discover(&with).expect("a fit");
+    assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
+    assert_eq!(found.log_findings, vec![]);
 }
 
 /// A gyro whose samples are stamped late is no effect: the log is told to be late, and nothing else is missing.

@@ -23,19 +23,15 @@ use super::log_faults;
 use super::noise::Noise;
 use super::thrusters::FittedCurve;
 use super::unexcited;
-use crate::chain::{acts_in, memory_count};
-use crate::effects::Family;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
 use crate::finding::Finding;
-use crate::frame::Dof;
-use crate::model::{Model, Term};
+use crate::model::Model;
 use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
 use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
 use crate::progress::tell;
 use crate::run::{Role, Run, RunKind};
-use crate::symbolic::Graph;
 use crate::thrust::efficiency::Efficiency;
 
 /// Options of the verb.
@@ -106,14 +102,10 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
 }
 
-/// Says of what the sensors of the log contradict each other. A late one that the model has a term for is none.
+/// Says of what the sensors of the log contradict each other.
 fn contradicted(campaign: &Campaign, raw: &mut Raw) {
-    let model = &raw.model;
-    let remembers = |t: &&Term| memory_count(&Graph::new(), model, t.effect.as_ref(), t.place) > 0;
-    let of_sensors = model.terms.iter().filter(|t| t.effect.about().family == Family::Sensor).filter(remembers);
-    let known: Vec<Dof> = of_sensors.flat_map(|t| acts_in(t.effect.as_ref(), t.place, model)).collect();
-    let faults = log_faults::faults(&campaign.motion(None), &campaign.model.dofs);
-    let told: Vec<String> = faults.iter().filter(|f| !f.is_late_in(&known)).map(ToString::to_string).collect();
+    let faults = log_faults::faults(&campaign.motion(None), &campaign.model);
+    let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
     if told.is_empty() {
         return;
     }
