@@ -28,12 +28,24 @@ fn driven(name: &str, hidden: &[String], seed: u64) -> Campaign {
     Campaign { commands: Commands::Thrusters, ..planar }
 }
 
-fn of_vehicle(name: &str, suite: &Suite, (force, correlation): (f64, f64), hidden: &[String], seed: u64) -> Campaign {
+fn of_vehicle(name: &str, suite: &Suite, noise: (f64, f64), hidden: &[String], seed: u64) -> Campaign {
+    moving(name, &Dof::PLANE, suite, noise, hidden, seed)
+}
+
+/// A campaign in these degrees of freedom.
+fn moving(
+    name: &str,
+    dofs: &[Dof],
+    suite: &Suite,
+    (force, correlation): (f64, f64),
+    hidden: &[String],
+    seed: u64,
+) -> Campaign {
     let vehicle = Vehicle::named(name).unwrap_or_else(|| unreachable!("the plant has this vehicle"));
     let force = RandomForce { share: force / 100.0, correlation };
     let hidden = hidden.iter().map(|name| Hidden::new(name)).collect();
-    let instruments = suite.instruments(&Dof::PLANE);
-    Campaign { force, hidden, instruments, seed, ..Campaign::new(vehicle, &Dof::PLANE) }
+    let instruments = suite.instruments(dofs);
+    Campaign { force, hidden, instruments, seed, ..Campaign::new(vehicle, dofs) }
 }
 
 fn cell(
@@ -99,6 +111,12 @@ pub fn cells() -> Vec<Cell> {
     for pair in PAIRS {
         let made = |h: &[String], s| planar(&Suite::default(), 2.0, 1.0, h, s);
         all.push(cell("Two effects, force 2 %, 1 s", pair.join(" + "), &pair, true, made));
+    }
+    for name in std::iter::once(String::new()).chain(hide::catalogue(&Dof::ALL, &[])) {
+        let hidden: &[&str] = if name.is_empty() { &[] } else { &[&name] };
+        let row = if name.is_empty() { "nothing" } else { &name };
+        let made = |h: &[String], s| moving("heavy", &Dof::ALL, &Suite::default(), (2.0, 1.0), h, s);
+        all.push(cell("Six degrees of freedom, force 2 %, 1 s", row, hidden, true, made));
     }
     for name in hide::OUTSIDE {
         let outside = "Outside of the catalogue, force 2 %, 1 s";

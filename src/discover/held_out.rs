@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Δ = −2 ln L(held out; θ̂, η̂) without the name less that with it       a name is confirmed where Δ > 0
-//! D = Σ_runs (E²_with − E²_without)                                   and no E 8 s ahead is worse: D ≤ 2 √(Σ (D_run − D̄)²)
+//! d = E²_with − E²_without, 8 s ahead, of two that overlap            and no E is worse: d̄ √n / s_d ≤ t of n − 1, Pr(t) = 0.01/channels
 //! ```
 //!
 //! Under the noise of the fit, and where that says no, under a noise that is estimated on those runs for either model: another
@@ -22,11 +22,12 @@
 //! to. A likelihood ratio of data that took no part in either fit is 1 in the mean where the name is wrong, so exp(Δ/2)
 //! passes 1/0.05 in five of a hundred at most (Wasserman, Ramdas and Balakrishnan 2020, *Universal inference*).
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
 use super::refit::{ROUGH, beside};
 use super::search::Task;
 use crate::estimate::filter_error::{
-    Bar, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, cost_of, filter_error_from,
-    parameters_under,
+    Bar, Channel, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, cost_of, filter_error_from, parameters_under,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
@@ -40,6 +41,9 @@ const BY_HALVES: f64 = 0.05;
 
 /// An error that grows by less than this share is the same.
 const SAME: f64 = 0.05;
+
+/// Share of names that predict as well as before and yet seem to predict some channel worse, at most.
+const WORSE: f64 = 0.01;
 
 /// What held-out runs say of a name.
 #[derive(Debug, Clone)]
@@ -170,19 +174,47 @@ fn worse(
     let silent = filtered.silent(&without.noise);
     let model = on_others(with, runs, fitting)?;
     let after = Filtered::new(&model, runs, &fitting.base)?.forecast(&model, &with.noise, with.limit);
-    let outputs = &filtered.problem.dynamics.outputs;
-    let n = before.len() as f64;
-    for (k, output) in outputs.iter().enumerate().filter(|(k, _)| !silent[*k]) {
-        let of = |run: &Forecast| run.channels[k].predictions.iter().find(|p| p.ahead == Some(AHEAD)).copied();
-        let pairs: Vec<(Prediction, Prediction)> =
-            before.iter().zip(&after).filter_map(|(b, a)| Some((of(b)?, of(a)?))).collect();
-        let difference: Vec<f64> = pairs.iter().map(|(b, a)| a.squares - b.squares).collect();
-        let (sum, all): (f64, f64) = (difference.iter().sum(), pairs.iter().map(|(b, _)| b.squares).sum());
-        let mean = sum / n;
-        let spread = difference.iter().map(|d| (d - mean).powi(2)).sum::<f64>().sqrt();
-        if sum > 2.0 * spread && sum > all * ((1.0 + SAME) * (1.0 + SAME) - 1.0) {
+    let outputs = filtered.problem.dynamics.outputs.iter().enumerate().filter(|(k, _)| !silent[*k]);
+    let level = WORSE / outputs.clone().count().max(1) as f64;
+    for (k, output) in outputs {
+        let squares = |runs: &[Forecast]| -> Vec<f64> { runs.iter().flat_map(|run| apart(&run.channels[k])).collect() };
+        if grows(&squares(&before), &squares(&after), level) {
             return Ok(Some(output.clone()));
         }
     }
     Ok(None)
+}
+
+/// Squared errors of predictions 8 s ahead that share no time: of two half of it apart the sum.
+fn apart(channel: &Channel) -> Vec<f64> {
+    channel.squares_ahead(AHEAD).chunks(2).map(|two| two.iter().sum()).collect()
+}
+
+/// Whether squares have grown, by more than chance makes of so many in a share `level` of cases.
+fn grows(before: &[f64], after: &[f64], level: f64) -> bool {
+    let difference: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
+    let n = difference.len() as f64;
+    let (sum, all): (f64, f64) = (difference.iter().sum(), before.iter().sum());
+    let mean = sum / n;
+    let variance = difference.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let beyond = StudentsT::new(0.0, 1.0, n - 1.0).map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - level));
+    sum > all * ((1.0 + SAME) * (1.0 + SAME) - 1.0) && sum > beyond * (n * variance).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three runs of seven errors each: half as large again in one of twelve channels is chance as often as not.
+    #[test]
+    fn a_square_has_grown_where_chance_makes_no_such_thing() {
+        let before: Vec<f64> = (0..21).map(|k| 1.0 + 0.5 * f64::from(k % 7)).collect();
+        let by =
+            |growth: fn(usize) -> f64| -> Vec<f64> { before.iter().enumerate().map(|(k, x)| x * growth(k)).collect() };
+        assert!(grows(&before, &by(|_| 1.5), 0.01 / 12.0), "every one by a half");
+        assert!(!grows(&before, &by(|_| 1.05), 0.01 / 12.0), "by less than counts");
+        assert!(!grows(&before, &by(|k| if k == 3 { 10.0 } else { 1.0 }), 0.01 / 12.0), "one of them");
+        assert!(!grows(&before, &by(|_| 0.5), 0.01 / 12.0), "they shrink");
+        assert!(!grows(&[1.0], &[9.0], 0.01), "one says nothing of chance");
+    }
 }

@@ -62,6 +62,14 @@ pub struct Channel {
     pub(super) foretold: Vec<Foretold>,
 }
 
+impl Channel {
+    /// Squared errors of the predictions so many seconds ahead, one of [`AHEAD`], in order.
+    pub fn squares_ahead(&self, ahead: f64) -> Vec<f64> {
+        let own = |f: &&Foretold| self.predictions[f.at].ahead == Some(ahead);
+        self.foretold.iter().filter(own).map(|f| f.error * f.error).collect()
+    }
+}
+
 /// A prediction further ahead than one sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foretold {

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::noise::NoiseModel;
 use super::transition::Belief;
-use super::ud::{Covariance, Work};
+use super::ud::{Covariance, First, Work};
 use crate::chain::StateId;
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem};
 use crate::frame::Dof;
@@ -154,7 +154,7 @@ impl Filtered {
                 w[(first + row) * 3..(first + row) * 3 + 3].copy_from_slice(turns);
             }
             let identity: Vec<[f64; L]> = (0..n * n).map(|k| [f64::from(u8::from(k / n == k % n)); L]).collect();
-            p.predict(Plain, &identity, &w, &mut Work::new(n, 3));
+            p.predict(Plain, &identity, &w, &mut Work::new(vec![First::default(); n], 3));
         }
         Belief { x: crate::wide::Lanes::of(&x), p }
     }

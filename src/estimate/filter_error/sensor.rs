@@ -37,6 +37,8 @@ struct Row {
     direct: Vec<(usize, usize)>,
     /// State of the coloured noise.
     coloured: Option<usize>,
+    /// All states that it sees, in order.
+    states: Vec<usize>,
     /// Whether it is an angle, known but for whole turns.
     turns: bool,
 }
@@ -89,6 +91,9 @@ impl<'a, const L: usize> Sensors<'a, L> {
         }
         for (row, name) in rows.iter_mut().zip(&dynamics.outputs) {
             row.turns = matches!(name.as_str(), "phi" | "psi");
+            row.states = row.by_state.iter().map(|(_, state)| *state).chain(row.coloured).collect();
+            row.states.sort_unstable();
+            row.states.dedup();
         }
         let n = nx + forces + coloured.len();
         Sensors {
@@ -166,7 +171,12 @@ impl<'a, const L: usize> Sensors<'a, L> {
             true => measured[lane] - predicted[lane],
         });
         let variance = std::array::from_fn(|lane| if present[lane] > 0.0 { self.variance[output][lane] } else { 1.0 });
-        let s = wide.store(belief.p.update(wide, &self.c, wide.load(&variance), &mut self.gain));
+        let s = wide.store(belief.p.update(
+            wide,
+            (&self.c, &self.rows[output].states),
+            wide.load(&variance),
+            &mut self.gain,
+        ));
         if let Some(sensitivities) = sensitivities {
             self.gradient(wide, output, &present, sensitivities);
         }

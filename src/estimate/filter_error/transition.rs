@@ -10,7 +10,7 @@
 
 use super::gauss_markov::{self, Step};
 use super::noise::NoiseModel;
-use super::ud::{Covariance, Work};
+use super::ud::{Covariance, First, Work};
 use crate::dynamics::{Dynamics, Entry};
 use crate::noise::Noise;
 use crate::simulate::{Evaluator, Feed};
@@ -124,6 +124,9 @@ impl<'a, const L: usize> Transition<'a, L> {
         let n = nx + all;
         let sources = 3 * forces + (all - forces);
         let (by_state, by_parameter) = (dynamics.rates.by_state.len(), dynamics.rates.by_parameter.len());
+        // a process depends on itself alone, and is driven by sources of its own
+        let process = |k: usize| First { column: nx + k, source: if k < forces { 3 * k } else { 2 * forces + k } };
+        let first = (0..nx).map(|_| First::default()).chain((0..all).map(process)).collect();
         Transition {
             dynamics,
             rates,
@@ -138,7 +141,7 @@ impl<'a, const L: usize> Transition<'a, L> {
             direct: std::array::from_fn(|_| Lanes::zeros(by_parameter)),
             sum: Lanes::zeros(nx.max(nx * nx)),
             acceleration: Lanes::zeros(dynamics.velocities().len()),
-            work: Work::new(n, sources),
+            work: Work::new(first, sources),
         }
     }
 

@@ -28,31 +28,42 @@ impl<const L: usize> Covariance<L> {
         Covariance { n, u: Lanes::zeros(n * n), d: Lanes::of(variances) }
     }
 
-    /// P ← Y D̃ Yᵀ for Y of `n` rows and `columns` columns with the weights D̃ in `weights`; Y is used up.
+    /// P ← Y D̃ Yᵀ for Y in `work`; Y is used up.
     #[inline(always)]
-    fn orthogonalise<W: Wide<L>>(&mut self, wide: W, y: &mut [[f64; L]], weights: &[[f64; L]]) {
-        let (n, columns) = (self.n, weights.len());
+    fn orthogonalise<W: Wide<L>>(&mut self, wide: W, work: &mut Work<L>) {
+        let n = self.n;
+        let Work { y, weights, weighted, first } = work;
+        let columns = weights.len();
         for j in (0..n).rev() {
             let (above, row) = y.split_at_mut(j * columns);
             let row = &row[..columns];
+            let First { column, source } = first[j];
+            let filled = [column..n, n + source..columns];
             let mut length = wide.splat(0.0);
-            for (x, w) in row.iter().zip(weights) {
-                let x = wide.load(x);
-                length = wide.plus(length, wide.mul(x, x), wide.load(w));
+            for range in filled.clone() {
+                for k in range {
+                    let x = wide.load(&row[k]);
+                    let scaled = wide.mul(x, wide.load(&weights[k]));
+                    weighted[k] = wide.store(scaled);
+                    length = wide.plus(length, x, scaled);
+                }
             }
             self.d[j] = wide.store(length);
             let inverse = wide.only_where(wide.div(wide.splat(1.0), length), length);
             for i in 0..j {
                 let other = &mut above[i * columns..(i + 1) * columns];
                 let mut product = wide.splat(0.0);
-                for k in 0..columns {
-                    let weighted = wide.mul(wide.load(&row[k]), wide.load(&weights[k]));
-                    product = wide.plus(product, weighted, wide.load(&other[k]));
+                for range in filled.clone() {
+                    for k in range {
+                        product = wide.plus(product, wide.load(&weighted[k]), wide.load(&other[k]));
+                    }
                 }
                 let u = wide.mul(product, inverse);
                 self.u[i * n + j] = wide.store(u);
-                for k in 0..columns {
-                    other[k] = wide.store(wide.sub(wide.load(&other[k]), wide.mul(u, wide.load(&row[k]))));
+                for range in filled.clone() {
+                    for k in range {
+                        other[k] = wide.store(wide.sub(wide.load(&other[k]), wide.mul(u, wide.load(&row[k]))));
+                    }
                 }
             }
         }
@@ -62,15 +73,15 @@ impl<const L: usize> Covariance<L> {
     #[inline(always)]
     pub fn predict<W: Wide<L>>(&mut self, wide: W, f: &[[f64; L]], w: &[[f64; L]], work: &mut Work<L>) {
         let n = self.n;
-        let noise = w.len() / n.max(1);
-        let columns = n + noise;
-        let y = &mut work.y[..n * columns];
-        for i in 0..n {
-            let row = &mut y[i * columns..(i + 1) * columns];
-            for j in 0..n {
+        let columns = work.weights.len();
+        let noise = columns - n;
+        for (i, First { column, .. }) in work.first.iter().enumerate() {
+            let row = &mut work.y[i * columns..(i + 1) * columns];
+            row[..*column].fill([0.0; L]);
+            for j in *column..n {
                 // column j of U is 1 at j and stands above it
                 let mut sum = wide.load(&f[i * n + j]);
-                for k in 0..j {
+                for k in *column..j {
                     sum = wide.plus(sum, wide.load(&f[i * n + k]), wide.load(&self.u[k * n + j]));
                 }
                 row[j] = wide.store(sum);
@@ -78,21 +89,28 @@ impl<const L: usize> Covariance<L> {
             row[n..].copy_from_slice(&w[i * noise..(i + 1) * noise]);
         }
         work.weights[..n].copy_from_slice(&self.d);
-        work.weights[n..columns].fill([1.0; L]);
-        self.orthogonalise(wide, y, &work.weights[..columns]);
+        self.orthogonalise(wide, work);
     }
 
     /// Takes a measurement of c·x with the variance `r` into account; returns s = c P cᵀ + r and writes the gain P cᵀ/s.
-    /// A lane whose `c` is 0 stays as it is.
+    /// `at`: the states, in order, outside of which `c` is 0. A lane whose `c` is 0 stays as it is.
     #[inline(always)]
-    pub fn update<W: Wide<L>>(&mut self, wide: W, c: &[[f64; L]], r: W::Value, gain: &mut [[f64; L]]) -> W::Value {
+    pub fn update<W: Wide<L>>(
+        &mut self,
+        wide: W,
+        (c, at): (&[[f64; L]], &[usize]),
+        r: W::Value,
+        gain: &mut [[f64; L]],
+    ) -> W::Value {
         let n = self.n;
         let mut alpha = r;
+        let first = at.first().copied().unwrap_or(n);
+        gain[..first].fill([0.0; L]);
         // f = Uᵀc from the last on, because column j is read before it changes
-        for j in 0..n {
+        for j in first..n {
             let mut f = wide.load(&c[j]);
-            for i in 0..j {
-                f = wide.plus(f, wide.load(&self.u[i * n + j]), wide.load(&c[i]));
+            for i in at.iter().take_while(|i| **i < j) {
+                f = wide.plus(f, wide.load(&self.u[i * n + j]), wide.load(&c[*i]));
             }
             let d = wide.load(&self.d[j]);
             let v = wide.mul(d, f);
@@ -131,17 +149,30 @@ impl<const L: usize> Covariance<L> {
     }
 }
 
+/// Where a row of F, and of W, begins: before, it is 0.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct First {
+    /// Column of F; a row that does not begin at 0 begins at its diagonal, and so do all below it.
+    pub column: usize,
+    /// Column of W; it does not fall from a row to the next.
+    pub source: usize,
+}
+
 /// Room in which a prediction is calculated.
 #[derive(Debug)]
 pub(super) struct Work<const L: usize> {
     y: Lanes<L>,
     weights: Lanes<L>,
+    weighted: Lanes<L>,
+    first: Vec<First>,
 }
 
 impl<const L: usize> Work<L> {
-    /// For `n` states and `noise` columns of noise.
-    pub fn new(n: usize, noise: usize) -> Work<L> {
-        Work { y: Lanes::zeros(n * (n + noise)), weights: Lanes::zeros(n + noise) }
+    /// For states whose rows of F and W begin at `first`, and `noise` columns of noise.
+    pub fn new(first: Vec<First>, noise: usize) -> Work<L> {
+        let (n, columns) = (first.len(), first.len() + noise);
+        let weights = Lanes::of(&vec![[1.0; L]; columns]);
+        Work { y: Lanes::zeros(n * columns), weights, weighted: Lanes::zeros(columns), first }
     }
 }
 
@@ -178,7 +209,7 @@ mod tests {
         let mut p = Covariance::<2>::diagonal(&[[1.0, 0.0], [0.5, 2.0], [3.0, 1.0], [0.1, 0.2]]);
         let f: Vec<[f64; 2]> = (0..n * n).map(|k| [((k * 7) % 5) as f64 - 1.5, ((k * 3) % 7) as f64 * 0.3]).collect();
         let w: Vec<[f64; 2]> = (0..n * q).map(|k| [((k * 5) % 3) as f64 * 0.2, ((k * 2) % 5) as f64 * 0.1]).collect();
-        let mut work = Work::new(n, q);
+        let mut work = Work::new(vec![First::default(); n], q);
         let mut exact: Vec<DMatrix<f64>> = (0..2).map(|lane| full(&p, lane)).collect();
         for step in 0..5 {
             p.predict(Plain, &f, &w, &mut work);
@@ -191,7 +222,7 @@ mod tests {
             let c = [[1.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.2, 0.0]];
             let mut gain = vec![[0.0; 2]; n];
             let told = p.variance(Plain, &c);
-            let s = p.update(Plain, &c, [0.3, 1.0], &mut gain);
+            let s = p.update(Plain, (&c, &[0, 2, 3]), [0.3, 1.0], &mut gain);
             let row = DVector::from_fn(n, |i, _| c[i][0]);
             let variance = (row.transpose() * &exact[0] * &row)[0] + 0.3;
             let k = &exact[0] * &row / variance;
