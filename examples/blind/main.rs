@@ -3,8 +3,9 @@
 //! `cargo run --release --example blind -- [--seeds N] [--first SEED] [--only TEXT] [--write FILE]`
 //!
 //! The truth is the plant (`plant/`), which shares no code with the search; each campaign is written as a folder and read
-//! back as a user's would be. Seeds alternate between a vehicle of 190 kg and one of 11.5 kg. *Exact*: for each hidden
-//! effect its name, or one whose `also_possible` lists it, and nothing else. *Listed*: each hidden effect is named, listed
+//! back as a user's would be. Seeds alternate between a vehicle of 190 kg and one of 11.5 kg; one of 13.5 kg has six degrees
+//! of freedom. *Exact*: for each hidden effect its name, one whose `also_possible` lists it, or that of the group to which it
+//! belongs (net weight, the righting moment), and nothing else. *Listed*: each hidden effect is named, listed
 //! or told as what it behaves like. *False names*: names beyond the hidden ones. Seconds are those of one core (median).
 
 mod cells;
@@ -45,7 +46,8 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
 
 fn judged(cell: &Cell, found: &Discovery, seconds: f64) -> Outcome {
     let matches = |effect: &hydrosysid::discover::FoundEffect, hidden: &String| {
-        effect.id == *hidden || effect.also_possible.contains(hidden)
+        let of_group = effect.dofs.len() > 1 && found.adopt.contains(hidden);
+        effect.id == *hidden || effect.also_possible.contains(hidden) || of_group
     };
     let named = |hidden: &String| found.effects.iter().any(|e| matches(e, hidden));
     let false_names = found.effects.iter().filter(|e| !cell.hidden.iter().any(|h| matches(e, h))).count();

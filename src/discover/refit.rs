@@ -6,6 +6,7 @@
 
 use super::candidate::Candidate;
 use super::focus::Start;
+use super::rules::is_nothing;
 use super::screen::Score;
 use super::search::{Search, TIE, Task};
 use crate::effects::Scope;
@@ -45,8 +46,9 @@ impl Contender {
     }
 }
 
-/// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, or
-/// two thrusters are exchanged, beside which nothing of the last model is true.
+/// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
+/// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
+/// is true.
 /// `None` where it has no hope of half of what `best`, the best one so far, has gained.
 pub(super) fn refitted(
     found: &mut Search,
@@ -66,8 +68,11 @@ pub(super) fn refitted(
         Err(OutputErrorError::GivenUp { cost, held: false, .. }) => here.plain.cost - cost,
         Err(_) => f64::NEG_INFINITY,
     };
+    // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
+    // the last model makes no use of the commands
+    let lost = near.as_ref().is_ok_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.ok().map(won);
-    if far < PROMISE * score.statistic || is_exchange(&candidate) {
+    if far < PROMISE * score.statistic || lost || is_exchange(&candidate) {
         let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
         if let Some(anew) = anew.filter(|(gain, _)| *gain > far) {
             found.astray |= anew.0 > far + TIE;

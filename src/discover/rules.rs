@@ -29,8 +29,7 @@ const FAINT: f64 = 0.2;
 /// Which rule the parameters that `candidate` brought break, in words; `None` where they break none. `sample` is the time
 /// between samples, s.
 pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sample: f64) -> Option<String> {
-    let known = |p: &&Parameter| before.parameters.iter().all(|q| q.term != p.term || q.spec.name != p.spec.name);
-    let new: Vec<&Parameter> = after.parameters.iter().filter(known).collect();
+    let new = brought(before, after);
     if new.is_empty() {
         return None;
     }
@@ -53,6 +52,24 @@ pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sampl
             return Some(format!("{} is not determined", told(p)));
         }
     }
+    if is_nothing(before, after) {
+        return Some(format!(
+            "{} is within three deviations of nothing",
+            new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
+        ));
+    }
+    faint(&new)
+}
+
+/// Parameters that `after` has beyond those of `before`.
+fn brought<'a>(before: &Model, after: &'a Model) -> Vec<&'a Parameter> {
+    let known = |p: &&Parameter| before.parameters.iter().all(|q| q.term != p.term || q.spec.name != p.spec.name);
+    after.parameters.iter().filter(known).collect()
+}
+
+/// Whether all that `after` has beyond `before` is within three deviations of nothing.
+pub(super) fn is_nothing(before: &Model, after: &Model) -> bool {
+    let new = brought(before, after);
     let apart = |p: &&Parameter| {
         let values = if p.per_run.is_empty() { std::slice::from_ref(&p.value) } else { &p.per_run[..] };
         let std = p.std.unwrap_or(f64::INFINITY);
@@ -61,13 +78,7 @@ pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sampl
     // where there is a strength, an instant or a time constant alone says nothing
     let strengths: Vec<&Parameter> = new.iter().copied().filter(|p| p.spec.is_linear()).collect();
     let judged = if strengths.is_empty() { &new } else { &strengths };
-    if !judged.iter().any(apart) {
-        return Some(format!(
-            "{} is within three deviations of nothing",
-            new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
-        ));
-    }
-    faint(&new)
+    !judged.is_empty() && !judged.iter().any(apart)
 }
 
 /// A wave that is there in some runs only follows something else that comes and goes.

@@ -172,6 +172,20 @@ fn blind_the_vertical_plane_has_its_coriolis_force_too() {
     assert_eq!((names(&found), found.verdict), (vec!["coriolis_surge"], Verdict::Explained), "{}", found.sentence);
 }
 
+/// A baseline without the righting moment makes no use of its commands, and its inertia runs away: no start for the moment
+/// that is missing, which is named all the same.
+#[test]
+fn blind_a_righting_moment_is_named_beside_an_inertia_that_runs_away() {
+    let plane = [Dof::Surge, Dof::Heave, Dof::Pitch];
+    let instruments = Suite { rate: 5.0, ..Suite::default() }.instruments(&plane);
+    let hidden = sea("heavy", 0.02, &["restoring_pitch"], 204);
+    let vertical = Sea { instruments, duration: 30.0, dofs: plane.to_vec(), ..hidden };
+    let found = answer("righting", &vertical);
+    assert_eq!((names(&found), found.verdict), (vec!["restoring_pitch"], Verdict::Explained), "{}", found.sentence);
+    let moment = &found.effects[0].parameters[0];
+    assert!((moment.value - 5.3374).abs() < 4.0 * moment.std, "{moment:?}");
+}
+
 /// What no catalogue holds may look like a neighbour, but is not explained by a stranger.
 #[test]
 fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {
