@@ -178,9 +178,11 @@ fn blind_the_vertical_plane_has_its_coriolis_force_too() {
 fn blind_a_righting_moment_is_named_beside_an_inertia_that_runs_away() {
     let plane = [Dof::Surge, Dof::Heave, Dof::Pitch];
     let instruments = Suite { rate: 5.0, ..Suite::default() }.instruments(&plane);
-    let hidden = sea("heavy", 0.02, &["restoring_pitch"], 204);
-    let vertical = Sea { instruments, duration: 30.0, dofs: plane.to_vec(), ..hidden };
-    let found = answer("righting", &vertical);
+    let vehicle = Vehicle::named("heavy").expect("the plant has this vehicle");
+    let force = RandomForce { share: 0.02, correlation: 1.0 };
+    let hidden = vec![Hidden::new("restoring_pitch")];
+    let sea = Sea { force, hidden, instruments, seed: 204, duration: 30.0, ..Sea::new(vehicle, &plane) };
+    let found = answer("righting", &sea);
     assert_eq!((names(&found), found.verdict), (vec!["restoring_pitch"], Verdict::Explained), "{}", found.sentence);
     let moment = &found.effects[0].parameters[0];
     assert!((moment.value - 5.3374).abs() < 4.0 * moment.std, "{moment:?}");
