@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 
 use cells::{Cell, cells};
 use hydrosysid::campaign::{Campaign, LoadOptions, discover};
-use hydrosysid::discover::{Discovery, Verdict};
+use hydrosysid::discover::{Discovery, FoundEffect, Verdict};
 use over_seeds::Arguments;
 use rayon::prelude::*;
 
@@ -44,11 +44,16 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     Ok(judged(cell, &found, begin.elapsed().as_secs_f64()))
 }
 
+/// All that an effect is right for: its name, those that the data cannot tell from it, and those of its group, which follow it
+/// among the names to adopt.
+fn names<'a>(effect: &'a FoundEffect, found: &'a Discovery) -> Vec<&'a String> {
+    let from_it = found.adopt.iter().skip_while(|name| **name != effect.id).skip(1);
+    let group = from_it.take_while(|name| found.effects.iter().all(|other| other.id != **name));
+    std::iter::once(&effect.id).chain(&effect.also_possible).chain(group).collect()
+}
+
 fn judged(cell: &Cell, found: &Discovery, seconds: f64) -> Outcome {
-    let matches = |effect: &hydrosysid::discover::FoundEffect, hidden: &String| {
-        let of_group = effect.dofs.len() > 1 && found.adopt.contains(hidden);
-        effect.id == *hidden || effect.also_possible.contains(hidden) || of_group
-    };
+    let matches = |effect: &FoundEffect, hidden: &String| names(effect, found).contains(&hidden);
     let named = |hidden: &String| found.effects.iter().any(|e| matches(e, hidden));
     let false_names = found.effects.iter().filter(|e| !cell.hidden.iter().any(|h| matches(e, h))).count();
     let behaves = |hidden: &String| found.behaves_like.iter().any(|b| b.id == *hidden);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Δ = −2 ln L(held out; θ̂, η̂) without the name less that with it       a name is confirmed where Δ > 0
-//! d = E²_with − E²_without, 8 s ahead, of two that overlap            and no E is worse: d̄ √n / s_d ≤ t of n − 1, Pr(t) = 0.01/channels
+//! d = E²_with − E²_without, 8 s ahead, of those that share no time    and no E is worse: d̄ √n / s_d ≤ t of n − 1, Pr(t) = 0.01/channels
 //! ```
 //!
 //! Under the noise of the fit, and where that says no, under a noise that is estimated on those runs for either model: another
@@ -27,7 +27,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::refit::{ROUGH, beside};
 use super::search::Task;
 use crate::estimate::filter_error::{
-    Bar, Channel, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, cost_of, filter_error_from, parameters_under,
+    Bar, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, cost_of, filter_error_from, parameters_under,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
@@ -177,17 +177,14 @@ fn worse(
     let outputs = filtered.problem.dynamics.outputs.iter().enumerate().filter(|(k, _)| !silent[*k]);
     let level = WORSE / outputs.clone().count().max(1) as f64;
     for (k, output) in outputs {
-        let squares = |runs: &[Forecast]| -> Vec<f64> { runs.iter().flat_map(|run| apart(&run.channels[k])).collect() };
+        let squares = |runs: &[Forecast]| -> Vec<f64> {
+            runs.iter().flat_map(|run| run.channels[k].squares_apart(AHEAD)).collect()
+        };
         if grows(&squares(&before), &squares(&after), level) {
             return Ok(Some(output.clone()));
         }
     }
     Ok(None)
-}
-
-/// Squared errors of predictions 8 s ahead that share no time: of two half of it apart the sum.
-fn apart(channel: &Channel) -> Vec<f64> {
-    channel.squares_ahead(AHEAD).chunks(2).map(|two| two.iter().sum()).collect()
 }
 
 /// Whether squares have grown, by more than chance makes of so many in a share `level` of cases.

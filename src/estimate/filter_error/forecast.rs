@@ -63,16 +63,25 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Squared errors of the predictions so many seconds ahead, one of [`AHEAD`], in order.
-    pub fn squares_ahead(&self, ahead: f64) -> Vec<f64> {
-        let own = |f: &&Foretold| self.predictions[f.at].ahead == Some(ahead);
-        self.foretold.iter().filter(own).map(|f| f.error * f.error).collect()
+    /// Squared errors of predictions so many seconds ahead, one of [`AHEAD`], that share no time, in order.
+    pub fn squares_apart(&self, ahead: f64) -> Vec<f64> {
+        let mut last = f64::NEG_INFINITY;
+        let mut squares = Vec::new();
+        for f in self.foretold.iter().filter(|f| self.predictions[f.at].ahead == Some(ahead)) {
+            if f.time > last + ahead - 1e-6 {
+                squares.push(f.error * f.error);
+                last = f.time;
+            }
+        }
+        squares
     }
 }
 
 /// A prediction further ahead than one sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foretold {
+    /// Of what instant, s.
+    pub time: f64,
     /// Which of the channel's `predictions` it belongs to.
     pub at: usize,
     /// What was predicted.
@@ -183,7 +192,7 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
                         if let (Some(at), false) = (at, measured.is_nan()) {
                             let error = sensors.error(output, measured, mean);
                             channel.predictions[at].add(error, variance);
-                            channel.foretold.push(Foretold { at, mean, error, variance });
+                            channel.foretold.push(Foretold { time: now, at, mean, error, variance });
                         }
                         if branch.ahead.is_none() {
                             channel.free.push(Point { time: now, measured, mean, std: variance.sqrt() });
