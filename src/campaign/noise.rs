@@ -112,7 +112,7 @@ fn dof_of(outputs: &[String], output: usize) -> Option<Dof> {
 
 /// The random forces of a fit to `runs`.
 pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
-    let (coordinates, covariance) = &fit.noise_covariance;
+    let (coordinates, covariance) = (&fit.noise_unknowns, fit.noise_covariance());
     let std = |of: Coordinate| {
         let k = coordinates.iter().position(|c| *c == of)?;
         Some(covariance[(k, k)].max(0.0).sqrt())

@@ -14,6 +14,7 @@ use crate::wide::{Lanes, Wide};
 const INSTANTS: usize = 3;
 
 /// The lanes' inputs, step by step.
+#[derive(Clone)]
 pub(crate) struct Feed<'a, const L: usize> {
     /// Length of this step, s.
     pub h: [f64; L],

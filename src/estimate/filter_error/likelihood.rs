@@ -1,14 +1,12 @@
-//! The likelihood of the innovations, and its derivatives by the parameters and by the noise.
+//! The likelihood of the innovations, and its derivatives by the parameters.
 //!
 //! ```text
 //! −2 ln L(θ, η) = Σ (ρ(z) + c ln s)          z = e/√s;  ρ = z², c = 1;  beyond k deviations ρ = 2k|z| − k², c = erf(k/√2)
 //! θ: rows (∂e/∂θ)/√s of a triangular factor, gain and s held          (Gauss-Newton)
-//! η: gᵢ = Σ ½ (c − ψ z) ∂ᵢs/s + ψ ∂ᵢe/√s,   Iᵢⱼ = Σ ½ ∂ᵢs ∂ⱼs/s² + ∂ᵢe ∂ⱼe/s          (Fisher scoring)
 //! ```
 //!
-//! The noise is differentiated by filters that run side by side with a little more of each, one a lane: exact to the
-//! step of 1e-4, and no second set of equations. c keeps the deviations right where the noise is Gaussian. Åström,
-//! *Automatica* 16 (1980) 551-574; Huber, *Robust Statistics* (1981), ch. 7.
+//! c keeps the deviations right where the noise is Gaussian. Åström, *Automatica* 16 (1980) 551-574; Huber, *Robust
+//! Statistics* (1981), ch. 7.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -16,20 +14,14 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use statrs::function::erf::erf;
 
+use super::adjoint::Tape;
 use super::noise::{Coordinate, NoiseModel};
 use super::pass::filter;
 use super::problem::{Batch, Filtered};
 use super::sensor::Innovation;
 use crate::estimate::output_error::{Fold, LANES, fold_priors};
-use crate::frame::Dof;
 use crate::model::Model;
 use crate::wide::{Machine, Wide, Widths as _, Work};
-
-/// Step by which a logarithm of the noise is moved: its square does not show, and roundings do not either.
-const STEP: f64 = 1e-4;
-
-/// Filters side by side when the noise is differentiated: one as it is, the others moved.
-const TOGETHER: usize = 16;
 
 /// A stretch linearised at the current values.
 #[derive(Debug, Clone)]
@@ -96,7 +88,8 @@ impl Filtered {
     ) -> Vec<Passed> {
         let of = |members: &Vec<usize>| {
             let noise = std::array::from_fn(|_| noise.clone());
-            Machine::widest(Pass { batch: self.batch::<LANES>(model, members, noise, mobilities, limit), kept })
+            let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
+            Machine::widest(Pass { batch, kept, tape: None }).0
         };
         let batches = self.batches();
         let parts: Vec<Vec<Passed>> = batches.par_iter().map(of).collect();
@@ -104,6 +97,27 @@ impl Filtered {
             batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
         all.sort_by_key(|(member, _)| *member);
         all.into_iter().map(|(_, passed)| passed).collect()
+    }
+
+    /// Slope of −ln L by the logarithms `coordinates` of the noise.
+    pub(super) fn slopes(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        coordinates: &[Coordinate],
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Vec<f64> {
+        let states = self.problem.dynamics.states.len();
+        let of = |members: &Vec<usize>| {
+            let noises = std::array::from_fn(|_| noise.clone());
+            let batch = self.batch::<LANES>(model, members, noises, mobilities, limit);
+            let tape = Some(Tape::new(noise, states, limit, share(limit)));
+            let (_, tape) = Machine::widest(Pass { batch, kept: Kept::Cost, tape });
+            tape.map(|tape| coordinates.iter().map(|c| tape.slope(*c)).collect::<Vec<f64>>())
+        };
+        let parts: Vec<Vec<f64>> = self.batches().par_iter().filter_map(of).collect();
+        (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect()
     }
 
     /// Every stretch linearised at the values of `model` under `noise`; `mobilities` as by [`Filtered::mobilities`].
@@ -178,73 +192,6 @@ impl Filtered {
         factor.fold();
         Some(factor)
     }
-
-    /// Gradient and information of −ln L by the logarithms `coordinates` of the noise.
-    pub(super) fn score(
-        &self,
-        model: &Model,
-        noise: &NoiseModel,
-        coordinates: &[Coordinate],
-        mobilities: &[DMatrix<f64>],
-        limit: f64,
-    ) -> Score {
-        let moved = |coordinate: Option<&Coordinate>| {
-            let mut other = noise.clone();
-            if let Some(c) = coordinate {
-                other.set(*c, noise.at(*c) + STEP);
-            }
-            other
-        };
-        let count = coordinates.len();
-        // coordinates of different groups hardly share information: it is left out, the gradient is exact
-        let order: Vec<usize> = self.by_dof(coordinates, noise);
-        let groups: Vec<&[usize]> = order.chunks(count.div_ceil(count.div_ceil(TOGETHER - 1)).max(1)).collect();
-        let stretches = 0..self.problem.segments.len();
-        let jobs: Vec<(usize, &[usize])> = stretches.flat_map(|k| groups.iter().map(move |g| (k, *g))).collect();
-        let parts: Vec<Score> = jobs
-            .par_iter()
-            .map(|(stretch, group)| {
-                let models = std::array::from_fn(|lane| {
-                    moved(lane.checked_sub(1).and_then(|i| group.get(i)).map(|c| &coordinates[*c]))
-                });
-                let batch = self.batch::<TOGETHER>(model, &[*stretch; TOGETHER], models, mobilities, limit);
-                Machine::widest(Scoring { batch, count: group.len() })
-            })
-            .collect();
-        let mut total = Score { gradient: vec![0.0; count], information: DMatrix::zeros(count, count) };
-        for ((_, group), part) in jobs.iter().zip(&parts) {
-            for (a, i) in group.iter().enumerate() {
-                total.gradient[*i] += part.gradient[a];
-                for (b, j) in group.iter().enumerate() {
-                    total.information[(*i, *j)] += part.information[(a, b)];
-                }
-            }
-        }
-        total
-    }
-
-    /// Numbers of the coordinates, those of one degree of freedom side by side.
-    fn by_dof(&self, coordinates: &[Coordinate], noise: &NoiseModel) -> Vec<usize> {
-        let of_output = |c: usize| {
-            let name = &self.problem.dynamics.outputs[c];
-            let own = |dof: &Dof| dof.velocity() == name || dof.position() == name;
-            Dof::ALL.iter().position(own).unwrap_or(Dof::ALL.len())
-        };
-        let place = |c: &Coordinate| match *c {
-            Coordinate::ForceRms(i) | Coordinate::ForceTime(i) => noise.forces[i].dof.index(),
-            Coordinate::Sensor(c) | Coordinate::ColouredRms(c) | Coordinate::ColouredTime(c) => of_output(c),
-        };
-        let mut order: Vec<usize> = (0..coordinates.len()).collect();
-        order.sort_by_key(|k| place(&coordinates[*k]));
-        order
-    }
-}
-
-/// Gradient and information of −ln L.
-#[derive(Debug, Clone)]
-pub(super) struct Score {
-    pub gradient: Vec<f64>,
-    pub information: DMatrix<f64>,
 }
 
 /// What is kept of a pass.
@@ -277,13 +224,15 @@ const ROWS: usize = 256;
 struct Pass<'a> {
     batch: Batch<'a, LANES>,
     kept: Kept,
+    /// For the way back.
+    tape: Option<Tape<LANES>>,
 }
 
 impl Work<LANES> for Pass<'_> {
-    type Output = Vec<Passed>;
+    type Output = (Vec<Passed>, Option<Tape<LANES>>);
     #[inline(always)]
-    fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Passed> {
-        let Pass { batch, kept } = self;
+    fn with<W: Wide<LANES>>(self, wide: W) -> Self::Output {
+        let Pass { batch, kept, mut tape } = self;
         let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
         let (directions, outputs) = (batch.problem.dynamics.directions.len(), batch.problem.dynamics.outputs.len());
         let multiplied = matches!(kept, Kept::Products | Kept::Blocks);
@@ -348,7 +297,7 @@ impl Work<LANES> for Pass<'_> {
                 }
             },
         );
-        filter(wide, batch, sensitive, &mut take);
+        filter(wide, batch, sensitive, tape.as_mut(), &mut take);
         fold.fold();
         if multiplied {
             (0..members).for_each(|lane| multiply(&mut products[lane], &rows[lane], filled[lane]));
@@ -362,7 +311,8 @@ impl Work<LANES> for Pass<'_> {
             held_back: held_back[lane],
         };
         let kept = products.into_iter().zip(innovations).enumerate();
-        kept.map(|(lane, (products, innovations))| Passed { linear: linear(lane), products, innovations }).collect()
+        let passed = kept.map(|(lane, (products, innovations))| Passed { linear: linear(lane), products, innovations });
+        (passed.collect(), tape)
     }
 }
 
@@ -370,51 +320,6 @@ impl Work<LANES> for Pass<'_> {
 fn multiply(products: &mut [Mat<f64>], rows: &Mat<f64>, count: usize) {
     let (Some(product), rows) = (products.last_mut(), rows.get(..count, ..)) else { return };
     matmul(product.as_mut(), Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
-}
-
-struct Scoring<'a> {
-    batch: Batch<'a, TOGETHER>,
-    count: usize,
-}
-
-impl Work<TOGETHER> for Scoring<'_> {
-    type Output = Score;
-    #[inline(always)]
-    fn with<W: Wide<TOGETHER>>(self, wide: W) -> Score {
-        let Scoring { batch, count } = self;
-        let limit = batch.limit;
-        let c = share(limit);
-        let mut gradient = [0.0; TOGETHER];
-        let mut information = [[0.0; TOGETHER]; TOGETHER];
-        let mut take = std::convert::identity(
-            #[inline(always)]
-            |at: &Innovation<'_, TOGETHER>| {
-                if at.present[0] == 0.0 {
-                    return;
-                }
-                let (e, s) = (at.e[0], at.s[0]);
-                let root = s.sqrt();
-                let z = e / root;
-                let psi = z.clamp(-limit, limit);
-                let (mut ds, mut de) = ([0.0; TOGETHER], [0.0; TOGETHER]);
-                for k in 0..count {
-                    ds[k] = (at.s[k + 1] - s) / (STEP * s);
-                    de[k] = (at.e[k + 1] - e) / (STEP * root);
-                    gradient[k] += 0.5 * (c - psi * z) * ds[k] + psi * de[k];
-                }
-                for i in 0..count {
-                    for j in 0..=i {
-                        information[i][j] += 0.5 * ds[i] * ds[j] + de[i] * de[j];
-                    }
-                }
-            },
-        );
-        filter(wide, batch, false, &mut take);
-        Score {
-            gradient: gradient[..count].to_vec(),
-            information: DMatrix::from_fn(count, count, |i, j| information[i.max(j)][i.min(j)]),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -12,16 +12,19 @@
 //! nothing special. Jategaonkar, *Flight Vehicle System Identification* (2015), ch. 5; Kristensen, Madsen and Jørgensen,
 //! *Automatica* 40 (2004) 225-237.
 
+mod adjoint;
 mod forecast;
 mod gauss_markov;
 mod likelihood;
 mod noise;
+mod noise_steps;
 mod open;
 mod options;
 mod pass;
 mod prediction;
 mod problem;
 mod refine;
+mod score;
 mod sensor;
 mod start;
 mod steps;
@@ -66,8 +69,10 @@ pub struct FilterErrorFit {
     pub filtered: Filtered,
     /// Covariance of the unknowns, row-major.
     pub covariance: Vec<f64>,
-    /// Unknowns of the noise that were estimated, and the covariance of their logarithms.
-    pub noise_covariance: (Vec<Coordinate>, DMatrix<f64>),
+    /// Unknowns of the noise that were estimated.
+    pub noise_unknowns: Vec<Coordinate>,
+    /// Deviation of each output's noise, where one is stated.
+    pub stated: Vec<Option<f64>>,
     /// −2 ln L, priors included.
     pub cost: f64,
     /// What it was before innovations were held back.
@@ -92,6 +97,19 @@ impl FilterErrorFit {
             Some((k, 1.0 / (std * std)))
         };
         self.filtered.problem.unknowns.iter().enumerate().filter_map(prior)
+    }
+
+    /// Covariance of the logarithms of [`FilterErrorFit::noise_unknowns`], priors included; zero where the data do not
+    /// determine them.
+    pub fn noise_covariance(&self) -> DMatrix<f64> {
+        let (filtered, unknowns) = (&self.filtered, &self.noise_unknowns);
+        let covariance = filtered.mobilities(&self.model).and_then(|mobilities| {
+            let mut information =
+                filtered.noise_information(&self.model, &self.noise, unknowns, &mobilities, self.limit);
+            start::Prior::new(unknowns, &self.stated).inform(&mut information);
+            Some(information.cholesky()?.inverse())
+        });
+        covariance.unwrap_or_else(|| DMatrix::zeros(unknowns.len(), unknowns.len()))
     }
 
     /// cond(JᵀJ), J: Jacobian of the innovations over their deviations: the covariance has the same.

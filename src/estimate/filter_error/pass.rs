@@ -4,6 +4,7 @@
 //! −2 ln L = Σ (e²/s + ln s)        e: innovation, s: its variance, sample by sample
 //! ```
 
+use super::adjoint::Tape;
 use super::problem::Batch;
 use super::sensor::{Innovation, Sensors};
 use super::transition::{Belief, Sensitivities, Transition};
@@ -15,15 +16,28 @@ use crate::wide::Wide;
 /// Steps from one look at whether the work is still wanted to the next.
 const STEPS_A_LOOK: usize = 64;
 
-/// Filters the stretches of a batch; `sensitive` also carries ∂x/∂θ. `take` sees every innovation.
+/// Steps of which a tape holds what the way back needs.
+const STEPS_A_LEG: usize = 2048;
+
+/// Where a pass stands.
+#[derive(Clone)]
+struct Place<'a, const L: usize> {
+    feed: Feed<'a, L>,
+    belief: Belief<L>,
+    step: usize,
+}
+
+/// Filters the stretches of a batch; `sensitive` also carries ∂x/∂θ. `take` sees every innovation. With a tape the way
+/// is taken back too, leg by leg from the last one, and each leg but the last is filtered once more for it.
 #[inline(always)]
 pub(super) fn filter<const L: usize, W: Wide<L>>(
     wide: W,
     batch: Batch<'_, L>,
     sensitive: bool,
+    mut tape: Option<&mut Tape<L>>,
     take: &mut impl FnMut(&Innovation<'_, L>),
 ) {
-    let Batch { problem, stretches, theta, noise, mobility, mut belief, limit } = batch;
+    let Batch { problem, stretches, theta, noise, mobility, belief, limit } = batch;
     let dynamics = &problem.dynamics;
     let (nx, ny) = (dynamics.states.len(), dynamics.outputs.len());
     let columns = if sensitive { dynamics.directions.len() } else { 0 };
@@ -38,23 +52,62 @@ pub(super) fn filter<const L: usize, W: Wide<L>>(
     let mut sensors = Sensors::new(dynamics, observe, variance, (forces, &coloured), columns, limit);
     let mut sensitivities = sensitive.then(|| Sensitivities::none(nx + all, columns));
 
-    let mut feed = Feed::new(&problem.tracks, &stretches, dynamics.inputs.len());
-    let (mut instant, longest) = (0, feed.steps());
-    for step in 0..=longest {
-        if feed.grid.iter().any(Option::is_some) {
-            samples(wide, problem, &stretches, &feed, instant, &mut sensors, &mut belief, &mut sensitivities, take);
+    let feed = Feed::new(&problem.tracks, &stretches, dynamics.inputs.len());
+    let longest = feed.steps();
+    let mut place = Place { feed, belief, step: 0 };
+    let mut left = Vec::new();
+    let legs = if tape.is_some() { (longest / STEPS_A_LEG).max(1) } else { 1 };
+    let forth = (0..legs).map(|leg| (leg, false));
+    for (leg, again) in forth.chain((0..legs - 1).rev().map(|leg| (leg, true))) {
+        let last = leg + 1 == legs;
+        if again {
+            left.pop().into_iter().for_each(|there| place = there);
+        } else if !last {
+            left.push(place.clone());
         }
-        if step == longest {
-            break;
+        let end = if last { longest } else { (leg + 1) * STEPS_A_LEG };
+        let mut tape = tape.as_deref_mut().filter(|_| again || last);
+        loop {
+            let Place { feed, belief, step } = &mut place;
+            if *step == end && !last {
+                break;
+            }
+            if feed.grid.iter().any(Option::is_some) {
+                let mut take = std::convert::identity(
+                    #[inline(always)]
+                    |at: &Innovation<'_, L>| {
+                        if let Some(tape) = &mut tape {
+                            tape.sample(at);
+                        }
+                        if !again {
+                            take(at);
+                        }
+                    },
+                );
+                let instant = if *step == 0 { 0 } else { 2 };
+                samples(wide, problem, &stretches, feed, instant, &mut sensors, belief, &mut sensitivities, &mut take);
+            }
+            if *step == longest {
+                break;
+            }
+            if *step % STEPS_A_LOOK == 0 {
+                progress::look();
+            }
+            feed.go_on(*step);
+            *step += 1;
+            if let Some(tape) = &mut tape {
+                tape.before(wide, belief);
+            }
+            transition.predict(wide, feed, belief);
+            if let Some(tape) = &mut tape {
+                tape.step(&transition, feed.h);
+            }
+            if let Some(sensitivities) = &mut sensitivities {
+                transition.carry(wide, sensitivities);
+            }
         }
-        if step % STEPS_A_LOOK == 0 {
-            progress::look();
-        }
-        feed.go_on(step);
-        instant = 2;
-        transition.predict(wide, &feed, &mut belief);
-        if let Some(sensitivities) = &mut sensitivities {
-            transition.carry(wide, sensitivities);
+        if let Some(tape) = tape {
+            tape.unwind(wide);
         }
     }
 }

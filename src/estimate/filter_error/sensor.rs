@@ -26,6 +26,11 @@ pub(super) struct Innovation<'a, const L: usize> {
     pub s: [f64; L],
     /// ∂e/∂θ; empty without sensitivities.
     pub gradient: &'a [[f64; L]],
+    /// c, and the states outside of which it is 0.
+    pub c: &'a [[f64; L]],
+    pub states: &'a [usize],
+    /// K
+    pub gain: &'a [[f64; L]],
 }
 
 /// Where an output's Jacobian has entries.
@@ -181,7 +186,8 @@ impl<'a, const L: usize> Sensors<'a, L> {
             self.gradient(wide, output, &present, sensitivities);
         }
         let gradient = if sensitivities.is_some() { &self.gradient[..] } else { &[] };
-        take(&Innovation { output, present, e, s, gradient });
+        let (c, states, gain) = (&self.c[..], &self.rows[output].states[..], &self.gain[..]);
+        take(&Innovation { output, present, e, s, gradient, c, states, gain });
         let moved = if self.limit.is_finite() {
             // where the variance is no number nothing is held back, and the likelihood says so
             std::array::from_fn(|lane| e[lane].max(-self.limit * s[lane].sqrt()).min(self.limit * s[lane].sqrt()))
@@ -208,8 +214,8 @@ impl<'a, const L: usize> Sensors<'a, L> {
         let columns = sensitivities.columns;
         let row = &self.rows[output];
         self.gradient.fill([0.0; L]);
-        for state in row.by_state.iter().map(|(_, state)| *state).chain(row.coloured) {
-            let c = wide.load(&self.c[state]);
+        for state in &row.states {
+            let c = wide.load(&self.c[*state]);
             for (to, s) in self.gradient.iter_mut().zip(&sensitivities.s[state * columns..(state + 1) * columns]) {
                 *to = wide.store(wide.sub(wide.load(to), wide.mul(c, wide.load(s))));
             }

@@ -5,6 +5,8 @@
 //! prior: ln T ~ N(ln 1 s, 1.5²),   ln R ~ N(ln stated, 1²) where stated
 //! ```
 
+use nalgebra::DMatrix;
+
 use super::noise::{Coordinate, NoiseModel, RandomForce, SensorNoise};
 use super::options::Forces;
 use super::problem::Filtered;
@@ -130,6 +132,12 @@ impl Prior {
             Coordinate::ForceRms(_) | Coordinate::ColouredRms(_) => None,
         });
         Prior { of: of.collect() }
+    }
+
+    /// Adds what the prior knows to the information of the data.
+    pub fn inform(&self, information: &mut DMatrix<f64>) {
+        let known = self.of.iter().enumerate().filter_map(|(k, of)| Some((k, (*of)?.1)));
+        known.for_each(|(k, std)| information[(k, k)] += 1.0 / (std * std));
     }
 
     /// −2 ln of the prior.

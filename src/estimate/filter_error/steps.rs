@@ -2,18 +2,19 @@
 //!
 //! ```text
 //! θ:  min |r + J δ|² + λ|D δ|²        J = (∂e/∂θ)/√s                    until −2 ln L would fall by less than a hundredth
-//! η:  (I + λ diag I) δ = −g           I, g: information and gradient of −ln L
+//! η:  (I + λ diag I) δ = −g           g, I: gradient and information of −ln L ([`super::noise_steps`])
 //! ```
 //!
 //! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
 //! ([`super::refine`]). Innovations beyond five deviations, which no Gaussian noise makes, are outliers: from
 //! then on all innovations are held back at two.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::likelihood::Linear;
-use super::noise::{Coordinate, NoiseModel};
-use super::options::{FilterErrorOptions, Forces};
+use super::noise::NoiseModel;
+use super::noise_steps::Informed;
+use super::options::FilterErrorOptions;
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered, Plain};
 use crate::estimate::output_error::{
@@ -31,30 +32,6 @@ const ABOUT: f64 = 1.0;
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
 const HOPE: f64 = 10.0;
-
-/// Share of a force's start below which it is nothing.
-const NOTHING: f64 = 1e-3;
-
-/// Least white part of a sensor's noise beside a correlated one: it adds less than a hundredth to what a sample tells
-/// anew, and the likelihood would lead it to nothing for ever.
-const LEAST_WHITE: f64 = 0.05;
-
-/// Information of a logarithm that is added to each: one of which the data know less, a deviation of three and more, goes
-/// no further than its slope asks, and does not shorten the steps of the others.
-const FLAT: f64 = 0.1;
-
-/// A logarithm that cannot go a tenth of this further stands at its bound.
-const NEAR: f64 = 0.1;
-
-/// Least damping of the noise beside none, and by how much it is eased after a step that leads up.
-const LEAST_DAMPING: f64 = 0.1;
-const EASED: f64 = 0.03;
-
-/// Most times its length that a step of the noise is taken.
-const STRETCHED: f64 = 8.0;
-
-/// Longest step of a logarithm.
-const FARTHEST: f64 = 2.0;
 
 /// Where the search stands.
 pub(super) struct Search<'a> {
@@ -78,13 +55,15 @@ pub(super) struct Search<'a> {
     pub(super) stated: Vec<Option<f64>>,
     /// Outputs whose noise is stated beyond all that they show: it stays.
     pub(super) silent: Vec<bool>,
-    /// Strength of a force with which the search began, by degree of freedom; below [`NOTHING`] of it there is none.
+    /// Strength of a force with which the search began, by degree of freedom; a thousandth of it is none.
     pub(super) strengths: Vec<(crate::frame::Dof, f64)>,
     /// Shortest and longest correlation time, s.
     pub(super) times: (f64, f64),
     pub(super) damping: f64,
+    /// What the last information on the noise was.
+    pub(super) informed: Option<Informed>,
     /// Damping of the last step of the noise.
-    noise_damping: f64,
+    pub(super) noise_damping: f64,
     /// Times its length that a step of the noise is taken.
     pub(super) stretch: f64,
     /// Longest step of the integrator, s.
@@ -173,6 +152,7 @@ impl<'a> Search<'a> {
             model: model.clone(),
             strengths: noise.forces.iter().map(|f| (f.dof, f.rms)).collect(),
             times: times(&filtered),
+            informed: None,
             noise,
             mobilities,
             limit: f64::INFINITY,
@@ -220,16 +200,6 @@ impl<'a> Search<'a> {
         };
         let unseen = problem.unknowns.iter().zip(seen).filter(|(_, seen)| !seen).map(|(unknown, _)| unknown.parameter);
         unseen.filter(lasts).collect()
-    }
-
-    /// Unknowns of the noise: those of forces that are estimated, of sensors, of coloured parts.
-    fn coordinates(&self) -> Vec<Coordinate> {
-        let free = |c: &Coordinate| match c {
-            Coordinate::ForceRms(_) | Coordinate::ForceTime(_) => self.options.forces.is_estimated(),
-            Coordinate::Sensor(output) => !self.silent[*output],
-            _ => true,
-        };
-        self.noise.coordinates().into_iter().filter(free).collect()
     }
 
     pub(super) fn linearised(&self, model: &Model, noise: &NoiseModel) -> (Vec<Linear>, f64) {
@@ -343,130 +313,15 @@ impl<'a> Search<'a> {
                 read_inputs(&mut self.filtered.problem, &self.model);
             }
             self.damping = (self.damping * 10.0).max(1e-4);
+            if predicted < self.options.tolerance {
+                return predicted;
+            }
             // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact
             if self.damping > 1e4 {
                 self.damping = 1e-2;
                 return 0.0;
             }
         }
-    }
-
-    /// One step of the noise; returns by how much −2 ln L was to fall.
-    fn step_noise(&mut self) -> f64 {
-        self.drop_nothings();
-        let coordinates = self.coordinates();
-        if coordinates.is_empty() {
-            return 0.0;
-        }
-        self.renew();
-        let (mut gradient, mut information) = self.scored(&coordinates);
-        // what stands at its bound and would leave it stays there
-        for (k, c) in coordinates.iter().enumerate() {
-            let now = self.noise.at(*c);
-            let there = self.bounded(*c, now - NEAR * gradient[k].signum());
-            if (there - now).abs() < 0.1 * NEAR {
-                gradient[k] = 0.0;
-                information.row_mut(k).fill(0.0);
-                information.column_mut(k).fill(0.0);
-                information[(k, k)] = 1.0;
-            }
-        }
-        let damped_step = |damping: f64| {
-            let mut damped = information.clone();
-            for k in 0..coordinates.len() {
-                damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + FLAT;
-            }
-            Some(damped.cholesky()?.solve(&-&gradient))
-        };
-        // twice the fall of −ln L that the quadratic promises to the whole step
-        let Some(whole) = damped_step(0.0).map(|step| -gradient.dot(&step)) else { return 0.0 };
-        if whole < 0.1 * self.options.tolerance {
-            return whole.max(0.0);
-        }
-        // a step that was too long is not tried at its whole length again at once
-        let remembered = self.noise_damping;
-        let mut damping = remembered;
-        loop {
-            let Some(mut step) = damped_step(damping) else { return 0.0 };
-            let promised = -gradient.dot(&step);
-            // a long step keeps its direction: of two that go together one alone may lead up
-            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(self.stretch);
-            let mut trial = self.noise.clone();
-            for (k, c) in coordinates.iter().enumerate() {
-                let now = trial.at(*c);
-                let next = self.bounded(*c, now + scale * step[k]);
-                trial.set(*c, next);
-                step[k] = next - now;
-            }
-            let (next, cost) = self.linearised(&self.model, &trial);
-            self.passes += 1;
-            if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
-                let fell = self.cost - cost;
-                // where the likelihood rises by more than the quadratic has it, its curvature is less, and steps are longer
-                self.stretch = if fell > promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
-                (self.noise, self.current, self.cost) = (trial, next, cost);
-                let at_once = damping <= remembered;
-                self.noise_damping = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
-                if at_once && damping > 0.0 {
-                    return whole;
-                }
-                return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
-            }
-            (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);
-            // what a millionth of a step does not gain is not to be had
-            if damping > 1e6 {
-                return 0.0;
-            }
-        }
-    }
-
-    /// Gradient and information of −ln L by the noise, priors included.
-    fn scored(&self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
-        let score = self.filtered.score(&self.model, &self.noise, coordinates, &self.mobilities, self.limit);
-        let (mut gradient, mut information) = (DVector::from_vec(score.gradient), score.information);
-        let prior = Prior::new(coordinates, &self.stated);
-        for (k, (c, of)) in coordinates.iter().zip(&prior.of).enumerate() {
-            if let Some((mean, std)) = of {
-                gradient[k] += (self.noise.at(*c) - mean) / (std * std);
-                information[(k, k)] += 1.0 / (std * std);
-            }
-        }
-        (gradient, information)
-    }
-
-    /// A logarithm within what has a meaning.
-    fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
-        match coordinate {
-            Coordinate::Sensor(output) => {
-                let coloured = self.noise.sensors[output].coloured.map_or(0.0, |c| LEAST_WHITE * c.rms);
-                log.max(self.floors[output].max(coloured).ln())
-            }
-            Coordinate::ForceTime(_) | Coordinate::ColouredTime(_) => log.clamp(self.times.0.ln(), self.times.1.ln()),
-            Coordinate::ForceRms(i) => {
-                let most = match &self.options.forces {
-                    Forces::Estimate { most } => most.get(&self.noise.forces[i].dof).copied(),
-                    _ => None,
-                };
-                log.max((0.5 * NOTHING * self.strength(i)).ln()).min(most.unwrap_or(f64::INFINITY).ln())
-            }
-            Coordinate::ColouredRms(output) => log.max((1e-2 * self.floors[output]).ln()),
-        }
-    }
-
-    fn strength(&self, force: usize) -> f64 {
-        let dof = self.noise.forces[force].dof;
-        self.strengths.iter().find(|(known, _)| *known == dof).map_or(0.0, |(_, strength)| *strength)
-    }
-
-    /// Takes out forces that have run to nothing.
-    fn drop_nothings(&mut self) {
-        if !self.options.forces.is_estimated() {
-            return;
-        }
-        let keep: Vec<bool> =
-            (0..self.noise.forces.len()).map(|i| self.noise.forces[i].rms > NOTHING * self.strength(i)).collect();
-        let mut keep = keep.into_iter();
-        self.noise.forces.retain(|_| keep.next().unwrap_or(true));
     }
 
     fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
@@ -489,16 +344,13 @@ impl<'a> Search<'a> {
             let other = if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0) } else { 0.0 };
             parameter.std = Some(std.max(other));
         }
-        let coordinates = self.coordinates();
-        let (_, information) = self.scored(&coordinates);
-        let count = coordinates.len();
-        let noise_covariance = information.cholesky().map_or_else(|| DMatrix::zeros(count, count), |f| f.inverse());
         Ok(FilterErrorFit {
+            noise_unknowns: self.coordinates(),
+            stated: self.stated,
             model: self.model,
             noise: self.noise,
             filtered: self.filtered,
             covariance,
-            noise_covariance: (coordinates, noise_covariance),
             cost: self.cost,
             plain: self.plain,
             samples,

@@ -133,6 +133,28 @@ impl<const L: usize> Covariance<L> {
         alpha
     }
 
+    /// Column `j` of P.
+    #[inline(always)]
+    pub fn column<W: Wide<L>>(&self, wide: W, j: usize, to: &mut [[f64; L]]) {
+        let n = self.n;
+        // U has 1 on its diagonal
+        for (i, to) in to.iter_mut().enumerate() {
+            let own = i.max(j);
+            let mut sum = wide.load(&self.d[own]);
+            if own > i {
+                sum = wide.mul(sum, wide.load(&self.u[i * n + own]));
+            }
+            if own > j {
+                sum = wide.mul(sum, wide.load(&self.u[j * n + own]));
+            }
+            for k in own + 1..n {
+                let weighted = wide.mul(wide.load(&self.u[i * n + k]), wide.load(&self.d[k]));
+                sum = wide.plus(sum, weighted, wide.load(&self.u[j * n + k]));
+            }
+            *to = wide.store(sum);
+        }
+    }
+
     /// c P cᵀ
     #[inline(always)]
     pub fn variance<W: Wide<L>>(&self, wide: W, c: &[[f64; L]]) -> W::Value {
@@ -174,6 +196,11 @@ impl<const L: usize> Work<L> {
         let weights = Lanes::of(&vec![[1.0; L]; columns]);
         Work { y: Lanes::zeros(n * columns), weights, weighted: Lanes::zeros(columns), first }
     }
+
+    /// Number of states.
+    pub fn states(&self) -> usize {
+        self.first.len()
+    }
 }
 
 impl Covariance<1> {
@@ -207,9 +234,16 @@ mod tests {
     fn exact_covariances_of_prediction_and_update() {
         let (n, q) = (4, 3);
         let mut p = Covariance::<2>::diagonal(&[[1.0, 0.0], [0.5, 2.0], [3.0, 1.0], [0.1, 0.2]]);
-        let f: Vec<[f64; 2]> = (0..n * n).map(|k| [((k * 7) % 5) as f64 - 1.5, ((k * 3) % 7) as f64 * 0.3]).collect();
-        let w: Vec<[f64; 2]> = (0..n * q).map(|k| [((k * 5) % 3) as f64 * 0.2, ((k * 2) % 5) as f64 * 0.1]).collect();
-        let mut work = Work::new(vec![First::default(); n], q);
+        // the last two states are processes with sources of their own
+        let process = |column, source| First { column, source };
+        let first = vec![First::default(), First::default(), process(2, 1), process(3, 2)];
+        let dense = |row: usize, column: usize| first[row].column == 0 || row == column;
+        let value = |k: usize| [((k * 7) % 5) as f64 - 1.5, ((k * 3) % 7) as f64 * 0.3];
+        let f: Vec<[f64; 2]> = (0..n * n).map(|k| if dense(k / n, k % n) { value(k) } else { [0.0; 2] }).collect();
+        let value = |k: usize| [(1 + (k * 5) % 3) as f64 * 0.2, ((k * 2) % 5) as f64 * 0.1];
+        let driven = |k: usize| k % q >= first[k / q].source;
+        let w: Vec<[f64; 2]> = (0..n * q).map(|k| if driven(k) { value(k) } else { [0.0; 2] }).collect();
+        let mut work = Work::new(first.clone(), q);
         let mut exact: Vec<DMatrix<f64>> = (0..2).map(|lane| full(&p, lane)).collect();
         for step in 0..5 {
             p.predict(Plain, &f, &w, &mut work);
@@ -219,10 +253,22 @@ mod tests {
                 *exact = &f * &*exact * f.transpose() + &w * w.transpose();
                 assert!((full(&p, lane) - &*exact).norm() < 1e-12 * exact.norm(), "{step} {lane}");
             }
-            let c = [[1.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.2, 0.0]];
-            let mut gain = vec![[0.0; 2]; n];
+            let mut column = vec![[0.0; 2]; n];
+            for j in 0..n {
+                p.column(Plain, j, &mut column);
+                assert!(
+                    (0..n).all(|i| (column[i][0] - exact[0][(i, j)]).abs() < 1e-12 * exact[0].norm()),
+                    "{step} {j}"
+                );
+            }
+            let (c, at) = match step % 2 {
+                0 => ([[1.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.2, 0.0]], &[0, 2, 3][..]),
+                _ => ([[0.0, 0.0], [0.7, 0.0], [0.0, 0.0], [0.2, 0.0]], &[1, 3][..]),
+            };
+            // what the last sample left there does not count
+            let mut gain = vec![[9.0; 2]; n];
             let told = p.variance(Plain, &c);
-            let s = p.update(Plain, (&c, &[0, 2, 3]), [0.3, 1.0], &mut gain);
+            let s = p.update(Plain, (&c, at), [0.3, 1.0], &mut gain);
             let row = DVector::from_fn(n, |i, _| c[i][0]);
             let variance = (row.transpose() * &exact[0] * &row)[0] + 0.3;
             let k = &exact[0] * &row / variance;

@@ -1,0 +1,197 @@
+//! Steps of the noise up the likelihood.
+//!
+//! ```text
+//! (I + λ diag I) δ = −g        g, I: gradient and information of −ln L by the logarithms of the noise
+//! ```
+//!
+//! The gradient by the way back through the filter ([`super::adjoint`]), the curvature is Fisher's
+//! information ([`super::score`]), kept while the noise hardly moves.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::noise::Coordinate;
+use super::options::Forces;
+use super::start::Prior;
+use super::steps::Search;
+
+/// Share of a force's start below which it is nothing.
+const NOTHING: f64 = 1e-3;
+
+/// Least white part of a sensor's noise beside a correlated one: it adds less than a hundredth to what a sample tells
+/// anew, and the likelihood would lead it to nothing for ever.
+const LEAST_WHITE: f64 = 0.05;
+
+/// Information of a logarithm that is added to each: one of which the data know less, a deviation of three and more, goes
+/// no further than its slope asks, and does not shorten the steps of the others.
+const FLAT: f64 = 0.1;
+
+/// A logarithm that cannot go a tenth of this further stands at its bound.
+const NEAR: f64 = 0.1;
+
+/// Least damping of the noise beside none, and by how much it is eased after a step that leads up.
+const LEAST_DAMPING: f64 = 0.1;
+const EASED: f64 = 0.03;
+
+/// Most times its length that a step of the noise is taken.
+const STRETCHED: f64 = 8.0;
+
+/// Longest step of a logarithm.
+const FARTHEST: f64 = 2.0;
+
+/// Move of a logarithm over which the information is taken as the same.
+const LIKE: f64 = 0.5;
+
+/// Fisher's information on the noise, which costs as much as a dozen passes.
+pub(super) struct Informed {
+    /// On which unknowns, as logarithms.
+    coordinates: Vec<Coordinate>,
+    /// Where it was calculated.
+    at: DVector<f64>,
+    information: DMatrix<f64>,
+}
+
+impl Informed {
+    /// Whether it is as good as that of these unknowns there.
+    fn is_near(&self, coordinates: &[Coordinate], at: &DVector<f64>) -> bool {
+        self.coordinates == coordinates && (at - &self.at).amax() < LIKE
+    }
+}
+
+impl Search<'_> {
+    /// Unknowns of the noise: those of forces that are estimated, of sensors, of coloured parts.
+    pub(super) fn coordinates(&self) -> Vec<Coordinate> {
+        let free = |c: &Coordinate| match c {
+            Coordinate::ForceRms(_) | Coordinate::ForceTime(_) => self.options.forces.is_estimated(),
+            Coordinate::Sensor(output) => !self.silent[*output],
+            _ => true,
+        };
+        self.noise.coordinates().into_iter().filter(free).collect()
+    }
+
+    /// One step of the noise; returns by how much −2 ln L was to fall.
+    pub(super) fn step_noise(&mut self) -> f64 {
+        self.drop_nothings();
+        let coordinates = self.coordinates();
+        if coordinates.is_empty() {
+            return 0.0;
+        }
+        self.renew();
+        let (mut gradient, mut information) = self.scored(&coordinates);
+        // what stands at its bound and would leave it stays there
+        for (k, c) in coordinates.iter().enumerate() {
+            let now = self.noise.at(*c);
+            let there = self.bounded(*c, now - NEAR * gradient[k].signum());
+            if (there - now).abs() < 0.1 * NEAR {
+                gradient[k] = 0.0;
+                information.row_mut(k).fill(0.0);
+                information.column_mut(k).fill(0.0);
+                information[(k, k)] = 1.0;
+            }
+        }
+        let damped_step = |damping: f64| {
+            let mut damped = information.clone();
+            for k in 0..coordinates.len() {
+                damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + FLAT;
+            }
+            Some(damped.cholesky()?.solve(&-&gradient))
+        };
+        // twice the fall of −ln L that the quadratic promises to the whole step
+        let Some(whole) = damped_step(0.0).map(|step| -gradient.dot(&step)) else { return 0.0 };
+        if whole < 0.1 * self.options.tolerance {
+            return whole.max(0.0);
+        }
+        // a step that was too long is not tried at its whole length again at once
+        let remembered = self.noise_damping;
+        let mut damping = remembered;
+        loop {
+            let Some(mut step) = damped_step(damping) else { return 0.0 };
+            let promised = -gradient.dot(&step);
+            // a long step keeps its direction: of two that go together one alone may lead up, and a fit of a model that lacks much
+            // ends elsewhere
+            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(self.stretch);
+            let mut trial = self.noise.clone();
+            for (k, c) in coordinates.iter().enumerate() {
+                let now = trial.at(*c);
+                let next = self.bounded(*c, now + scale * step[k]);
+                trial.set(*c, next);
+                step[k] = next - now;
+            }
+            let (next, cost) = self.linearised(&self.model, &trial);
+            self.passes += 1;
+            if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
+                let fell = self.cost - cost;
+                (self.noise, self.current, self.cost) = (trial, next, cost);
+                let at_once = damping <= remembered;
+                // where the likelihood rises by clearly more than the quadratic has it, its curvature is less, and steps are longer
+                self.stretch = if at_once && fell > 1.3 * promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
+                self.noise_damping = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
+                if at_once && damping > 0.0 {
+                    return whole;
+                }
+                return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
+            }
+            (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);
+            // what a millionth of a step does not gain is not to be had
+            if damping > 1e6 {
+                return 0.0;
+            }
+        }
+    }
+
+    /// Gradient and information of −ln L by the noise, priors included.
+    fn scored(&mut self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
+        let Search { filtered, model, noise, mobilities, limit, informed, .. } = self;
+        let mut gradient = DVector::from_vec(filtered.slopes(model, noise, coordinates, mobilities, *limit));
+        let at = DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| noise.at(*c)));
+        if !informed.as_ref().is_some_and(|known| known.is_near(coordinates, &at)) {
+            let information = filtered.noise_information(model, noise, coordinates, mobilities, *limit);
+            *informed = Some(Informed { coordinates: coordinates.to_vec(), at: at.clone(), information });
+        }
+        let count = coordinates.len();
+        let mut information =
+            informed.as_ref().map_or_else(|| DMatrix::identity(count, count), |known| known.information.clone());
+        let prior = Prior::new(coordinates, &self.stated);
+        prior.inform(&mut information);
+        for (k, of) in prior.of.iter().enumerate() {
+            if let Some((mean, std)) = of {
+                gradient[k] += (at[k] - mean) / (std * std);
+            }
+        }
+        (gradient, information)
+    }
+
+    /// A logarithm within what has a meaning.
+    fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
+        match coordinate {
+            Coordinate::Sensor(output) => {
+                let coloured = self.noise.sensors[output].coloured.map_or(0.0, |c| LEAST_WHITE * c.rms);
+                log.max(self.floors[output].max(coloured).ln())
+            }
+            Coordinate::ForceTime(_) | Coordinate::ColouredTime(_) => log.clamp(self.times.0.ln(), self.times.1.ln()),
+            Coordinate::ForceRms(i) => {
+                let most = match &self.options.forces {
+                    Forces::Estimate { most } => most.get(&self.noise.forces[i].dof).copied(),
+                    _ => None,
+                };
+                log.max((0.5 * NOTHING * self.strength(i)).ln()).min(most.unwrap_or(f64::INFINITY).ln())
+            }
+            Coordinate::ColouredRms(output) => log.max((1e-2 * self.floors[output]).ln()),
+        }
+    }
+
+    fn strength(&self, force: usize) -> f64 {
+        let dof = self.noise.forces[force].dof;
+        self.strengths.iter().find(|(known, _)| *known == dof).map_or(0.0, |(_, strength)| *strength)
+    }
+
+    /// Takes out forces that have run to nothing.
+    fn drop_nothings(&mut self) {
+        if !self.options.forces.is_estimated() {
+            return;
+        }
+        let keep: Vec<bool> =
+            (0..self.noise.forces.len()).map(|i| self.noise.forces[i].rms > NOTHING * self.strength(i)).collect();
+        let mut keep = keep.into_iter();
+        self.noise.forces.retain(|_| keep.next().unwrap_or(true));
+    }
+}

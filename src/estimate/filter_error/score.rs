@@ -1,0 +1,121 @@
+//! What the noise asks for: the information of the likelihood on its unknowns.
+//!
+//! ```text
+//! Iᵢⱼ = Σ ½ ∂ᵢs ∂ⱼs/s² + ∂ᵢe ∂ⱼe/s          i, j: logarithms of the noise          (Fisher scoring)
+//! ```
+//!
+//! By filters that run side by side with a little more of each unknown, one a lane: exact to the step of 1e-4, and no
+//! second set of equations. Åström, *Automatica* 16 (1980) 551-574.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::noise::{Coordinate, NoiseModel};
+use super::pass::filter;
+use super::problem::{Batch, Filtered};
+use super::sensor::Innovation;
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::wide::{Machine, Wide, Widths as _, Work};
+
+/// Step by which a logarithm of the noise is moved: its square does not show, and roundings do not either.
+const STEP: f64 = 1e-4;
+
+/// Filters side by side: one as it is, the others moved.
+const TOGETHER: usize = 16;
+
+impl Filtered {
+    /// Information of −ln L on the logarithms `coordinates` of the noise.
+    pub(super) fn noise_information(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        coordinates: &[Coordinate],
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> DMatrix<f64> {
+        let moved = |coordinate: Option<&Coordinate>| {
+            let mut other = noise.clone();
+            if let Some(c) = coordinate {
+                other.set(*c, noise.at(*c) + STEP);
+            }
+            other
+        };
+        let count = coordinates.len();
+        // coordinates of different groups hardly share information: it is left out
+        let order: Vec<usize> = self.by_dof(coordinates, noise);
+        let groups: Vec<&[usize]> = order.chunks(count.div_ceil(count.div_ceil(TOGETHER - 1)).max(1)).collect();
+        let jobs: Vec<(usize, &[usize])> =
+            (0..self.problem.segments.len()).flat_map(|k| groups.iter().map(move |g| (k, *g))).collect();
+        let of = |(stretch, group): &(usize, &[usize])| {
+            let models = std::array::from_fn(|lane| {
+                moved(lane.checked_sub(1).and_then(|i| group.get(i)).map(|c| &coordinates[*c]))
+            });
+            let batch = self.batch::<TOGETHER>(model, &[*stretch; TOGETHER], models, mobilities, limit);
+            Machine::widest(Informing { batch, count: group.len() })
+        };
+        let parts: Vec<[[f64; TOGETHER]; TOGETHER]> = jobs.par_iter().map(of).collect();
+        let mut total = DMatrix::zeros(count, count);
+        for ((_, group), part) in jobs.iter().zip(&parts) {
+            for (a, i) in group.iter().enumerate() {
+                for (b, j) in group.iter().enumerate() {
+                    total[(*i, *j)] += part[a.max(b)][a.min(b)];
+                }
+            }
+        }
+        total
+    }
+
+    /// Numbers of the coordinates, those of one degree of freedom side by side.
+    fn by_dof(&self, coordinates: &[Coordinate], noise: &NoiseModel) -> Vec<usize> {
+        let of_output = |c: usize| {
+            let name = &self.problem.dynamics.outputs[c];
+            let own = |dof: &Dof| dof.velocity() == name || dof.position() == name;
+            Dof::ALL.iter().position(own).unwrap_or(Dof::ALL.len())
+        };
+        let place = |c: &Coordinate| match *c {
+            Coordinate::ForceRms(i) | Coordinate::ForceTime(i) => noise.forces[i].dof.index(),
+            Coordinate::Sensor(c) | Coordinate::ColouredRms(c) | Coordinate::ColouredTime(c) => of_output(c),
+        };
+        let mut order: Vec<usize> = (0..coordinates.len()).collect();
+        order.sort_by_key(|k| place(&coordinates[*k]));
+        order
+    }
+}
+
+struct Informing<'a> {
+    batch: Batch<'a, TOGETHER>,
+    count: usize,
+}
+
+impl Work<TOGETHER> for Informing<'_> {
+    /// Sums of the products, below the diagonal.
+    type Output = [[f64; TOGETHER]; TOGETHER];
+    #[inline(always)]
+    fn with<W: Wide<TOGETHER>>(self, wide: W) -> Self::Output {
+        let Informing { batch, count } = self;
+        let mut information = [[0.0; TOGETHER]; TOGETHER];
+        let mut take = std::convert::identity(
+            #[inline(always)]
+            |at: &Innovation<'_, TOGETHER>| {
+                if at.present[0] == 0.0 {
+                    return;
+                }
+                let (e, s) = (at.e[0], at.s[0]);
+                let root = s.sqrt();
+                let (mut ds, mut de) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+                for k in 0..count {
+                    ds[k] = (at.s[k + 1] - s) / (STEP * s);
+                    de[k] = (at.e[k + 1] - e) / (STEP * root);
+                }
+                for i in 0..count {
+                    for j in 0..=i {
+                        information[i][j] += 0.5 * ds[i] * ds[j] + de[i] * de[j];
+                    }
+                }
+            },
+        );
+        filter(wide, batch, false, None, &mut take);
+        information
+    }
+}
