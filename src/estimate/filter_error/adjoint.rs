@@ -245,7 +245,7 @@ impl<const L: usize> Tape<L> {
         let (decay, rest) = rest.split_at(processes);
         let (driven, h) = rest.split_at(forces * (2 * nx + 1));
         for lane in 0..L {
-            if h[0][lane] != self.h[lane] {
+            if h[0][lane].to_bits() != self.h[lane].to_bits() {
                 let coloured = self.noise.coloured().map(|(_, c)| (c.rms, c.time));
                 let all = self.noise.forces.iter().map(|f| (f.rms, f.time)).chain(coloured);
                 for (slopes, (rms, time)) in self.slopes.iter_mut().zip(all) {
