@@ -16,8 +16,9 @@ use crate::wide::Wide;
 /// Steps from one look at whether the work is still wanted to the next.
 const STEPS_A_LOOK: usize = 64;
 
-/// Steps of which a tape holds what the way back needs.
-const STEPS_A_LEG: usize = 2048;
+/// Steps, and less than twice as many of the last leg, of which a tape holds what the way back needs: some 100 MB in six degrees of
+/// freedom, a batch, and a minute at 10 Hz in one leg.
+const STEPS_A_LEG: usize = 1024;
 
 /// Where a pass stands.
 #[derive(Clone)]
