@@ -11,10 +11,11 @@ use super::screen::Score;
 use super::search::{Search, TIE, Task};
 use crate::effects::Scope;
 use crate::estimate::filter_error::{
-    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from,
+    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, RandomForce, filter_error, filter_error_from,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
+use crate::run::commanded_rms;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 pub(super) const ROUGH: f64 = 0.5;
@@ -30,6 +31,9 @@ const PROMISE: f64 = 0.5;
 /// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
 /// chosen after looking.
 const PENALTY: f64 = 4.0;
+
+/// Share of the command's rms beyond which a random force is more than the water's: turbulence and tethers stay at a tenth.
+const MUCH: f64 = 0.2;
 
 /// A candidate refitted in full.
 pub(super) struct Contender {
@@ -81,6 +85,18 @@ pub(super) fn refitted(
     }
     let (gain, fit) = best?;
     Some(Contender { score, fit, gain, held_out: 0.0 })
+}
+
+/// The model of `fit` fitted from the log, where a random force is left that is no turbulence; `None` where that is no better.
+/// A fit that began at the values of a model that lacked a name may end on a hill of its own, and what is left there is given
+/// other names.
+pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
+    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
+    if !fit.noise.forces.iter().any(much) {
+        return None;
+    }
+    let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;
+    (anew.plain.cost < fit.plain.cost - TIE).then_some(anew)
 }
 
 /// −2 ln L that a candidate has to come below. Where innovations are held back, those that are not are compared only if the

@@ -18,16 +18,16 @@ use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::starts;
 use super::held_out::{HeldOut, agree};
-use super::refit::{Contender, is_exchange, level, refitted};
+use super::refit::{Contender, anew, is_exchange, level, refitted};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use crate::effects::{Effect, Family, Place, Scope, named};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, RandomForce, filter_error, filter_error_from};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::{moved_by_thrust, started};
 use crate::model::Model;
 use crate::progress;
-use crate::run::{Run, commanded_rms};
+use crate::run::Run;
 
 /// How the search is done.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,9 +60,6 @@ const NEARLY: f64 = 3.0;
 
 /// Least probability that is told: those below it are this small at most.
 pub const LEAST_P: f64 = 1e-300;
-
-/// Share of the command's rms beyond which a random force is more than the water's: turbulence and tethers stay at a tenth.
-const MUCH: f64 = 0.2;
 
 /// Rivals of a name that are asked again once another name is known.
 const RIVALS: usize = 2;
@@ -219,18 +216,6 @@ pub(super) fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
     };
     list.retain(|c| task.options.families.contains(&c.family()) || of_user(c));
     list
-}
-
-/// The model of `fit` fitted from the log, where a random force is left that is no turbulence; `None` where that is no better.
-/// A fit that began at the values of a model that lacked a name may end on a hill of its own, and what is left there is given
-/// other names.
-fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
-    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
-    if !fit.noise.forces.iter().any(much) {
-        return None;
-    }
-    let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;
-    (anew.plain.cost < fit.plain.cost - TIE).then_some(anew)
 }
 
 /// Whether a parameter of a candidate has a value of its own in every run.

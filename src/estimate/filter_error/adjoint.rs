@@ -63,7 +63,7 @@ impl Slopes {
             mean: by_log(|s| s.mean),
             drift: 2.0 * by_log(|s| s.drift),
             shared: by_log(|s| s.drift * s.shared),
-            own: slope(|s| s.shared * s.shared + s.own * s.own),
+            own: slope(variance),
             variance: variance(&at(0.0)),
         }
     }

@@ -15,6 +15,7 @@
 mod adjoint;
 mod forecast;
 mod gauss_markov;
+mod information;
 mod likelihood;
 mod noise;
 mod noise_steps;
@@ -24,7 +25,6 @@ mod pass;
 mod prediction;
 mod problem;
 mod refine;
-mod score;
 mod sensor;
 mod start;
 mod steps;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The gradient by the way back through the filter ([`super::adjoint`]), the curvature is Fisher's
-//! information ([`super::score`]), kept while the noise hardly moves.
+//! information ([`super::information`]), kept while the noise hardly moves.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,7 +32,9 @@ const NEAR: f64 = 0.1;
 const LEAST_DAMPING: f64 = 0.1;
 const EASED: f64 = 0.03;
 
-/// Most times its length that a step of the noise is taken.
+/// Times what the quadratic had for it that a step falls by, beyond which the next one is taken twice as long, and the most
+/// times its length that it is taken.
+const FLATTER: f64 = 1.3;
 const STRETCHED: f64 = 8.0;
 
 /// Longest step of a logarithm.
@@ -123,7 +125,8 @@ impl Search<'_> {
                 (self.noise, self.current, self.cost) = (trial, next, cost);
                 let at_once = damping <= remembered;
                 // where the likelihood rises by clearly more than the quadratic has it, its curvature is less, and steps are longer
-                self.stretch = if at_once && fell > 1.3 * promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
+                self.stretch =
+                    if at_once && fell > FLATTER * promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
                 self.noise_damping = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
                 if at_once && damping > 0.0 {
                     return whole;

@@ -55,7 +55,8 @@ pub(super) struct Search<'a> {
     pub(super) stated: Vec<Option<f64>>,
     /// Outputs whose noise is stated beyond all that they show: it stays.
     pub(super) silent: Vec<bool>,
-    /// Strength of a force with which the search began, by degree of freedom; a thousandth of it is none.
+    /// Strength of a force with which the search began, by degree of freedom; far below it there is none
+    /// ([`super::noise_steps`]).
     pub(super) strengths: Vec<(crate::frame::Dof, f64)>,
     /// Shortest and longest correlation time, s.
     pub(super) times: (f64, f64),
@@ -313,9 +314,6 @@ impl<'a> Search<'a> {
                 read_inputs(&mut self.filtered.problem, &self.model);
             }
             self.damping = (self.damping * 10.0).max(1e-4);
-            if predicted < self.options.tolerance {
-                return predicted;
-            }
             // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact
             if self.damping > 1e4 {
                 self.damping = 1e-2;
