@@ -19,14 +19,14 @@ use hydrosysid::chain::Available;
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::{Coriolis, FormulaEffect, Place};
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
-use hydrosysid::estimate::{Names, RegressorOptions, Tall, folded, least_squares, regressors_of, started};
+use hydrosysid::estimate::{Names, RegressorOptions, StreamingQr, folded, least_squares, regressors_of, started};
 use hydrosysid::formula::Formula;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
+use hydrosysid::simd::widest;
 use hydrosysid::simulate::{Stretch, Track, free_run, integrate_fast};
 use hydrosysid::units::Dimension;
-use hydrosysid::wide::widest;
 
 /// Rows that are generated and folded at once.
 const BLOCK: usize = 1 << 20;
@@ -146,7 +146,7 @@ fn one_fold(rows: usize) -> String {
 /// Rows that are generated block by block and folded as they are made; the generation is not timed.
 fn streamed(rows: usize) -> String {
     let model = surge();
-    let mut whole = Tall::new(5, Names::default()).expect("columns");
+    let mut whole = StreamingQr::new(5, Names::default()).expect("columns");
     let (mut cpu, mut wall) = (0.0, 0.0);
     for begin in (0..rows).step_by(BLOCK) {
         let run = planar::run(BLOCK.min(rows - begin) + 1, 0.1, 1e-3 * begin as f64);

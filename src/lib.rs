@@ -13,7 +13,7 @@
 // exact comparisons in tests are meant: bits are promised there
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
-pub mod account;
+mod atomic_file;
 pub mod campaign;
 pub mod chain;
 pub mod check;
@@ -42,7 +42,9 @@ pub mod plan;
 pub mod procedure;
 pub mod progress;
 pub mod report;
+pub mod report_content;
 pub mod run;
+pub mod simd;
 pub mod simulate;
 mod spreadsheet;
 pub mod symbolic;
@@ -53,5 +55,3 @@ pub mod units;
 pub mod vehicle;
 #[cfg(feature = "view")]
 pub mod view;
-mod whole;
-pub mod wide;

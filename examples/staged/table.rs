@@ -8,7 +8,7 @@ use hydrosysid::compare::{CompareOptions, compare};
 use hydrosysid::effects::Coriolis;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::Model;
-use hydrosysid::procedure::twin::{alone, direct};
+use hydrosysid::procedure::direct_regression::{alone, direct};
 use hydrosysid::procedure::{Bench, Estimate, Stage, StagedOptions, StagedResult, made_ready, staged};
 use hydrosysid::run::{Run, RunKind};
 use hydrosysid::tank::PaperCampaign;

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use hydrosysid::account::page_of;
 use hydrosysid::campaign::file::{CampaignFile, Estimator, ReadOptions};
 use hydrosysid::campaign::{
     self, Campaign, Fit, FitOptions, InitFacts, InitRequest, LoadOptions, ModelFile, ModelFileError, Published, Refits,
 };
 use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
+use hydrosysid::report_content::page_of;
 use hydrosysid::tank;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;

@@ -8,7 +8,7 @@ use thiserror::Error;
 use toml::Spanned;
 
 use super::file::CampaignFile;
-use crate::whole;
+use crate::atomic_file;
 
 /// Where a campaign lists the effects of its baseline.
 #[derive(Deserialize)]
@@ -72,7 +72,7 @@ pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String]) -> Result<Pat
     let from = if to.is_file() { &to } else { &own };
     let text = std::fs::read_to_string(from).map_err(unusable(from))?;
     let text = with_effects(&text, names).map_err(|message| AdoptError::NoCampaign { file: from.clone(), message })?;
-    whole::write(&to, |file| std::io::Write::write_all(file, text.as_bytes())).map_err(unusable(&to))?;
+    atomic_file::write(&to, |file| std::io::Write::write_all(file, text.as_bytes())).map_err(unusable(&to))?;
     Ok(to)
 }
 

@@ -6,8 +6,8 @@ use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
 use super::verbs::reading;
+use crate::atomic_file;
 use crate::campaign::{self, InitFacts, InitRequest, Learned};
-use crate::whole;
 
 /// The campaign file that is asked for: a name without `.toml` is a folder.
 fn campaign_file(output: &Path) -> PathBuf {
@@ -116,7 +116,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
             to.display(),
             from.display()
         ))),
-        Err(_) => whole::write(to, |file| std::io::Write::write_all(file, &bytes))
+        Err(_) => atomic_file::write(to, |file| std::io::Write::write_all(file, &bytes))
             .map_err(|source| Failure::Write { file: to.to_path_buf(), source }),
     }
 }

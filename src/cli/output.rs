@@ -12,9 +12,9 @@ use serde::Serialize;
 use super::arguments::Shared;
 use super::failure::Failure;
 use super::inputs;
+use crate::atomic_file;
 use crate::finding::{Finding, Severity};
 use crate::progress::{Watch, is_watched, watched};
-use crate::whole;
 
 /// The outlets of one call.
 pub(super) struct Output {
@@ -122,7 +122,7 @@ impl Output {
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         let failed = |source| Failure::Write { file: path.to_path_buf(), source };
         self.may_replace(path)?;
-        whole::write(path, |file| file.write_all(bytes)).map_err(failed)
+        atomic_file::write(path, |file| file.write_all(bytes)).map_err(failed)
     }
 
     /// Turns until it is dropped, where standard error is a terminal.

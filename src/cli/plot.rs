@@ -4,11 +4,11 @@ use comfy_table::Table;
 
 use super::failure::Failure;
 use super::output::Output;
-use crate::account::motion_figure;
 use crate::campaign::{self, Campaign, Simulated, Simulation};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::report::{Chart, terminal};
+use crate::report_content::motion_figure;
 use crate::run::Role;
 
 /// Width where standard output is no terminal, characters.

@@ -6,12 +6,12 @@ use super::fitted::print_filters;
 use super::output::Output;
 use super::table::{measured, number, table};
 use super::verbs::load;
-use crate::account::{self, gap_figure};
 use crate::campaign::{self, Campaign, ModelFile, Published};
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
 use crate::progress::tell;
 use crate::report::svg::standalone;
+use crate::report_content::{self, gap_figure};
 
 pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
@@ -136,7 +136,7 @@ fn page_of(
     seed: Option<u64>,
 ) -> Result<String, Failure> {
     let command = std::env::args().collect::<Vec<_>>().join(" ");
-    let origin = account::origin(loaded, command, seed)
-        .map_err(|account::Unhashed { file, source }| Failure::Read { file, source })?;
-    Ok(account::page_of(loaded, found, published, origin)?)
+    let origin = report_content::origin(loaded, command, seed)
+        .map_err(|report_content::Unhashed { file, source }| Failure::Read { file, source })?;
+    Ok(report_content::page_of(loaded, found, published, origin)?)
 }

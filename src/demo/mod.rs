@@ -25,7 +25,7 @@ use crate::discover::Discovery;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::procedure::sensitivity::{Spread, spreads};
-use crate::procedure::{ProcedureError, Stage, StagedOptions, StagedResult, made_ready, staged, twin};
+use crate::procedure::{ProcedureError, Stage, StagedOptions, StagedResult, direct_regression, made_ready, staged};
 use crate::run::{Run, RunKind};
 use crate::tank::{
     BlindOptions, FolderError as TankFolderError, Hidden, PaperCampaign, TankError, paper_campaign, write_blind,
@@ -277,7 +277,7 @@ fn with_stage(model: &Model, stage: &Stage) -> Model {
 
 /// Mean |measured − simulated| of the balance of `dof` alone: the one that (29) and (30) are about.
 fn mean_abs(model: &Model, run: &Run, dof: Dof) -> Result<f64, CompareError> {
-    let result = compare(&twin::alone(model, dof), std::slice::from_ref(run), &CompareOptions::default())?;
+    let result = compare(&direct_regression::alone(model, dof), std::slice::from_ref(run), &CompareOptions::default())?;
     Ok(result.runs.iter().find(|r| r.dof == dof).map_or(f64::NAN, |r| r.mean_abs))
 }
 
@@ -293,7 +293,7 @@ fn twins(
     for run in ready.iter().filter(|run| run.kind == RunKind::Zigzag) {
         let own = result.stages.iter().find(|s| s.dof == Dof::Yaw && s.runs == [run.name.clone()]);
         let staged_model = own.map_or_else(|| result.model.clone(), |stage| with_stage(&result.model, stage));
-        let (stage, at_once) = twin::direct(Dof::Yaw, &[run], model, options)?;
+        let (stage, at_once) = direct_regression::direct(Dof::Yaw, &[run], model, options)?;
         let at_once = with_others(&staged_model, &at_once, &stage);
         let values = stage
             .estimates

@@ -11,8 +11,8 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::carried::{available_of, carried};
 use super::enlarged::{Planned, enlarge, remembered};
+use super::simulated_states::{available_of, carried};
 use crate::chain::Available;
 use crate::dynamics::Dynamics;
 use crate::estimate::filter_error::{FilterErrorFit, Filtered, NoiseModel};

@@ -6,15 +6,15 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::constancy::{ChangedParameter, changed};
+use super::disagreement::{Where, disagreement};
 use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, smallest_visible};
 use super::gap::{GapStep, improvement};
 use super::judged::{Judged, on_training};
 use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, SearchOptions, Step, Task, search};
-use super::stand_in::{leave_out, stand_ins};
+use super::surrogate::{leave_out, surrogates};
 use super::verdict::{Verdict, digits, sentence, verdict};
-use super::whereabouts::{Where, whereabouts};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
@@ -150,7 +150,7 @@ pub fn discover(
     let mut changed_parameter = changed(&fit, &train, options.seed, |_| true);
     let passes = judged.failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
     if !passes {
-        let fallen = stand_ins(&mut found, &judged.gap);
+        let fallen = surrogates(&mut found, &judged.gap);
         // what is told is told of the model with the names that stand
         if !fallen.is_empty() {
             let among = |term: &str| fallen.iter().any(|candidate| candidate.holds(term));
@@ -196,7 +196,7 @@ pub fn discover(
     } else {
         let first = &found.steps[0].fit;
         let outputs = &first.filtered.problem.dynamics.outputs;
-        whereabouts(&first.model, outputs, (&on_training(first), &training), &train)
+        disagreement(&first.model, outputs, (&on_training(first), &training), &train)
     };
     let smallest_visible = smallest_visible(&found);
     Ok(Discovery {

@@ -2,9 +2,9 @@
 
 mod again;
 mod candidate;
-mod carried;
 mod columns;
 mod constancy;
+mod disagreement;
 mod discovery;
 mod enlarged;
 mod focus;
@@ -18,15 +18,16 @@ mod residual;
 mod rules;
 mod screen;
 mod search;
-mod stand_in;
+mod simulated_states;
+mod surrogate;
 mod verdict;
-mod whereabouts;
 
 use std::collections::BTreeSet;
 
 pub use candidate::{Candidate, candidates};
 pub use columns::{Columns, ModelOnRuns, Probe, in_chunks};
 pub use constancy::ChangedParameter;
+pub use disagreement::{Where, disagreement};
 pub use discovery::{CODES, Discovery, LogFinding, discover};
 pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};
 pub use gap::{GapForce, GapOfRun, GapPrediction, GapStep};
@@ -34,7 +35,6 @@ pub use residual::{Change, Dependence, Residual, residuals};
 pub use screen::{Score, Screen, screen};
 pub use search::{Added, BehavesLike, LEAST_P, Search, SearchOptions, Step};
 pub use verdict::Verdict;
-pub use whereabouts::{Where, whereabouts};
 
 use crate::run::Run;
 

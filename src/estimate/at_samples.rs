@@ -11,9 +11,9 @@ use crate::filter::{FilterError, PolynomialFilter};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
+use crate::simd::Plain;
 use crate::simulate::values_in_run;
 use crate::symbolic::{Plan, Registers};
-use crate::wide::Plain;
 
 /// The parts of the force in one degree of freedom over time.
 #[derive(Debug, Clone)]

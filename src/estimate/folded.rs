@@ -11,7 +11,7 @@ use super::shared_stamps::over_rows;
 use super::{Column, Columns, IntegralError, RegressorOptions, regressors_of};
 use crate::frame::Dof;
 use crate::least_squares::{
-    Fit, LeastSquaresError, LeastSquaresOptions, Names, Products, Refinement, Tall, least_squares_with,
+    Fit, LeastSquaresError, LeastSquaresOptions, Names, Products, Refinement, StreamingQr, least_squares_with,
 };
 use crate::model::Model;
 use crate::run::Run;
@@ -22,7 +22,7 @@ pub struct Folded {
     /// What each column multiplies.
     pub parameters: Vec<Column>,
     /// The factor; its right-hand side is that of [`Columns`].
-    pub tall: Tall,
+    pub tall: StreamingQr,
     dof: Dof,
 }
 
@@ -32,8 +32,8 @@ pub struct Folded {
 /// [`IntegralError`] where the balance is not linear in the free parameters, reads what is not logged, or a value is not
 /// finite.
 pub fn folded(dof: Dof, run: &Run, model: &Model, options: RegressorOptions) -> Result<Folded, IntegralError> {
-    let new = |names: &Names| Tall::new(names.columns.len(), names.clone());
-    let fold = |tall: &mut Tall, h: &[&[f64]], y: &[f64]| tall.push(h, y);
+    let new = |names: &Names| StreamingQr::new(names.columns.len(), names.clone());
+    let fold = |tall: &mut StreamingQr, h: &[&[f64]], y: &[f64]| tall.push(h, y);
     let (parameters, parts) = pass(dof, run, model, options, new, fold)?;
     let linear = |source| IntegralError::Linear { dofs: dof.name().into(), source };
     let mut parts = parts.into_iter();

@@ -29,6 +29,6 @@ pub use steady::{Mean, SteadyOptions, SteadyWindow, mean_of, noise_of_mean, stea
 pub use streamed::Streamed;
 
 pub use crate::least_squares::{
-    Blocks, Draws, Fit, LeastSquaresError, LeastSquaresOptions, Names, RSquared, Refinement, StdMethod, Tall,
+    Blocks, Draws, Fit, LeastSquaresError, LeastSquaresOptions, Names, RSquared, Refinement, StdMethod, StreamingQr,
     least_squares, least_squares_filled, least_squares_rows, least_squares_with,
 };

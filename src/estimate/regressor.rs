@@ -17,9 +17,9 @@ use super::sums::Sums;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal, rounding_of_commands};
+use crate::simd::Plain;
 use crate::simulate::values_in_run;
 use crate::symbolic::Registers;
-use crate::wide::Plain;
 
 /// Instants evaluated side by side.
 pub(super) const LANES: usize = 8;

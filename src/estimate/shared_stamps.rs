@@ -10,8 +10,8 @@
 use rayon::prelude::*;
 
 use super::regressor::LANES;
+use crate::simd::{Plain, widest};
 use crate::symbolic::{Plan, Registers};
-use crate::wide::{Plain, widest};
 
 /// Rows of a part, written by one thread.
 const PART: usize = 1 << 14;

@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use super::integral::{IntegralError, RowFit, own_inertia};
 use super::{Column, Folded, RegressorError, RegressorOptions, folded};
 use crate::frame::Dof;
-use crate::least_squares::{LeastSquaresError, Tall};
+use crate::least_squares::{LeastSquaresError, StreamingQr};
 use crate::model::Model;
 use crate::run::Run;
 
@@ -26,7 +26,7 @@ const BLOCKS: usize = 512;
 struct System {
     dof: Dof,
     parameters: Vec<Column>,
-    blocks: Vec<Tall>,
+    blocks: Vec<StreamingQr>,
 }
 
 /// Integral least squares of a model on its way.
@@ -108,7 +108,7 @@ impl Streamed {
 impl System {
     /// Merges neighbours two by two.
     fn halve(&mut self) {
-        let mut merged: Vec<Tall> = Vec::with_capacity(self.blocks.len().div_ceil(2));
+        let mut merged: Vec<StreamingQr> = Vec::with_capacity(self.blocks.len().div_ceil(2));
         for (k, block) in self.blocks.drain(..).enumerate() {
             match merged.last_mut().filter(|_| k % 2 == 1) {
                 // blocks of one system are of one width
@@ -139,7 +139,7 @@ fn groups(systems: &[System]) -> Vec<Vec<&System>> {
     groups.into_iter().map(|(_, members)| members).collect()
 }
 
-fn whole(blocks: &[Tall]) -> Result<Tall, LeastSquaresError> {
+fn whole(blocks: &[StreamingQr]) -> Result<StreamingQr, LeastSquaresError> {
     let mut all = blocks[0].clone();
     for block in &blocks[1..] {
         all.merge(block.clone())?;
@@ -148,12 +148,17 @@ fn whole(blocks: &[Tall]) -> Result<Tall, LeastSquaresError> {
 }
 
 /// Solves one system: per unit of the inertia in column `at`, else as forces.
-fn solve(blocks: &[Tall], at: Option<usize>, parameters: &[Column], dofs: &[Dof]) -> Result<RowFit, LeastSquaresError> {
+fn solve(
+    blocks: &[StreamingQr],
+    at: Option<usize>,
+    parameters: &[Column],
+    dofs: &[Dof],
+) -> Result<RowFit, LeastSquaresError> {
     let force = whole(blocks)?;
     force.judge()?;
-    let exchanged = |tall: &Tall| at.map_or_else(|| tall.clone(), |at| tall.exchanged(at));
+    let exchanged = |tall: &StreamingQr| at.map_or_else(|| tall.clone(), |at| tall.exchanged(at));
     let fit = exchanged(&force).fit()?;
-    let parts: Vec<Tall> = blocks.iter().map(exchanged).collect();
+    let parts: Vec<StreamingQr> = blocks.iter().map(exchanged).collect();
     let covariance = fit.covariance_of_blocks(&parts);
     Ok(RowFit::of(&fit, at, &covariance, parameters, dofs))
 }
@@ -171,14 +176,14 @@ fn together(systems: &[&System]) -> Result<RowFit, LeastSquaresError> {
     let places = |s: &System| -> Vec<usize> {
         s.parameters.iter().filter_map(|c| parameters.iter().position(|all| all == c)).collect()
     };
-    let factors: Vec<Tall> = systems.iter().map(|s| whole(&s.blocks)).collect::<Result<_, _>>()?;
+    let factors: Vec<StreamingQr> = systems.iter().map(|s| whole(&s.blocks)).collect::<Result<_, _>>()?;
     let mut weights: Vec<f64> = factors.iter().map(|f| 1.0 / f.residual_rms(&vec![0.0; f.columns()])).collect();
     let dofs: Vec<Dof> = systems.iter().map(|s| s.dof).collect();
     let mut fit = None;
     for _ in 0..PASSES {
         let count = systems.iter().map(|s| s.blocks.len()).max().unwrap_or(0);
-        let joint = |b: usize| -> Result<Option<Tall>, LeastSquaresError> {
-            let mut all: Option<Tall> = None;
+        let joint = |b: usize| -> Result<Option<StreamingQr>, LeastSquaresError> {
+            let mut all: Option<StreamingQr> = None;
             for (system, weight) in systems.iter().zip(&weights) {
                 let Some(block) = system.blocks.get(b) else { continue };
                 let wide = block.embedded(&places(system), parameters.len(), *weight);
@@ -189,7 +194,8 @@ fn together(systems: &[&System]) -> Result<RowFit, LeastSquaresError> {
             }
             Ok(all)
         };
-        let blocks: Vec<Tall> = (0..count).map(joint).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+        let blocks: Vec<StreamingQr> =
+            (0..count).map(joint).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
         let found = solve(&blocks, None, &parameters, &dofs)?;
         for ((weight, factor), system) in weights.iter_mut().zip(&factors).zip(systems) {
             let theta: Vec<f64> = places(system).into_iter().map(|k| found.values[k]).collect();

@@ -18,9 +18,9 @@ use syntax::{Name, Operator, Syntax};
 
 use crate::nearest::nearest;
 use crate::run::{Run, Signal};
+use crate::simd::Plain;
 use crate::symbolic::{Expr, Graph, Leaf, Plan};
 use crate::units::Dimension;
-use crate::wide::Plain;
 
 /// Functions that a formula may call.
 pub const FUNCTIONS: [&str; 13] =

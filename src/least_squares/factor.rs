@@ -15,7 +15,7 @@ use super::scale::{greatest, length_exponent, times_power_of_two};
 use super::solve::{Fit, Frame, RSquared, Scaled, dependent, outer};
 use super::system::{LeastSquaresError, Names};
 use super::triangle::{LANES, Triangle};
-use crate::wide::widest;
+use crate::simd::widest;
 
 /// Values that are folded at once, 24 KiB: they stay in the nearest cache.
 pub(super) const BLOCK: usize = 3072;

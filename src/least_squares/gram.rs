@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::double_double::{DoubleDouble, split};
 use super::factor::scaled;
 use super::solve::Fit;
-use crate::wide::widest;
+use crate::simd::widest;
 
 /// cond(H), columns of unit length, up to which the products determine the solution to the last digit.
 pub(super) const WELL_CONDITIONED: f64 = 1e6;

@@ -7,6 +7,7 @@
 //! [`least_squares`] solves and says what is needed to believe the answer or not; [`Fit::covariance_by`] gives the
 //! covariance where residuals are correlated along a run.
 
+mod column_monitor;
 mod double_double;
 mod factor;
 mod gram;
@@ -17,10 +18,9 @@ mod sandwich;
 mod scale;
 mod singular;
 mod solve;
+mod streaming_qr;
 mod system;
-mod tall;
 mod triangle;
-mod watch;
 mod whitened;
 
 pub(crate) use gram::Products;
@@ -32,6 +32,6 @@ pub use solve::{
     Fit, LeastSquaresOptions, RSquared, Refinement, least_squares, least_squares_filled, least_squares_rows,
     least_squares_with,
 };
+pub use streaming_qr::StreamingQr;
 pub use system::{LeastSquaresError, Names};
-pub use tall::Tall;
 pub(crate) use triangle::Triangle;

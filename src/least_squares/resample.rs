@@ -21,7 +21,7 @@ use super::triangle::Triangle;
 use super::whitened::Whitened;
 use crate::noise::Noise;
 use crate::progress::{look, tell};
-use crate::wide::widest;
+use crate::simd::widest;
 
 /// What progress calls it.
 pub(crate) const REFITTING: &str = "refitting";

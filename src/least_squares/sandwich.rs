@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 
 use super::scale::times_power_of_two;
 use super::solve::Fit;
+use super::streaming_qr::StreamingQr;
 use super::system::LeastSquaresError;
-use super::tall::Tall;
 
 /// Rows that are multiplied while they are near.
 const NEAR: usize = 256;
@@ -84,7 +84,7 @@ impl Fit {
 
     /// Covariance of the estimates, (p, p), by clusters: stretches of rows whose factors are `blocks` and whose residuals
     /// are independent of each other's. By (14) where there are fewer than twice as many clusters as unknowns.
-    pub fn covariance_of_blocks(&self, blocks: &[Tall]) -> Vec<Vec<f64>> {
+    pub fn covariance_of_blocks(&self, blocks: &[StreamingQr]) -> Vec<Vec<f64>> {
         let (p, count) = (self.coefficients.len(), blocks.len() as f64);
         if count < 2.0 * p as f64 {
             return self.covariance.clone();

@@ -17,8 +17,8 @@ use super::gram::{Gram, WELL_CONDITIONED};
 use super::pivoted::{Dependence, Pivoted};
 use super::refine::refine;
 use super::scale::{length_exponent, times_power_of_two};
+use super::streaming_qr::StreamingQr;
 use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
-use super::tall::Tall;
 
 /// Entries above which a system is folded block by block.
 const TALL: usize = 1 << 15;
@@ -135,7 +135,7 @@ impl Fit {
 
     /// The same to the last digit, by products of the rows that `tall` has folded, scaled as here; `None` where the columns
     /// are too near to dependent.
-    pub(crate) fn refined_by(&self, gram: &Gram, tall: &Tall) -> Option<Fit> {
+    pub(crate) fn refined_by(&self, gram: &Gram, tall: &StreamingQr) -> Option<Fit> {
         if self.condition_number_scaled > WELL_CONDITIONED {
             return None;
         }
@@ -244,7 +244,7 @@ pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions
     let names = &options.names;
     check_shape(h, y, names)?;
     if h.len() * y.len() > TALL {
-        let fit = Tall::of(h, y, names)?.fit();
+        let fit = StreamingQr::of(h, y, names)?.fit();
         // what the fold cannot resolve is for the whole system to say, where every digit is asked for
         if let (Err(error), false) = (&fit, options.refinement == Refinement::Always) {
             return Err(error.clone());
@@ -306,7 +306,7 @@ pub fn least_squares_filled(
 ) -> Result<Fit, LeastSquaresError> {
     let entries = columns * y.len();
     if columns > 0 && entries > TALL && options.refinement != Refinement::Always {
-        let fit = Tall::of_filled(columns, fill, y, &options.names)?.fit()?;
+        let fit = StreamingQr::of_filled(columns, fill, y, &options.names)?.fit()?;
         if !options.refinement.is_due(entries, fit.condition_number_scaled) {
             return Ok(fit);
         }

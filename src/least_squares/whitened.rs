@@ -8,7 +8,7 @@
 //! Where the blocks that count leave something all but undetermined, [`Whitened::solution`] says nothing.
 
 use super::triangle::Triangle;
-use crate::wide::widest;
+use crate::simd::widest;
 
 /// Least pivot of Σ n_b S_bᵀS_b, in which every direction of the whole has 1: less costs more than four digits.
 const LEAST_PIVOT: f64 = 1e-4;

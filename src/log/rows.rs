@@ -10,11 +10,11 @@ use super::LogError;
 use super::cells::{Cell, Cells, OtherWidth, add_time_order, comment_hint, decimals};
 use super::clock::Clock;
 use super::codes;
+use super::fast_rows::{Sheet, Way};
 use super::faults::Faults;
 use super::header::Plan;
 use super::number;
 use super::options::{Duplicates, LogOptions, Missing, Truncated};
-use super::plain::{Sheet, Way};
 use super::records::{Broken, Records};
 use crate::progress;
 

@@ -12,9 +12,9 @@ use csv::{Terminator, WriterBuilder};
 
 use super::columns::quantity;
 use super::read::LogFile;
+use crate::atomic_file;
 use crate::progress;
 use crate::run::{Run, Signal};
-use crate::whole;
 
 /// Rows after which the writer asks whether it is still wanted.
 const ROWS_A_LOOK: usize = 1024;
@@ -38,7 +38,7 @@ pub enum WriteError {
 /// When the file cannot be written.
 pub fn write(run: &Run, path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
-    whole::write(path, |file| write_to(run, file))
+    atomic_file::write(path, |file| write_to(run, file))
         .map_err(|source| WriteError::File { file: path.display().to_string(), source })
 }
 

@@ -48,7 +48,7 @@ fn rows(dof: Dof, runs: &[&Run], model: &Model, losses: &Efficiency, thrusters: 
         let mean = |name: &str| mean_of(run, name, SteadyWindow { from, to }).map(|m| m.value);
         let (speed, load, force) = (mean(dof.velocity())?, mean(dof.load())?, mean(dof.force())?);
         let drag = towed_drag(model, dof, speed);
-        let group = super::acting::group(run, dof, thrusters);
+        let group = super::effective_thrust::group(run, dof, thrusters);
         let names: Vec<&str> = group.iter().map(String::as_str).collect();
         Some((speed.abs(), (drag - load) / (losses.eta_inter.value(dof, &names) * force)))
     };

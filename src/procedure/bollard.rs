@@ -7,7 +7,7 @@
 //! The group is that of the thrusters that push in this degree of freedom during the run, where the run logs each of
 //! them; else it is any. Avila et al. (2013), Table 2.
 
-use super::acting::group;
+use super::effective_thrust::group;
 use super::result::{Estimate, Stage};
 use super::{BollardStage, ProcedureError};
 use crate::frame::Dof;

@@ -1,6 +1,6 @@
 //! Runs as other coefficients of a measured thruster curve would have it.
 
-use super::acting::{acting_forces, thruster_force};
+use super::effective_thrust::{acting_forces, thruster_force};
 use crate::run::{Run, Signal};
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::measured::{MeasuredCurve, Moves, reshaped};

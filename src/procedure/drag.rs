@@ -8,9 +8,9 @@
 //! window and divided by its length, with no inertia: so the pitch term, a drag per direction, or any other effect of
 //! the model takes part. With few windows the deviations are widened by Student's t, so that two of them hold 95.4 %.
 
-use super::held::{Direction, Found, Held, How, Known};
 use super::numbers::DRAG;
 use super::result::Stage;
+use super::stage_covariance::{Direction, Found, Held, How, Known};
 use super::{ProcedureError, SteadyStage, codes, parameters_at};
 use crate::estimate::{Columns, Mean, RegressorOptions, Span, StdMethod, SteadyWindow, mean_of, steady_windows};
 use crate::finding::Finding;

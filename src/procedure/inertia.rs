@@ -12,10 +12,10 @@
 //! are straight lines between their samples. Inertia and bias are free in a zig-zag too: held at what oscillations of
 //! other amplitudes have shown, their misfit would pass for a Coriolis coefficient, for v r hardly changes sign. Each run has a stage of its own, and all runs together one more.
 
-use super::acting::acting_forces;
-use super::held::{Found, Held, How};
+use super::effective_thrust::acting_forces;
 use super::numbers::{DRAG, flow_numbers};
 use super::result::Stage;
+use super::stage_covariance::{Found, Held, How};
 use super::{Bench, ProcedureError, StagedOptions, codes, parameters_at};
 use crate::effects::Coriolis;
 use crate::estimate::{RegressorOptions, Span};

@@ -8,16 +8,15 @@
 //! ```
 //!
 //! Each stage sees only what earlier ones have left, with its uncertainty. The reason for stages is conditioning: in a
-//! single fit drag and inertia of one run are nearly the same signal, as the [`twin`] shows.
+//! single fit drag and inertia of one run are nearly the same signal, as the [`direct_regression`] shows.
 
-mod acting;
 mod advance;
 mod bollard;
 pub mod codes;
 mod curves;
+pub mod direct_regression;
 mod drag;
-mod few;
-mod held;
+mod effective_thrust;
 mod inertia;
 pub mod numbers;
 mod options;
@@ -25,19 +24,19 @@ mod pitch;
 mod prepare;
 mod result;
 pub mod sensitivity;
+mod small_sample;
+mod stage_covariance;
 mod stages;
-pub mod twin;
 
 use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-pub use self::acting::{acting_forces, acting_thruster_force, thruster_force};
 pub use self::advance::{is_powered, towed_drag};
 pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;
 pub use self::drag::{steady_means, towed};
-use self::held::Held;
+pub use self::effective_thrust::{acting_forces, acting_thruster_force, thruster_force};
 use self::inertia::Kind;
 pub use self::numbers::DRAG;
 pub use self::numbers::FlowNumbers;
@@ -47,6 +46,7 @@ pub use self::options::{
 };
 pub use self::prepare::shown;
 pub use self::result::{Estimate, Stage, StagedResult};
+use self::stage_covariance::Held;
 use self::stages::Stages;
 use crate::estimate::{IntegralError, LeastSquaresError, RegressorError};
 use crate::filter::FilterError;
@@ -232,7 +232,7 @@ fn pitched(runs: Vec<Run>, bench: Bench<'_>, options: &StagedOptions, warnings: 
 fn check_axis(runs: &[Run], bench: Bench<'_>) -> Result<(), ProcedureError> {
     let along = bench.efficiency.advance_speed == AdvanceSpeed::ThrusterAxis && bench.efficiency.eta_adv.is_some();
     let drives = |run: &&Run| !matches!(run.kind, RunKind::Bollard | RunKind::Towing);
-    let lacking = runs.iter().filter(drives).find(|run| along && !acting::by_thruster(run, bench.thrusters));
+    let lacking = runs.iter().filter(drives).find(|run| along && !effective_thrust::by_thruster(run, bench.thrusters));
     lacking.map_or(Ok(()), |run| Err(ProcedureError::AdvanceByThruster { run: run.name.clone() }))
 }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Bench, Estimate, ProcedureError, StagedOptions, made_ready, staged, twin};
+use super::{Bench, Estimate, ProcedureError, StagedOptions, direct_regression, made_ready, staged};
 use crate::filter::{PolynomialFilter, Window};
 use crate::frame::Dof;
 use crate::model::Model;
@@ -69,8 +69,8 @@ fn with_filter(
         result.stages.iter().filter(|s| s.name != "direct").map(|stage| row("staged", stage)).collect();
     let ready = made_ready(runs, model, &result.efficiency, bench.thrusters, &options.clone().filtered(None))?;
     for dof in &model.dofs {
-        let moving: Vec<&Run> = super::of_kind(&ready, twin::kind_of(*dof, &ready), *dof, &model.dofs);
-        if let Ok((stage, _)) = twin::direct(*dof, &moving, model, &options) {
+        let moving: Vec<&Run> = super::of_kind(&ready, direct_regression::kind_of(*dof, &ready), *dof, &model.dofs);
+        if let Ok((stage, _)) = direct_regression::direct(*dof, &moving, model, &options) {
             table.push(row("direct", &stage));
         }
     }

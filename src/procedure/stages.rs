@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::drag::Drag;
-use super::held::{Held, Known};
 use super::inertia::Kind;
 use super::numbers::DRAG;
+use super::stage_covariance::{Held, Known};
 use super::{
-    Bench, ProcedureError, StagedOptions, StagedResult, acting, acting_forces, advance, bollard, codes, drag, inertia,
-    of_kind, parameters_at, prepare, twin,
+    Bench, ProcedureError, StagedOptions, StagedResult, acting_forces, advance, bollard, codes, direct_regression,
+    drag, effective_thrust, inertia, of_kind, parameters_at, prepare,
 };
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -175,7 +175,7 @@ impl<'a> Stages<'a> {
             let counts = |w: &Finding| w.column.is_none() || w.column.as_deref() == shown;
             self.result.warnings.extend(warnings.into_iter().filter(counts));
             for dof in dofs {
-                let group = acting::group(run, *dof, self.bench.thrusters);
+                let group = effective_thrust::group(run, *dof, self.bench.thrusters);
                 let table = &self.held.efficiency.eta_inter.0;
                 let measured = table.iter().any(|e| e.dof == *dof);
                 let known = |e: &Interaction| e.dof == *dof && (e.thrusters.is_empty() || e.thrusters == group);
@@ -250,11 +250,11 @@ impl<'a> Stages<'a> {
         let act = |run: &Run| acting_forces(run, &self.held.efficiency, self.bench.thrusters).0;
         let acting: Vec<Run> = self.runs.iter().map(act).collect();
         for dof in self.result.model.dofs.clone() {
-            let moving = of_kind(&acting, twin::kind_of(dof, &acting), dof, &self.result.model.dofs);
+            let moving = of_kind(&acting, direct_regression::kind_of(dof, &acting), dof, &self.result.model.dofs);
             if moving.is_empty() {
                 continue;
             }
-            match twin::direct(dof, &moving, &self.result.model, self.options) {
+            match direct_regression::direct(dof, &moving, &self.result.model, self.options) {
                 Ok((stage, _)) => self.result.stages.push(stage),
                 Err(error) => {
                     let text = format!("direct, {dof}: {error}");

@@ -7,8 +7,8 @@
 //! A and B have entries in few places; S and the result are tables of `width` columns, row by row.
 
 use crate::dynamics::{Functions, Source};
+use crate::simd::Wide;
 use crate::symbolic::{Bound, Ends, Plan, Registers};
-use crate::wide::Wide;
 
 /// Columns of S that are summed at a time, so that sums do not wait for each other and an entry of J is read once for all.
 const TOGETHER: usize = 4;

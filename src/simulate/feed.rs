@@ -8,7 +8,7 @@
 //! register that is read right after one of its numbers was written waits for it.
 
 use super::{Stretch, Track};
-use crate::wide::{Lanes, Wide};
+use crate::simd::{Lanes, Wide};
 
 /// Instants of a step: its beginning, middle and end.
 const INSTANTS: usize = 3;

@@ -2,8 +2,8 @@
 
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::model::Model;
+use crate::simd::Plain;
 use crate::symbolic::Registers;
-use crate::wide::Plain;
 
 use super::single::sail_single;
 use super::{Stretch, Track, integrate_fast};

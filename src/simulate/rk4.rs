@@ -17,8 +17,8 @@ use super::evaluator::{Evaluator, prepared};
 use super::feed::Feed;
 use crate::dynamics::Dynamics;
 use crate::progress;
+use crate::simd::{Lanes, Machine, Wide, Widths, Work};
 use crate::symbolic::Ends;
-use crate::wide::{Lanes, Machine, Wide, Widths, Work};
 
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
 const STEPS_A_LOOK: usize = 64;

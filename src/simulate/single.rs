@@ -6,8 +6,8 @@
 use super::{Track, Trajectory};
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::progress;
+use crate::simd::{Four, Plain};
 use crate::symbolic::{Dense, Registers};
-use crate::wide::{Four, Plain};
 
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
 const STEPS_A_LOOK: usize = 4096;
@@ -81,7 +81,7 @@ fn sail<const Q: usize>(
     // builds with debug assertions compile the plain version alone, which builds faster
     #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
     if let Some(four) = pulp::x86::V3::try_new() {
-        crate::wide::widest(
+        crate::simd::widest(
             #[inline(always)]
             || steps(four, dynamics, track, &mut rates, &mut observe, x0, range, &mut tables),
         );

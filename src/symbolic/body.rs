@@ -10,7 +10,7 @@
 use std::ops::{Index, IndexMut};
 
 use super::graph::{Binary, Unary};
-use crate::wide::Wide;
+use crate::simd::Wide;
 
 /// Where a register is.
 pub(super) trait Place: Copy {

@@ -12,7 +12,7 @@
 use super::body::Place;
 use super::plan::{FEW, Plan, Registers};
 use super::sorted::{Entry, Factor, Part, Sorted};
-use crate::wide::{Four, Plain, Turn};
+use crate::simd::{Four, Plain, Turn};
 
 /// On a line of the cache, so that no vector straddles two.
 #[derive(Debug, Clone)]

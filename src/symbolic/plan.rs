@@ -6,7 +6,7 @@
 
 use super::body::{Body, Operation, each};
 use super::graph::Leaf;
-use crate::wide::{Lanes, Plain, Wide};
+use crate::simd::{Lanes, Plain, Wide};
 
 /// Registers that a place of one byte can name.
 pub(super) const FEW: usize = 256;

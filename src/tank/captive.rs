@@ -17,8 +17,8 @@ use crate::chain::{Available, assemble};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, RunKind, Signal};
+use crate::simd::Plain;
 use crate::symbolic::{Graph, Leaf, Plan, Registers};
-use crate::wide::Plain;
 
 /// Performs a captive test: `trial.channels` hold the velocities, where they are not 0, and what else the model
 /// reads; the pilot gives the commands, as time alone tells; the sensors read load cells (`load_u`, …) and channels.

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use crate::dynamics::{Dynamics, Functions, Source};
 use crate::model::Interpolation;
 use crate::run::Signal;
+use crate::simd::Plain;
 use crate::symbolic::{Leaf, Registers};
-use crate::wide::Plain;
 
 /// Commands so far, one row a tick of the control.
 #[derive(Debug, Clone)]

@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::{Blind, derived};
+use crate::atomic_file;
 use crate::effects::Coriolis;
 use crate::frame::Dof;
 use crate::log::{WriteError, write};
 use crate::model::{Interpolation, Model};
 use crate::run::{Role, Run, RunKind};
 use crate::vehicle::{Vehicle, Water};
-use crate::whole;
 
 /// Why a campaign was not written.
 #[derive(Debug, Error)]
@@ -132,7 +132,7 @@ pub(super) fn write_folder(
     std::fs::create_dir_all(folder).map_err(failed(folder))?;
     let text = |name: &str, text: String| {
         let path = folder.join(name);
-        whole::write(&path, |file| file.write_all(text.as_bytes())).map_err(failed(&path))
+        atomic_file::write(&path, |file| file.write_all(text.as_bytes())).map_err(failed(&path))
     };
     text("campaign.toml", toml::to_string(tables)?)?;
     text("truth.json", format!("{truth:#}\n"))?;

@@ -114,8 +114,8 @@ impl From<AdoptError> for Refusal {
     }
 }
 
-impl From<crate::account::Unhashed> for Refusal {
-    fn from(error: crate::account::Unhashed) -> Refusal {
+impl From<crate::report_content::Unhashed> for Refusal {
+    fn from(error: crate::report_content::Unhashed) -> Refusal {
         Refusal::failed(error.to_string())
     }
 }

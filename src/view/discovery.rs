@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::answer::{Answer, Refusal};
 use super::edit::effects;
 use super::workspace::Workspace;
-use crate::account::gap_figure;
 use crate::campaign;
 use crate::discover::{Discovery, FoundEffect, LogFinding, Verdict, Where};
 use crate::finding::Finding;
 use crate::report::figure;
+use crate::report_content::gap_figure;
 
 /// What was found, and of which campaign.
 pub(super) struct Found {

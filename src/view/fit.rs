@@ -7,13 +7,13 @@ use serde::Serialize;
 
 use super::answer::{Answer, Refusal};
 use super::workspace::Workspace;
-use crate::account::motion_figure;
 use crate::campaign::{self, Campaign, Estimator, Fit, FitOptions, FitParameter, Simulation};
 use crate::compare::Disagreement;
 use crate::effects::{Place, common_name};
 use crate::finding::Finding;
 use crate::model::name_of;
 use crate::report::{Label, Style, estimate, figure, unit};
+use crate::report_content::motion_figure;
 use crate::run::{Role, RunKind};
 
 /// A fit, and what the model says of the runs.

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, Refusal};
 use super::edit::runs;
 use super::workspace::{Workspace, plain_name};
+use crate::atomic_file;
 use crate::campaign::{self, InitFacts, InitRequest};
-use crate::whole;
 
 /// Most bytes of a log.
 const MOST: u64 = 2 << 30;
@@ -37,7 +37,7 @@ pub(super) fn receive(workspace: &Workspace, name: &str, body: &mut dyn Read) ->
         };
     }
     let mut bytes = 0;
-    let written = whole::write(&to, |file| {
+    let written = atomic_file::write(&to, |file| {
         bytes = std::io::copy(&mut body.take(MOST + 1), file)?;
         if bytes > MOST { Err(std::io::ErrorKind::FileTooLarge.into()) } else { Ok(()) }
     });

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, Refusal};
 use super::workspace::{Workspace, plain_name};
 use crate::progress::tell;
-use crate::{account, campaign};
+use crate::{campaign, report_content};
 
 /// A report that was written.
 pub(super) struct Saved {
@@ -58,7 +58,7 @@ pub(super) fn begin(workspace: &Arc<Workspace>, wanted: Wanted) -> Result<Answer
         let found = known.as_ref().map(|known| &known.discovery).or(searched.as_ref());
         tell("writing the report", 0, 0);
         let command = format!("hydrosysid view {}", shared.file.display());
-        let html = account::page_of(&campaign, found, None, account::origin(&campaign, command, None)?)?;
+        let html = report_content::page_of(&campaign, found, None, report_content::origin(&campaign, command, None)?)?;
         shared.write(&to, html.as_bytes())?;
         Ok(Saved { file: to })
     });

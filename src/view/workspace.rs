@@ -11,9 +11,9 @@ use super::discovery::Found;
 use super::fit::Fitted;
 use super::report::Saved;
 use super::task::{Task, lock};
+use crate::atomic_file;
 use crate::campaign::file::{CampaignFile, ReadOptions};
 use crate::campaign::{Campaign, Check, LoadOptions, check_campaign};
-use crate::whole;
 
 /// What was read from the campaign of a stamp.
 type AtStamp<T> = Mutex<Option<(String, Arc<T>)>>;
@@ -165,7 +165,7 @@ impl Workspace {
 
     /// Writes a file whole or not at all.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
-        let written = whole::write(path, |file| std::io::Write::write_all(file, bytes));
+        let written = atomic_file::write(path, |file| std::io::Write::write_all(file, bytes));
         written.map_err(|e| Refusal::failed(format!("{} cannot be written: {e}", path.display())))
     }
 }

@@ -5,11 +5,11 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hydrosysid::account::{Results, account};
 use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile};
 use hydrosysid::frame::Dof;
 use hydrosysid::log::{LogOptions, read};
 use hydrosysid::report::{Block, Chart, Label, Origin};
+use hydrosysid::report_content::{Results, account};
 use hydrosysid::tank::{BlindOptions, write_blind};
 
 /// A noise-free campaign of the tank in a folder of its own.

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use hydrosysid::account::{Results, account, page_of};
 use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions, LoadOptions, Published};
 use hydrosysid::report::{Origin, render};
+use hydrosysid::report_content::{Results, account, page_of};
 use hydrosysid::tank::{BlindOptions, paper_campaign, write_blind};
 
 struct Folder(PathBuf);

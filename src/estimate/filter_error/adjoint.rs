@@ -17,7 +17,7 @@ use super::gauss_markov;
 use super::noise::{Coordinate, NoiseModel};
 use super::sensor::Innovation;
 use super::transition::{Belief, Transition};
-use crate::wide::{Lanes, Wide};
+use crate::simd::{Lanes, Wide};
 
 /// Move of ln T by which the process over a step is differentiated: to its square.
 const MOVE: f64 = 1e-4;

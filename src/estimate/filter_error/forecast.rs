@@ -17,8 +17,8 @@ use super::transition::{Belief, Transition};
 use super::whiteness::Whiteness;
 use crate::model::Model;
 use crate::noise::Noise;
+use crate::simd::Plain;
 use crate::simulate::{Evaluator, Feed, prepared};
-use crate::wide::Plain;
 
 /// Seconds ahead that are looked at beside one sample and the free run.
 pub const AHEAD: [f64; 2] = [2.0, 8.0];

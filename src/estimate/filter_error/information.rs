@@ -16,7 +16,7 @@ use super::problem::{Batch, Filtered};
 use super::sensor::Innovation;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::wide::{Machine, Wide, Widths as _, Work};
+use crate::simd::{Machine, Wide, Widths as _, Work};
 
 /// Step by which a logarithm of the noise is moved: its square does not show, and roundings do not either.
 const STEP: f64 = 1e-4;

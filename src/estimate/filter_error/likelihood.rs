@@ -21,7 +21,7 @@ use super::problem::{Batch, Filtered};
 use super::sensor::Innovation;
 use crate::estimate::output_error::{Fold, LANES, fold_priors};
 use crate::model::Model;
-use crate::wide::{Machine, Wide, Widths as _, Work};
+use crate::simd::{Machine, Wide, Widths as _, Work};
 
 /// A stretch linearised at the current values.
 #[derive(Debug, Clone)]

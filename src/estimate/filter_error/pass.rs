@@ -10,8 +10,8 @@ use super::sensor::{Innovation, Sensors};
 use super::transition::{Belief, Sensitivities, Transition};
 use crate::estimate::output_error::Problem;
 use crate::progress;
+use crate::simd::Wide;
 use crate::simulate::{Evaluator, Feed, Stretch, prepared};
-use crate::wide::Wide;
 
 /// Steps from one look at whether the work is still wanted to the next.
 const STEPS_A_LOOK: usize = 64;

@@ -14,8 +14,8 @@ use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Proble
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
+use crate::simd::Plain;
 use crate::simulate::{Stretch, values_at, values_in_run};
-use crate::wide::Plain;
 
 /// Speed, m/s or rad/s, that a velocity without a sensor may have at the beginning; angle, rad, of one without.
 const UNKNOWN: f64 = 1.0;
@@ -156,7 +156,7 @@ impl Filtered {
             let identity: Vec<[f64; L]> = (0..n * n).map(|k| [f64::from(u8::from(k / n == k % n)); L]).collect();
             p.predict(Plain, &identity, &w, &mut Work::new(vec![First::default(); n], 3));
         }
-        Belief { x: crate::wide::Lanes::of(&x), p }
+        Belief { x: crate::simd::Lanes::of(&x), p }
     }
 
     /// Mean interval of the grid, s.

@@ -9,9 +9,9 @@
 
 use super::transition::{Belief, Sensitivities};
 use crate::dynamics::Dynamics;
+use crate::simd::{Lanes, Wide};
 use crate::simulate::{Evaluator, Feed};
 use crate::symbolic::Ends;
-use crate::wide::{Lanes, Wide};
 
 /// An innovation of each lane.
 #[derive(Debug)]

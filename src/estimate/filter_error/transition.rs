@@ -13,9 +13,9 @@ use super::noise::NoiseModel;
 use super::ud::{Covariance, First, Work};
 use crate::dynamics::{Dynamics, Entry};
 use crate::noise::Noise;
+use crate::simd::{Lanes, Wide};
 use crate::simulate::{Evaluator, Feed};
 use crate::symbolic::Ends;
-use crate::wide::{Lanes, Wide};
 
 /// How far the next stage stands from the beginning of the step, and the instant of its inputs if they are others.
 const STAGES: [(f64, Option<usize>); 4] = [(0.5, Some(1)), (0.5, None), (1.0, Some(2)), (0.0, None)];

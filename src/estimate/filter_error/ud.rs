@@ -10,7 +10,7 @@
 //! `L` covariances side by side, one a lane.
 
 use crate::noise::Noise;
-use crate::wide::{Lanes, Wide};
+use crate::simd::{Lanes, Wide};
 
 /// `L` factored covariances of `n` states.
 #[derive(Debug, Clone)]
@@ -216,7 +216,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
-    use crate::wide::Plain;
+    use crate::simd::Plain;
 
     fn full(p: &Covariance<2>, lane: usize) -> DMatrix<f64> {
         let n = p.n;

@@ -6,7 +6,7 @@
 //!
 //! Golub and Van Loan, *Matrix Computations*, 4th ed., 5.1 and 6.5. Memory is O(n²) however many rows come.
 
-use crate::wide::{Lanes, Plain, Wide};
+use crate::simd::{Lanes, Plain, Wide};
 
 /// `L` triangular factors of `n` columns that rows are folded into.
 #[derive(Debug, Clone)]

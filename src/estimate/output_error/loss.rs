@@ -34,7 +34,7 @@ const STUDENT: f64 = 4.0;
 
 /// A residual as its loss sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Tempered {
+pub(super) struct RobustResidual {
     /// s = sign(r) √ρ(r).
     pub value: f64,
     /// ds/dr.
@@ -46,13 +46,13 @@ pub(super) struct Tempered {
 impl Loss {
     /// The residual `r`, in units of σ, under this loss.
     #[inline(always)]
-    pub(super) fn temper(self, r: f64) -> Tempered {
+    pub(super) fn temper(self, r: f64) -> RobustResidual {
         match self {
-            Loss::Squares => Tempered { value: r, slope: 1.0, bend: 1.0 },
-            Loss::Huber if r.abs() <= HUBER => Tempered { value: r, slope: 1.0, bend: 1.0 },
+            Loss::Squares => RobustResidual { value: r, slope: 1.0, bend: 1.0 },
+            Loss::Huber if r.abs() <= HUBER => RobustResidual { value: r, slope: 1.0, bend: 1.0 },
             Loss::Huber => {
                 let size = (2.0 * HUBER * r.abs() - HUBER * HUBER).sqrt();
-                Tempered { value: size.copysign(r), slope: HUBER / size, bend: 0.0 }
+                RobustResidual { value: size.copysign(r), slope: HUBER / size, bend: 0.0 }
             }
             Loss::Student => {
                 let square = r * r;
@@ -61,7 +61,7 @@ impl Loss {
                 // the limit at 0, where ψ/s is 0/0
                 let slope = if size < 1e-8 { ((STUDENT + 1.0) / STUDENT).sqrt() } else { psi.abs() / size };
                 let bend = (STUDENT + 1.0) * (STUDENT - square) / (STUDENT + square).powi(2);
-                Tempered { value: size.copysign(r), slope, bend }
+                RobustResidual { value: size.copysign(r), slope, bend }
             }
         }
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::fold::Fold;
-use super::loss::{Loss, Tempered};
+use super::loss::{Loss, RobustResidual};
 use super::noise;
 use super::observed::{available, observed, upright};
 use super::{OutputErrorError, OutputErrorOptions};
@@ -11,10 +11,10 @@ use crate::chain::{StateId, memory_count};
 use crate::dynamics::Dynamics;
 use crate::model::{Model, Term};
 use crate::run::{Run, rounding};
+use crate::simd::{Machine, Wide, Widths as _, Work};
 use crate::simulate::{Emission, QUICKEST, Stretch, Track, integrate, memory_start, values_in_run};
 use crate::symbolic::Graph;
 use crate::units::Dimension;
-use crate::wide::{Machine, Wide, Widths as _, Work};
 
 /// Stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
@@ -182,7 +182,7 @@ impl Problem {
                             if weight[lane] <= 0.0 {
                                 continue;
                             }
-                            let Tempered { value, slope, bend } = self.loss.temper(residual[lane]);
+                            let RobustResidual { value, slope, bend } = self.loss.temper(residual[lane]);
                             residual[lane] = value;
                             weight[lane] *= slope;
                             curvature[lane][0] += slope * slope;

@@ -11,7 +11,7 @@ use crate::campaign::FitStage;
 use crate::estimate::force_components;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::procedure::twin::alone;
+use crate::procedure::direct_regression::alone;
 use crate::procedure::{DRAG, is_powered, steady_means, towed};
 use crate::report::{Axis, Chart, Curves, Figure, Label, Panel, Series};
 use crate::run::{Run, RunKind, Signal};

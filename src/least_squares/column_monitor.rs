@@ -45,7 +45,7 @@ impl Pair {
 
 /// Columns of a system, the right-hand side last.
 #[derive(Debug, Clone)]
-pub(super) struct Watch {
+pub(super) struct ColumnMonitor {
     /// The value of each column that is constant so far; `None` before the first row.
     constant: Vec<Option<f64>>,
     varies: Vec<bool>,
@@ -53,11 +53,11 @@ pub(super) struct Watch {
     pairs: Vec<Pair>,
 }
 
-impl Watch {
+impl ColumnMonitor {
     /// For `width` columns, the right-hand side among them.
-    pub fn new(width: usize) -> Watch {
+    pub fn new(width: usize) -> ColumnMonitor {
         let p = width - 1;
-        Watch {
+        ColumnMonitor {
             constant: vec![None; width],
             varies: vec![false; width],
             pairs: vec![Pair::Open; p * p.saturating_sub(1) / 2],
@@ -82,8 +82,8 @@ impl Watch {
 
     /// The same columns in other places of `width`; what is known of pairs is left behind, and columns in no place are
     /// not taken for constant.
-    pub fn placed(&self, places: &[usize], width: usize) -> Watch {
-        let mut placed = Watch::new(width);
+    pub fn placed(&self, places: &[usize], width: usize) -> ColumnMonitor {
+        let mut placed = ColumnMonitor::new(width);
         placed.pairs.fill(Pair::Apart);
         placed.varies.fill(true);
         for (j, place) in places.iter().enumerate() {
@@ -94,7 +94,7 @@ impl Watch {
     }
 
     /// Takes in what another has seen of further rows.
-    pub fn merge(&mut self, other: &Watch) {
+    pub fn merge(&mut self, other: &ColumnMonitor) {
         for j in 0..self.varies.len() {
             let same = match (self.constant[j], other.constant[j]) {
                 (Some(a), Some(b)) => a.to_bits() == b.to_bits(),
@@ -140,9 +140,9 @@ mod tests {
     fn what_is_the_same_in_all_parts_is_told() {
         let names = Names::default();
         let (a, b, y) = ([0.0, 1.0, 2.0], [0.0, 3.0, 6.0], [1.0, 2.0, 1.0]);
-        let mut whole = Watch::new(3);
+        let mut whole = ColumnMonitor::new(3);
         whole.look(&[&a, &b, &y]);
-        let mut other = Watch::new(3);
+        let mut other = ColumnMonitor::new(3);
         other.look(&[&[5.0], &[15.0], &[1.0]]);
         whole.merge(&other);
         assert!(matches!(whole.judge(&names), Err(LeastSquaresError::Proportional { constant: false, .. })));
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn constants_differ_between_parts() {
         let part = |value: f64| {
-            let mut watch = Watch::new(2);
+            let mut watch = ColumnMonitor::new(2);
             watch.look(&[&[value, value], &[1.0, 2.0]]);
             watch
         };

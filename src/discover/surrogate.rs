@@ -16,7 +16,7 @@ use crate::estimate::output_error::OutputErrorError;
 const MOST: f64 = 0.5;
 
 /// Takes the names that stand in for something else out of what was added, told as what it behaves like; returns them.
-pub(super) fn stand_ins(found: &mut Search, gap: &[GapStep]) -> Vec<Candidate> {
+pub(super) fn surrogates(found: &mut Search, gap: &[GapStep]) -> Vec<Candidate> {
     let total: f64 = found.added.iter().map(|a| a.gain).sum();
     let closes = |id: &str| {
         let by_it = |steps: &[GapStep]| {

@@ -43,7 +43,7 @@ struct Window {
 
 /// Places at which the model disagrees with `runs`, as its filter sees them: `forecasts` of `runs`, in units of what the
 /// `best` model expects, whose noise is not inflated by what is missing. The worst first.
-pub fn whereabouts(
+pub fn disagreement(
     model: &Model,
     outputs: &[String],
     (forecasts, best): (&[Forecast], &[Forecast]),

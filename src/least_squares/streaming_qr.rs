@@ -11,13 +11,13 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::column_monitor::ColumnMonitor;
 use super::factor::{BLOCK, scaled, size, solve};
 use super::scale::{exponent, times_power_of_two};
 use super::solve::Fit;
 use super::system::{LeastSquaresError, Names, check_finite};
 use super::triangle::{LANES, Triangle};
-use super::watch::Watch;
-use crate::wide::widest;
+use crate::simd::widest;
 
 /// Rows of a part, folded by one thread.
 const PART: usize = 1 << 15;
@@ -27,31 +27,31 @@ const OUTGROWN: i32 = 64;
 
 /// A tall system on its way into its factor.
 #[derive(Debug, Clone)]
-pub struct Tall {
+pub struct StreamingQr {
     names: Names,
     /// Columns of H, and y last, each times `2^(−exponent)`.
     triangle: Triangle,
     exponents: Vec<Option<i32>>,
-    watch: Watch,
+    watch: ColumnMonitor,
     rows: usize,
     block: Vec<f64>,
 }
 
-impl Tall {
+impl StreamingQr {
     /// A system of `columns` unknowns, no row yet.
     ///
     /// # Errors
     /// [`LeastSquaresError::NoColumns`] for none.
-    pub fn new(columns: usize, names: Names) -> Result<Tall, LeastSquaresError> {
+    pub fn new(columns: usize, names: Names) -> Result<StreamingQr, LeastSquaresError> {
         if columns == 0 {
             return Err(LeastSquaresError::NoColumns);
         }
         let width = columns + 1;
-        Ok(Tall {
+        Ok(StreamingQr {
             names,
             triangle: Triangle::new(width),
             exponents: vec![None; width],
-            watch: Watch::new(width),
+            watch: ColumnMonitor::new(width),
             rows: 0,
             block: Vec::new(),
         })
@@ -143,7 +143,7 @@ impl Tall {
     ///
     /// # Errors
     /// [`LeastSquaresError::Width`] when it has another number of columns.
-    pub fn merge(&mut self, mut other: Tall) -> Result<(), LeastSquaresError> {
+    pub fn merge(&mut self, mut other: StreamingQr) -> Result<(), LeastSquaresError> {
         let width = self.triangle.width();
         if other.triangle.width() != width {
             return Err(LeastSquaresError::Width { found: other.triangle.width() - 1, expected: width - 1 });
@@ -171,12 +171,12 @@ impl Tall {
     /// Folds a system that is in memory, on all cores; the result does not depend on their number.
     ///
     /// # Errors
-    /// As [`Tall::push`].
-    pub fn of(h: &[&[f64]], y: &[f64], names: &Names) -> Result<Tall, LeastSquaresError> {
+    /// As [`StreamingQr::push`].
+    pub fn of(h: &[&[f64]], y: &[f64], names: &Names) -> Result<StreamingQr, LeastSquaresError> {
         let part = |k: usize| {
             let range = k * PART..((k + 1) * PART).min(y.len());
             let columns: Vec<&[f64]> = h.iter().map(|c| &c[range.clone()]).collect();
-            let mut part = Tall::new(h.len(), names.clone())?;
+            let mut part = StreamingQr::new(h.len(), names.clone())?;
             part.rows = range.start;
             part.push(&columns, &y[range.clone()])?;
             part.rows = range.len();
@@ -186,24 +186,24 @@ impl Tall {
             let (found, expected) = (h[j].len(), y.len());
             return Err(LeastSquaresError::Length { column: names.column(j), found, expected });
         }
-        Tall::merged(h.len(), names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
+        StreamingQr::merged(h.len(), names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
     }
 
     /// Folds a system that lies in memory in any order, on all cores: `fill` writes some rows of a column of H. The result
-    /// is that of [`Tall::of`] to the bit.
+    /// is that of [`StreamingQr::of`] to the bit.
     ///
     /// # Errors
-    /// As [`Tall::push`].
+    /// As [`StreamingQr::push`].
     pub fn of_filled(
         columns: usize,
         fill: &(impl Fn(Range<usize>, usize, &mut [f64]) + Sync),
         y: &[f64],
         names: &Names,
-    ) -> Result<Tall, LeastSquaresError> {
+    ) -> Result<StreamingQr, LeastSquaresError> {
         let height = (BLOCK / (columns + 1)).next_multiple_of(LANES);
         let part = |k: usize| {
             let range = k * PART..((k + 1) * PART).min(y.len());
-            let mut part = Tall::new(columns, names.clone())?;
+            let mut part = StreamingQr::new(columns, names.clone())?;
             let mut block = vec![0.0; columns * height];
             part.rows = range.start;
             for begin in range.clone().step_by(height) {
@@ -218,15 +218,15 @@ impl Tall {
             part.rows = range.len();
             Ok(part)
         };
-        Tall::merged(columns, names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
+        StreamingQr::merged(columns, names, (0..y.len().div_ceil(PART)).into_par_iter().map(part).collect())
     }
 
     fn merged(
         columns: usize,
         names: &Names,
-        parts: Vec<Result<Tall, LeastSquaresError>>,
-    ) -> Result<Tall, LeastSquaresError> {
-        let mut whole = Tall::new(columns, names.clone())?;
+        parts: Vec<Result<StreamingQr, LeastSquaresError>>,
+    ) -> Result<StreamingQr, LeastSquaresError> {
+        let mut whole = StreamingQr::new(columns, names.clone())?;
         for part in parts {
             whole.merge(part?)?;
         }
@@ -240,7 +240,7 @@ impl Tall {
 
     /// The same rows with the right-hand side and column `column` exchanged.
     #[must_use]
-    pub fn exchanged(&self, column: usize) -> Tall {
+    pub fn exchanged(&self, column: usize) -> StreamingQr {
         let p = self.columns();
         let places: Vec<usize> = (0..=p)
             .map(|j| {
@@ -258,7 +258,7 @@ impl Tall {
 
     /// The same rows times `weight`, column j in the place `places[j]` of `width` columns; the others are 0.
     #[must_use]
-    pub fn embedded(&self, places: &[usize], width: usize, weight: f64) -> Tall {
+    pub fn embedded(&self, places: &[usize], width: usize, weight: f64) -> StreamingQr {
         let places: Vec<usize> = places.iter().copied().chain([width]).collect();
         // the mantissa goes into the rows, so that no square leaves the range of a double
         let power = exponent(weight);
@@ -268,7 +268,7 @@ impl Tall {
         wide
     }
 
-    fn placed(&self, places: &[usize], width: usize, power: i32) -> Tall {
+    fn placed(&self, places: &[usize], width: usize, power: i32) -> StreamingQr {
         let mut exponents = vec![None; width];
         let mut rows = vec![vec![0.0; width]; self.triangle.width()];
         for (j, place) in places.iter().enumerate() {
@@ -281,7 +281,7 @@ impl Tall {
             Some(j) if j < self.columns() => self.names.column(j),
             _ => self.names.response(),
         });
-        Tall {
+        StreamingQr {
             names: Names { columns: names.collect(), response: None },
             triangle: Triangle::of_rows(width, &rows),
             exponents,
@@ -370,7 +370,7 @@ mod tests {
         let (h, y) = system(20_000);
         let options = LeastSquaresOptions { refinement: Refinement::Always, ..LeastSquaresOptions::default() };
         let exact = least_squares_with(&slices(&h), &y, &options).unwrap();
-        let tall = Tall::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap();
+        let tall = StreamingQr::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap();
         let close = |a: f64, b: f64, what: &str| assert!((a / b - 1.0).abs() < 1e-11, "{what}: {a} {b}");
         for j in 0..3 {
             close(tall.coefficients[j], exact.coefficients[j], "coefficient");
@@ -389,7 +389,7 @@ mod tests {
         let (h, y) = system(3 * PART + 77);
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| Tall::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap())
+            pool.install(|| StreamingQr::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap())
         };
         assert_eq!(with(1), with(2));
     }
@@ -397,8 +397,8 @@ mod tests {
     #[test]
     fn blocks_of_any_size_make_one_system() {
         let (h, y) = system(5_000);
-        let whole = Tall::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap();
-        let mut pieces = Tall::new(3, Names::default()).unwrap();
+        let whole = StreamingQr::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap();
+        let mut pieces = StreamingQr::new(3, Names::default()).unwrap();
         let mut begin = 0;
         for length in [1, 2, 700, 0, 31, 4_266] {
             let part: Vec<&[f64]> = h.iter().map(|c| &c[begin..begin + length]).collect();
@@ -418,7 +418,7 @@ mod tests {
         // a column that begins at 1e-200 and ends at 1e150, beside a right-hand side twice as large
         let x: Vec<f64> = (0..400).map(|k| 10f64.powf(-200.0 + 350.0 * f64::from(k) / 399.0)).collect();
         let y: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
-        let mut tall = Tall::new(1, Names::default()).unwrap();
+        let mut tall = StreamingQr::new(1, Names::default()).unwrap();
         for (x, y) in x.chunks(40).zip(y.chunks(40)) {
             tall.push(&[x], y).unwrap();
         }
@@ -431,7 +431,8 @@ mod tests {
         let names = Names { columns: vec!["u".into(), "u|u|".into()], response: Some("tau_u".into()) };
         let x: Vec<f64> = (0..100).map(|k| f64::from(k) + 1.0).collect();
         let square: Vec<f64> = x.iter().map(|x| x * x).collect();
-        let fit = |h: &[&[f64]], y: &[f64]| Tall::of(h, y, &names).and_then(|t| t.fit()).unwrap_err().to_string();
+        let fit =
+            |h: &[&[f64]], y: &[f64]| StreamingQr::of(h, y, &names).and_then(|t| t.fit()).unwrap_err().to_string();
         assert!(fit(&[&x, &vec![0.0; 100]], &x).contains("`u|u|` is zero"));
         assert!(fit(&[&x, &x.iter().map(|x| 3.0 * x).collect::<Vec<_>>()], &square).contains("same up to a factor"));
         assert!(fit(&[&[1.0; 100], &[4.0; 100]], &x).contains("both constant"));
@@ -445,9 +446,9 @@ mod tests {
                 assert!(fit(&[&x, &broken], &square).contains(&format!("`u|u|`, row {at} ")));
             }
         }
-        assert!(matches!(Tall::new(0, Names::default()), Err(LeastSquaresError::NoColumns)));
+        assert!(matches!(StreamingQr::new(0, Names::default()), Err(LeastSquaresError::NoColumns)));
         let sum: Vec<f64> = x.iter().zip(&square).map(|(a, b)| 2.0 * a - b).collect();
-        let three = Tall::of(&[&x, &square, &sum], &[1.0; 100], &Names::default()).unwrap().fit().unwrap_err();
+        let three = StreamingQr::of(&[&x, &square, &sum], &[1.0; 100], &Names::default()).unwrap().fit().unwrap_err();
         assert!(matches!(three, LeastSquaresError::Dependent { rank: 2, .. }), "{three}");
     }
 }

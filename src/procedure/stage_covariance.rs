@@ -13,9 +13,9 @@ mod expected;
 use std::borrow::Cow;
 
 use super::Bench;
-use super::acting::acting_forces;
 use super::curves::with_curve_moved;
-use super::few;
+use super::effective_thrust::acting_forces;
+use super::small_sample;
 use crate::estimate::{Columns, IntegralError, RegressorOptions, RowFit, StdMethod, fit_rows, regressors_of};
 use crate::frame::Dof;
 use crate::model::Model;
@@ -367,7 +367,7 @@ impl Held {
         let mut widening = 1.0;
         if how.few {
             let expected = self.expected((dof, runs), model, &fit, how.regressor, finish)?;
-            widening = few::widening((fit.rows - n) as f64, fit.residual_std.powi(2), expected);
+            widening = small_sample::widening((fit.rows - n) as f64, fit.residual_std.powi(2), expected);
             fit.covariance.iter_mut().flatten().for_each(|c| *c *= widening * widening);
         }
         let size = self.entries.len();
