@@ -199,7 +199,7 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
             mean_abs,
             std_abs: (squares - mean_abs * mean_abs).max(0.0).sqrt(),
             rms: squares.sqrt(),
-            noise_floor: options.noise.get(measured.channel()).copied().unwrap_or(simulated.sigma[column]),
+            noise_floor: simulated.sigma[column],
             fit_percent: if spread > 0.0 { 100.0 * (1.0 - (squares / spread).sqrt()) } else { 0.0 },
             unit: match measured.dof() {
                 Some(dof) => if dof.is_rotation() { "rad/s" } else { "m/s" }.into(),
@@ -248,6 +248,7 @@ impl Simulated {
             segment: seconds,
             longest_step: options.longest_step,
             position: options.position,
+            sigma: Some(options.noise.clone()),
             iterations: 6,
             ..OutputErrorOptions::default()
         };

@@ -84,12 +84,17 @@ pub struct Campaign {
     /// What is done in the runs, in turn; the usual where there is none: each degree of freedom alone, zig-zags, all at
     /// once.
     pub manoeuvres: Vec<Manoeuvre>,
+    /// Forces of the runs by degree of freedom, N and N·m, one a command period from the first stamp on; they take the
+    /// place of manoeuvres, and none of these runs validates.
+    pub given: Vec<Vec<(Dof, Vec<f64>)>>,
     /// Whether the first run is one at bollard pull, on load cells.
     pub bollard: bool,
     /// Instruments.
     pub instruments: Vec<Instrument>,
     /// The random force.
     pub force: RandomForce,
+    /// Random forces of single degrees of freedom, in place of `force`.
+    pub own_forces: Vec<(Dof, RandomForce)>,
     /// Wave forces.
     pub sea: Option<Sea>,
     /// What is hidden.
@@ -120,15 +125,24 @@ impl Campaign {
             commands: Commands::Wrench,
             pilots: Pilots::Open,
             manoeuvres: Vec::new(),
+            given: Vec::new(),
             bollard: false,
             instruments: Suite::default().instruments(dofs),
             force: RandomForce::default(),
+            own_forces: Vec::new(),
             sea: None,
             hidden: Vec::new(),
             without: Vec::new(),
             step: 0.01,
             seed: 1,
         }
+    }
+}
+
+impl Campaign {
+    /// The random force of the degree of freedom with index `i`.
+    pub fn force_of(&self, i: usize) -> RandomForce {
+        self.own_forces.iter().find(|(dof, _)| dof.index() == i).map_or(self.force, |(_, own)| *own)
     }
 }
 

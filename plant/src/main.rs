@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use hydrosysid_plant::trials::Manoeuvre;
-use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, PlantError, Suite, Vehicle, hide};
+use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, PlantError, RandomForce, Suite, Vehicle, hide};
 
 const HELP: &str = "\
 Makes a campaign folder of a simulated vehicle whose truth is known (truth.json).
@@ -23,6 +23,7 @@ runs
 random force
   --force PERCENT               root mean square, of that of the command   (0)
   --correlation S               0: new at every command sample   (0)
+  --force-of DOF=PERCENT:S      of one degree of freedom, in place of that; again for more
 instruments
   --rate HZ  --noise FACTOR  --no-position  --attitude  --dvl-rate HZ  --dvl-held HZ  --dvl-noise M/S
   --dvl-latency S  --gyro-latency S  --gyro-filter S  --smoothing S  --colour PHI  --student K  --dropouts SHARE
@@ -137,6 +138,7 @@ fn set(key: &str, value: &str, campaign: &mut Campaign, suite: &mut Suite) -> Re
         }
         "--force" => campaign.force.share = number()? / 100.0,
         "--correlation" => campaign.force.correlation = number()?,
+        "--force-of" => campaign.own_forces.push(own_force(value).ok_or_else(|| wrong("DOF=PERCENT:SECONDS"))?),
         "--rate" => suite.rate = number()?,
         "--noise" => suite.noise = number()?,
         "--dvl-rate" => suite.dvl_rate = Some(number()?),
@@ -163,6 +165,14 @@ fn set(key: &str, value: &str, campaign: &mut Campaign, suite: &mut Suite) -> Re
         _ => return Err(PlantError::Wrong(format!("{key} is unknown; --help lists what there is"))),
     }
     Ok(())
+}
+
+/// `surge=5:0.5`.
+fn own_force(value: &str) -> Option<(Dof, RandomForce)> {
+    let (dof, force) = value.split_once('=')?;
+    let (share, correlation) = force.split_once(':')?;
+    let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite() && *x >= 0.0);
+    Some((Dof::from_name(dof)?, RandomForce { share: number(share)? / 100.0, correlation: number(correlation)? }))
 }
 
 fn dofs(text: &str) -> Result<Vec<Dof>, PlantError> {

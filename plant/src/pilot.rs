@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! sines      τ = B + Σ A sin(2πt/P + φ)               zig-zag   τ = ± M, turns when |ψ − ψ₀| ≥ ψ_max
+//! given      τ = a list, held
 //! steps      τ = levels in turn                       random    τ = ± M by coin at every hold (as a PRBS)
 //! PID        τ = k_p e + k_i ∫e dt − k_d ν            on heading, depth (any position) or speed, as measured
 //! ```
@@ -55,6 +56,8 @@ pub enum Law {
         /// Hold, s.
         hold: f64,
     },
+    /// Forces from the first stamp on, one a command period, N or N·m; none before them and after them.
+    Given(Vec<f64>),
     /// PID on what is measured.
     Pid {
         /// Position or velocity.
@@ -114,6 +117,10 @@ impl Pilot {
                 Law::Steps(levels, hold) => {
                     let k = (t / hold + 1e-9).floor().max(0.0) as usize;
                     levels[k % levels.len()]
+                }
+                Law::Given(forces) => {
+                    let k = (t / period + 1e-6).floor();
+                    if k < 0.0 { 0.0 } else { forces.get(k as usize).copied().unwrap_or(0.0) }
                 }
                 Law::Random { offset, amplitude, hold } => {
                     let cell = |t: f64| (t / hold + 1e-9).floor();

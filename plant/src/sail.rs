@@ -62,7 +62,7 @@ impl Campaign {
         let trials = trials(self, &setup.vehicle);
         self.number_runs(&mut setup, &trials)?;
         let rms = self.commanded_rms(&setup, &trials)?;
-        let sigma = rms.map(|f| f * self.force.share);
+        let sigma = std::array::from_fn(|i| rms[i] * self.force_of(i).share);
         let mut logs = Vec::new();
         for (k, trial) in trials.iter().enumerate() {
             logs.push(Voyage { campaign: self, setup: &setup, trial, index: k }.sail(&sigma, self.step, true)?.0);
@@ -156,15 +156,22 @@ impl Voyage<'_> {
         let moves = std::array::from_fn(|i| campaign.moves.iter().any(|dof| dof.index() == i));
         let forces: Vec<Force> = (0..6)
             .map(|i| {
-                let RandomForce { correlation, .. } = campaign.force;
+                let RandomForce { correlation, .. } = campaign.force_of(i);
                 let rms = if setup.plant.moves[i] { sigma[i] } else { 0.0 };
                 let mut random = Random::new(campaign.seed, (2 << 32) + ((self.index as u64) << 8) + i as u64);
                 let until = if rms > 0.0 { end } else { start };
                 Force::realise(rms, correlation, start, until, period, &mut random)
             })
             .collect();
-        let pushed = sigma.iter().any(|s| *s > 0.0);
-        let spacing = if campaign.force.correlation > 0.0 { node_spacing(campaign.force.correlation) } else { period };
+        let mut spacings: Vec<f64> = (0..6)
+            .filter(|i| sigma[*i] > 0.0)
+            .map(|i| match campaign.force_of(i).correlation {
+                time if time > 0.0 => node_spacing(time),
+                _ => period,
+            })
+            .collect();
+        spacings.sort_unstable_by(f64::total_cmp);
+        spacings.dedup();
 
         let mut working: Vec<Working<'_>> = instruments
             .iter()
@@ -204,13 +211,15 @@ impl Voyage<'_> {
             if delay > 0.0 {
                 add(from + delay - (delay * rate).floor() / rate);
             }
-            if pushed {
+            for spacing in &spacings {
                 let first = ((from - start) / spacing).floor() as i64;
                 let count = (period / spacing).ceil() as i64 + 1;
-                (first..=first + count).for_each(|node| add(start + node as f64 * spacing));
+                (first..=first + count).for_each(|node| add(start + node as f64 * *spacing));
             }
             setup.events(clock).into_iter().for_each(&mut add);
             edges.sort_unstable_by(f64::total_cmp);
+            // nodes of several forces fall on one instant
+            edges.dedup_by(|later, earlier| *later - *earlier < 1e-9);
             for pair in edges.windows(2) {
                 let (a, b) = (pair[0], pair[1]);
                 let volts = |t: f64| self.supply(t);

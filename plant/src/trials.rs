@@ -95,7 +95,7 @@ pub fn trials(campaign: &Campaign, vehicle: &Vehicle) -> Vec<Trial> {
     let training = campaign.runs - held_out;
     (0..campaign.runs)
         .map(|k| {
-            let validates = k >= training;
+            let validates = k >= training && campaign.given.is_empty();
             let (list, place) = match &campaign.manoeuvres {
                 list if !list.is_empty() => (list.clone(), k),
                 _ => (usual(&campaign.dofs, validates), if validates { k - training } else { k }),
@@ -112,7 +112,10 @@ pub fn trials(campaign: &Campaign, vehicle: &Vehicle) -> Vec<Trial> {
                 open => open,
             };
             let mut random = Random::new(campaign.seed, 0x7000 + k as u64);
-            let (kind, laws) = laws(manoeuvre, campaign, vehicle, &mut random);
+            let (kind, laws) = match campaign.given.get(k) {
+                Some(given) => (Kind::Free, given.iter().map(|(dof, f)| (*dof, Law::Given(f.clone()))).collect()),
+                None => laws(manoeuvre, campaign, vehicle, &mut random),
+            };
             Trial { kind, validates, laws, heading: random.between(-PI, PI), depth: random.between(8.0, 12.0) }
         })
         .collect()

@@ -66,7 +66,7 @@ impl Truth {
         let force = campaign.moves.iter().filter(|dof| sigma[dof.index()] > 0.0).map(|dof| TrueForce {
             dof: *dof,
             rms: sigma[dof.index()],
-            correlation: campaign.force.correlation,
+            correlation: campaign.force_of(dof.index()).correlation,
             commanded: rms[dof.index()],
         });
         let channels = setup.instruments.iter().flat_map(|one| &one.channels);

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use super::error::Error;
 use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, ParameterTable, Problem};
 use super::single_thrusters;
-use crate::chain::acts_in;
+use crate::chain::{acts_in, memory_count};
 use crate::effects::{Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place};
 use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
 use crate::model::{Model, Parameter, Term, name_of};
 use crate::simulate::QUICKEST;
+use crate::symbolic::Graph;
 use crate::units::Dimension;
 
 /// An effect at a place, as the discovery tries it.
@@ -135,7 +136,7 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
             }
             found = true;
             parameter.fixed = table.fixed;
-            let remembers = model.terms.iter().any(|term| reads(term) && remembers(term));
+            let remembers = model.terms.iter().any(|term| reads(term) && remembers(model, term));
             let parameter = &mut model.parameters[k];
             if let Some(min) =
                 table.min.filter(|min| remembers && parameter.spec.dimension == Dimension::TIME && *min < QUICKEST)
@@ -237,8 +238,8 @@ fn is_called(effect: &dyn Effect, name: &EffectName) -> bool {
 }
 
 /// Whether an effect carries a state with a time constant.
-fn remembers(term: &Term) -> bool {
-    matches!(term.effect.about().id, "thrust_lag" | "fluid_memory")
+fn remembers(model: &Model, term: &Term) -> bool {
+    memory_count(&Graph::new(), model, term.effect.as_ref(), term.place) > 0
 }
 
 /// A table that means no parameter of the model.

@@ -290,7 +290,8 @@ pub(super) fn assemble(
         return Err(Error::Refused { findings: refused });
     }
     own_formulas::check(&file, &model, &runs)?;
-    findings.extend(scale::finding(&model));
+    let undriven = scale::undriven(&model, &runs, &baseline::driven_by_formulas(&file));
+    findings.extend(scale::finding(&model, &undriven));
     if whole {
         findings.extend(same_log::findings(&runs));
         findings.extend(steps_as_lines::finding(&runs, |run| holding.contains(&run.name)));

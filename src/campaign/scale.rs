@@ -5,36 +5,54 @@
 //! ```
 //!
 //! Where the scale of the thrust (η) is free and so is every inertia, drag and restoring force, any multiple of a solution
-//! is one: motion alone shows ratios. One inertia, weight or scale of thrust that is held, or has a prior, ends that.
+//! is one: motion alone shows ratios. One inertia, weight or scale of thrust that is held, or has a prior, ends that. So it
+//! is where no command drives a degree of freedom at all (τ = 0).
 
 use super::codes;
 use crate::effects::Family;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
+use crate::run::{Run, is_commanded};
 
 /// One sentence on the degrees of freedom in which no force is known absolutely; none where all are.
-pub(super) fn finding(model: &Model) -> Option<Finding> {
-    let open: Vec<&str> = model.dofs.iter().filter(|dof| is_open(model, **dof)).map(|dof| dof.name()).collect();
+///
+/// `undriven` are those in which no run has a command and no formula of the user's acts.
+pub(super) fn finding(model: &Model, undriven: &[Dof]) -> Option<Finding> {
+    let open: Vec<Dof> = model.dofs.iter().copied().filter(|dof| is_open(model, *dof, undriven)).collect();
     // terms that couple carry a known scale from one degree of freedom to the others
     if open.is_empty() || coupled(model) && open.len() < model.dofs.len() {
         return None;
     }
+    let why = match open.iter().all(|dof| undriven.contains(dof)) {
+        true => "no command drives it",
+        false => "the scale of the thrust is free",
+    };
+    let names: Vec<&str> = open.iter().map(|dof| dof.name()).collect();
     let text = format!(
-        "no force is known absolutely in {}: the scale of the thrust is free and no inertia, drag or weight is held or has a \
-         prior, so that any multiple of the estimates fits as well; hold one with [[parameter]] fixed = true (a weighed mass \
-         with its added part, a measured thrust) or give it a `std`",
-        open.join(", ")
+        "no force is known absolutely in {}: {why} and no inertia, drag or weight is held or has a prior, so that any \
+         multiple of the estimates fits as well; hold one with [[parameter]] fixed = true (a weighed mass with its added \
+         part, a measured thrust) or give it a `std`",
+        names.join(", ")
     );
     Some(Finding::new(&codes::NO_SCALE, text))
 }
 
-/// Whether the scale of the thrust and of everything else in the balance of `dof` is free.
-fn is_open(model: &Model, dof: Dof) -> bool {
+/// Degrees of freedom that are modelled and in which no run has a command; `formulas` are those in which a formula of the
+/// user's acts.
+pub(super) fn undriven(model: &Model, runs: &[Run], formulas: &[Dof]) -> Vec<Dof> {
+    model.dofs.iter().copied().filter(|dof| !is_commanded(runs, *dof) && !formulas.contains(dof)).collect()
+}
+
+/// Whether the scale of the thrust, where there is one, and of everything else in the balance of `dof` is free.
+fn is_open(model: &Model, dof: Dof, undriven: &[Dof]) -> bool {
     let free = |p: &Parameter| !p.fixed && p.prior.is_none();
     let here = |p: &&Parameter| p.place.dof == Some(dof) || p.spec.shared.is_some();
-    let scale =
-        model.parameters.iter().any(|p| p.effect == "thrust_interaction_loss" && p.place.dof == Some(dof) && free(p));
+    let scale = undriven.contains(&dof)
+        || model
+            .parameters
+            .iter()
+            .any(|p| p.effect == "thrust_interaction_loss" && p.place.dof == Some(dof) && free(p));
     let known = |p: &Parameter| {
         let term = model.term(&p.term).map(|t| model.terms[t].effect.about().family);
         let force = term == Some(Family::Body) && p.spec.is_linear();
@@ -52,19 +70,39 @@ fn coupled(model: &Model) -> bool {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
+    use crate::run::Signal;
 
     #[test]
     fn one_held_inertia_or_a_prior_gives_the_scale() {
         let effects = ["inertia", "linear_drag", "thrust_interaction_loss"];
         let mut model = Model::with_effects(&[Dof::Surge, Dof::Yaw], Coriolis::Tied, &effects).unwrap();
-        assert!(finding(&model).unwrap().message.contains("absolutely in surge, yaw"));
+        assert!(finding(&model, &[]).unwrap().message.contains("absolutely in surge, yaw"));
         let surge = model.parameter_of("inertia@surge").unwrap();
         (model.parameters[surge].value, model.parameters[surge].fixed) = (300.0, true);
-        assert!(finding(&model).unwrap().message.contains("absolutely in yaw"));
+        assert!(finding(&model, &[]).unwrap().message.contains("absolutely in yaw"));
         let yaw = model.parameter_of("linear_drag@yaw").unwrap();
         (model.parameters[yaw].value, model.parameters[yaw].prior) = (20.0, Some((20.0, 2.0)));
-        assert_eq!(finding(&model), None);
+        assert_eq!(finding(&model, &[]), None);
         let known = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
-        assert_eq!(finding(&known), None, "thrust in newton is a force that is known");
+        assert_eq!(finding(&known, &[]), None, "thrust in newton is a force that is known");
+    }
+
+    #[test]
+    fn a_motion_that_no_command_drives_has_no_scale() {
+        let effects = ["inertia", "linear_drag"];
+        let mut model = Model::with_effects(&[Dof::Surge, Dof::Yaw], Coriolis::Tied, &effects).unwrap();
+        let run = |yaw: f64| {
+            let signal = |value: f64| Signal::new(vec![0.0, 1.0, 2.0].into(), vec![value; 3]);
+            let signals = [("tau_u".to_string(), signal(10.0)), ("tau_r".to_string(), signal(yaw))].into();
+            Run { name: "a".into(), signals, ..Run::default() }
+        };
+        let of = |model: &Model, run: Run, formulas: &[Dof]| finding(model, &undriven(model, &[run], formulas));
+        let said = of(&model, run(0.0), &[]).unwrap().message;
+        assert!(said.contains("absolutely in yaw: no command drives it and"), "{said}");
+        assert_eq!(of(&model, run(1.0), &[]), None);
+        assert_eq!(of(&model, run(0.0), &[Dof::Yaw]), None, "a formula of the user's drives it");
+        let drag = model.parameter_of("linear_drag@yaw").unwrap();
+        (model.parameters[drag].value, model.parameters[drag].fixed) = (20.0, true);
+        assert_eq!(of(&model, run(0.0), &[]), None, "a drag that is held is a force that is known");
     }
 }

@@ -98,6 +98,9 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
         bytes_of(&file) as f64 / f64::from(1 << 20)
     );
     fit.warnings.push(Finding::new(&codes::STREAMED, text));
+    if fits.iter().any(|fit| fit.few_clusters) {
+        fit.warnings.push(Finding::new(&codes::FEW_STRETCHES, codes::FEW_STRETCHES.meaning));
+    }
     Ok((campaign, fit))
 }
 

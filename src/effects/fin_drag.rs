@@ -33,7 +33,7 @@ impl Effect for FinDrag {
     }
 
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
-        vec![ParameterSpec::linear(format!("k_D_{}", self.0.channel()), Dimension::new(1, -1, 0))]
+        vec![ParameterSpec::linear(format!("k_D_{}", self.0.channel()), Dimension::new(1, -1, 0)).at_least(0.0)]
     }
 
     fn channels(&self, _: Place) -> Vec<String> {

@@ -30,7 +30,7 @@ impl Effect for MixedDrag {
     fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
         let (i, j) = (place.here(), place.there());
         let (own, other) = (i.velocity(), j.velocity());
-        vec![drag(i, &format!("|{other}|{own}"), velocity(j).times(velocity(i)))]
+        vec![drag(i, &format!("|{other}|{own}"), velocity(j).times(velocity(i))).at_least(0.0)]
     }
 
     fn wrench<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {

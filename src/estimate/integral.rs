@@ -18,7 +18,7 @@ use super::shared::{Member, settled};
 use super::{Block, Column, Columns, RegressorError, RegressorOptions, regressors_of};
 use crate::frame::Dof;
 use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Names, StdMethod, least_squares_with};
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 use crate::run::Run;
 
 /// Why a fit by integral least squares is not possible.
@@ -91,6 +91,10 @@ pub struct RowFit {
     pub covariance: Vec<Vec<f64>>,
     /// Their standard deviations by (14).
     pub std_paper: Vec<f64>,
+    /// Parameters of these balances that would lie outside of their bounds and are held there.
+    pub at_bound: Vec<AtBound>,
+    /// Whether the rows fall into too few independent stretches for the covariance of correlated residuals.
+    pub few_clusters: bool,
     /// Number of rows.
     pub rows: usize,
     /// Standard deviation of the residual: per unit inertia m/s or rad/s, else N·s or N·m·s.
@@ -127,6 +131,8 @@ impl RowFit {
             values,
             covariance: unit(covariance),
             std_paper: (0..paper.len()).map(|k| paper[k][k].max(0.0).sqrt()).collect(),
+            at_bound: Vec::new(),
+            few_clusters: false,
             rows: fit.rows,
             residual_std: fit.residual_std,
             condition_number: fit.condition_number,
@@ -160,6 +166,17 @@ impl RowFit {
             parameter.std = Some(self.std(k));
         }
     }
+}
+
+/// A parameter that is held at its bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtBound {
+    /// Which parameter of the model.
+    pub parameter: usize,
+    /// What the rows give without the bound, SI.
+    pub unbounded: f64,
+    /// Standard deviation of that.
+    pub std: f64,
 }
 
 /// Solves rows: per unit of the inertia where its parameter is a column, else as forces.
@@ -205,8 +222,11 @@ struct Group {
     members: Vec<(Dof, Columns)>,
 }
 
-/// Fits the free parameters of `model` to `runs`; returns the model with values and standard deviations written in,
-/// and what is known of each fit. Degrees of freedom that share no free parameter are fitted apart.
+/// Fits the free parameters of `model` to `runs` within their bounds; returns the model with values and standard deviations
+/// written in, and what is known of each fit. Degrees of freedom that share no free parameter are fitted apart.
+///
+/// Linear least squares knows no bounds: of the parameters that end outside of theirs the one that is farthest outside, in
+/// deviations, is held at its bound, and the others are fitted again.
 ///
 /// # Errors
 /// [`IntegralError`].
@@ -215,10 +235,43 @@ pub fn integral_least_squares(
     model: &Model,
     options: IntegralOptions,
 ) -> Result<(Model, Vec<RowFit>), IntegralError> {
-    balances(runs, model, &model.dofs, options)
+    let mut within = model.clone();
+    let mut held: Vec<AtBound> = Vec::new();
+    loop {
+        let (mut fitted, mut fits) = balances(runs, &within, &model.dofs, options)?;
+        let Some(at_bound) = farthest_outside(&fitted) else {
+            for known in &held {
+                fitted.parameters[known.parameter].fixed = false;
+                fitted.parameters[known.parameter].std = None;
+                let dof = fitted.parameters[known.parameter].place.dof;
+                let own = fits.iter().position(|fit| dof.is_some_and(|dof| fit.dofs.contains(&dof)));
+                if let Some(fit) = fits.get_mut(own.unwrap_or(0)) {
+                    fit.at_bound.push(known.clone());
+                }
+            }
+            return Ok((fitted, fits));
+        };
+        let parameter = &mut within.parameters[at_bound.parameter];
+        parameter.value = at_bound.unbounded.clamp(parameter.min, parameter.max);
+        parameter.fixed = true;
+        held.push(at_bound);
+    }
 }
 
-/// The same of the balances of `dofs` alone.
+/// The free parameter that lies farthest outside of its bounds, in deviations; values of single runs are left as they are.
+fn farthest_outside(fitted: &Model) -> Option<AtBound> {
+    let outside = |p: &Parameter| {
+        let off = (p.min - p.value).max(p.value - p.max);
+        let free = !p.fixed && p.per_run.is_empty();
+        (free && off > 0.0).then(|| off / p.std.unwrap_or(0.0).max(f64::MIN_POSITIVE))
+    };
+    let off = fitted.parameters.iter().enumerate().filter_map(|(k, p)| Some((k, outside(p)?)));
+    let (parameter, _) = off.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let p = &fitted.parameters[parameter];
+    Some(AtBound { parameter, unbounded: p.value, std: p.std.unwrap_or(0.0) })
+}
+
+/// The same of the balances of `dofs` alone, whatever the bounds.
 pub(super) fn balances(
     runs: &[&Run],
     model: &Model,

@@ -19,7 +19,7 @@ mod sums;
 pub use at_samples::{Components, DirectError, direct_columns, force_components};
 pub use balance::RegressorError;
 pub use folded::{Folded, folded};
-pub use integral::{IntegralError, IntegralOptions, RowFit, Together, fit_rows, integral_least_squares};
+pub use integral::{AtBound, IntegralError, IntegralOptions, RowFit, Together, fit_rows, integral_least_squares};
 pub use nodes::{Nodes, Span};
 pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
 pub(crate) use start::samples_in;

@@ -159,8 +159,9 @@ fn solve(
     let exchanged = |tall: &StreamingQr| at.map_or_else(|| tall.clone(), |at| tall.exchanged(at));
     let fit = exchanged(&force).fit()?;
     let parts: Vec<StreamingQr> = blocks.iter().map(exchanged).collect();
-    let covariance = fit.covariance_of_blocks(&parts);
-    Ok(RowFit::of(&fit, at, &covariance, parameters, dofs))
+    let found = fit.covariance_of_blocks(&parts);
+    let covariance: Vec<Vec<f64>> = found.covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+    Ok(RowFit { few_clusters: found.few, ..RowFit::of(&fit, at, &covariance, parameters, dofs) })
 }
 
 /// Solves systems that share parameters, each weighed by the inverse of its residual's deviation.

@@ -7,6 +7,7 @@
 //! [`least_squares`] solves and says what is needed to believe the answer or not; [`Fit::covariance_by`] gives the
 //! covariance where residuals are correlated along a run.
 
+pub(crate) mod clusters;
 mod column_monitor;
 mod double_double;
 mod factor;

@@ -13,9 +13,10 @@
 
 use std::ops::Range;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
+use super::clusters::{OfClusters, of_clusters};
 use super::scale::times_power_of_two;
 use super::solve::Fit;
 use super::streaming_qr::StreamingQr;
@@ -83,26 +84,22 @@ impl Fit {
     }
 
     /// Covariance of the estimates, (p, p), by clusters: stretches of rows whose factors are `blocks` and whose residuals
-    /// are independent of each other's. By (14) where there are fewer than twice as many clusters as unknowns.
-    pub fn covariance_of_blocks(&self, blocks: &[StreamingQr]) -> Vec<Vec<f64>> {
+    /// are independent of each other's.
+    pub(crate) fn covariance_of_blocks(&self, blocks: &[StreamingQr]) -> OfClusters {
         let (p, count) = (self.coefficients.len(), blocks.len() as f64);
-        if count < 2.0 * p as f64 {
-            return self.covariance.clone();
-        }
         let (w, exponents) = (&self.frame.w, &self.frame.exponents);
         let factor = count / (count - 1.0) * self.rows as f64 / (self.rows - p) as f64;
         let unit = |j: usize, x: f64| times_power_of_two(x, -exponents[j]);
         // (HᵀH)⁻¹ g of each cluster
-        let shifts: Vec<Vec<f64>> = blocks
+        let shifts: Vec<DVector<f64>> = blocks
             .iter()
             .map(|block| {
                 let score = block.score(&self.coefficients, exponents);
                 let along: Vec<f64> = (0..p).map(|k| (0..p).map(|j| w[j][k] * score[j]).sum()).collect();
-                (0..p).map(|j| unit(j, dot(&w[j], &along))).collect()
+                DVector::from_fn(p, |j, _| unit(j, dot(&w[j], &along)))
             })
             .collect();
-        let entry = |i: usize, j: usize| factor * shifts.iter().map(|s: &Vec<f64>| s[i] * s[j]).sum::<f64>();
-        (0..p).map(|i| (0..p).map(|j| entry(i, j)).collect()).collect()
+        of_clusters(&DMatrix::from_fn(p, p, |i, j| self.covariance[i][j]), &shifts, factor)
     }
 }
 

@@ -66,6 +66,18 @@ fn blind_a_late_dvl_is_named() {
     assert!((delay.value - 0.2).abs() < 5.0 * delay.std && delay.std < 0.02, "{delay:?}");
 }
 
+/// Held commands that take effect 0.4 s late are named as that, and as nothing else: not as a lag, nor as a memory of the
+/// water.
+#[test]
+fn blind_a_late_thrust_of_held_commands_is_named() {
+    let sea = sea("laurs", 0.02, &["thrust_delay"], 208);
+    let found = answer("late_thrust", &sea);
+    assert_eq!((names(&found), found.verdict), (vec!["thrust_delay"], Verdict::Explained), "{}", found.sentence);
+    let truth = sea.sail().expect("the plant sails").truth.value("thrust_delay").expect("it is hidden");
+    let delay = &found.effects[0].parameters[0];
+    assert!((delay.value - truth).abs() < 4.0 * delay.std, "{delay:?}, true {truth}");
+}
+
 /// A gyro behind a low pass is named, its time constant within five deviations; the fit of such a log says that it
 /// contradicts itself.
 #[test]

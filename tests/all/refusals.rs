@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{ModelFile, ModelFileError};
+use hydrosysid::campaign::{ModelFile, ModelFileError, ModelForce, ModelNoise, ModelSensor};
 use hydrosysid::effects::Coriolis;
 use hydrosysid::frame::Dof;
+use hydrosysid::plan::Instrument;
 
 use crate::exported;
 
@@ -87,13 +88,14 @@ fn a_model_file_with_impossible_numbers_is_refused_with_its_line() {
         assert_eq!(place.map(|p| p.0), Some(covariance), "{message}");
     }
 
-    let twice = text.replace("name = \"d_u\"", "name = \"m_u\"").replace("linear_drag@surge", "inertia@surge");
-    if let Err(error) = ModelFile::from_text(&twice, Path::new("model.toml")) {
-        assert!(error.to_string().contains("model.toml:"), "{error}");
-    }
-    let parameter = text.split("[[parameter]]").nth(1).expect("there is one");
-    let (place, message) = refused(&format!("{text}\n[[parameter]]{parameter}"));
-    assert!(message.contains("stands here for the second time") || message.contains("parameters"), "{message}");
+    let first = text.split("[[parameter]]").nth(1).expect("there is one");
+    let second = text.split("[[parameter]]").nth(2).expect("there are two");
+    let twice = text.replacen(second, first, 1);
+    let (place, message) = refused(&twice);
+    assert!(
+        message.contains("parameter[1].effect") && message.contains("stands here for the second time"),
+        "{message}"
+    );
     assert!(place.is_some());
     let tie = |a: &str, b: &str| format!("\n[[tied]]\neffect = '{a}'\ntie = '{b}'\n");
     let circle =
@@ -101,6 +103,52 @@ fn a_model_file_with_impossible_numbers_is_refused_with_its_line() {
     let (place, message) = refused(&circle);
     assert!(message.contains("leads back to its own parameter"), "{message}");
     assert_eq!(place.map(|p| p.0), Some(line_of(&circle, "tie = 'linear_drag@surge'")));
+}
+
+#[test]
+fn a_model_file_with_impossible_noise_is_refused() {
+    let mut file = exported::file(&[Dof::Surge], &[("inertia@surge", 250.0)], Coriolis::Tied);
+    file.noise = Some(ModelNoise {
+        innovations_white: true,
+        force: vec![ModelForce {
+            dof: Dof::Surge,
+            rms: 1.25,
+            std: 0.1,
+            correlation_time: 0.75,
+            correlation_time_std: 0.1,
+            share_of_thrust: None,
+        }],
+        sensor: vec![ModelSensor {
+            channel: "u".into(),
+            std: 0.005,
+            coloured_std: None,
+            correlation_time: None,
+            restlessness: 1.0,
+        }],
+    });
+    file.sensors = [("u".to_string(), Instrument { noise: 0.0625, rate: 12.5 })].into();
+    let text = file.to_text(Path::new("model.toml")).expect("it is TOML");
+    assert_eq!(ModelFile::from_text(&text, Path::new("model.toml")).expect("it reads back"), file);
+    for (good, bad, said) in [
+        (
+            "rms = 1.25",
+            "rms = -1.25",
+            "noise.force[0].rms: -1.25: a standard deviation is a number that is not negative",
+        ),
+        ("rms = 1.25", "rms = nan", "noise.force[0].rms: NaN"),
+        (
+            "correlation_time = 0.75",
+            "correlation_time = 0.0",
+            "noise.force[0].correlation_time: 0.0: a correlation time",
+        ),
+        ("std = 0.005", "std = -0.005", "noise.sensor[0].std: -0.005"),
+        ("noise = 0.0625", "noise = inf", "sensors.u.noise: inf"),
+        ("rate = 12.5", "rate = 0.0", "sensors.u.rate: 0.0: a rate is a positive number"),
+    ] {
+        assert!(text.contains(good), "{good} in {text}");
+        let (_, message) = refused(&text.replacen(good, bad, 1));
+        assert!(message.contains(said), "{message}");
+    }
 }
 
 #[test]

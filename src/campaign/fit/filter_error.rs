@@ -48,7 +48,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let errs = |forecasts: &[Forecast]| -> Vec<String> {
         let all = noise::by_dof(&filtered, forecasts, Some(8.0));
         let erring = all.iter().filter(|(_, p)| p.errs(all.len()));
-        erring.map(|(dof, p)| format!("{dof} by {:.1}", p.ratio())).collect()
+        erring.map(|(dof, p)| format!("{:.1} times in {dof}", p.ratio())).collect()
     };
     let lost = noise::by_dof(&filtered, &forecasts, Some(8.0)).iter().any(|(_, p)| p.runs_away());
     let (mut erring, others) = (errs(&forecasts), others(campaign));
@@ -61,7 +61,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
     } else if !erring.is_empty() {
         let text = format!(
-            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model lacks something, and its parameters make up for it; `hydrosysid discover` looks for what",
+            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model is incomplete and its parameters are biased; `hydrosysid discover` looks for the missing effect",
             erring.join(", ")
         );
         warnings.push(Finding::new(&codes::MORE_MISSING, text));
@@ -178,8 +178,8 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) ->
     let pushed = found.sentence();
     if !erring.is_empty() {
         return format!(
-            "The fit converged, but the model lacks something: 8 s ahead it errs more than expected, in {} times. {pushed}",
-            erring.join(", in ")
+            "The fit converged, but the model is incomplete: predictions 8 s ahead err more than expected, {}. {pushed}",
+            erring.join(", ")
         );
     }
     let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
@@ -191,5 +191,5 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) ->
         ),
         false => String::new(),
     };
-    format!("The fit converged, and the model predicts 8 s ahead as well as it says. {pushed}{strong}{white}")
+    format!("The fit converged, and predictions 8 s ahead err as much as expected. {pushed}{strong}{white}")
 }

@@ -18,11 +18,12 @@ pub(in crate::campaign) fn is_below(p: &Parameter, least: f64) -> bool {
     p.value < least - 2.0 * p.std.unwrap_or(0.0)
 }
 
-/// Says what cannot be, stands at a bound, or is hardly seen.
-pub(super) fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding>) {
+/// Says what cannot be, stands at a bound, or is hardly seen. A deviation of a fit that did not converge is marked as one.
+pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings: &mut Vec<Finding>) {
+    let mark = if converged { "" } else { " (not converged)" };
     for p in model.parameters.iter().filter(|p| !p.fixed) {
         let std = p.std.unwrap_or(0.0);
-        let shown = format!("{} of `{}` = {:.4} ± {:.2} {}", p.spec.name, p.term, p.value, std, p.spec.dimension);
+        let shown = format!("{} of `{}` = {:.4} ± {:.2} {}{mark}", p.spec.name, p.term, p.value, std, p.spec.dimension);
         let dry = dry_mass(p, vehicle);
         let zero = matches!(p.effect.as_str(), "inertia" | "linear_drag" | "quadratic_drag" | "cubic_drag");
         let least = dry.map(|mass| (mass, "the dry mass")).or(zero.then_some((0.0, "0")));
@@ -44,5 +45,40 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, warnings: &mut Vec<Finding
         } else if std > p.value.abs() && !p.spec.name.starts_with("b_") {
             warnings.push(Finding::new(&codes::LOOSE, format!("{shown}: this data hardly shows it")));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    fn said(value: f64, std: f64, converged: bool) -> Vec<Finding> {
+        let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        model.set("linear_drag@surge", 20.0);
+        let inertia = model.parameter_of("inertia@surge").unwrap();
+        (model.parameters[inertia].value, model.parameters[inertia].std) = (value, Some(std));
+        let mut warnings = Vec::new();
+        let vehicle = Vehicle { mass: Some(100.0), ..Vehicle::default() };
+        judge(&model, &vehicle, converged, &mut warnings);
+        warnings
+    }
+
+    #[test]
+    fn a_mass_below_the_dry_one_or_many_times_it_is_told() {
+        assert_eq!(said(180.0, 5.0, true), [], "nearly the dry mass again as added mass");
+        let below = said(60.0, 5.0, true);
+        assert!(below[0].code == "M102" && below[0].message.contains("lies below the dry mass (100)"), "{below:?}");
+        let above = said(1900.0, 50.0, true);
+        assert!(above[0].code == "M102" && above[0].message.contains("is 19 times the dry mass (100)"), "{above:?}");
+        assert_eq!(said(95.0, 5.0, true), [], "below it by chance");
+    }
+
+    #[test]
+    fn a_deviation_of_a_fit_that_did_not_converge_is_marked() {
+        let marked = said(1900.0, 50.0, false);
+        assert!(marked[0].message.contains("± 50.00 kg (not converged)"), "{marked:?}");
+        assert!(!said(1900.0, 50.0, true)[0].message.contains("not converged"));
     }
 }

@@ -122,7 +122,7 @@ pub(super) fn assembled(
     envelope: Envelope,
     instruments: Instruments,
 ) -> Fit {
-    judge::judge(&raw.model, &campaign.vehicle, &mut raw.warnings);
+    judge::judge(&raw.model, &campaign.vehicle, raw.converged, &mut raw.warnings);
     let mut warnings = campaign.findings.clone();
     warnings.extend(raw.warnings);
     let parameters = raw

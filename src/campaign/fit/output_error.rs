@@ -38,6 +38,9 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         let text = format!("output error stopped after {} steps without having converged", fitted.iterations);
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
+    if fitted.std_method == StdMethod::FewClusters {
+        warnings.push(Finding::new(&codes::FEW_STRETCHES, codes::FEW_STRETCHES.meaning));
+    }
     warnings.extend(far_above_noise(&fitted));
     let carried = thrust::carried(campaign, runs, |runs| fitted.response(runs, &options))?;
     if let Some(carried) = &carried {
@@ -63,6 +66,7 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let std_method = match fitted.std_method {
         StdMethod::Information => "information",
         StdMethod::Clusters => "clusters",
+        StdMethod::FewClusters => "few clusters",
     };
     let stages = output_error_stages(&fitted, runs);
     let identifiability = identifiability::of_fit(campaign, &fitted, runs, &mut warnings);

@@ -1,12 +1,14 @@
 //! Fits of rows: integral least squares on all runs, and the staged procedure.
 
+use super::super::codes;
 use super::super::error::Error;
 use super::super::file::Estimator;
 use super::super::identifiability::of_covariance;
 use super::super::load::{Campaign, with_nominal_forces};
 use super::result::FitStage;
 use super::{Raw, residuals, thrust};
-use crate::estimate::{IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares};
+use crate::estimate::{AtBound, IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares};
+use crate::finding::Finding;
 use crate::model::Model;
 use crate::procedure::{Estimate, staged};
 use crate::run::{Role, Run};
@@ -89,6 +91,19 @@ pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Erro
     Ok(raw)
 }
 
+/// Says that rows contradict a bound, where they do so by more than two deviations.
+fn without_bound(model: &Model, held: &AtBound) -> Option<Finding> {
+    let p = &model.parameters[held.parameter];
+    let AtBound { unbounded, std, .. } = *held;
+    let text = format!(
+        "{} of `{}` is held at its bound of {}: the rows would have {unbounded:.4} ± {std:.2} {}; a sign, a frame or the \
+         scale of thrust is wrong, or this data does not show it",
+        p.spec.name, p.term, p.value, p.spec.dimension
+    );
+    let far = (p.value - unbounded).abs() > 2.0 * std;
+    far.then(|| Finding::new(&codes::UNPHYSICAL, text))
+}
+
 /// Fits of rows put together.
 pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String], campaign: &Campaign) -> Raw {
     let count = model.parameters.len();
@@ -117,7 +132,9 @@ pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String
     }
     let efficiency = campaign.file.efficiency.clone();
     let std_method = "hac".into();
-    let (identifiability, warnings) = (None, Vec::new());
+    let at_bound = fits.iter().flat_map(|fit| &fit.at_bound);
+    let warnings = at_bound.filter_map(|held| without_bound(&model, held)).collect();
+    let identifiability = None;
     let (noise, converged, sentence) = (None, true, None);
     Raw {
         model,

@@ -1,4 +1,5 @@
-//! What types cannot say of a model file: numbers that are none, a covariance that is none, parameters told twice.
+//! What types cannot say of a model file: numbers that are none, noise or a covariance that is none, parameters told
+//! twice.
 
 use std::path::Path;
 
@@ -10,7 +11,9 @@ use super::{ModelFile, ModelFileError};
 /// # Errors
 /// [`ModelFileError::Value`] for the first such thing.
 pub(super) fn check(file: &ModelFile, text: &str, path: &Path) -> Result<(), ModelFileError> {
-    let Err((key, message)) = numbers(file).and_then(|()| covariance(file)).and_then(|()| parameters(file)) else {
+    let Err((key, message)) =
+        numbers(file).and_then(|()| noise(file)).and_then(|()| covariance(file)).and_then(|()| parameters(file))
+    else {
         return Ok(());
     };
     // JSON has no places: the key says where
@@ -49,9 +52,50 @@ fn numbers(file: &ModelFile) -> Result<(), Wrong> {
             finite(|| format!("envelope.{channel}[{k}]"), *value)?;
         }
     }
+    for (i, thruster) in file.thrusters.iter().enumerate() {
+        thruster.validate().map_err(|e| (format!("thruster[{i}]"), e.to_string()))?;
+    }
+    file.efficiency.validate().map_err(|e| ("efficiency".to_string(), e.to_string()))?;
     file.log.validate().map_err(|e| ("log".to_string(), e.to_string()))?;
     file.vehicle.validate().map_err(|e| ("vehicle".to_string(), e.to_string()))?;
     file.water.validate().map_err(|e| ("water".to_string(), e.to_string()))
+}
+
+fn positive(key: String, value: f64, what: &str) -> Result<(), Wrong> {
+    match value.is_finite() && value > 0.0 {
+        true => Ok(()),
+        false => Err((key, format!("{value:?}: {what} is a positive number"))),
+    }
+}
+
+fn deviation(key: String, value: f64) -> Result<(), Wrong> {
+    match value.is_finite() && value >= 0.0 {
+        true => Ok(()),
+        false => Err((key, format!("{value:?}: a standard deviation is a number that is not negative"))),
+    }
+}
+
+/// What simulations and plans draw from: deviations of forces and sensors, times and rates.
+fn noise(file: &ModelFile) -> Result<(), Wrong> {
+    for (channel, instrument) in &file.sensors {
+        deviation(format!("sensors.{channel}.noise"), instrument.noise)?;
+        positive(format!("sensors.{channel}.rate"), instrument.rate, "a rate")?;
+    }
+    let Some(noise) = &file.noise else { return Ok(()) };
+    for (i, force) in noise.force.iter().enumerate() {
+        deviation(format!("noise.force[{i}].rms"), force.rms)?;
+        positive(format!("noise.force[{i}].correlation_time"), force.correlation_time, "a correlation time")?;
+    }
+    for (i, sensor) in noise.sensor.iter().enumerate() {
+        deviation(format!("noise.sensor[{i}].std"), sensor.std)?;
+        if let Some(std) = sensor.coloured_std {
+            deviation(format!("noise.sensor[{i}].coloured_std"), std)?;
+        }
+        if let Some(time) = sensor.correlation_time {
+            positive(format!("noise.sensor[{i}].correlation_time"), time, "a correlation time")?;
+        }
+    }
+    Ok(())
 }
 
 /// A row and a column for each parameter, or none at all; no variance below 0.

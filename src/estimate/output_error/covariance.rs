@@ -2,16 +2,18 @@
 //!
 //! ```text
 //! white residuals:       Σ = (JᵀJ)⁻¹ s²                              s² = cost / (samples − unknowns)
-//! correlated residuals:  Σ = (JᵀJ)⁻¹ (Σ_c g_c g_cᵀ) (JᵀJ)⁻¹ c        g_c = Jᵀr summed over cluster c
+//! correlated residuals:  by clusters ([`crate::least_squares::clusters`])      g_c = Jᵀr summed over cluster c
 //! ```
 //!
 //! J is the Jacobian by the unknowns after the initial states are projected out; under a robust loss r stands for ψ and
-//! JᵀJ for its curvature Σψ'. The second form (Liang and Zeger 1986)
-//! asks only that residuals of different clusters, stretches of some 24 s, be independent.
+//! JᵀJ for its curvature Σψ'. The second form asks only that residuals of different clusters, stretches of some 24 s, be
+//! independent.
 
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::{Fold, Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor};
+use crate::least_squares::clusters::of_clusters;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 
@@ -23,6 +25,8 @@ pub enum StdMethod {
     Information,
     /// Sandwich over clusters of residuals.
     Clusters,
+    /// Inverse information, widened by what too few clusters for a sandwich tell.
+    FewClusters,
 }
 
 /// Covariance of the unknowns and the method that the residuals asked for.
@@ -44,24 +48,17 @@ pub(super) fn of(
     let bend = sum(&|s| s.curvature[1]).max(0.1 * steep);
     let bread: Vec<f64> = bread.iter().map(|b| b * steep / bend).collect();
     let scale = sum(&|s| s.pull) / freedom * samples as f64 / bend;
-    let white = bread.iter().map(|b| b * scale).collect();
     if !problem.loss.is_robust() && problem.is_white(segments) {
-        return Ok((white, StdMethod::Information));
+        return Ok((bread.iter().map(|b| b * scale).collect(), StdMethod::Information));
     }
     let gradients = cluster_gradients(problem, segments, options.cluster);
     let clusters = gradients.len() as f64;
-    if clusters < 2.0 * p as f64 {
-        return Ok((white, StdMethod::Information));
-    }
-    let mut half = vec![0.0; p * gradients.len()];
-    for (c, gradient) in gradients.iter().enumerate() {
-        for i in 0..p {
-            half[c * p + i] = (0..p).map(|j| bread[i * p + j] * gradient[j]).sum();
-        }
-    }
+    let bread = DMatrix::from_row_slice(p, p, &bread);
+    let shifts: Vec<DVector<f64>> = gradients.iter().map(|g| &bread * DVector::from_column_slice(g)).collect();
     let correction = clusters / (clusters - 1.0) * samples as f64 / freedom;
-    let sandwich = (0..p * p).map(|k| correction * half.chunks(p).map(|g| g[k / p] * g[k % p]).sum::<f64>()).collect();
-    Ok((sandwich, StdMethod::Clusters))
+    let found = of_clusters(&(bread * scale), &shifts, correction);
+    let method = if found.few { StdMethod::FewClusters } else { StdMethod::Clusters };
+    Ok((found.covariance.as_slice().to_vec(), method))
 }
 
 /// (JᵀJ)⁻¹ of a factor, row-major.
@@ -140,7 +137,8 @@ impl Problem {
     }
 
     /// Whether the segments' costs scatter no more than those of white residuals do: the variance of a sum of n squares
-    /// is 2n; correlation and misfit raise it. The limit of 1.5 times keeps false alarms under 1 % for 50 segments.
+    /// is 2n; correlation and misfit raise it. The mean of n squares of standard normal numbers has a standard deviation of
+    /// √(2/n): beyond 2.33 of them residuals are not white, which is a false alarm once in a hundred.
     pub(crate) fn is_white(&self, segments: &[Linearised]) -> bool {
         let states = self.dynamics.states.len() as f64;
         let total: f64 = segments.iter().map(Linearised::cost).sum();
@@ -154,6 +152,6 @@ impl Problem {
                 (s.cost() / scale - expected).powi(2) / (2.0 * expected.max(1.0))
             })
             .sum::<f64>();
-        spread / n < 1.5
+        spread / n < 1.0 + 2.33 * (2.0 / n).sqrt()
     }
 }

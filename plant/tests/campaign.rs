@@ -1,0 +1,122 @@
+//! What a campaign is told to do, its logs show.
+
+use hydrosysid_plant::log::Log;
+use hydrosysid_plant::{Campaign, Dof, Pilots, RandomForce, Sailed, Suite, Vehicle};
+
+fn campaign(vehicle: &str, dofs: &[Dof]) -> Campaign {
+    let mut campaign = Campaign::new(Vehicle::named(vehicle).expect("it exists"), dofs);
+    (campaign.duration, campaign.runs) = (30.0, 4);
+    campaign
+}
+
+fn sail(campaign: &Campaign) -> Sailed {
+    campaign.sail().expect("it sails")
+}
+
+fn values(log: &Log, name: &str) -> Vec<f64> {
+    log.signal(name).unwrap_or_else(|| panic!("{} logs {name}", log.name)).values.clone()
+}
+
+fn deviation(x: &[f64]) -> f64 {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+/// The truth is to stand on its own: this package does not know the one that it judges.
+#[test]
+fn no_code_is_shared() {
+    let manifest = include_str!("../Cargo.toml");
+    let dependencies = manifest.split("dependencies]").skip(1).flat_map(|table| {
+        let end = table.find("\n[").unwrap_or(table.len());
+        table[..end].lines().filter_map(|line| line.split_once('=')).map(|(name, _)| name.trim()).collect::<Vec<_>>()
+    });
+    let dependencies: Vec<&str> = dependencies.collect();
+    assert!(dependencies.contains(&"nalgebra"), "{dependencies:?}");
+    assert!(dependencies.iter().all(|name| !name.starts_with("hydrosysid")), "{dependencies:?}");
+}
+
+/// What a PID commands depends on what it sees, noise included; what is open goes by the clock.
+#[test]
+fn a_closed_loop_feeds_the_noise_back() {
+    let commands = |pilots: Pilots, noise: f64| {
+        let mut campaign = campaign("laurs", &Dof::PLANE);
+        campaign.pilots = pilots;
+        campaign.instruments = Suite { noise, ..Suite::default() }.instruments(&Dof::PLANE);
+        // a zig-zag turns where the measured heading says so
+        let logs = sail(&campaign).logs;
+        logs.iter().filter(|log| log.kind != "zigzag").map(|log| values(log, "tau_u")).collect::<Vec<_>>()
+    };
+    let bits = |lists: &[Vec<f64>]| lists.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&commands(Pilots::Open, 0.0)), bits(&commands(Pilots::Open, 1.0)));
+    let (clean, noisy) = (commands(Pilots::Closed, 0.0), commands(Pilots::Closed, 1.0));
+    let apart = clean.iter().zip(&noisy).any(|(a, b)| {
+        let off: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+        deviation(&off) > 1e-3 * deviation(a)
+    });
+    assert!(apart, "5 mm/s at the controller's gain are more than a thousandth of its command");
+}
+
+/// A PID on depth ends where it was told to, against the net buoyancy.
+#[test]
+fn a_closed_loop_reaches_its_set_points() {
+    let mut campaign = campaign("heavy", &Dof::ALL);
+    campaign.pilots = Pilots::Closed;
+    campaign.instruments = Suite { noise: 0.0, ..Suite::default() }.instruments(&Dof::ALL);
+    let logs = sail(&campaign).logs;
+    let depth = |log: &Log| deviation(&values(log, "z"));
+    let closed: Vec<f64> = logs.iter().map(depth).collect();
+    // set points lie within a metre of the start; half a metre of overshoot at most
+    assert!(closed.iter().all(|d| *d < 1.5) && closed.iter().any(|d| *d > 0.05), "{closed:?}");
+}
+
+/// A vehicle that moves in more degrees of freedom than its model has, and whose attitude is logged with noise where the
+/// model takes it as given.
+#[test]
+fn attitude_that_is_given_has_noise() {
+    let mut campaign = campaign("heavy", &[Dof::Surge, Dof::Sway, Dof::Yaw]);
+    campaign.instruments = Suite { attitude: true, ..Suite::default() }.instruments(&campaign.moves);
+    let still = sail(&campaign);
+    for name in ["phi", "theta"] {
+        let noise = deviation(&values(&still.logs[0], name)).to_degrees();
+        // 300 samples of 0.5°: the standard error is 4 %
+        assert!((0.4..0.6).contains(&noise), "{name}: {noise}");
+    }
+    campaign.moves = Dof::ALL.to_vec();
+    campaign.instruments = Suite { attitude: true, ..Suite::default() }.instruments(&campaign.moves);
+    let moving = sail(&campaign);
+    let true_pitch = |sailed: &Sailed| {
+        let rates: Vec<f64> = sailed.logs.iter().flat_map(|log| log.truth.iter().map(|(_, x)| x[11])).collect();
+        deviation(&rates)
+    };
+    assert!(true_pitch(&still) < 1e-12 && true_pitch(&moving) > 1e-4, "{} {}", true_pitch(&still), true_pitch(&moving));
+}
+
+/// One degree of freedom is pushed harder, and quicker, than the others.
+#[test]
+fn each_degree_of_freedom_may_have_its_own_force() {
+    let mut campaign = campaign("laurs", &Dof::PLANE);
+    campaign.force = RandomForce { share: 0.02, correlation: 1.0 };
+    let alike = sail(&campaign);
+    campaign.own_forces = vec![(Dof::Yaw, RandomForce { share: 0.08, correlation: 0.25 })];
+    let own = sail(&campaign);
+    for (a, b) in alike.truth.force.iter().zip(&own.truth.force) {
+        let (times, time) = if a.dof == Dof::Yaw { (4.0, 0.25) } else { (1.0, 1.0) };
+        assert!((b.rms / a.rms - times).abs() < 1e-12, "{:?}: {} and {}", a.dof, a.rms, b.rms);
+        assert!((b.correlation - time).abs() < 1e-12, "{:?}: {}", a.dof, b.correlation);
+    }
+    let rate = |sailed: &Sailed| sailed.logs[0].truth.iter().map(|(_, x)| x[12]).collect::<Vec<_>>();
+    let apart: Vec<f64> = rate(&alike).iter().zip(&rate(&own)).map(|(a, b)| a - b).collect();
+    assert!(deviation(&apart) > 0.0, "the motion is another");
+}
+
+#[test]
+fn forces_that_are_given_are_commanded() {
+    let mut campaign = campaign("laurs", &Dof::PLANE);
+    let ramp: Vec<f64> = (0..200).map(f64::from).collect();
+    (campaign.given, campaign.runs, campaign.duration) = (vec![vec![(Dof::Sway, ramp.clone())]], 1, 20.0);
+    let sailed = sail(&campaign);
+    assert!(!sailed.logs[0].validates);
+    let logged = values(&sailed.logs[0], "tau_v");
+    assert!(logged.iter().zip(&ramp).all(|(a, b)| (a - b).abs() < 1e-12) && logged.len() >= ramp.len(), "{logged:?}");
+    assert!(values(&sailed.logs[0], "tau_u").iter().all(|f| f.abs() < 1e-12));
+}
