@@ -1,10 +1,13 @@
 //! A campaign and its verbs.
 
+use std::collections::BTreeMap;
+use std::mem::take;
 use std::path::{Path, PathBuf};
 
 use hydrosysid::campaign::file::{CampaignFile, Estimator, ReadOptions};
 use hydrosysid::campaign::{
     self, Campaign, Fit, FitOptions, InitFacts, InitRequest, LoadOptions, ModelFile, ModelFileError, Published, Refits,
+    RunComponents, Simulated,
 };
 use hydrosysid::monitor::MonitorOptions;
 use hydrosysid::report::{Input, Origin};
@@ -18,8 +21,17 @@ use crate::log::options;
 use crate::run::GivenRun;
 use crate::work::{detached, interruptible};
 
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+type Arrays<'py> = BTreeMap<String, Array<'py>>;
+
 /// Run, channel, time, values and deviations of residuals.
-type Residuals<'py> = (String, String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+type Residuals<'py> = (String, String, Array<'py>, Array<'py>, Array<'py>);
+
+/// Time, simulated and measured channels, and deviations of a simulated run.
+type Trajectories<'py> = (Array<'py>, Arrays<'py>, Arrays<'py>, Arrays<'py>);
+
+/// Time, velocity, force of each term, and total of a balance.
+type Series<'py> = (Array<'py>, Array<'py>, Arrays<'py>, Array<'py>);
 
 /// A campaign with its logs read. It lives in its process: the package pickles what it was made from instead.
 #[pyclass(frozen, module = "hydrosysid._native")]
@@ -79,7 +91,7 @@ impl NativeCampaign {
         })?;
         let mut fitted = fitted.map_err(|e| error::campaign(py, &e))?;
         let array = |values| PyArray1::from_vec(py, values);
-        let left = std::mem::take(&mut fitted.residuals).into_iter();
+        let left = take(&mut fitted.residuals).into_iter();
         let left = left.map(|r| (r.run, r.channel, array(r.time), array(r.values), array(r.std))).collect();
         let (told, model) = with_model(py, &self.0, &fitted)?;
         Ok((told, model, left))
@@ -121,20 +133,44 @@ impl NativeCampaign {
         error::to_json(&found.map_err(|e| error::campaign(py, &e))?)
     }
 
-    /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON.
-    fn simulate(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
+    /// The simulation of a model (TOML, as [`NativeCampaign::fit`] makes it) as JSON with empty trajectories, and the
+    /// trajectories of each run; NaN where there is no sample.
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        model: &str,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, Vec<Trajectories<'py>>)> {
         let (file, model) = self.model(py, model)?;
         let result = interruptible(py, progress, || {
             campaign::simulate(&self.0.under(&file.efficiency).with_noise(file.noise.clone()), &model, &file.envelope)
         })?;
-        error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
+        let mut result = result.map_err(|e| error::campaign(py, &e))?;
+        let taken = |run: &mut Simulated| {
+            let time = PyArray1::from_vec(py, take(&mut run.time));
+            let simulated = arrays(py, take(&mut run.simulated));
+            (time, simulated, samples(py, take(&mut run.measured)), samples(py, take(&mut run.std)))
+        };
+        let runs = result.runs.iter_mut().map(taken).collect();
+        Ok((error::to_json(&result)?, runs))
     }
 
-    /// The forces of a model over time as JSON.
-    fn components(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
+    /// The forces of a model over time as JSON with empty series, and the series of each entry.
+    fn components<'py>(
+        &self,
+        py: Python<'py>,
+        model: &str,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, Vec<Series<'py>>)> {
         let (file, model) = self.model(py, model)?;
         let parts = || campaign::components(&self.0.under(&file.efficiency), &model);
-        error::to_json(&interruptible(py, progress, parts)?)
+        let mut result = interruptible(py, progress, parts)?;
+        let array = |values: &mut Vec<f64>| PyArray1::from_vec(py, take(values));
+        let taken = |run: &mut RunComponents| {
+            (array(&mut run.time), array(&mut run.velocity), arrays(py, take(&mut run.terms)), array(&mut run.total))
+        };
+        let runs = result.runs.iter_mut().map(taken).collect();
+        Ok((error::to_json(&result)?, runs))
     }
 
     /// The comparison of a model with the runs as JSON.
@@ -250,6 +286,17 @@ impl NativeCampaign {
         let spans: Vec<_> = self.0.runs.iter().map(|run| (run.kind, run.role, run.span())).collect();
         error::to_json(&spans)
     }
+}
+
+/// Columns by name, which keep their memory.
+fn arrays(py: Python<'_>, columns: BTreeMap<String, Vec<f64>>) -> Arrays<'_> {
+    columns.into_iter().map(|(name, values)| (name, PyArray1::from_vec(py, values))).collect()
+}
+
+/// The same of a sensor, NaN where it has no sample.
+fn samples(py: Python<'_>, columns: BTreeMap<String, Vec<Option<f64>>>) -> Arrays<'_> {
+    let known = |column: Vec<Option<f64>>| column.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect();
+    arrays(py, columns.into_iter().map(|(name, column)| (name, known(column))).collect())
 }
 
 /// Name of a model in memory, for messages.

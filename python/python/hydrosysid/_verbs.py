@@ -20,7 +20,7 @@ from ._fit import Fit, RunResiduals
 from ._forces import Forces
 from ._model import Model
 from ._models import ModelDifference, Monitored, PublishedComparison
-from ._motion import Comparison, Simulation
+from ._motion import Comparison, SimulatedRun, Simulation
 from ._plain import build, plain
 from ._planning import Plan
 from ._progress import Listener, Progress, listener
@@ -82,7 +82,14 @@ def simulate(campaign: Source, model: AnyModel | None = None, *, progress: Progr
     """
     with listener(progress) as tell:
         loaded = campaign_of(campaign, tell)
-        return build(Simulation, json.loads(loaded._native.simulate(_model(loaded, model, tell), tell)))
+        return _simulated(loaded, _model(loaded, model, tell), tell)
+
+
+def _simulated(campaign: Campaign, model: str, tell: Listener | None) -> Simulation:
+    told, trajectories = campaign._native.simulate(model, tell)
+    made = build(Simulation, json.loads(told))
+    runs = zip(made.runs, trajectories, strict=True)
+    return replace(made, runs=tuple(SimulatedRun(run.run, run.role, *arrays) for run, arrays in runs))
 
 
 def force_components(
@@ -99,8 +106,9 @@ def force_components(
     """
     with listener(progress) as tell:
         loaded = campaign_of(campaign, tell)
-        parts = json.loads(loaded._native.components(_model(loaded, model, tell), tell))
-    return tuple(build(Forces, entry) for entry in parts["runs"])
+        told, series = loaded._native.components(_model(loaded, model, tell), tell)
+    entries = zip(json.loads(told)["runs"], series, strict=True)
+    return tuple(Forces(entry["run"], entry["dof"], *arrays, entry["unit"]) for entry, arrays in entries)
 
 
 def compare(campaign: Source, model: AnyModel | None = None, *, progress: Progress = None) -> Comparison:
@@ -117,7 +125,7 @@ def compare(campaign: Source, model: AnyModel | None = None, *, progress: Progre
         loaded = campaign_of(campaign, tell)
         text = _model(loaded, model, tell)
         compared = build(Comparison, json.loads(loaded._native.compare(text, tell)))
-        return replace(compared, simulation=build(Simulation, json.loads(loaded._native.simulate(text, tell))))
+        return replace(compared, simulation=_simulated(loaded, text, tell))
 
 
 Family = Literal["body", "actuator", "environment", "sensor"]
