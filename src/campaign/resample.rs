@@ -1,7 +1,9 @@
 //! The verb `fit` with `--bootstrap` or `--monte-carlo`: how far estimates scatter, shown rather than computed.
 //!
 //! The bootstrap draws stretches of the training runs with replacement, or whole runs kind by kind in the staged procedure;
-//! Monte Carlo fits data that the fitted model made. See [`OutputErrorFit`] for what each asks.
+//! Monte Carlo fits data that the fitted model made, by filter error with its random force. See
+//! [`OutputErrorFit`](crate::estimate::output_error::OutputErrorFit) and
+//! [`FilterErrorFit`](crate::estimate::filter_error::FilterErrorFit) for what each asks.
 
 mod made;
 mod rows;
@@ -12,11 +14,13 @@ use serde::{Deserialize, Serialize};
 
 use super::error::Error;
 use super::file::Estimator;
+use super::fit::filter_error::options as filter_error_options;
 use super::fit::thrust;
 use super::load::{Campaign, moves};
-use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
+use crate::estimate::filter_error::{filter_error, filter_error_from};
+use crate::estimate::output_error::{OutputErrorOptions, Unknown, output_error, value};
 use crate::estimate::{Draws, started};
-use crate::model::Parameter;
+use crate::model::{Model, Parameter};
 use crate::noise::Noise;
 use crate::run::{Role, Run};
 
@@ -122,7 +126,8 @@ pub fn resample(
     refits: impl Into<Refits>,
 ) -> Result<Resampling, Error> {
     match estimator {
-        Estimator::FilterError | Estimator::OutputError => by_output_error(campaign, method, refits.into()),
+        Estimator::FilterError => by_filter_error(campaign, method, refits.into()),
+        Estimator::OutputError => by_output_error(campaign, method, refits.into()),
         Estimator::Integral | Estimator::Staged => rows::by_rows(campaign, estimator, method, refits.into()),
     }
 }
@@ -130,9 +135,13 @@ pub fn resample(
 /// Streams of noise from here on draw curves.
 const CURVES: u64 = 1 << 32;
 
+/// Training runs of free motion.
+fn motions(campaign: &Campaign) -> Vec<Run> {
+    campaign.runs.iter().filter(|run| run.role == Role::Train && moves(run.kind)).cloned().collect()
+}
+
 fn by_output_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Result<Resampling, Error> {
-    let used = |run: &&Run| run.role == Role::Train && moves(run.kind);
-    let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
+    let runs = motions(campaign);
     // whole runs are too few to draw from
     let join = campaign.file.fit.join && method == Resampler::MonteCarlo;
     let options = OutputErrorOptions { join, ..campaign.options.output_error.clone() };
@@ -140,27 +149,71 @@ fn by_output_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Re
     let seed = refits.seed.unwrap_or(campaign.options.seed);
     let found = match method {
         Resampler::Bootstrap => {
-            let mut found = fit.bootstrap(refits.numbers, seed, options.cluster)?;
-            let slopes = thrust::slopes(campaign, &runs, |runs| fit.response(runs, &options))?;
-            for (draw, values) in found.numbers.iter().zip(&mut found.values) {
-                let mut noise = Noise::new(seed, CURVES + draw);
-                for slopes in &slopes {
-                    values.iter_mut().zip(slopes.drawn(&mut noise)).for_each(|(value, by)| *value += by);
-                }
-            }
-            found
+            let found = fit.bootstrap(refits.numbers, seed, options.cluster)?;
+            with_curves(campaign, &runs, found, seed, |runs| Ok(fit.response(runs, &options)?))?
         }
-        Resampler::MonteCarlo => fit.monte_carlo_under(&options, refits.numbers, seed, |draw| {
-            let curves = thrust::drawn(campaign, &mut Noise::new(seed, CURVES + draw));
-            (!curves.is_empty()).then(|| runs.iter().map(|run| thrust::under(campaign, run, &curves)).collect())
-        }),
+        Resampler::MonteCarlo => {
+            fit.monte_carlo_under(&options, refits.numbers, seed, |draw| under_curves(campaign, &runs, seed, draw))
+        }
     };
-    Ok(described(&fit, found, method, seed, &runs))
+    Ok(described((&fit.model, &fit.problem.unknowns), found, method, seed, &runs))
 }
 
-fn described(fit: &OutputErrorFit, found: Draws, method: Resampler, seed: u64, runs: &[Run]) -> Resampling {
-    let scatter = |(k, unknown): (usize, &crate::estimate::output_error::Unknown)| {
-        let parameter = &fit.model.parameters[unknown.parameter];
+fn by_filter_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Result<Resampling, Error> {
+    let runs = motions(campaign);
+    let options = filter_error_options(campaign);
+    let fit = filter_error(&started(&campaign.model, &runs), &runs, &options)?;
+    let unknowns = &fit.filtered.problem.unknowns;
+    let seed = refits.seed.unwrap_or(campaign.options.seed);
+    let found = match method {
+        Resampler::Bootstrap => {
+            let found = fit.bootstrap(refits.numbers, seed, options.base.cluster)?;
+            with_curves(campaign, &runs, found, seed, |runs| {
+                let moved = filter_error_from(&fit.model, runs, fit.noise.clone(), &options)?.model;
+                Ok(unknowns.iter().map(|u| value(&moved, *u) - value(&fit.model, *u)).collect())
+            })?
+        }
+        Resampler::MonteCarlo => {
+            fit.monte_carlo_under(&options, refits.numbers, seed, |draw| under_curves(campaign, &runs, seed, draw))
+        }
+    };
+    Ok(described((&fit.model, unknowns), found, method, seed, &runs))
+}
+
+/// Draws moved as curves of thrusters move the estimates, each by curves of its own; `response` gives how far the estimates
+/// move where runs have the forces of a moved curve.
+fn with_curves(
+    campaign: &Campaign,
+    runs: &[Run],
+    mut found: Draws,
+    seed: u64,
+    response: impl Fn(&[Run]) -> Result<Vec<f64>, Error>,
+) -> Result<Draws, Error> {
+    let slopes = thrust::slopes(campaign, runs, response)?;
+    for (draw, values) in found.numbers.iter().zip(&mut found.values) {
+        let mut noise = Noise::new(seed, CURVES + draw);
+        for slopes in &slopes {
+            values.iter_mut().zip(slopes.drawn(&mut noise)).for_each(|(value, by)| *value += by);
+        }
+    }
+    Ok(found)
+}
+
+/// The runs as curves drawn for this refit drive them; `None` where no curve was measured.
+fn under_curves(campaign: &Campaign, runs: &[Run], seed: u64, draw: u64) -> Option<Vec<Run>> {
+    let curves = thrust::drawn(campaign, &mut Noise::new(seed, CURVES + draw));
+    (!curves.is_empty()).then(|| runs.iter().map(|run| thrust::under(campaign, run, &curves)).collect())
+}
+
+fn described(
+    (model, unknowns): (&Model, &[Unknown]),
+    found: Draws,
+    method: Resampler,
+    seed: u64,
+    runs: &[Run],
+) -> Resampling {
+    let scatter = |(k, unknown): (usize, &Unknown)| {
+        let parameter = &model.parameters[unknown.parameter];
         let own = unknown.run.and_then(|run| parameter.per_run.get(run));
         let name = unknown.run.map(|run| runs[run].name.clone());
         Scatter::of(parameter, name, own.copied().unwrap_or(parameter.value), k, &found)
@@ -171,7 +224,7 @@ fn described(fit: &OutputErrorFit, found: Draws, method: Resampler, seed: u64, r
         draws: found.values.len(),
         failed: found.failed,
         seed,
-        parameters: fit.problem.unknowns.iter().enumerate().map(scatter).collect(),
+        parameters: unknowns.iter().enumerate().map(scatter).collect(),
         numbers: found.numbers,
         samples: found.values,
     }

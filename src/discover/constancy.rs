@@ -26,6 +26,9 @@ const DRAWS: usize = 1000;
 /// The draws are of this stream of the seed.
 const STREAM: u64 = 0xc057;
 
+/// Samples of a block.
+const BLOCK: usize = 256;
+
 /// Blocks into which a log is divided at most: instants are told to one of them.
 const MOST_BLOCKS: usize = 256;
 
@@ -217,7 +220,7 @@ fn beyond(z2: f64, drawn: &[f64]) -> f64 {
 fn divided(fit: &FilterErrorFit, runs: &[Run]) -> (Vec<Sums>, Vec<Part>) {
     let problem = &fit.filtered.problem;
     let p = problem.unknowns.len();
-    let products = fit.filtered.products_in_blocks(&fit.model, &fit.noise, fit.limit);
+    let products = fit.filtered.products_in_blocks(&fit.model, &fit.noise, fit.limit, BLOCK);
     let (mut blocks, mut starts): (Vec<Sums>, Vec<(usize, f64)>) = (Vec::new(), Vec::new());
     let together = products.iter().map(Vec::len).sum::<usize>().div_ceil(MOST_BLOCKS).max(1);
     for (stretch, products) in problem.segments.iter().zip(&products) {

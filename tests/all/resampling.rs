@@ -131,6 +131,8 @@ fn refits_draw_the_curves_of_thrusters() {
     let mut known = campaign.clone();
     known.curves.clear();
     for (estimator, method, draws) in [
+        (Estimator::FilterError, Resampler::Bootstrap, 400),
+        (Estimator::FilterError, Resampler::MonteCarlo, 100),
         (Estimator::OutputError, Resampler::Bootstrap, 400),
         (Estimator::OutputError, Resampler::MonteCarlo, 100),
         (Estimator::Integral, Resampler::Bootstrap, 200),

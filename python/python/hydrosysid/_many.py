@@ -92,16 +92,16 @@ def resample(
     Args:
         campaign: a campaign, or the path of one.
         method: ``bootstrap`` draws stretches of the training runs with replacement and asks that those be independent
-            of each other; ``monte_carlo`` fits data that the fitted model made and asks that the model be right. Both
-            refit by output error, integral least squares or the staged procedure. ``runs`` draws whole runs with
-            replacement, kind by kind, and fits by any estimator: what goes together within a run stays together, so
-            that residuals may be correlated there.
-        draws: number of refits; 1000 when absent, 200 with ``runs``, where each is a whole fit.
+            of each other; by filter error each draw is one Gauss-Newton step under the noise of the fit.
+            ``monte_carlo`` fits data that the fitted model made, by filter error with its random force, and asks that
+            the model be right. ``runs`` draws whole runs with replacement, kind by kind: what goes together within a
+            run stays together, so that residuals may be correlated there.
+        draws: number of refits; 1000 when absent, 200 where each is a whole fit: with ``runs``, and of
+            ``monte_carlo`` by filter error.
         block: with ``runs``, length of stretches that are drawn instead of whole runs, s: much longer than residuals
             remember. A handful of runs say little of their own spread.
         seed: seed of the draws; that of the campaign when absent, 1 with ``runs``.
-        estimator: as for `fit`; output error when absent, with ``runs`` that of the campaign. For filter error draw
-            ``runs``.
+        estimator: as for `fit`; output error when absent, with ``runs`` that of the campaign.
         executor: as for `map_fit`; without one, refits are made in this process, on all cores.
         progress: called as ``progress(what, done, of)``; `True` shows a bar.
 
@@ -109,7 +109,8 @@ def resample(
         DataError: the data does not determine the parameters, or has too few runs or stretches to draw from.
         UsageError: fewer than two draws, or an argument that belongs to another method.
     """
-    count = (200 if method == "runs" else 1000) if draws is None else draws
+    is_slow = method == "runs" or (method == "monte_carlo" and estimator == "filter_error")
+    count = (200 if is_slow else 1000) if draws is None else draws
     if count < 2:
         raise UsageError(f"draws = {count}: at least two are needed")
     loaded = campaign_of(campaign)
@@ -117,8 +118,6 @@ def resample(
         return _of_runs(loaded, count, block, 1 if seed is None else seed, estimator, executor, progress)
     if block is not None:
         raise UsageError(f"block: only method = 'runs' takes this, not {method!r}")
-    if estimator == "filter_error":
-        raise UsageError(f"{method} does not refit by filter error: method = 'runs' does, with block = … for stretches")
     if executor is None:
         with listener(progress) as heard:
             return _some(loaded, method, estimator, seed, heard, (0, count))
@@ -168,7 +167,8 @@ def _of_runs(
     progress: Progress,
 ) -> Resampling:
     whole = fit(campaign, estimator=estimator)
-    free = [p for p in whole.parameters if not p.fixed and not p.per_run]
+    # the staged procedure leaves what no stage shows
+    free = [p for p in whole.parameters if not p.fixed and not p.per_run and p.std is not None]
     groups = _groups(campaign, block)
     rng = np.random.default_rng(seed)
     drawn = [

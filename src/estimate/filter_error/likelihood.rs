@@ -176,10 +176,16 @@ impl Filtered {
         passed.into_iter().flat_map(|p| p.products).collect()
     }
 
-    /// The same at the values of `model`, in blocks of 256 samples one after the other; none where the inertia is singular.
-    pub(crate) fn products_in_blocks(&self, model: &Model, noise: &NoiseModel, limit: f64) -> Vec<Vec<Mat<f64>>> {
+    /// The same at the values of `model`, in blocks of `rows` samples one after the other; none where the inertia is singular.
+    pub(crate) fn products_in_blocks(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        limit: f64,
+        rows: usize,
+    ) -> Vec<Vec<Mat<f64>>> {
         let Some(mobilities) = self.mobilities(model) else { return Vec::new() };
-        let passed = self.passed(model, noise, &mobilities, limit, Kept::Blocks);
+        let passed = self.passed(model, noise, &mobilities, limit, Kept::Blocks(rows));
         passed.into_iter().map(|p| p.products).collect()
     }
 
@@ -203,8 +209,8 @@ enum Kept {
     Factor,
     /// The products of the rows.
     Products,
-    /// The products of each [`ROWS`] rows.
-    Blocks,
+    /// The products of each so many rows.
+    Blocks(usize),
     /// The innovations themselves.
     Innovations,
 }
@@ -235,7 +241,8 @@ impl Work<LANES> for Pass<'_> {
         let Pass { batch, kept, mut tape } = self;
         let (limit, members) = (batch.limit, batch.stretches.iter().flatten().count());
         let (directions, outputs) = (batch.problem.dynamics.directions.len(), batch.problem.dynamics.outputs.len());
-        let multiplied = matches!(kept, Kept::Products | Kept::Blocks);
+        let multiplied = matches!(kept, Kept::Products | Kept::Blocks(_));
+        let height = if let Kept::Blocks(rows) = kept { rows } else { ROWS };
         let sensitive = (multiplied || kept == Kept::Factor) && directions > 0;
         let n = if sensitive { directions + 1 } else { 1 };
         let c = share(limit);
@@ -244,7 +251,7 @@ impl Work<LANES> for Pass<'_> {
         let mut held_back = [[0.0; 3]; LANES];
         let size = if multiplied { n } else { 0 };
         let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
-        let mut rows = vec![Mat::<f64>::zeros(if size > 0 { ROWS } else { 0 }, size); members];
+        let mut rows = vec![Mat::<f64>::zeros(if size > 0 { height } else { 0 }, size); members];
         let mut filled = vec![0; members];
         let mut innovations = vec![vec![Vec::new(); if kept == Kept::Innovations { outputs } else { 0 }]; members];
         let mut take = std::convert::identity(
@@ -287,10 +294,10 @@ impl Work<LANES> for Pass<'_> {
                     }
                     rows[lane][(row, n - 1)] = value[lane];
                     filled[lane] += 1;
-                    if filled[lane] == ROWS {
-                        multiply(&mut products[lane], &rows[lane], ROWS);
+                    if filled[lane] == height {
+                        multiply(&mut products[lane], &rows[lane], height);
                         filled[lane] = 0;
-                        if kept == Kept::Blocks {
+                        if matches!(kept, Kept::Blocks(_)) {
                             products[lane].push(Mat::zeros(size, size));
                         }
                     }

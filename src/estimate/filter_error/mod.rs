@@ -25,6 +25,7 @@ mod pass;
 mod prediction;
 mod problem;
 mod refine;
+mod resampled;
 mod sensor;
 mod start;
 mod steps;
