@@ -254,6 +254,114 @@ def test_a_notebook_shows_verdict_table_and_picture(campaign: hs.Campaign, fit: 
     assert not plt.get_fignums(), "a small picture leaves no figure behind"
 
 
+# a building block is judged by whoever built with it
+NO_VERDICT = {"Export", "LeastSquares", "ThrusterFit"}
+
+
+@pytest.mark.parametrize("name", sorted(set(MAKERS) - NO_VERDICT))
+def test_a_notebook_shows_a_verdict_first(name: str, campaign: hs.Campaign, fit: hs.Fit, folder: Path) -> None:
+    html = MAKERS[name](campaign, fit, folder)._repr_html_()
+    verdict = re.search(r"</h4><p>(?:<span[^>]*></span>)?<b>([^<]+)</b></p>", html)
+    assert verdict is not None
+    assert len(verdict[1]) > 15
+    assert "<img" in html
+
+
+def test_verdicts_are_calculated(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    compared = hs.compare(campaign, fit)
+    worst = compared.runs[2]
+    assert worst.role == "validate"
+    ratio = f"{worst.rms / worst.noise_floor:.2g}"
+    assert f"Held-out runs: the free simulation errs by {ratio} × the noise" in compared._repr_html_()
+    assert f"at most {ratio} ×: surge_3 in surge" in compared._repr_html_()
+    trained = replace(compared, runs=compared.runs[:2])
+    assert "Runs of the fit (none is held out)" in trained._repr_html_()
+
+    simulated = hs.simulate(campaign, fit)
+    fits = {
+        run.run: 100.0 - 100.0 * np.std(e) / np.std(m)
+        for run in simulated.runs
+        for m in [run.measured["u"]]
+        for e in [run.simulated["u"] - m]
+    }
+    least = min(fits, key=lambda name: fits[name])
+    # the mean of the error, which std leaves out and rms does not, is a hundredth of the motion at most
+    told = re.search(
+        r"3 runs, 1 of which took no part in the fit; fit ([\d.]+) % or better, least in u of (\w+)",
+        simulated._repr_html_(),
+    )
+    assert told is not None
+    assert (float(told[1]), told[2]) == (pytest.approx(fits[least], abs=1.0), least)
+    lost = replace(simulated.runs[0], simulated={"u": np.full(600, np.inf)})
+    assert "fit -inf %" in replace(simulated, runs=(lost,))._repr_html_()
+
+    forces = hs.force_components(campaign, fit)[0]
+    sizes = {name: np.sqrt(np.mean(f**2)) for name, f in forces.terms.items()}
+    assert f"is the largest, {max(sizes.values()):.3g} N rms" in forces._repr_html_()
+
+    draws = hs.resample(campaign, draws=20)
+    widest = max(draws.parameters, key=lambda p: (p.interval[1] - p.interval[0]) / abs(p.value))
+    assert f"{widest.term} {widest.name} scatters most" in draws._repr_html_()
+    assert 'class="light amber"' not in draws._repr_html_()
+    failing = replace(draws, failed=5)._repr_html_()
+    assert 'class="light amber"' in failing
+    assert "5 of 25 refits failed" in failing
+
+
+def test_published_parameters_are_judged_together(campaign: hs.Campaign, fit: hs.Fit) -> None:
+    own = fit["quadratic_drag@surge"].value
+    for value, light, words in ((-own, "green", "agree with the own estimates"), (-2.0 * own, "red", "differ from")):
+        params = {"format": 1, "convention": "sname", "parameters": {"X_u|u|": value}}
+        html = hs.compare_published(campaign, params, fit)._repr_html_()
+        assert f'class="light {light}"' in html
+        assert words in html
+        assert "× those of the own model on held-out runs" in html
+    compared = hs.compare_published(campaign, params, fit)
+    alone = replace(compared, parameters=tuple(replace(p, z=None, p_value=None) for p in compared.parameters))
+    assert "No published parameter has an estimate of its own to stand beside; its errors" in alone._repr_html_()
+    assert "<img" in alone._repr_html_()
+    points = alone.plot_errors().lines[1]
+    np.testing.assert_allclose(points.get_xdata(), [e.rms / e.noise_floor for e in compared.runs])
+    plt.close("all")
+
+
+def test_deviations_of_a_fit_that_did_not_converge_are_marked(fit: hs.Fit, campaign: hs.Campaign) -> None:
+    loose = replace(fit, converged=False)
+    for p in fit.parameters:
+        marked = f"{p.std:.4g} ?"
+        lines = [line for line in loose.summary().splitlines() if line.startswith(f"{p.term} {p.name}")]
+        assert len(lines) == 1
+        assert marked in lines[0]
+        (row,) = [row for row in re.findall(r"<tr>.*?</tr>", loose._repr_html_()) if f"<td>{p.term}</td>" in row]
+        assert row.count(" ?<") == 2, "of the deviation and of the interval"
+        assert marked in next(
+            line for line in loose.to_latex().splitlines() if line.startswith(p.term.replace("_", r"\_"))
+        )
+    assert " ?" not in fit.summary() + fit.to_latex()
+    assert " ?<" not in fit._repr_html_()
+    assert "what is marked ? is no deviation" in loose.summary()
+    assert [row["std"] for row in loose.rows()] == [p.std for p in fit.parameters], "data stays data"
+    both = hs.Fits(1, ("a", "b"), (fit, loose)).summary()
+    assert both.count(" ?") == len(fit.parameters)
+    assert " ?" not in hs.Fits(1, ("a", "b"), (fit, fit)).summary()
+    assert all(text.get_text().endswith(" ?") for text in loose.plot().get_yticklabels())
+    plt.close("all")
+
+
+def test_no_probability_is_zero(fit: hs.Fit) -> None:
+    sure = replace(fit, parameters=tuple(replace(p, std=1e-6 * p.value) for p in fit.parameters))
+    assert sure.summary().count("<1e-300") == len(fit.parameters)
+    joint = hs.Joint(1e6, 3, 0.0)
+    apart = replace(hs.compare_models(fit, fit), joint=joint)
+    assert "the models differ: p &lt; 1e-300 of all" in apart._repr_html_()
+    one = replace(apart.parameters[0], p_value=0.0)
+    shown = replace(apart, parameters=(one,))
+    assert "<1e-300" in shown.summary()
+    assert "&lt;1e-300" in shown._repr_html_()
+    assert "<1e-300" in shown.to_latex()
+    assert shown.rows()[0]["p_value"] == 0.0
+
+
 def test_a_notebook_without_matplotlib_shows_the_rest(fit: hs.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     html = fit._repr_html_()

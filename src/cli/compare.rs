@@ -3,7 +3,7 @@
 use super::arguments::Compare;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{measured, number, size, table, wrapped};
+use super::table::{chance, measured, number, size, table, wrapped};
 use super::verbs::{Chosen, chosen, load, may_hold_series, write_series};
 use super::{noise, plot};
 use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Noise, Published, PublishedComparison};
@@ -112,7 +112,7 @@ fn print_crossed(found: &EachRun, output: &Output) {
 }
 
 fn probability(p: Option<f64>) -> String {
-    p.map(|p| format!("{p:.1e}")).unwrap_or_default()
+    p.map(chance).unwrap_or_default()
 }
 
 fn print_difference(found: &ModelDifference, output: &Output) {
@@ -134,11 +134,12 @@ fn print_difference(found: &ModelDifference, output: &Output) {
         .collect();
     output.print(&table(&["term", "symbol", &found.a, &found.b, "difference ± std", "z", "p", "unit"], &rows));
     if let Some(joint) = found.joint {
+        let p = chance(joint.p_value);
         output.print(&format!(
-            "all together: chi2 = {} on {} degrees of freedom, p = {:.1e}",
+            "all together: chi2 = {} on {} degrees of freedom, p {}{p}",
             number(joint.chi_squared),
             joint.degrees_of_freedom,
-            joint.p_value
+            if p.starts_with('<') { "" } else { "= " }
         ));
     }
 }

@@ -1,8 +1,8 @@
 //! What `discover` says on a terminal: the verdict, what is missing, the gap as it shrinks, where it lies, what next.
 
 use super::output::Output;
-use super::table::{measured, number, size, table, wrapped};
-use crate::discover::{AS_A_WHOLE, Discovery, LEAST_P, SmallestVisible, Verdict};
+use super::table::{chance, measured, number, size, table, wrapped};
+use crate::discover::{AS_A_WHOLE, Discovery, SmallestVisible, Verdict};
 use crate::frame::Measured;
 
 /// Most places and sizes that are printed; the JSON has them all.
@@ -38,11 +38,6 @@ pub(super) fn print(found: &Discovery, output: &Output) {
     if let Some(next) = &found.next_experiment {
         output.print(&format!("\n{}", wrapped(&format!("next: {next}"))));
     }
-}
-
-/// A probability; below the least that is told, that.
-fn chance(p: f64) -> String {
-    if p <= LEAST_P { format!("<{LEAST_P:e}") } else { format!("{p:.1e}") }
 }
 
 fn effects(found: &Discovery) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::arguments::Monitor;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{number, size, table};
+use super::table::{chance, number, size, table};
 use super::verbs::reading;
 use crate::campaign::file::{CampaignFile, ReadOptions};
 use crate::campaign::{self, Error, ModelFile};
@@ -54,7 +54,7 @@ fn print(watch: &Watch, output: &Output) {
                 size(w.rms),
                 size(w.mean),
                 size(w.noise),
-                format!("{:.1e}", w.p_value),
+                chance(w.p_value),
                 if w.off { "off".into() } else { String::new() },
             ]
         })

@@ -2,6 +2,8 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
+use crate::discover::LEAST_P;
+
 /// One line under the headers.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
@@ -93,6 +95,11 @@ pub(super) fn size(x: f64) -> String {
     }
 }
 
+/// A probability; below the least that is told, that.
+pub(super) fn chance(p: f64) -> String {
+    if p <= LEAST_P { format!("<{LEAST_P:e}") } else { format!("{p:.1e}") }
+}
+
 /// What stands behind a deviation of a fit that did not converge, and what explains it.
 pub(super) const UNSETTLED: &str = "?";
 
@@ -145,5 +152,6 @@ mod tests {
         assert_eq!(estimated(309.07, Some(18.8), true), "309 ± 19");
         assert_eq!(estimated(309.07, Some(18.8), false), "309 ± 19 ?");
         assert_eq!(estimated(5.0, None, false), "5.000");
+        assert_eq!((chance(0.0), chance(3.14e-5)), ("<1e-300".into(), "3.1e-5".into()));
     }
 }

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ._errors import Finding
+from ._html import picture
 from ._result import Result
 from ._view import Rows, axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+MOST_LOGS = 20
+"""Logs of which the small picture shows the lights."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,15 @@ class Check(Result):
         told = {"green": "nothing to object to", "amber": "usable, with what is said below", "red": "refused"}
         return self.verdict, told.get(self.verdict, "")
 
+    def _picture(self) -> str:
+        shown = self.logs[:MOST_LOGS]
+        topics = {light["topic"] for log in shown for light in log.lights}
+        if not topics:
+            return ""
+        some = replace(self, logs=shown)
+        size = 2.2 + 0.42 * len(topics), 1.4 + 0.26 * len(shown)
+        return picture(lambda figure: some.plot(figure.add_subplot(), s=55.0), *size)
+
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
         """The light of each topic and log; a topic that a log does not have is left out.
 
@@ -87,5 +101,5 @@ class Check(Result):
         ax.scatter([x for x, *_ in found], [y for _, y, _ in found], **(look | style))
         ax.set_xticks(range(len(topics)), topics, rotation=45, ha="right")
         ax.set_yticks(range(len(self.logs)), [log.file for log in self.logs])
-        ax.invert_yaxis()
+        ax.set_ylim(len(self.logs) - 0.5, -0.5)
         return ax

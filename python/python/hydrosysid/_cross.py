@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import median
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -75,6 +76,22 @@ class CrossValidation(Result):
     def rows(self) -> Rows:
         """One row a model, a run and a degree of freedom."""
         return [dict(vars(cell)) for cell in self.crossed]
+
+    def _verdict(self) -> tuple[str, str]:
+        own = {(cell.run, cell.dof): cell.mean_abs for cell in self.crossed if cell.model == cell.run}
+        ratios = [
+            (cell.mean_abs / own[cell.run, cell.dof], cell)
+            for cell in self.crossed
+            if cell.model != cell.run and own.get((cell.run, cell.dof), 0.0) > 0.0
+        ]
+        if not ratios:
+            return "", "No model could be simulated on a run of another."
+        worst, cell = max(ratios, key=lambda entry: entry[0])
+        typical = median(ratio for ratio, _ in ratios)
+        return "", (
+            f"Models of other runs err {typical:.2g} × as much as a run's own (median), at most {worst:.2g} ×: "
+            f"{cell.model} on {cell.run} in {cell.dof}."
+        )
 
     def _picture(self) -> str:
         return picture(lambda figure: self.plot(ax=figure.add_subplot()), 4.6, 3.2) if self.crossed else ""

@@ -17,7 +17,7 @@ from ._model import Model
 from ._noise import Noise
 from ._result import Result
 from ._thruster import Estimate, ThrustDirection
-from ._view import Rows, known_and_unknown, labelled, number, stacked, text_table
+from ._view import UNSETTLED, Rows, deviation, known_and_unknown, labelled, latex_table, number, stacked, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -259,7 +259,7 @@ class Fit(Result):
             {
                 "": f"{p.term} {p.name}",
                 "coef": p.value,
-                "std err": "held" if p.fixed else p.std,
+                "std err": "held" if p.fixed else deviation(p.std, self.converged),
                 "z": z(p),
                 "P>|z|": None if z(p) is None else math.erfc(abs(z(p) or 0.0) / math.sqrt(2.0)),
                 "[0.025": None if p.std is None or p.fixed else p.value - 1.96 * p.std,
@@ -269,12 +269,18 @@ class Fit(Result):
             for p in self.parameters
         ]
         title = f"Fit by {self.estimator.replace('_', ' ')}"
-        done = "converged" if self.converged else "not converged"
+        done = "converged" if self.converged else f"not converged: what is marked {UNSETTLED} is no deviation"
         foot = f"{self.nobs} observations, {done}; standard errors: {self.std_method}"
         parts = [self.sentence, text_table(parameters, title), foot]
         if self.stages:
             parts.append(text_table(self._stage_rows(), "Stages"))
         return "\n".join([*parts, *self._remarks()])
+
+    def to_latex(self) -> str:
+        """The parameters as a LaTeX ``tabular``; deviations of a fit that did not converge are marked with ``?``."""
+        stds = ("std", "std_paper")
+        marked = [{key: deviation(row[key], self.converged) for key in stds} for row in self.rows()]
+        return latex_table([row | own for row, own in zip(self.rows(), marked, strict=True)])
 
     def _stage_rows(self) -> Rows:
         return [
@@ -302,11 +308,12 @@ class Fit(Result):
     def _shown_rows(self) -> Rows:
         def interval(p: Parameter) -> str:
             ends = [number(p.value + way * 1.96 * (p.std or 0.0)) for way in (-1.0, 1.0)]
-            return "held" if p.fixed else "" if p.std is None else f"{ends[0]} to {ends[1]}"
+            words = " to ".join(ends) if self.converged else f"{' to '.join(ends)} {UNSETTLED}"
+            return "held" if p.fixed else "" if p.std is None else words
 
         return [
             {"effect": _native.common_name(p.effect), "term": p.term, "symbol": p.name, "value": p.value}
-            | {"std": p.std, "95 % interval": interval(p), "unit": p.unit}
+            | {"std": deviation(p.std, self.converged), "95 % interval": interval(p), "unit": p.unit}
             for p in self.parameters
         ]
 
@@ -322,5 +329,6 @@ class Fit(Result):
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
         free = [p for p in self.parameters if not p.fixed and p.std and p.value != 0.0]
-        shown = [(f"{_native.common_name(p.term)}, {p.name}", p.value, p.std or 0.0, p.unit) for p in free]
+        mark = "" if self.converged else f" {UNSETTLED}"
+        shown = [(f"{_native.common_name(p.term)}, {p.name}", p.value, p.std or 0.0, p.unit + mark) for p in free]
         return known_and_unknown(ax, shown, style)

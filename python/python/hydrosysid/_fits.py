@@ -13,7 +13,7 @@ import numpy as np
 from ._fit import Fit
 from ._html import html_table, picture
 from ._result import Result
-from ._view import Rows, axes, text_table
+from ._view import Rows, axes, deviation, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,9 +106,11 @@ class Fits(Result):
     def _spread_rows(self) -> Rows:
         """One row a parameter: how it is spread over the campaigns, beside what the fits say of themselves."""
         found: dict[str, list[tuple[float, float, str]]] = {}
+        loose: set[str] = set()
         for fit in self.done:
             for name, p in zip(fit.names, fit.parameters, strict=True):
                 found.setdefault(name, []).append((p.value, p.std or 0.0, p.unit))
+            loose.update(() if fit.converged else fit.names)
         rows = []
         for name, entries in found.items():
             values = np.array([value for value, _, _ in entries])
@@ -117,7 +119,8 @@ class Fits(Result):
             spread = float(values.std(ddof=1)) if len(values) > 1 else None
             rows.append(
                 {"parameter": name, "fits": len(values), "median": quantiles[1], "5 %": quantiles[0]}
-                | {"95 %": quantiles[2], "spread": spread, "typical std": stated, "unit": entries[0][2]}
+                | {"95 %": quantiles[2], "spread": spread, "typical std": deviation(stated, name not in loose)}
+                | {"unit": entries[0][2]}
             )
         return rows
 

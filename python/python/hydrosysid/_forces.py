@@ -59,6 +59,18 @@ class Forces(Result):
     def _heading(self) -> str:
         return f"{self.title} of {self.run}, {self.dof}"
 
+    def _verdict(self) -> tuple[str, str]:
+        sizes = [(row["rms"], row["term"]) for row in self._brief_rows()]
+        if len(sizes) < 2 or not len(self.time):
+            return "", ""
+        (largest, term), (total, _) = max(sizes[:-1]), sizes[-1]
+        unit = self.unit.replace("*", " ")
+        words = f"{_native.common_name(term)} is the largest, {largest:.3g} {unit} rms"
+        return (
+            "",
+            f"Of {len(sizes) - 1} terms {words}; what is left to accelerate the vehicle is {total:.3g} {unit} rms.",
+        )
+
     def _tables(self) -> list[str]:
         return [html_table(self._brief_rows())]
 

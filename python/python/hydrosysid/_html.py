@@ -9,7 +9,7 @@ import io
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ._view import Rows, is_numeric, number
+from ._view import Rows, cell, is_numeric, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +48,7 @@ def html_table(rows: Rows, title: str = "") -> str:
     top = "".join(f"<th{kind}>{html.escape(head)}</th>" for head, kind in zip(heads, kinds, strict=True))
     lines = (
         "<tr>"
-        + "".join(f"<td{k}>{html.escape(number(row.get(head)))}</td>" for head, k in zip(heads, kinds, strict=True))
+        + "".join(f"<td{k}>{html.escape(cell(row, head))}</td>" for head, k in zip(heads, kinds, strict=True))
         + "</tr>"
         for row in rows[:MOST_ROWS]
     )

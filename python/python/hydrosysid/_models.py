@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from statistics import median
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ._errors import Finding
@@ -11,10 +12,15 @@ from ._html import html_table, picture
 from ._motion import Disagreement
 from ._noise import Noise
 from ._result import Result
-from ._view import Rows, bars, over_noise, text_table
+from ._view import Rows, axes, bars, over_noise, probability, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+MOST_RUNS = 20
+"""Runs of which the small picture shows the errors."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -140,7 +146,10 @@ class ModelDifference(_Apart):
             return "", ""
         same = self.joint.p_value >= 0.05
         words = "the difference is within its uncertainty" if same else "the models differ"
-        return "green" if same else "red", f"{words}: p = {self.joint.p_value:.2g} of all common parameters together"
+        return (
+            "green" if same else "red",
+            f"{words}: {probability(self.joint.p_value)} of all common parameters together",
+        )
 
 
 @dataclass(frozen=True)
@@ -188,6 +197,62 @@ class PublishedComparison(_Apart):
 
     def _difference(self) -> str:
         return "published less own"
+
+    def _verdict(self) -> tuple[str, str]:
+        told = [(p.p_value, f"{p.effect} {p.name}") for p in self.parameters if p.p_value is not None]
+        errors = _errors_over(self.runs, self.own_runs)
+        if not told:
+            return "", f"No published parameter has an estimate of its own to stand beside{errors}."
+        # of several parameters the least p-value, by Bonferroni
+        least, name = min(told)
+        joint = min(1.0, len(told) * least)
+        agree = joint >= 0.05
+        words = "agree with the own estimates" if agree else f"differ from the own estimates, most of all {name}"
+        return "green" if agree else "red", f"The published parameters {words} ({probability(joint)}){errors}."
+
+    def _picture(self) -> str:
+        parameters = sum(p.z is not None for p in self.parameters)
+        runs = min(len(self.runs), MOST_RUNS)
+        if not parameters and not runs:
+            return ""
+        some = replace(self, runs=self.runs[:runs], own_runs=self.own_runs[:runs])
+
+        def draw(figure: Figure) -> None:
+            parts = [self.plot] * bool(parameters) + [some.plot_errors] * bool(runs)
+            for part, ax in zip(parts, figure.subplots(1, len(parts), squeeze=False)[0], strict=True):
+                part(ax)
+
+        return picture(draw, 9.0, 1.0 + 0.26 * max(parameters, runs))
+
+    def plot_errors(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Root mean square error of both models on each run over the noise floor, on a logarithmic scale.
+
+        Args:
+            ax: axes to draw into; new ones when absent.
+            style: passed on to `matplotlib.axes.Axes.plot`.
+        """
+        ax = axes(ax)
+        place = list(range(len(self.runs)))[::-1]
+        for label, runs, colour in (("own", self.own_runs, "C0"), ("published", self.runs, "C1")):
+            ratios = [entry.rms / entry.noise_floor for entry in runs]
+            ax.plot(ratios, place, **({"marker": "o", "linestyle": "", "color": colour, "label": label} | style))
+        ax.axvline(1.0, color="0.3", linewidth=0.8)
+        ax.set_xscale("log")
+        ax.set_yticks(place, [f"{entry.run} {entry.dof}" for entry in self.runs])
+        ax.set_xlabel("rms error over sensor noise")
+        ax.margins(y=0.3)
+        ax.legend()
+        return ax
+
+
+def _errors_over(published: tuple[Disagreement, ...], own: tuple[Disagreement, ...]) -> str:
+    """How much more the published model errs than the own one, in words: the median over runs that took no part."""
+    held_out = [(a, b) for a, b in zip(published, own, strict=True) if a.role == "validate"]
+    pairs = held_out or list(zip(published, own, strict=True))
+    ratios = [a.rms / b.rms for a, b in pairs if b.rms > 0.0]
+    if not ratios:
+        return ""
+    return f"; its errors are {median(ratios):.2g} × those of the own model{' on held-out runs' if held_out else ''}"
 
 
 @dataclass(frozen=True)

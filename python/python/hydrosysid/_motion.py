@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from os import PathLike
+from statistics import median
 from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
@@ -146,11 +147,40 @@ class Simulation(Result):
         """
         return _drawn(self.runs[0] if run is None else self[run], {}, channel, ax, style)
 
+    def _verdict(self) -> tuple[str, str]:
+        explained = _explained(self.runs)
+        if not explained:
+            return "", ""
+        least, channel, run = min(explained)
+        held_out = sum(one.role == "validate" for one in self.runs)
+        runs = (
+            f"{len(self.runs)} runs, {held_out} of which took no part in the fit"
+            if held_out
+            else f"{len(self.runs)} runs"
+        )
+        return "", f"{runs}; fit {least:.3g} % or better, least in {channel} of {run}."
+
     def _tables(self) -> list[str]:
         return [html_table(self._brief_rows())]
 
     def _picture(self) -> str:
         return _small_picture(self.runs[0], {}) if self.runs else ""
+
+
+def _explained(runs: tuple[SimulatedRun, ...]) -> list[tuple[float, str, str]]:
+    """Fit of each channel of each run, %: 100 for a perfect simulation, 0 for one no better than the mean."""
+    found = []
+    for run in runs:
+        for channel, simulated in run.simulated.items():
+            there = np.isfinite(run.measured[channel])
+            measured = run.measured[channel][there]
+            spread = float(np.std(measured)) if there.any() else 0.0
+            if spread > 0.0:
+                rms = float(np.sqrt(np.mean((simulated[there] - measured) ** 2)))
+                # a simulation that ran away is as wrong as can be
+                percent = 100.0 * (1.0 - rms / spread) if np.isfinite(rms) else -np.inf
+                found.append((percent, channel, run.run))
+    return found
 
 
 def _title(run: SimulatedRun) -> str:
@@ -257,6 +287,20 @@ class Comparison(Result):
         """
         shown = self._shown(run)
         return _drawn(shown, self._remarks_on(shown.run), channel, ax, style)
+
+    def _verdict(self) -> tuple[str, str]:
+        known = [e for e in self.runs if e.noise_floor > 0.0]
+        held_out = [e for e in known if e.role == "validate"]
+        judged = held_out or known
+        if not judged:
+            return "", ""
+        ratios = [e.rms / e.noise_floor for e in judged]
+        worst = judged[int(np.argmax(ratios))]
+        runs = "Held-out runs" if held_out else "Runs of the fit (none is held out)"
+        return "", (
+            f"{runs}: the free simulation errs by {median(ratios):.2g} × the noise of the sensor (median), at most "
+            f"{max(ratios):.2g} ×: {worst.run} in {worst.dof}."
+        )
 
     def _shown(self, run: str | None) -> SimulatedRun:
         if self.simulation is None or not self.simulation.runs:

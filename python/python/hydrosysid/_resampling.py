@@ -46,6 +46,10 @@ class Scatter:
     run: str | None = None
 
 
+def _called(p: Scatter) -> str:
+    return " ".join(filter(None, (p.term, p.name, p.run)))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Resampling(Result):
     """Refits of a campaign.
@@ -119,10 +123,29 @@ class Resampling(Result):
         look: dict[str, Any] = {"fmt": "o", "capsize": 3}
         ax.errorbar(middle, place, xerr=spread, **(look | style))
         ax.axvline(1.0, color="0.3", linewidth=0.8)
-        ax.set_yticks(place, [" ".join(filter(None, (p.term, p.name, p.run))) for p in shown])
+        ax.set_yticks(place, [_called(p) for p in shown])
         ax.set_ylim(-0.6, len(shown) - 0.4)
         ax.set_xlabel("mean and 95 % of the draws, over the estimate")
         return ax
+
+    def _verdict(self) -> tuple[str, str]:
+        shown = [p for p in self.parameters if p.value != 0.0 and p.std > 0.0]
+        if not shown:
+            return "", ""
+        widest = max(shown, key=lambda p: (p.interval[1] - p.interval[0]) / abs(p.value))
+        biased = max(shown, key=lambda p: abs(p.mean - p.value) / p.std)
+        ends = sorted(100.0 * (end / widest.value - 1.0) for end in widest.interval)
+        bias = abs(biased.mean - biased.value) / biased.std
+        words = (
+            f"{_called(widest)} scatters most: 95 % of its draws lie {ends[0]:+.2g} to {ends[1]:+.2g} % from the "
+            f"estimate. The greatest bias is {bias:.2g} standard deviations, of {_called(biased)}."
+        )
+        failed = self.failed / (self.draws + self.failed)
+        return (
+            ("amber", f"{self.failed} of {self.draws + self.failed} refits failed. {words}")
+            if failed > 0.05
+            else ("", words)
+        )
 
     def _tables(self) -> list[str]:
         return [html_table(self.rows()), f"<p>{escape(self._drawn())}</p>"]

@@ -61,6 +61,36 @@ def number(value: Any) -> str:
     return str(value)
 
 
+LEAST_P = 1e-300
+"""Least probability that is told, as on the terminal: those below it are this small at most."""
+PROBABILITIES = ("p_value", "P>|z|")
+"""Heads of columns that hold probabilities, none of which is 0."""
+UNSETTLED = "?"
+"""What stands behind a deviation of a fit that did not converge, as on the terminal."""
+
+
+def probability(p: float) -> str:
+    """A probability in words.
+
+    >>> probability(0.0123), probability(0.0)
+    ('p = 0.012', 'p < 1e-300')
+    """
+    return f"p < {LEAST_P:g}" if p <= LEAST_P else f"p = {p:.2g}"
+
+
+def cell(row: Mapping[str, Any], head: str) -> str:
+    """What a table shows of a row under this head."""
+    value = row.get(head)
+    if head in PROBABILITIES and isinstance(value, float) and value <= LEAST_P:
+        return f"<{LEAST_P:g}"
+    return number(value)
+
+
+def deviation(std: float | None, converged: bool) -> float | str | None:
+    """A deviation for a table, marked where the estimator did not converge, for then it is none."""
+    return std if converged or std is None else f"{number(std)} {UNSETTLED}"
+
+
 def is_numeric(rows: Rows, head: str) -> bool:
     """Whether a column holds numbers and blanks alone."""
     return all(isinstance(row.get(head), int | float | None) for row in rows)
@@ -71,7 +101,7 @@ def text_table(rows: Rows, title: str = "") -> str:
     if not rows:
         return title
     heads = list(rows[0])
-    cells = [[number(row.get(head)) for head in heads] for row in rows]
+    cells = [[cell(row, head) for head in heads] for row in rows]
     numeric = [is_numeric(rows, head) for head in heads]
     widths = [max(len(h), *(len(line[k]) for line in cells)) for k, h in enumerate(heads)]
 
@@ -98,8 +128,8 @@ def latex_table(rows: Rows) -> str:
     """A `tabular` with one line a row."""
     heads = list(rows[0]) if rows else []
     signs = "".join("r" if is_numeric(rows, head) else "l" for head in heads)
-    lines = [heads, *([number(row.get(head)) for head in heads] for row in rows)]
-    body = [" & ".join(latex(cell) for cell in line) + r" \\" for line in lines]
+    lines = [heads, *([cell(row, head) for head in heads] for row in rows)]
+    body = [" & ".join(latex(text) for text in line) + r" \\" for line in lines]
     body.insert(1, r"\hline")
     return "\n".join([rf"\begin{{tabular}}{{{signs}}}", *body, r"\end{tabular}"])
 
