@@ -1,6 +1,7 @@
 """Building blocks against NumPy and against what can be had by hand."""
 
 import pickle
+import tracemalloc
 
 import hydrosysid as hs
 import matplotlib as mpl
@@ -162,3 +163,43 @@ def test_effects_are_found_by_their_common_names() -> None:
         hs.effects("munc")
     with pytest.raises(hs.UsageError, match=r"common name or meaning$"):
         hs.effects("warp drive")
+
+
+def strided(H: np.ndarray) -> np.ndarray:
+    wide = np.full((H.shape[0], 2 * H.shape[1]), np.nan)
+    wide[:, ::2] = H
+    return wide[:, ::2]
+
+
+ORDERS = {
+    "C": np.ascontiguousarray,
+    "Fortran": np.asfortranarray,
+    "strided": strided,
+    "rows reversed": lambda H: np.ascontiguousarray(H[::-1])[::-1],
+    "columns reversed": lambda H: np.asfortranarray(H[:, ::-1])[:, ::-1],
+}
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_long_system_is_read_where_it_lies(order: str) -> None:
+    """100,000 rows of five columns in any order of memory: the same to the bit, and no copy of the 4 MB."""
+    rng = np.random.default_rng(7)
+    columns = rng.standard_normal((100_000, 5)) @ rng.standard_normal((5, 5))
+    y = columns @ np.arange(1.0, 6.0) + rng.standard_normal(100_000)
+    expected = hs.least_squares(columns, y)
+    H = ORDERS[order](columns)
+    np.testing.assert_array_equal(H, columns)
+    tracemalloc.start()
+    try:
+        fit = hs.least_squares(H, y)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    # one column of H alone is 800 kB
+    assert peak < 100_000
+    for name in ("coefficients", "standard_errors", "covariance"):
+        np.testing.assert_array_equal(getattr(fit, name), getattr(expected, name))
+    assert (fit.residual_std, fit.r_squared) == (expected.residual_std, expected.r_squared)
+    assert fit.condition_number == expected.condition_number
+    # and of NumPy, to the digits that a well-conditioned system leaves
+    np.testing.assert_allclose(fit.coefficients, np.linalg.lstsq(columns, y)[0], rtol=1e-10)

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import nullcontext
 from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
@@ -191,14 +192,14 @@ def test_a_bootstrap_needs_something_to_draw_from(campaigns: list[hs.Campaign]) 
         hs.resample(campaigns[0], method="runs", draws=1)
     with pytest.raises(hs.UsageError, match="block: only method = 'runs'"):
         hs.resample(campaigns[0], block=10.0)
-    with pytest.raises(hs.UsageError, match=r"filter error.*method = 'runs'"):
-        hs.resample(campaigns[0], estimator="filter_error")
 
 
 @pytest.mark.parametrize("method", ["bootstrap", "monte_carlo"])
-@pytest.mark.parametrize("estimator", ["output_error", "integral"])
+@pytest.mark.parametrize("estimator", ["filter_error", "output_error", "integral"])
 def test_refits_are_the_same_whoever_makes_them(
-    campaign: hs.Campaign, method: Literal["bootstrap", "monte_carlo"], estimator: Literal["output_error", "integral"]
+    campaign: hs.Campaign,
+    method: Literal["bootstrap", "monte_carlo"],
+    estimator: Literal["filter_error", "output_error", "integral"],
 ) -> None:
     def drawn(seed: int | None, executor: Executor | None = None) -> hs.Resampling:
         return hs.resample(campaign, method=method, estimator=estimator, draws=21, seed=seed, executor=executor)
@@ -332,6 +333,94 @@ def test_what_progress_raises_ends_the_work(long: hs.Campaign) -> None:
 
     with pytest.raises(StopIteration, match="enough"):
         hs.discover(long, progress=enough)
+
+
+EXECUTORS: dict[str, Callable[[], Any]] = {
+    "loop": lambda: nullcontext(None),
+    "threads": lambda: ThreadPoolExecutor(1),
+    "processes": lambda: ProcessPoolExecutor(1, mp_context=get_context("spawn")),
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("name", EXECUTORS)
+def test_control_c_ends_many_fits(name: str, campaign: hs.Campaign) -> None:
+    """The key is pressed when the first fit is heard of: no other is waited for, and the executor can be used again."""
+    heard: list[int] = []
+
+    def press(what: str, done: int, of: int) -> None:
+        heard.append(done)
+        if done == 1:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with EXECUTORS[name]() as executor:
+            with pytest.raises(KeyboardInterrupt):
+                hs.map_fit([campaign] * 40, executor=executor, progress=press)
+            assert heard == [0, 1]
+            if executor is not None:
+                # one at work and one on its way to a process: the others are called off
+                assert executor.submit(abs, -3).result(60) == 3
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_control_c_ends_init(tmp_path: Path) -> None:
+    """By the CPU that the whole takes and that until the end: a busy machine changes neither."""
+    k = np.arange(60_000)
+    table = (
+        {"t": 0.02 * k} | {name: np.sin(k / (50.0 + j)) for j, name in enumerate("uvwpqr")} | {"tau_u": np.cos(k / 9)}
+    )
+    log, written = tmp_path / "dive.csv", tmp_path / "mine.toml"
+    np.savetxt(
+        log, np.column_stack(list(table.values())), delimiter=",", header=",".join(table), comments="", fmt="%.6f"
+    )
+    begin = time.process_time()
+    hs.init([log])
+    whole = time.process_time() - begin
+    main = threading.main_thread().ident
+    assert main is not None
+
+    def press() -> None:
+        while (frame := sys._current_frames()[main]).f_code.co_name != "init":
+            time.sleep(0.001)
+        del frame
+        os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    thread = threading.Thread(target=press)
+    begin = time.process_time()
+    thread.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            hs.init([log], written)
+    finally:
+        thread.join()
+        signal.signal(signal.SIGINT, before)
+    assert time.process_time() - begin < 0.5 * whole
+    assert not written.exists()
+
+
+def test_an_export_that_is_ended_leaves_what_was_there(fitted: hs.Fit, tmp_path: Path) -> None:
+    path = tmp_path / "model.csv"
+    hs.export(fitted, "csv", path)
+    there = path.read_bytes()
+    assert there == hs.export(fitted, "csv").content
+
+    def half(self: Path, data: bytes) -> int:
+        with self.open("wb") as file:
+            file.write(data[: len(data) // 2])
+        raise KeyboardInterrupt
+
+    patch = pytest.MonkeyPatch()
+    patch.setattr(Path, "write_bytes", half)
+    with patch.context(), pytest.raises(KeyboardInterrupt):
+        hs.export(fitted, "latex", path)
+    patch.undo()
+    assert path.read_bytes() == there
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -100,6 +100,24 @@ def test_a_frame_is_guessed_as_init_guesses_a_log() -> None:
         hs.Run.from_frame(pd.DataFrame({"a": ["x", "y"]}), guess=True)
 
 
+def test_every_guess_at_a_frame_is_told(tmp_path: Path) -> None:
+    """Options as well as columns: what stands in `init`'s campaign as a guess at its log is a finding of the run."""
+    k = np.arange(400)
+    frame = pd.DataFrame(
+        {"time": 0.1 * k, "north": np.sin(k / 50.0), "east": np.cos(k / 50.0), "yaw_deg": 0.2 * k, "thrust_x": 1.0 * k}
+    )
+    frame.loc[::2, "north"] = None
+    run = hs.Run.from_frame(frame, guess=True, name="dive")
+    told = [finding.message.removeprefix("dive: ") for finding in run.findings if finding.code == "K201"]
+    frame.to_csv(tmp_path / "dive.csv", index=False)
+    text = hs.init([tmp_path / "dive.csv"])
+    log = text.split("\n[log]\n")[1].split("\n[[run]]")[0]
+    guessed = [line.removeprefix("# guessed: ") for line in log.splitlines() if line.startswith("# guessed: ")]
+    assert told == guessed
+    assert any("north and east are a measurement of their own" in text for text in told)
+    assert any(text.startswith('"yaw_deg" is psi') for text in told)
+
+
 def test_wall_clocks_are_exact_to_the_nanosecond() -> None:
     stamps = np.array("2024-07-01T10:40:00.000000007", dtype="datetime64[ns]") + np.arange(5) * np.timedelta64(
         10**8, "ns"

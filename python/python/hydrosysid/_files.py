@@ -33,5 +33,7 @@ def write(path: str | PathLike[str], data: bytes, force: bool = False) -> None:
         beside.write_bytes(data)
         beside.replace(place)
     except OSError as error:
-        beside.unlink(missing_ok=True)
         raise UsageError(f"{place} cannot be written: {error.strerror}") from None
+    finally:
+        # what is left where it could not be written, or Ctrl-C came first
+        beside.unlink(missing_ok=True)

@@ -107,10 +107,20 @@ def _guessed(kind: type[Run], arrays: dict[str, NDArray[Any]], options: dict[str
             raise DataError(f"nothing in the frame could be placed; it has {', '.join(arrays)}")
         reading = campaign.get("log", {}) | campaign["run"][0].get("log", {})
         made = kind.from_csv(log, **({"name": "frame"} | run | reading))
-    said = [line.strip("# ").removeprefix("guessed: ") for line in text.splitlines() if line.startswith("# guessed:")]
-    own = [found("K201", f"{made.name}: {guess}") for guess in said if guess.startswith('"') or "missing" in guess]
+    own = [found("K201", f"{made.name}: {guess}") for guess in _guesses(text)]
     made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), (*own, *made.findings), dict(made.units))
     return made
+
+
+def _guesses(text: str) -> list[str]:
+    """What a campaign's text says was guessed of how its log is read; of vehicle and model nothing becomes of a run."""
+    said, table = [], ""
+    for line in text.splitlines():
+        if line.startswith("["):
+            table = line.strip("[]")
+        if line.startswith("# guessed: ") and table.removeprefix("run.").split(".")[0] == "log":
+            said.append(line.removeprefix("# guessed: "))
+    return said
 
 
 def write_columns(target: Path, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -59,7 +59,7 @@ def export(
     told, content = _native.export_model(text, is_file, to, link, mass, inertia, dict(at or {}), acting, target_version)
     made = build(Export, json.loads(told) | {"content": content})
     if path is not None:
-        Path(path).write_bytes(content)
+        write(path, content, force=True)
     return made
 
 

@@ -154,8 +154,8 @@ class Run(Readers):
                 and columns that carry units themselves (pint-pandas), are understood.
             columns: canonical name = name in the frame, or a table of name, unit, sign and frame, as for `Readers`;
                 only these are taken. All columns when absent.
-            guess: find out from names, units and values which column is which channel, as `init` does; every guess is
-                one of the run's `findings`. What is given as options is not guessed.
+            guess: find out from names, units and values which column is which channel, as `init` does; every guess at
+                how they are read is one of the run's `findings`. What is given as options is not guessed.
             options: ``name``, ``kind``, ``role``, ``gaps`` and ``units`` as for `Run`, and reading options as for
                 `Readers`; with `guess` those of ``[log]`` in a campaign.
 
