@@ -5,14 +5,17 @@
 //! on the same numbers. What is read once and used many times (a compiled model, a run made ready) is prepared
 //! beforehand on both sides. Without `--bench` (as in the tests) every work is done once at a small size.
 
+mod door;
 mod planar;
 
+use std::cell::OnceCell;
 use std::hint::black_box;
 use std::io::{BufRead as _, Write as _};
 use std::path::Path;
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
+use door::Door;
 use hydrosysid::chain::Available;
 use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::dynamics::Dynamics;
@@ -34,17 +37,20 @@ struct Sizes {
     rows: usize,
     steps: usize,
     seconds: f64,
+    sailed: usize,
 }
 
 fn main() {
     if !std::env::args().any(|a| a == "--bench") {
-        let works = Works::new(&Sizes { rows: 1_000, steps: 100, seconds: 24.0 });
-        for name in ["least_squares", "refined", "bootstrap", "rk4", "ensemble", "output_error"] {
+        let works = Works::new(&Sizes { rows: 1_000, steps: 100, seconds: 24.0, sailed: 601 });
+        let door = ["core_least_squares", "core_simulate", "core_fit"];
+        for name in ["least_squares", "refined", "bootstrap", "rk4", "ensemble", "output_error"].into_iter().chain(door)
+        {
             works.run(name).expect("a known work");
         }
         return;
     }
-    let works = Works::new(&Sizes { rows: 1_000_000, steps: 6_000, seconds: 120.0 });
+    let works = Works::new(&Sizes { rows: 1_000_000, steps: 6_000, seconds: 120.0, sailed: 100_001 });
     for line in std::io::stdin().lock().lines() {
         let line = line.expect("a line of text");
         let answer = match line.split_whitespace().collect::<Vec<_>>()[..] {
@@ -63,6 +69,8 @@ struct Works {
     few: (Model, Run),
     motion: (Model, Dynamics, Track),
     fit: (Model, Vec<Run>, OutputErrorOptions),
+    sailed: usize,
+    door: OnceCell<Door>,
 }
 
 impl Works {
@@ -72,6 +80,8 @@ impl Works {
             few: regression(sizes.rows.min(10_001)),
             motion: motion(sizes.steps),
             fit: fit(sizes.seconds),
+            sailed: sizes.sailed,
+            door: OnceCell::new(),
         }
     }
 
@@ -92,8 +102,12 @@ impl Works {
             "ensemble" => Ok(self.sail_together()),
             "output_error" => Ok(self.fit_motion()),
             "discover" => Ok(self.find()),
-            _ => Err(format!("`{name}` is no work")),
+            name => self.door().run(name),
         }
+    }
+
+    fn door(&self) -> &Door {
+        self.door.get_or_init(|| Door::new(&self.columns, sailed(&planar::model(false), self.sailed, 0)))
     }
 
     /// Rows folded as they are made; where every digit is asked for they are made twice.
@@ -181,6 +195,7 @@ impl Works {
                     signals(run, &format!("run{k}_"))?;
                 }
             }
+            "door" => self.door().data(folder)?,
             _ => return Err(format!("`{name}` has no data")),
         }
         Ok("{}".into())

@@ -10,11 +10,11 @@ import numpy as np
 
 
 class Partner:
-    """The bench binary `partner`, asked line by line."""
+    """A process that is asked line by line: the bench binary `partner`, or `door.py`."""
 
-    def __init__(self, binary: str) -> None:
+    def __init__(self, command: list[str]) -> None:
         """Starts it."""
-        self.process = subprocess.Popen([binary, "--bench"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def __enter__(self) -> Self:
         """Itself."""

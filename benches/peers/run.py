@@ -12,6 +12,7 @@ from pathlib import Path
 
 import bootstrap
 import discovery
+import door
 import growth
 import limits
 import motion
@@ -117,11 +118,12 @@ def main() -> None:
     asked.add_argument("--write", type=Path)
     asked.add_argument("--short", action="store_true", help="small sizes, to see that everything runs")
     given = asked.parse_args()
-    with Partner(given.partner) as partner:
+    with Partner([given.partner, "--bench"]) as partner:
         rows = list(measured(partner))
+        doors = door.section(partner, given.python)
     read = reading.measured(given.growth, given.command, *((10**5, 1) if given.short else (10**7, 7)))
     starts = start.lines(given.command, given.python)
-    sections = growth.section(given.growth, given.short) + limits.section(given.growth)
+    sections = doors + growth.section(given.growth, given.short) + limits.section(given.growth)
     text = page(rows, read, starts, sections, given.parts.read_text() if given.parts else None)
     if given.write:
         given.write.write_text(text)
