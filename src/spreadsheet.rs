@@ -12,6 +12,14 @@ pub(crate) fn harmless(word: &str) -> Cow<'_, str> {
     if is_formula { Cow::Owned(format!("'{word}")) } else { Cow::Borrowed(word) }
 }
 
+/// The word that [`harmless`] was made of: `word` without the apostrophe that keeps it from being a formula.
+pub(crate) fn without_mark(word: &str) -> &str {
+    match word.strip_prefix('\'') {
+        Some(rest) if matches!(harmless(rest), Cow::Owned(_)) => rest,
+        _ => word,
+    }
+}
+
 /// Rows as CSV, fields quoted where RFC 4180 asks for it.
 pub(crate) fn csv(rows: impl IntoIterator<Item = Vec<String>>, end: Terminator) -> String {
     let mut writer = WriterBuilder::new().terminator(end).flexible(true).from_writer(Vec::new());
@@ -30,7 +38,9 @@ mod tests {
     fn formulas_become_words_and_numbers_stay() {
         for word in ["+1", "-2", "@x", "\t=1", " =1", "＝1"] {
             assert_eq!(harmless(word), format!("'{word}"));
+            assert_eq!(without_mark(&harmless(word)), word);
         }
+        assert_eq!((without_mark("'quoted'"), without_mark("k_u|u|")), ("'quoted'", "k_u|u|"));
         assert_eq!(harmless("k_u|u|"), "k_u|u|");
         let row = vec![harmless("=HYPERLINK(\"x\",\"y\")").into_owned(), "-0.1".into(), String::new()];
         assert_eq!(csv([row], Terminator::CRLF), "\"'=HYPERLINK(\"\"x\"\",\"\"y\"\")\",-0.1,\r\n");

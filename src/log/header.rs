@@ -10,6 +10,7 @@ use super::number;
 use super::options::{BodyFrame, ColumnSource, Frame, LogOptions, TimeUnit};
 use super::records::Record;
 use crate::finding::{Code, Finding, Quote};
+use crate::spreadsheet::without_mark;
 
 /// One channel of the log.
 #[derive(Debug, Clone)]
@@ -188,7 +189,7 @@ impl Reader<'_> {
             if base.is_empty() || self.options.columns.contains_key(base) {
                 ignored.push(self.headers[index].clone());
             } else {
-                named.push((base.to_string(), index));
+                named.push((without_mark(base).to_string(), index));
             }
         }
         (self.unique(named, &mut ignored), ignored)

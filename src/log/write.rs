@@ -1,4 +1,5 @@
-//! A run as CSV: headers `name [unit]`, shortest decimals that read back to the same bits.
+//! A run as CSV: headers `name [unit]`, shortest decimals that read back to the same bits. A name that a spreadsheet would
+//! take for a formula has an apostrophe in front, which the reader takes off again.
 //!
 //! Signals with their own time stamps stand in one table over all stamps, cells empty where a sensor has no sample:
 //! such a file is read back with `missing = "no_sample"`.
@@ -15,6 +16,7 @@ use super::read::LogFile;
 use crate::atomic_file;
 use crate::progress;
 use crate::run::{Run, Signal};
+use crate::spreadsheet::harmless;
 
 /// Rows after which the writer asks whether it is still wanted.
 const ROWS_A_LOOK: usize = 1024;
@@ -72,10 +74,11 @@ pub fn write_signals(
     table.write_field("t [s]")?;
     for (name, _) in &signals {
         let usual = quantity(name).and_then(|q| q.units().first()).map(|unit| unit.name);
-        table.write_field(match units.get(*name).copied().or(usual) {
+        let header = match units.get(*name).copied().or(usual) {
             Some(unit) => format!("{name} [{unit}]"),
             None => (*name).to_string(),
-        })?;
+        };
+        table.write_field(&*harmless(&header))?;
     }
     table.write_record(None::<&[u8]>)?;
     // merge of the time stamps: at each instant the signals whose next sample it is
@@ -126,9 +129,14 @@ mod tests {
         run.signals.insert("u".into(), signal(&[0.0, 0.5], &[1e300, -0.0]));
         run.signals.insert("tau_r".into(), signal(&[0.0, 0.1, 0.5], &[1.0, 0.1 + 0.2, 4.9e-324]));
         run.signals.insert("wind, \"gusts\"".into(), signal(&[0.1], &[7.5]));
+        // formulas to a spreadsheet, one of them quoted
+        run.signals.insert("=cmd|' /C calc'!A0".into(), signal(&[0.1], &[-2.5]));
+        run.signals.insert("@sum(1,2)".into(), signal(&[0.5], &[1.0]));
         let mut bytes = Vec::new();
         write_to(&run, &mut bytes).unwrap();
-        assert!(bytes.starts_with(b"t [s],tau_r [N*m],u [m/s],\"wind, \"\"gusts\"\"\"\n0.0,1.0,1e300,\n"));
+        let header = "t [s],'=cmd|' /C calc'!A0,\"'@sum(1,2)\",tau_r [N*m],u [m/s],\"wind, \"\"gusts\"\"\"\n";
+        assert!(bytes.starts_with(header.as_bytes()), "{}", String::from_utf8_lossy(&bytes));
+        assert!(bytes[header.len()..].starts_with(b"0.0,,,1.0,1e300,\n"), "{}", String::from_utf8_lossy(&bytes));
         let options = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
         let log = read_from(&bytes[..], "written", &options, &["t", "u"]).unwrap();
         assert_eq!(log.signals, run.signals);
