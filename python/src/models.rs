@@ -21,7 +21,8 @@ fn made(py: Python<'_>, result: Result<Export, ExportError>) -> PyResult<Made<'_
 
 fn target_of(py: Python<'_>, name: &str) -> PyResult<Target> {
     let names: Vec<&str> = Target::ALL.iter().map(|t| t.name()).collect();
-    let unknown = || error::usage(py, &format!("no target is called {name:?}; there are {}", names.join(", ")));
+    let listed = || format!("no target is called {name:?}; there are {}", names.join(", "));
+    let unknown = || error::usage(py, &Target::why_absent(name).map_or_else(listed, str::to_string));
     Target::from_name(name).ok_or_else(unknown)
 }
 

@@ -1,10 +1,14 @@
 """A small vehicle in surge and yaw, simulated by NumPy alone."""
 
+import sys
 from pathlib import Path
 
 import hydrosysid as hs
 import numpy as np
 import pytest
+
+# modules that several files of tests share lie beside them
+sys.path.append(str(Path(__file__).parent))
 
 MASS, LINEAR, QUADRATIC = 250.0, 20.0, 120.0
 

@@ -21,6 +21,9 @@ pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
     let (Some(file), Some(name)) = (&a.file, &a.to) else { return list(a, output) };
     output.may_write(a.output.as_deref())?;
     let target = Target::from_name(name).ok_or_else(|| {
+        if let Some(reason) = Target::why_absent(name) {
+            return Failure::Argument(reason.into());
+        }
         let near = nearest(name, Target::ALL.iter().map(|t| t.name())).map(|n| format!(", did you mean `{n}`?"));
         Failure::Argument(format!(
             "no target is called `{name}`{}; `hydrosysid export` lists them",

@@ -10,16 +10,15 @@ use nalgebra::Matrix6;
 
 use super::coefficients::Matrix;
 use super::fossen::{CONVENTIONS, Pieces};
-use super::header::Draft;
+use super::header::{Bounds, Draft};
 use super::number::{number, numbers};
 use super::{Export, ExportError, ExportOptions, Source, Target};
 
 pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
     let mut draft = Draft::new(Target::CHeader);
     let pieces = Pieces::new(source, options, &mut draft)?;
-    let stability = pieces.stability();
-    let own = ["Limits: roll and pitch below 90 degrees; double precision; the caller integrates"];
-    let head = draft.head(source, &[&CONVENTIONS[..], &own[..], &[&stability]].concat());
+    let limits = "no walls, no surface, no tether; double precision; the caller integrates, by angles for pitch below 90 degrees";
+    let head = draft.head(source, &CONVENTIONS, &Bounds { limits, stability: &pieces.stability() });
     let rigid = pieces.body.matrix();
     let inertia = Matrix6::from_fn(|i, j| rigid[i][j] + pieces.added[i][j]);
     let inverse = inertia.try_inverse().ok_or(ExportError::NoInertia)?;

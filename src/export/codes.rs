@@ -22,6 +22,7 @@ codes! {
     ONE_AMPLITUDE = "X018" "one-amplitude" Warning "The runs of the fit oscillate at one Keulegan-Carpenter number, and the target takes their added mass and drag at any amplitude. Those of bluff bodies change several-fold with it: fit runs of other amplitudes too, or simulate at this one.";
     NO_ENVELOPE = "X019" "no-envelope" Note "The model file holds no envelope, so that nobody can say where the target extrapolates. Fit the model anew.";
     DEPRECATED = "X020" "deprecated-form" Warning "The version of the consumer that is asked for reads this form and announces its end. Use the form that is told.";
+    UNSEEN = "X021" "state-unseen" Note "No output tells of a state of the filter's model, neither itself nor by way of others: the filter carries it along by dead reckoning, and its row of the stationary gain is 0. Log it where it matters.";
     PULSE = "X016" "pulse-unknown" Warning "A thruster has no `neutral` and `span`, or no `max`: its pulse widths are not known and are left out.";
 }
 

@@ -12,7 +12,7 @@ use std::fmt::Write;
 
 use super::body::{Body, split};
 use super::coefficients::{Coefficients, Matrix, Tensor, coefficients};
-use super::header::Draft;
+use super::header::{Bounds, Draft};
 use super::losses::Losses;
 use super::number::{number, numbers};
 use super::stability::{self, longest_step};
@@ -21,7 +21,7 @@ use super::{Export, ExportError, ExportOptions, Source, Target};
 pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
     let mut draft = Draft::new(target);
     let pieces = Pieces::new(source, options, &mut draft)?;
-    let head = draft.head(source, &[&CONVENTIONS[..], &[&pieces.stability()]].concat());
+    let head = draft.head(source, &CONVENTIONS, &Bounds { limits: LIMITS, stability: &pieces.stability() });
     let text = match target {
         Target::FossenPython => python(&head, &pieces),
         _ => matlab(&head, &pieces),
@@ -35,6 +35,9 @@ pub(super) const CONVENTIONS: [&str; 3] = [
     "Axes: forward-starboard-down at the body origin, SI units; eta = (x, y, z, phi, theta, psi), z-y-x angles",
     "M nu_dot + C(nu) nu + D nu + D_n(nu) nu + g(eta) = tau + tau_0 + N(nu)",
 ];
+
+/// Where the equations end.
+const LIMITS: &str = "no walls, no surface, no tether; the caller integrates, by angles for pitch below 90 degrees";
 
 /// A model in the pieces of Fossen's equations.
 pub(super) struct Pieces {
@@ -79,7 +82,7 @@ impl Pieces {
         })
     }
 
-    /// The line of the heading that says how long a step may be.
+    /// How long a step may be, in words.
     pub fn stability(&self) -> String {
         stability::told(self.longest_step)
     }

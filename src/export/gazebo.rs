@@ -13,8 +13,9 @@
 use super::body::{Parts, added_share, split, turned, turned_absolute, turned_place, turned_product};
 use super::buoyancy::buoyancy;
 use super::coefficients::coefficients;
-use super::header::{Cell, Draft};
+use super::header::{Bounds, Cell, Draft};
 use super::number::{number, numbers};
+use super::stability::{longest_step, told, with_late_added_mass};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target, codes};
 use crate::finding::Finding;
@@ -56,6 +57,17 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         true => "Signs: SNAME derivatives, negative where they brake or add mass (xU, xUabsU, xDotU < 0)",
         false => "Signs: SNAME derivatives, negative where they brake (xU, xUabsU < 0); fluid_added_mass positive",
     };
+    let longest = longest_step(&found, &parts, &source.file.envelope);
+    let stability = match explicit {
+        true if share >= 1.0 => {
+            format!("UNSTABLE however short the step: added mass is {share:.2} times the rigid one")
+        }
+        true => format!(
+            "added mass is {share:.2} times the rigid one and has to stay below 1; {}",
+            told(with_late_added_mass(longest, most, 1.0))
+        ),
+        false => told(longest),
+    };
     let mut head = draft.head(
         source,
         &[
@@ -63,6 +75,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
             "Axes: forward-port-up at the body origin, SI units; the model's are forward-starboard-down: cross terms are turned",
             "Coriolis: the system's own is switched off; what it should be is in the engine and in the products xVR ...",
         ],
+        &Bounds { limits: "wholly submerged; the system knows no surface, no walls, no tether", stability: &stability },
     );
     head.push(text);
     let mut xml = Xml::new(&head);

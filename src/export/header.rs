@@ -38,11 +38,30 @@ impl Cell {
     }
 }
 
-/// `text` on one line: control characters and line separators become blanks, so that nothing in a name can end a comment
-/// or a string of the file that it is written into.
+/// `text` on one line: control characters, line separators and marks of direction become blanks, so that nothing in a name
+/// can end a comment or a string of the file that it is written into, or show its code in another order than it runs
+/// (compilers refuse such marks: gcc's `-Wbidi-chars`).
 pub(super) fn one_line(text: &str) -> String {
-    let breaks = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}');
+    let breaks = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
     text.chars().map(|c| if breaks(c) { ' ' } else { c }).collect()
+}
+
+/// How far a file holds: where its equations end, and in which steps they may be integrated.
+pub(super) struct Bounds<'a> {
+    /// What the target does not know, or may not be asked.
+    pub limits: &'a str,
+    /// How long a step may be, or what grows.
+    pub stability: &'a str,
+}
+
+impl Bounds<'_> {
+    /// The lines of the heading.
+    pub fn lines(&self) -> [String; 2] {
+        [format!("Limits: {}", self.limits), format!("Stability: {}", self.stability)]
+    }
 }
 
 /// The file being made: its findings and losses.
@@ -132,8 +151,8 @@ impl Draft {
         }
     }
 
-    /// The lines that open every file: source, target, signs, axes, range, losses.
-    pub fn head(&self, source: &Source<'_>, conventions: &[&str]) -> Vec<String> {
+    /// The lines that open every file: source, target, signs, axes, range, limits and stability, losses.
+    pub fn head(&self, source: &Source<'_>, conventions: &[&str], bounds: &Bounds<'_>) -> Vec<String> {
         let file = source.file;
         let name = if file.vehicle.name.is_empty() { "a vehicle" } else { &file.vehicle.name };
         let mut lines = vec![
@@ -150,6 +169,7 @@ impl Draft {
             let ranges: Vec<String> = file.envelope.iter().map(range).collect();
             lines.push(format!("Fitted between (SI units): {}", ranges.join(", ")));
         }
+        lines.extend(bounds.lines());
         lines.extend(source.losses.told());
         lines.push(match self.lost.is_empty() {
             true => "Nothing of the model is lost here".into(),

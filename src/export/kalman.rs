@@ -15,11 +15,14 @@ use std::path::Path;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::linear::{Linear, commanded, told};
-use super::number::{number, numbers};
-use super::{Export, ExportError, ExportOptions, Source, Target, mat};
+use super::header::Bounds;
+use super::linear::{Linear, SMALL, commanded, told};
+use super::number::number;
+use super::stability::spectrum;
+use super::{Export, ExportError, ExportOptions, Source, Target, codes, kalman_python, mat};
 use crate::campaign::ModelNoise;
 use crate::chain::{Available, StateId, assemble};
+use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::symbolic::{Graph, Leaf};
@@ -153,6 +156,22 @@ pub fn kalman(model: &Model, linear: &Linear, noise: &ModelNoise, dt: f64) -> Ka
     }
 }
 
+impl Kalman {
+    /// States that no output tells of, neither themselves nor by way of others that they move; in the order of `states`.
+    pub(super) fn unseen(&self) -> Vec<String> {
+        let mut seen: Vec<bool> = (0..self.states.len()).map(|j| self.c.iter().any(|row| row[j] != 0.0)).collect();
+        loop {
+            let reaches = |j: usize| seen.iter().zip(&self.a).any(|(seen, row)| *seen && row[j] != 0.0);
+            let more: Vec<usize> = (0..seen.len()).filter(|j| !seen[*j] && reaches(*j)).collect();
+            if more.is_empty() {
+                break;
+            }
+            more.into_iter().for_each(|j| seen[j] = true);
+        }
+        self.states.iter().zip(seen).filter(|(_, seen)| !seen).map(|(name, _)| name.clone()).collect()
+    }
+}
+
 fn rows(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
     m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
@@ -225,7 +244,15 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
     let rate = source.file.sensors.values().map(|s| s.rate).fold(0.0, f64::max);
     let dt = if rate > 0.0 { 1.0 / rate } else { STEP };
     let found = kalman(source.model, &linear, noise, dt);
-    let draft = told(source, &linear, target);
+    let mut draft = told(source, &linear, target);
+    let unseen = found.unseen();
+    if !unseen.is_empty() {
+        let text = format!(
+            "no output tells of {}: the filter carries it along by dead reckoning, and its row of the stationary gain is 0",
+            unseen.join(", ")
+        );
+        draft.warnings.push(Finding::new(&codes::UNSEEN, text));
+    }
     let forces = source.model.dofs.iter().filter_map(|dof| {
         let f = noise.force_in(*dof)?;
         let unit = if dof.is_rotation() { "N m" } else { "N" };
@@ -240,10 +267,12 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
         "Discrete, inputs held over dt: A_d, B_d, Q_d",
     ];
     lines.extend(forces.iter().map(String::as_str));
-    let head = draft.head(source, &lines);
+    let limits = format!("{SMALL}; noise as in the runs of the fit");
+    let stability = format!("{}; A_d, B_d, Q_d are exact for dt = {} s", spectrum(&found.a), number(found.dt));
+    let head = draft.head(source, &lines, &Bounds { limits: &limits, stability: &stability });
     let bytes = match target {
         Target::KalmanMat => to_mat(&head.join("; "), &found),
-        Target::KalmanPython => python(&head, &found).into_bytes(),
+        Target::KalmanPython => kalman_python::write(&head, &found).into_bytes(),
         Target::KalmanToml => toml(&head, &found, source.path)?.into_bytes(),
         _ => json(&head, &found, source.path)?.into_bytes(),
     };
@@ -273,7 +302,7 @@ fn toml(head: &[String], found: &Kalman, path: &Path) -> Result<String, ExportEr
 }
 
 /// The matrices by their names in a file.
-fn matrices(found: &Kalman) -> [(&'static str, &Vec<Vec<f64>>, usize); 10] {
+pub(super) fn matrices(found: &Kalman) -> [(&'static str, &Vec<Vec<f64>>, usize); 10] {
     let (n, m, w, y) = (found.states.len(), found.inputs.len(), found.noises.len(), found.outputs.len());
     [
         ("A", &found.a, n),
@@ -303,26 +332,6 @@ fn to_mat(comment: &str, found: &Kalman) -> Vec<u8> {
         ("comment", &comment),
     ];
     mat::variables(&all, &texts)
-}
-
-fn python(head: &[String], found: &Kalman) -> String {
-    let head = head.join("\n").replace('\\', "/").replace('"', "'");
-    let list = |names: &[String]| names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
-    let matrix = |(name, rows, _): (&str, &Vec<Vec<f64>>, usize)| {
-        let rows: Vec<String> = rows.iter().map(|row| format!("    [{}],\n", numbers(row, ", "))).collect();
-        format!("{} = [\n{}]\n", name.to_uppercase(), rows.concat())
-    };
-    let vector = |x: &[f64]| x.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ");
-    let names =
-        [("STATES", &found.states), ("INPUTS", &found.inputs), ("OUTPUTS", &found.outputs), ("NOISES", &found.noises)];
-    let names: String = names.map(|(name, all)| format!("{name} = [{}]\n", list(all))).concat();
-    format!(
-        "\"\"\"{head}\n\"\"\"\n\n{names}{}X0 = [{}]\nTAU0 = [{}]\nDT = {}\n\n\ndef system():\n    \"\"\"The linear model of python-control; its inputs are forces, then noises.\"\"\"\n    import control\n    import numpy as np\n\n    zero = np.zeros((len(OUTPUTS), len(NOISES)))\n    return control.ss(A, np.hstack([B, G]), C, np.hstack([D, zero]), states=STATES, inputs=INPUTS + NOISES)\n\n\ndef gain():\n    \"\"\"Gain of the stationary filter of the discrete model, for samples of all outputs every DT seconds.\"\"\"\n    import control\n    import numpy as np\n\n    return control.dlqe(np.array(A_D), np.eye(len(STATES)), np.array(C), np.array(Q_D), np.array(R))[0]\n",
-        matrices(found).map(matrix).concat(),
-        vector(&found.x0),
-        vector(&found.tau0),
-        number(found.dt),
-    )
 }
 
 #[cfg(test)]
@@ -367,6 +376,24 @@ mod tests {
         // 2σ²/T and std²
         assert!((found.q[0][0] - 36.0).abs() < 1e-12 && (found.q[1][1] - 4e-4).abs() < 1e-16);
         assert!((found.r[0][0] - 1e-4).abs() < 1e-18);
+    }
+
+    #[test]
+    fn a_heading_that_nobody_logs_is_unseen() {
+        let effects = ["inertia", "linear_drag"];
+        let mut model = Model::with_effects(&[Dof::Surge, Dof::Yaw], Coriolis::Tied, &effects).unwrap();
+        for (name, value) in [("inertia@surge", 50.0), ("inertia@yaw", 5.0), ("linear_drag@yaw", 2.0)] {
+            model.set(name, value);
+        }
+        let (_, mut noise) = surge();
+        let at =
+            |noise: &ModelNoise| kalman(&model, &linear(&model, &Default::default()).unwrap(), noise, 0.1).unseen();
+        // u alone: neither r, which moves psi, nor psi
+        assert_eq!(at(&noise), ["r", "psi"]);
+        noise.sensor.push(ModelSensor { channel: "r".into(), ..noise.sensor[0].clone() });
+        assert_eq!(at(&noise), ["psi"]);
+        noise.sensor[1].channel = "psi".into();
+        assert_eq!(at(&noise), Vec::<String>::new());
     }
 
     /// The stationary variance of the random force is σ² and a step keeps it: e^{−2dt/T} σ² + Q_d = σ².

@@ -13,9 +13,10 @@ use std::collections::BTreeSet;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use super::header::Draft;
+use super::header::{Bounds, Draft};
 use super::losses::Losses;
 use super::number::{number, numbers};
+use super::stability::spectrum;
 use super::{Export, ExportError, ExportOptions, Source, Target, codes, mat};
 use crate::chain::{Available, Equations, State, StateId, assemble};
 use crate::effects::Family;
@@ -52,6 +53,9 @@ pub struct Linear {
     /// ẋ at the operating point.
     pub rate0: Vec<f64>,
 }
+
+/// Where a linear model ends.
+pub(super) const SMALL: &str = "small motions about x0 and tau0; what is not linear, and delays, are not in it";
 
 /// Steps of the search for the forces that hold a point.
 const STEPS: usize = 30;
@@ -304,6 +308,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
             "x_dot = A (x - x0) + B (tau - tau0),   y - y0 = C (x - x0) + D (tau - tau0)",
             "tau: force and moment in body axes, as they are commanded",
         ],
+        &Bounds { limits: SMALL, stability: &spectrum(&found.a) },
     );
     let bytes = match target {
         Target::LinearMat => mat::write(&head.join("; "), &found),

@@ -17,6 +17,7 @@ mod fossen;
 mod gazebo;
 mod header;
 mod kalman;
+mod kalman_python;
 mod linear;
 mod losses;
 mod mat;

@@ -13,7 +13,7 @@
 
 use super::body::turned_place;
 use super::fossen::{CONVENTIONS, Pieces, python};
-use super::header::Draft;
+use super::header::{Bounds, Draft};
 use super::number::{number, numbers};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target};
@@ -28,12 +28,13 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let own = [
         "Use: model, data = load(); data.ctrl[:] = forces and moments, forward-starboard-down; mujoco.mj_step(model, data)",
         "World of the MJCF: z up; body forward-port-up; the callback turns",
-        "Limits: one vehicle, first in the file; contacts and other joints feel its dry mass alone, without the added one;",
-        "actuators of your own, and forces in data.qfrc_applied, too: command by data.ctrl or data.xfrc_applied",
+        "Fluid: the coefficients are in the callback passive(); density, viscosity and fluidcoef of the MJCF stay 0",
     ];
-    let stability = pieces.stability();
-    let head = draft.head(source, &[&CONVENTIONS[..], &own[..], &[&stability]].concat());
+    let limits = "one vehicle, first in the file; contacts and other joints feel its dry mass alone, without the added one; \
+                  actuators of your own, and forces in data.qfrc_applied, too: command by data.ctrl or data.xfrc_applied";
     let step = STEP.min(0.1 * pieces.longest_step);
+    let stability = format!("{}; the MJCF has RK4 and a step of {} s", pieces.stability(), number(step));
+    let head = draft.head(source, &[&CONVENTIONS[..], &own[..]].concat(), &Bounds { limits, stability: &stability });
     let mjcf = mjcf(source, options, &pieces, step);
     let text =
         format!("{}\n\nMJCF = \"\"\"{}\"\"\"\n{CALLBACK}", python(&head, &pieces).trim_end(), mjcf.replace('\\', "/"));

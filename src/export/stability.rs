@@ -1,15 +1,16 @@
-//! How long a step may be in a target that steps the velocities explicitly.
+//! How long a step may be in a target that steps the velocities explicitly, and what grows in a linear model.
 //!
 //! ```text
 //! J(ν) = M⁻¹ ∂f/∂ν,   ν ← ν + h J ν shrinks for h < −2 Re λ / |λ|² of every eigenvalue λ of J with Re λ < 0
 //! ```
 //!
 //! f: damping, products and Coriolis forces, at the corners of the speeds of the fit (m/s, rad/s); a motion that grows in
-//! the model grows in the target too, and bounds no step.
+//! the model grows in the target too, and bounds no step. Where added mass is a force from an earlier acceleration, steps
+//! have to be shorter: [`with_late_added_mass`].
 
 use std::collections::BTreeMap;
 
-use nalgebra::Matrix6;
+use nalgebra::{Complex, DMatrix, Matrix6, Schur};
 
 use super::body::Parts;
 use super::coefficients::Coefficients;
@@ -49,17 +50,68 @@ fn slope(found: &Coefficients, nu: &[f64; 6]) -> Matrix6<f64> {
     })
 }
 
-/// The line of the heading.
+/// The longest step of Euler's rule where added mass is applied as a force from the acceleration of the step before.
+///
+/// ```text
+/// m aₖ₊₁ = −d νₖ − s m âₖ,   âₖ = w aₖ + (1 − w) âₖ₋₁:   h < (1 − s/s_max) 2m/d,   s_max = (2 − w)/w
+/// ```
+///
+/// `longest` is that of the whole inertia, 2m (1 + s)/d. s: added over rigid inertia; w: weight of the newest
+/// acceleration, 1 without a filter; from the root z = −1 of the characteristic polynomial, of one degree of freedom.
+pub(super) fn with_late_added_mass(longest: f64, share: f64, most: f64) -> f64 {
+    let share = share.max(0.0);
+    longest * (1.0 - share / most).max(0.0) / (1.0 + share)
+}
+
+/// In words.
 pub(super) fn told(longest: f64) -> String {
     if longest.is_finite() {
-        let digits = |x: f64| number(format!("{x:.2e}").parse().unwrap_or(x));
         format!(
-            "Stability: explicit Euler shrinks what the model damps for steps below {} s at the speeds of the fit",
+            "explicit Euler shrinks what the model damps for steps below {} s at the speeds of the fit",
             digits(longest)
         )
     } else {
-        "Stability: nothing is damped, so that no step of explicit Euler is stable; use a Runge-Kutta scheme".into()
+        "nothing is damped, so that no step of explicit Euler is stable; use a Runge-Kutta scheme".into()
     }
+}
+
+/// Three significant digits.
+fn digits(x: f64) -> String {
+    number(format!("{x:.2e}").parse().unwrap_or(x))
+}
+
+/// Steps of the search for eigenvalues; a few for each are enough.
+const SEARCH: usize = 10_000;
+
+/// What ẋ = A x does, by the eigenvalues of A (rows), in words.
+pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
+    let matrix = DMatrix::from_fn(a.len(), a.len(), |i, j| a[i][j]);
+    let size = matrix.amax();
+    if a.is_empty() || size == 0.0 {
+        return "A is 0: states stay where they are put".into();
+    }
+    let Some(found) = Schur::try_new(matrix, f64::EPSILON, SEARCH) else {
+        return "the eigenvalues of A were not found".into();
+    };
+    let mut values: Vec<Complex<f64>> = found.complex_eigenvalues().iter().copied().collect();
+    values.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
+    // rounding of the eigenvalues of a defective matrix is that of its square root
+    let still = size * 1e-8;
+    let word = |value: &Complex<f64>| match value.im {
+        im if im > 0.0 => Some(format!("{} +- {}i", digits(value.re), digits(im))),
+        im if im < 0.0 => None,
+        _ if value.re.abs() < still => Some("0".into()),
+        _ => Some(digits(value.re)),
+    };
+    let words: Vec<String> = values.iter().filter_map(word).collect();
+    let grow = values.iter().filter(|value| value.re > still).count();
+    let stay = values.iter().filter(|value| value.re.abs() <= still).count();
+    let verdict = match (grow, stay) {
+        (0, 0) => "every motion dies out".to_string(),
+        (0, _) => format!("{stay} stay, the others die out"),
+        _ => format!("UNSTABLE at this point: {grow} grow"),
+    };
+    format!("eigenvalues of A (1/s) {}: {verdict}", words.join(", "))
 }
 
 #[cfg(test)]
@@ -87,5 +139,37 @@ mod tests {
         let longest = longest_step(&found, &parts, &envelope);
         assert!((longest - 400.0 / (20.0 + 180.0)).abs() < 1e-9, "{longest}");
         assert!(told(longest).contains("below 2 s"));
+    }
+
+    /// Whether the scheme of [`with_late_added_mass`] comes to rest, of m = 1.
+    fn comes_to_rest(drag: f64, share: f64, weight: f64, h: f64) -> bool {
+        let (mut v, mut last, mut filtered) = (1.0_f64, 0.0, 0.0);
+        for _ in 0..20_000 {
+            filtered = weight * last + (1.0 - weight) * filtered;
+            last = -drag * v - share * filtered;
+            v += h * last;
+        }
+        v.abs() < 1e-3
+    }
+
+    #[test]
+    fn late_added_mass_shortens_the_step_as_the_scheme_itself_does() {
+        for (weight, share) in [(1.0, 0.1), (1.0, 0.7), (0.3, 0.5), (0.3, 3.0)] {
+            let (drag, most) = (4.0, (2.0 - weight) / weight);
+            let longest = with_late_added_mass(2.0 * (1.0 + share) / drag, share, most);
+            assert!(comes_to_rest(drag, share, weight, 0.98 * longest), "{weight} {share} {longest}");
+            assert!(!comes_to_rest(drag, share, weight, 1.02 * longest), "{weight} {share} {longest}");
+        }
+        assert_eq!(with_late_added_mass(1.0, 1.2, 1.0).to_bits(), 0.0_f64.to_bits());
+    }
+
+    #[test]
+    fn eigenvalues_are_told_with_what_grows() {
+        let told = spectrum(&[vec![-0.5, 0.0, 0.0], vec![0.0, -0.1, 2.0], vec![0.0, -2.0, -0.1]]);
+        assert_eq!(told, "eigenvalues of A (1/s) -0.5, -0.1 +- 2i: every motion dies out");
+        let told = spectrum(&[vec![-0.5, 0.0], vec![1.0, 0.0]]);
+        assert_eq!(told, "eigenvalues of A (1/s) -0.5, 0: 1 stay, the others die out");
+        assert!(spectrum(&[vec![0.25]]).ends_with("0.25: UNSTABLE at this point: 1 grow"));
+        assert!(spectrum(&[vec![0.0]]).contains("A is 0"));
     }
 }

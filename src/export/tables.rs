@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 use csv::Terminator;
 
-use super::header::{Draft, one_line};
+use super::header::{Bounds, Draft, one_line};
 use super::number::number;
 use super::{Export, ExportError, ExportOptions, Source, Target, losses};
 use crate::campaign::{FitParameter, described};
@@ -29,6 +29,10 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
             "SNAME's added mass is dry less virtual mass, couplings with m r_g; it is left out where the dry one is not known",
             "SNAME's X_vr, Y_ur ... are those of the whole product, the dry mass in it",
         ],
+        &Bounds {
+            limits: "the values hold for motions like those of the fit",
+            stability: "a table moves nothing; what is made of it has its own longest step",
+        },
     );
     let told = losses::named(&source.file.efficiency);
     if !told.is_empty() {

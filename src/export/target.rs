@@ -144,7 +144,20 @@ impl Target {
 
     /// Whether it counts forces itself: code or a matrix, not coefficients alone.
     pub const fn computes(self) -> bool {
-        matches!(self, Target::FossenPython | Target::FossenMatlab) || self.is_linear()
+        let code = matches!(
+            self,
+            Target::FossenPython | Target::FossenMatlab | Target::CHeader | Target::VehicleSimulator | Target::Mujoco
+        );
+        code || self.is_linear()
+    }
+
+    /// Why a simulator is no target though people ask for it, and what to do instead; `None` for any other name.
+    pub fn why_absent(name: &str) -> Option<&'static str> {
+        name.eq_ignore_ascii_case("stonefish").then_some(
+            "Stonefish is no target: its scenario takes drag from the faces of a mesh and added mass from an ellipsoid, and has \
+             no place for derivatives of moments or for couplings, so that no file of it moves as the model does. Give the \
+             body physics=\"surface\" and apply the force of `c-header` to it: docs/exports.md, Stonefish",
+        )
     }
 
     /// Whether it is a linear model at an operating point.
@@ -191,6 +204,7 @@ mod tests {
         for target in Target::ALL {
             assert_eq!(Target::from_name(target.name()), Some(target));
             assert_eq!(serde_json::to_value(target).unwrap(), target.name());
+            assert_eq!(Target::why_absent(target.name()), None);
         }
     }
 }

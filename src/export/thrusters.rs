@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::body::turned_place;
-use super::header::one_line;
+use super::header::{Bounds, one_line};
 use super::number::{number, numbers};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Target, codes, losses, version};
@@ -50,12 +50,27 @@ pub(super) fn export(
     } else if options.acting {
         head.push("Curves of bollard pull: losses of thrust are not in them".into());
     }
+    head.extend(bounds(target).lines());
     let bytes = match target {
         Target::GazeboThrusters => gazebo(head, campaign, &gains, &mut findings),
         _ => ardusub(&head, campaign, &gains, &mut findings).into_bytes(),
     };
     let warnings = findings;
     Ok(Export { format: 1, target, version: target.version(), lost: Vec::new(), warnings, bytes })
+}
+
+fn bounds(target: Target) -> Bounds<'static> {
+    match target {
+        Target::GazeboThrusters => Bounds {
+            limits: "steady thrust at bollard pull; no lag of the rotor, no supply voltage",
+            stability: "the thrust has no state of its own; the spin of the blades, which gives no thrust, is stable while \
+                        p_gain x step is below twice their inertia (kg m2)",
+        },
+        _ => Bounds {
+            limits: "steady thrust at bollard pull, between the pulses of full command",
+            stability: "the file moves nothing; gains of the controllers are not in it",
+        },
+    }
 }
 
 fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, gains: &[f64], findings: &mut Vec<Finding>) -> Vec<u8> {
@@ -80,11 +95,12 @@ fn gazebo(mut head: Vec<String>, campaign: &CampaignFile, gains: &[f64], finding
                 numbers(&axis, " ")
             ),
             format!(
-                "F = a V|V| + b V, forward a {} b {}, reverse a {} b {}",
+                "F = a V'|V'| + b V', forward a {} b {}, reverse a {} b {}, V' = V less the dead band {}",
                 number(gain * curve.forward.a),
                 number(gain * curve.forward.b),
                 number(gain * curve.reverse.a),
-                number(gain * curve.reverse.b)
+                number(gain * curve.reverse.b),
+                number(curve.deadband)
             ),
         ]);
         xml.open("plugin", &[("filename", "gz-sim-thruster-system"), ("name", "gz::sim::systems::Thruster")]);

@@ -14,8 +14,9 @@
 use super::body::{Body, split, turned_place};
 use super::buoyancy::under;
 use super::coefficients::coefficients;
-use super::header::{Cell, Draft};
+use super::header::{Bounds, Cell, Draft};
 use super::number::{number, numbers};
+use super::stability::{longest_step, told};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target};
 use crate::frame::Dof;
@@ -37,14 +38,16 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         Cell::Product(..) | Cell::Constant(_) => false,
     });
     let held = under(GRAVITY, &found, source.model, &parts.body, vehicle, &source.file.water);
+    let longest = longest_step(&found, &parts, &source.file.envelope);
+    let stability = format!("the library inverts M as a whole, its user integrates: {}", told(longest));
     let head = draft.head(
         source,
         &[
             "Signs: SNAME derivatives, negative where they brake or add mass",
             "Axes of <hydrodynamics>: forward-starboard-down at the body origin, weight along +z, SI units; of <link>: forward-port-up",
             "Coriolis forces of rigid body and added mass are counted by the library",
-            "Stability: the library is algebra, M inverted as a whole; a step of the integrator is its user's",
         ],
+        &Bounds { limits: "wholly submerged; no surface, no walls, no tether", stability: &stability },
     );
     let mut xml = Xml::new(&head);
     let name = if vehicle.name.is_empty() { "vehicle" } else { &vehicle.name };

@@ -15,8 +15,9 @@
 use super::body::{Body, added_share, split, turned_place};
 use super::buoyancy::buoyancy;
 use super::coefficients::{Matrix, coefficients};
-use super::header::{Cell, Draft};
+use super::header::{Bounds, Cell, Draft};
 use super::number::{number, numbers};
+use super::stability::{longest_step, told, with_late_added_mass};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target, codes};
 use crate::finding::Finding;
@@ -55,6 +56,13 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let held = buoyancy(&found, source.model, &parts.body, vehicle, &source.file.water);
     let gravity = held.weight / body.mass;
     let centre = turned_place(std::array::from_fn(|i| held.centre[i] - parts.body.cg[i] * held.weight / held.up()));
+    let longest = longest_step(&found, &parts, &source.file.envelope);
+    let stability = format!(
+        "added over rigid inertia, {least:.2} to {most:.2}, has to lie between {} and {:.2} (acceleration filtered by 0.3); {}",
+        STABLE[0],
+        STABLE[1],
+        told(with_late_added_mass(longest, most, STABLE[1]))
+    );
     let head = draft.head(
         source,
         &[
@@ -62,8 +70,8 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
             "Axes: matrices forward-starboard-down, into which the plugin turns velocities; places forward-port-up; SI units",
             "The link needs the inertial told below; its centre of mass stands at the body origin, and the couplings m r_g",
             "of the true one are in added_mass and center_of_buoyancy; add a <box> where the vehicle comes near the surface",
-            "Stability: added over rigid inertia has to lie between -1 and 5.67 (acceleration filtered by 0.3)",
         ],
+        &Bounds { limits: "wholly submerged; no walls, no tether", stability: &stability },
     );
     let mut xml = Xml::new(&head);
     let link = options.link.as_deref().unwrap_or("base_link");

@@ -5,12 +5,19 @@
 //! ```
 //!
 //! One Runge-Kutta step of the velocities with the attitude held; the simulator turns the attitude by the new ones.
+//! HoloOcean asks for an acceleration instead. It turns NWU to NED itself, its state is that of the centre of mass, and it
+//! turns what it gets to world axes as it is, so that this has to be the acceleration in the world:
+//!
+//! ```text
+//! v_c = v + ω × r_g,     a_c = v̇ + ω̇ × r_g + ω × v_c
+//! ```
+//!
 //! Sources: PythonVehicleSimulator, `lib/mainLoop.py`, `vehicles/remus100.py`; HoloOcean 2, `fossen_dynamics`
-//! (`FossenInterface.update`), whose `dynamics` gives ν̇ and which turns NWU to NED itself.
+//! (`FossenInterface.update`, `convert_NWU_to_NED`, `convert_NED_to_NWU`; `DynamicsSensor` with `UseCOM`).
 
 use super::fossen::{CONVENTIONS, Pieces, python};
-use super::header::Draft;
-use super::number::number;
+use super::header::{Bounds, Draft, one_line};
+use super::number::{number, numbers};
 use super::{Export, ExportError, ExportOptions, Source, Target};
 
 pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Export, ExportError> {
@@ -20,27 +27,36 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         "Put the file into vehicles/, or import it, and hand identified() to simulate(N, sampleTime, vehicle)",
         "Control: six forces and moments, N and N m; override stepInput(t), or set tau",
         "A current, V_current (m/s) and beta_current (rad), is the same everywhere",
-        "HoloOcean: fossen_model_keys[\"identified\"] = IdentifiedHoloOcean; it turns NWU to NED itself, and its state is that",
-        "of the centre of mass: the body origin of the model has to be there",
-        "Limits: no walls, no surface, no tether; roll and pitch below 90 degrees",
+        "HoloOcean: fossen_model_keys[\"identified\"] = IdentifiedHoloOcean; it turns NWU to NED itself; its state is that of the",
+        "centre of mass, CENTRE_OF_MASS from the body origin, and its accelerations are those in the world: the class turns both",
     ];
-    let stability = pieces.stability();
-    let head = draft.head(source, &[&CONVENTIONS[..], &own[..], &[&stability]].concat());
-    let length = source.file.vehicle.characteristic_length().unwrap_or(1.0);
-    let name = if source.file.vehicle.name.is_empty() { "a vehicle" } else { &source.file.vehicle.name };
-    let name = name.replace('\\', "/").replace('"', "'").replace(['\n', '\r'], " ");
-    let text = python(&head, &pieces)
-        + &CLASS.replace("{name}", &name).replace("{length}", &number(length)).replace(
-            "{longest}",
-            &if pieces.longest_step.is_finite() { number(pieces.longest_step) } else { "float(\"inf\")".into() },
-        );
+    let limits = "no walls, no surface, no tether; roll and pitch below 90 degrees";
+    let bounds = Bounds { limits, stability: &pieces.stability() };
+    let head = draft.head(source, &[&CONVENTIONS[..], &own[..]].concat(), &bounds);
+    let text = python(&head, &pieces) + &class(source, &pieces);
     Ok(draft.finish(text.into_bytes()))
+}
+
+fn class(source: &Source<'_>, pieces: &Pieces) -> String {
+    let vehicle = &source.file.vehicle;
+    let name = if vehicle.name.is_empty() { "a vehicle" } else { &vehicle.name };
+    let longest = pieces.longest_step;
+    let longest = if longest.is_finite() { number(longest) } else { "float(\"inf\")".into() };
+    // the name last: it may hold what looks like another place
+    CLASS
+        .replace("{length}", &number(vehicle.characteristic_length().unwrap_or(1.0)))
+        .replace("{longest}", &longest)
+        .replace("{centre}", &numbers(&pieces.body.cg, ", "))
+        .replace("{name}", &one_line(name).replace('\\', "/").replace('"', "'"))
 }
 
 const CLASS: &str = r#"
 
 # s: longest sample time at which explicit Euler is stable at the speeds of the fit
 LONGEST_STEP = {longest}
+
+# m, forward-starboard-down from the body origin
+CENTRE_OF_MASS = np.array([{centre}])
 
 
 class identified:
@@ -86,7 +102,11 @@ class IdentifiedHoloOcean(identified):
     config_fnc = None
 
     def dynamics(self, eta, nu, u_actual, u_control, sampleTime):
-        """nu_dot and the forces that act on it."""
+        """Acceleration of the centre of mass in the world, along body axes, that of the rates, and the forces."""
+        v, omega = np.split(np.asarray(nu, dtype=float), 2)
         tau = np.asarray(u_control, dtype=float)
-        return self.acceleration(eta, nu, tau), tau
+        of_origin = np.concatenate([v - np.cross(omega, CENTRE_OF_MASS), omega])
+        rate = self.acceleration(eta, of_origin, tau)
+        linear = rate[:3] + np.cross(rate[3:], CENTRE_OF_MASS) + np.cross(omega, v)
+        return np.concatenate([linear, rate[3:]]), tau
 "#;

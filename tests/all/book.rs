@@ -9,6 +9,7 @@ use std::process::Command;
 
 use hydrosysid::campaign::codes;
 use hydrosysid::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name};
+use hydrosysid::export::{self, Target};
 use hydrosysid::finding::Severity;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::places_of;
@@ -94,7 +95,7 @@ fn the_warnings_are_those_of_the_program() {
          tells one of them. An *error* means that\nthe work was not done; a *warning* that the result may not mean what it seems \
          to; a *note* is worth knowing.\n\n| code | kind | severity | meaning |\n|---|---|---|---|\n",
     );
-    let mut all: Vec<_> = codes::everywhere().collect();
+    let mut all: Vec<_> = codes::everywhere().chain(export::codes::ALL).collect();
     all.sort_by_key(|c| c.code);
     for code in all {
         let severity = match code.severity {
@@ -142,6 +143,21 @@ fn the_commands_are_those_of_the_program() {
     }
     assert_eq!(page.matches(SHARED).count(), 1, "the shared options stand once");
     is_in_step("commands.md", &page);
+}
+
+/// The table of exports has every target, and no other; what it quotes of a consumer is what a test measures there
+/// (`exported/quoted.rs`, `test_consumers.py`).
+#[test]
+fn the_table_of_exports_is_that_of_the_program() {
+    let rows = crate::exported::quoted::rows();
+    let named: Vec<&str> = rows.iter().flat_map(|(names, _)| names.iter().map(String::as_str)).collect();
+    for target in Target::ALL {
+        assert_eq!(named.iter().filter(|name| **name == target.name()).count(), 1, "{}", target.name());
+    }
+    for (names, cells) in &rows {
+        assert!(names.iter().all(|name| Target::from_name(name).is_some()), "{names:?}");
+        assert!(cells.len() == 3 && cells.iter().all(|cell| !cell.is_empty()), "{names:?}: {cells:?}");
+    }
 }
 
 #[test]

@@ -392,6 +392,9 @@ fn a_model_is_exported_compared_and_watched() {
     assert_eq!(code(&run(&["export", &model, "--to", "gazebo-added-mass", "-o", &vehicle])), 2, "it exists");
     let output = run(&["export", &model, "--to", "gazebp"]);
     assert!(code(&output) == 2 && stderr(&output).contains("did you mean `gazebo`"), "{}", stderr(&output));
+    let output = run(&["export", &model, "--to", "Stonefish"]);
+    let told = stderr(&output);
+    assert!(code(&output) == 2 && told.contains("no place for") && told.contains("c-header"), "{told}");
     let output = run(&["export", &file, "--to", "uuv"]);
     assert!(code(&output) == 2 && stderr(&output).contains("fit the campaign"), "{}", stderr(&output));
     let output = run(&["export", &model, "--to", "ardusub"]);

@@ -2,33 +2,23 @@
 
 use std::path::Path;
 
-use crate::exported::{file, made, planar, text};
+use crate::exported::{PLANAR, file, made, noise, planar, text, thrusters};
 use hydrosysid::campaign::ModelFile;
 use hydrosysid::effects::Coriolis;
 use hydrosysid::export::{ExportOptions, Target, export};
 use hydrosysid::frame::Dof;
 use roxmltree::Document;
 
-/// Ends a comment of every target, and holds what XML has no place for.
-const HOSTILE: &str =
-    "boat\nsystem('echo code')\r%}\u{2028}\u{1}\u{0}\u{b}\"\"\"\n--> <x/> \u{ffff}\u{85},=cmd|' /C calc'!A0";
+/// Ends a comment of every target, turns what stands behind it about, and holds what XML has no place for. The Python tests
+/// have the same.
+const HOSTILE: &str = "boat\nsystem('echo code')\r%}\u{2028}\u{1}\u{0}\u{b}\"\"\"\\\n--> <x/> */ {longest} \u{202e}\u{2066}\u{ffff}\u{85},=cmd|' /C calc'!A0";
 
-const OF_MODELS: [Target; 11] = [
-    Target::Gazebo,
-    Target::GazeboAddedMass,
-    Target::Uuv,
-    Target::Urdf,
-    Target::FossenPython,
-    Target::FossenMatlab,
-    Target::LinearJson,
-    Target::LinearPython,
-    Target::LinearMat,
-    Target::Latex,
-    Target::Csv,
-];
+fn of_models() -> impl Iterator<Item = Target> {
+    Target::ALL.into_iter().filter(|target| !target.takes_campaign())
+}
 
 fn hostile() -> ModelFile {
-    let mut hostile = planar(&[]);
+    let mut hostile = ModelFile { noise: Some(noise(&PLANAR)), ..planar(&[]) };
     hostile.vehicle.name = HOSTILE.into();
     hostile.hydrosysid = HOSTILE.into();
     hostile
@@ -42,11 +32,32 @@ fn leaks(text: &str) -> bool {
 #[test]
 fn a_line_end_in_a_name_writes_no_line_of_its_own() {
     let options = ExportOptions { link: Some(HOSTILE.into()), ..ExportOptions::default() };
-    for target in OF_MODELS {
+    for target in of_models() {
         let export = made(&hostile(), target, &options);
         let text = String::from_utf8_lossy(&export.bytes);
         assert!(!leaks(&text), "{target:?}: {text}");
+        assert!(!text.contains(['\u{202e}', '\u{2066}', '\u{2028}']), "{target:?}: marks that turn a line about");
     }
+}
+
+#[test]
+fn a_header_of_c_is_its_comment_and_code() {
+    let text = text(&made(&hostile(), Target::CHeader, &ExportOptions::default()));
+    let (comment, code) = text.split_once("*/").expect("the comment ends");
+    assert!(comment.starts_with("/*\n") && !comment[2..].contains("/*"), "{comment}");
+    assert!(code.trim_start().starts_with("#ifndef HYDROSYSID_VEHICLE_H"), "{code}");
+    assert!(!text.contains(|c: char| c.is_control() && c != '\n'));
+}
+
+#[test]
+fn json_and_toml_hold_the_name_as_text() {
+    let json = text(&made(&hostile(), Target::Kalman, &ExportOptions::default()));
+    let json: serde_json::Value = serde_json::from_str(&json).expect("it is JSON");
+    let toml = text(&made(&hostile(), Target::KalmanToml, &ExportOptions::default()));
+    let toml: toml::Table = toml.parse().expect("it is TOML");
+    let first = json["comment"][0].as_str().expect("a comment");
+    assert!(first.starts_with("boat system('echo code')"), "{first}");
+    assert_eq!(toml["comment"][0].as_str(), Some(first));
 }
 
 #[test]
@@ -58,7 +69,9 @@ fn a_matlab_file_is_its_function_and_comments() {
 
 #[test]
 fn a_python_file_has_one_docstring_and_no_control_character() {
-    for target in [Target::FossenPython, Target::LinearPython] {
+    let python =
+        [Target::FossenPython, Target::LinearPython, Target::KalmanPython, Target::VehicleSimulator, Target::Mujoco];
+    for target in python {
         let text = text(&made(&hostile(), target, &ExportOptions::default()));
         let head = text.strip_prefix("\"\"\"").expect("it begins with its docstring").split_once("\"\"\"").unwrap();
         let code = head.1.trim_start();
@@ -91,22 +104,14 @@ fn no_cell_of_a_csv_is_a_formula() {
 
 #[test]
 fn thrusters_keep_their_names_in_their_place() {
-    let folder = std::env::temp_dir().join(format!("hydrosysid-escaping-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("the temporary folder can be made");
-    let path = folder.join("campaign.toml");
-    let name = "T1\\nsystem('echo code')\\u0001-->,=cmd";
-    let thruster = "position = [0.0, 0.0, 0.0]\naxis = [1.0, 0.0, 0.0]\nforward = { a = 1.0, b = 0.0 }\nreverse = { a = 0.8, b = 0.0 }\nneutral = 1500.0\nspan = 400.0\nmax = 1.0\n";
-    let text = format!(
-        "format = 1\n[vehicle]\nname = \"{name}\"\n[model]\ndofs = ['surge']\neffects = ['inertia']\n[[thruster]]\nname = \"{name}\"\n{thruster}[[run]]\nfile = 'a.csv'\n"
-    );
-    std::fs::write(&path, text).expect("the temporary folder can be written");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("escaping");
+    let path = thrusters(&folder, "T1\\nsystem('echo code')\\u0001-->,=cmd", "");
     for target in [Target::GazeboThrusters, Target::Ardusub] {
-        let export = export(Path::new(&path), target, &ExportOptions::default()).expect("it can be exported");
+        let export = export(&path, target, &ExportOptions::default()).expect("it can be exported");
         let text = String::from_utf8(export.bytes).expect("it is text");
         assert!(!leaks(&text), "{target:?}: {text}");
         if target == Target::GazeboThrusters {
             Document::parse(&text).unwrap_or_else(|e| panic!("{e}: {text}"));
         }
     }
-    std::fs::remove_dir_all(&folder).expect("the temporary folder can be removed");
 }

@@ -4,11 +4,13 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-use crate::exported::engine::assert_within;
+use crate::exported::engine::{assert_within, differences};
+use crate::exported::quoted::assert_quoted;
 use crate::exported::*;
 use hydrosysid::campaign::ModelFile;
 use hydrosysid::export::{ExportOptions, Target};
 use hydrosysid::frame::Dof;
+use hydrosysid::procedure::acting_forces;
 use nalgebra::Vector6;
 
 /// Integrates the header's equations with the kinematics of z-y-x angles by RK4 at 0.02 s, forces linear between samples.
@@ -86,7 +88,25 @@ fn the_compiled_header_moves_as_the_model() {
     let file = floating(&EVERY_COUPLING);
     let Some(path) = moved(&file, "header") else { return };
     // the same scheme on the same equations, written with eleven digits
-    assert_within(&path, &truth(&file), 1e-6);
+    assert_quoted(Target::CHeader, &path, &truth(&file));
+}
+
+#[test]
+fn the_compiled_header_counts_the_losses_of_thrust() {
+    let efficiency = "eta_inter = { surge = 0.9, pitch = 0.85, yaw = 0.8 }\n\
+                      eta_adv = { slope = -0.4, intercept = 0.98, valid = [0, 1] }";
+    let lossy = ModelFile {
+        efficiency: toml::from_str(efficiency).expect("it is an [efficiency]"),
+        ..floating(&EVERY_COUPLING)
+    };
+    let Some(path) = moved(&lossy, "header-losses") else { return };
+    // by the rule of the fit: nominal forces and velocities of a run become forces that act, and those move the model
+    let run = run_of(&Dof::ALL, &samples(&Dof::ALL), &|k, dof| path[k][dof.index()]);
+    let (acting, _) = acting_forces(&run, &lossy.efficiency, &[]);
+    // forces that act are linear between samples there and bend with the speed here
+    assert_within(&path, &truth_of(&lossy, &acting), 1e-3);
+    let lossless = differences(&path, &truth(&lossy));
+    assert!(lossless[0] > 0.05 && lossless[5] > 0.05, "the losses are no rounding: {lossless:?}");
 }
 
 #[test]

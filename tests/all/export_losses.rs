@@ -53,6 +53,17 @@ fn functions_carry_the_losses_and_files_of_coefficients_refuse_them() {
         python.contains("ETA_INTER = np.array([0.9, 1, 1, 1, 1, 0.8])") && python.contains("ETA_ADV = (-0.2, 0.98)")
     );
     assert!(python.contains("Forces here are nominal") && python.contains("Nothing of the model is lost"));
+    // what these numbers do: export_c_header.rs, and test_consumers.py for Python
+    for (target, inter, adv) in [
+        (Target::FossenMatlab, "eta_inter = [0.9; 1; 1; 1; 1; 0.8];", "eta_adv = [-0.2; 0.98];"),
+        (Target::CHeader, "eta_inter[6] = {0.9, 1, 1, 1, 1, 0.8};", "eta_adv[2] = {-0.2, 0.98};"),
+        (Target::VehicleSimulator, "ETA_INTER = np.array([0.9, 1, 1, 1, 1, 0.8])", "ETA_ADV = (-0.2, 0.98)"),
+        (Target::Mujoco, "ETA_INTER = np.array([0.9, 1, 1, 1, 1, 0.8])", "ETA_ADV = (-0.2, 0.98)"),
+    ] {
+        let text = text(&made(&file, target, &ExportOptions::default()));
+        assert!(text.contains(inter) && text.contains(adv), "{target:?}");
+        assert!(text.contains("Forces here are nominal"), "{target:?}");
+    }
     for target in [Target::Gazebo, Target::GazeboAddedMass, Target::Uuv, Target::Urdf] {
         let refused = export_model(&file, Path::new(PATH), target, &ExportOptions::default()).unwrap_err().to_string();
         assert!(refused.contains("eta_inter of surge 0.9") && refused.contains("--acting"), "{refused}");

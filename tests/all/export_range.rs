@@ -1,7 +1,10 @@
 //! Every exported file says between which speeds its model was fitted, and what the target will extrapolate is told.
 
-use crate::exported::{codes, made, planar, text};
-use hydrosysid::export::{ExportOptions, Target};
+use std::path::Path;
+
+use crate::exported::{PLANAR, codes, made, noise, planar, text, thrusters};
+use hydrosysid::campaign::ModelFile;
+use hydrosysid::export::{Export, ExportOptions, Target, export};
 
 #[test]
 fn every_file_says_where_the_model_was_fitted_and_a_target_that_knows_no_limits_is_named() {
@@ -23,6 +26,68 @@ fn every_file_says_where_the_model_was_fitted_and_a_target_that_knows_no_limits_
     let mut unknown = planar(&[]);
     unknown.envelope.clear();
     assert!(codes(&made(&unknown, Target::Uuv, &ExportOptions::default())).contains("X019"));
+}
+
+/// The file of any target, of a planar model with noise or of a campaign with thrusters.
+fn of(target: Target) -> Export {
+    if target.takes_campaign() {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bounds-{}", target.name()));
+        return export(&thrusters(&folder, "boat", ""), target, &ExportOptions::default()).expect("it can be exported");
+    }
+    let file = ModelFile { noise: Some(noise(&PLANAR)), ..planar(&[]) };
+    made(&file, target, &ExportOptions::default())
+}
+
+#[test]
+fn every_file_of_every_target_says_its_limits_and_what_is_stable() {
+    for target in Target::ALL {
+        let export = of(target);
+        // UTF-16 in a MAT file
+        let text = String::from_utf8_lossy(&export.bytes).replace('\0', "");
+        for (word, least) in [("Limits: ", 20), ("Stability: ", 20)] {
+            let told = text.split_once(word).unwrap_or_else(|| panic!("{target:?} says no {word}")).1;
+            assert!(told.chars().take_while(|c| !matches!(c, '\n' | '"')).count() > least, "{target:?}: {word}");
+        }
+        assert_eq!(text.contains("Fitted between"), !target.takes_campaign(), "{target:?}");
+    }
+}
+
+#[test]
+fn stability_is_counted_from_the_model() {
+    let stability = |target: Target, file: &ModelFile| {
+        let text = text(&made(file, target, &ExportOptions::default()));
+        text.split_once("Stability: ").expect("it is told").1.split(['\n', '"']).next().expect("a line").to_string()
+    };
+    let rest = ModelFile { noise: Some(noise(&PLANAR)), ..planar(&[]) };
+    // −20/250, −35/320, −15/60 and the heading; the noise at −1/0.8 and −1/3
+    let linear = "eigenvalues of A (1/s) -0.25, -0.109, -0.08, 0: 1 stay, the others die out";
+    assert_eq!(stability(Target::LinearJson, &rest), linear);
+    assert_eq!(stability(Target::LinearPython, &rest), linear);
+    let kalman = stability(Target::KalmanPython, &rest);
+    assert!(kalman.contains("-1.25, -1.25, -1.25, -0.333, -0.25, -0.109, -0.08, 0: 1 stay"), "{kalman}");
+    assert!(kalman.ends_with("exact for dt = 0.1 s"), "{kalman}");
+    let mut driven = planar(&[]);
+    driven.parameters.iter_mut().filter(|p| p.effect == "linear_drag@yaw").for_each(|p| p.value = -15.0);
+    assert!(stability(Target::LinearJson, &driven).ends_with("UNSTABLE at this point: 1 grow"));
+    // 120/200 of sway; 2 m_r (1 − 0.6)/(d + 2 d_q v) against 2 (m_r + m_a)/(d + 2 d_q v)
+    let [whole, late] = [Target::GazeboAddedMass, Target::Gazebo].map(|target| {
+        let told = stability(target, &rest);
+        told.split_once("below ")
+            .map(|_| told.clone())
+            .expect("a step")
+            .rsplit_once("steps below ")
+            .expect("a step")
+            .1
+            .split(' ')
+            .next()
+            .expect("a number")
+            .parse::<f64>()
+            .expect("a number")
+    });
+    assert!((late / whole - 0.4 / 1.6).abs() < 5e-3, "three digits are written: {late} {whole}");
+    assert!(stability(Target::Gazebo, &rest).starts_with("added mass is 0.60 times the rigid one"));
+    let heavy = ExportOptions { mass: Some(100.0), ..ExportOptions::default() };
+    assert!(text(&made(&rest, Target::Gazebo, &heavy)).contains("Stability: UNSTABLE however short the step"));
 }
 
 #[test]

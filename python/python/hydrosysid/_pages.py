@@ -40,7 +40,8 @@ def export(
             campaign.
         to: ``gazebo``, ``gazebo-added-mass``, ``gazebo-thrusters``, ``uuv``, ``urdf``, ``mujoco``,
             ``python-vehicle-simulator``, ``fossen-python``, ``fossen-matlab``, ``c-header``, ``linear-json``,
-            ``linear-python``, ``linear-mat``, ``ardusub``, ``latex`` or ``csv``.
+            ``linear-python``, ``linear-mat``, ``kalman`` (JSON), ``kalman-toml``, ``kalman-python``, ``kalman-mat``,
+            ``ardusub``, ``latex`` or ``csv``.
         path: file to write; the content is in the result alone when absent.
         link: name of the link that the forces act on.
         mass: dry mass, kg; that of the vehicle when absent.

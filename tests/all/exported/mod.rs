@@ -2,12 +2,13 @@
 
 #[allow(dead_code)] // not every test steps an engine
 pub mod engine;
+pub mod quoted;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use hydrosysid::campaign::file::ModelTable;
-use hydrosysid::campaign::{Estimator, ModelFile, ModelParameter};
+use hydrosysid::campaign::{Estimator, ModelFile, ModelForce, ModelNoise, ModelParameter, ModelSensor};
 use hydrosysid::chain::Available;
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
@@ -130,6 +131,47 @@ pub fn floating(more: &[(&str, f64)]) -> ModelFile {
     file
 }
 
+/// A random force in every degree of freedom and noise of every velocity, one of them coloured.
+pub fn noise(dofs: &[Dof]) -> ModelNoise {
+    let force = |dof: &Dof| ModelForce {
+        dof: *dof,
+        rms: 2.0 + dof.index() as f64,
+        std: 0.1,
+        correlation_time: 0.8,
+        correlation_time_std: 0.1,
+        share_of_thrust: None,
+    };
+    let sensor = |dof: &Dof| ModelSensor {
+        channel: dof.velocity().into(),
+        std: 0.01,
+        coloured_std: (*dof == Dof::Surge).then_some(0.02),
+        correlation_time: (*dof == Dof::Surge).then_some(3.0),
+        restlessness: 1.0,
+    };
+    ModelNoise {
+        innovations_white: true,
+        force: dofs.iter().map(force).collect(),
+        sensor: dofs.iter().map(sensor).collect(),
+    }
+}
+
+/// A campaign of two thrusters under `folder`, as the targets that write thrusters take it: one along surge, one astern and
+/// aslant with a dead band.
+pub fn thrusters(folder: &Path, name: &str, more: &str) -> std::path::PathBuf {
+    let path = folder.join("campaign.toml");
+    let text = format!(
+        "format = 1\n[vehicle]\nname = \"{name}\"\n[model]\ndofs = [\"surge\", \"yaw\"]\neffects = [\"inertia\"]\n\
+         [[thruster]]\nname = \"bow {name}\"\nposition = [0.2, -0.1, 0.05]\naxis = [1, 0, 0]\nmax = 1\n\
+         forward = {{ a = 40, b = 10 }}\nreverse = {{ a = 30, b = 10 }}\nneutral = 1500\nspan = 400\n\
+         [[thruster]]\nname = \"stern {name}\"\nposition = [-0.3, 0.15, -0.04]\naxis = [1, 1, 0.5]\nmax = 0.9\ndeadband = 0.07\n\
+         forward = {{ a = 50, b = 5 }}\nreverse = {{ a = 45, b = 3 }}\nneutral = 1500\nspan = -400\n\
+         {more}\n[[run]]\nfile = \"a.csv\"\n"
+    );
+    std::fs::create_dir_all(folder).expect("a folder");
+    std::fs::write(&path, text).expect("it can be written");
+    path
+}
+
 /// Couplings beside those of [`floating`] that functions hold, of every kind that coefficients have.
 pub const EVERY_COUPLING: [(&str, f64); 5] = [
     ("linear_cross_damping@sway:yaw", 12.0),
@@ -183,24 +225,36 @@ pub fn samples(dofs: &[Dof]) -> Vec<[f64; 6]> {
     (0..=(SECONDS / STEP) as usize + 1).map(at).collect()
 }
 
+/// Steps of the minute.
+const COUNT: usize = (SECONDS / STEP) as usize;
+
+/// A run of forces at the samples, and of velocities.
+pub fn run_of(dofs: &[Dof], samples: &[[f64; 6]], velocity: &dyn Fn(usize, Dof) -> f64) -> Run {
+    let time: std::sync::Arc<[f64]> = (0..=COUNT).map(|k| STEP * k as f64).collect();
+    let mut run = Run { name: "test".into(), ..Run::default() };
+    for dof in dofs {
+        let forces: Vec<f64> = samples[..=COUNT].iter().map(|row| row[dof.index()]).collect();
+        let velocities: Vec<f64> = (0..=COUNT).map(|k| velocity(k, *dof)).collect();
+        run.signals.insert(dof.force().into(), Signal::new(time.clone(), forces));
+        run.signals.insert(dof.velocity().into(), Signal::new(time.clone(), velocities));
+    }
+    run
+}
+
 /// Velocities of the model at the samples, by the library.
 pub fn truth(file: &ModelFile) -> Vec<Vector6<f64>> {
+    truth_of(file, &run_of(&file.model.dofs, &samples(&file.model.dofs), &|_, _| 0.0))
+}
+
+/// Velocities of the model under the forces of a run, from rest.
+pub fn truth_of(file: &ModelFile, run: &Run) -> Vec<Vector6<f64>> {
     let model = file.model(&[], Path::new(PATH)).expect("it is a model");
-    let samples = samples(&model.dofs);
-    let count = (SECONDS / STEP) as usize;
-    let time: std::sync::Arc<[f64]> = (0..=count).map(|k| STEP * k as f64).collect();
-    let mut run = Run { name: "test".into(), ..Run::default() };
-    for dof in &model.dofs {
-        let values: Vec<f64> = samples[..=count].iter().map(|row| row[dof.index()]).collect();
-        run.signals.insert(dof.force().into(), Signal::new(time.clone(), values));
-        run.signals.insert(dof.velocity().into(), Signal::new(time.clone(), vec![0.0; count + 1]));
-    }
     let observed: BTreeSet<String> = model.dofs.iter().map(|d| d.velocity().to_string()).collect();
     let channels = model.dofs.iter().map(|d| d.force().to_string()).collect();
     let dynamics = Dynamics::compile(&model, &Available { channels, ..Available::default() }, &observed, &[]);
-    let track = Track::new(&run, 0, &dynamics, &model.values(), model.input, 0.02).expect("the run is complete");
+    let track = Track::new(run, 0, &dynamics, &model.values(), model.input, 0.02).expect("the run is complete");
     let start = vec![0.0; dynamics.states.len()];
-    let path = free_run(&dynamics, &track, &model.values(), &start, 0, count);
+    let path = free_run(&dynamics, &track, &model.values(), &start, 0, COUNT);
     let width = dynamics.outputs.len();
     let row = |row: &[f64]| {
         let mut nu = Vector6::zeros();
