@@ -29,6 +29,7 @@ mod export_gazebo;
 mod export_losses;
 mod export_range;
 mod export_tables;
+mod export_thrusters;
 mod export_urdf;
 mod export_uuv;
 mod forces;
