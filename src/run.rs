@@ -154,7 +154,8 @@ pub struct Run {
     pub kind: RunKind,
     /// Fit or validation.
     pub role: Role,
-    /// Time stamps at which a gap of the log ends, s: nothing is integrated across one.
+    /// Time stamps at which a gap of the whole log ends, s: nothing is integrated across one. What a single sensor is silent
+    /// for, its own time stamps tell: [`crate::log::check::time::gaps_of`].
     pub gaps: Vec<f64>,
     /// Signals by canonical name (`u`, `tau_u`, `psi`, …) or, for auxiliary channels, by their own.
     pub signals: BTreeMap<String, Signal>,

@@ -10,6 +10,7 @@ use super::error::Error;
 use super::file::{CampaignFile, RunTable};
 use crate::finding::Finding;
 use crate::frame::Dof;
+use crate::log::check::time::silences;
 use crate::log::codes::MISSING_COLUMN;
 use crate::log::options::PositionSource;
 use crate::log::{self, LogError, LogFile, LogOptions};
@@ -69,9 +70,9 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
             }
         }
     }
-    logged.run.gaps.sort_by(f64::total_cmp);
-    logged.run.gaps.dedup();
     if !alone {
+        // what is a gap of one log is none of the run while the sensors of another go on
+        logged.run.gaps = silences(&logged.run.signals);
         let absent: Vec<Finding> = needed
             .into_iter()
             .filter(|c| *c != "t" && !logged.run.signals.contains_key(*c))

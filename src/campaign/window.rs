@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::file::RunTable;
 use crate::formula::{Formula, FormulaError};
 use crate::log::check::is_measured;
+use crate::log::check::time::gaps_of;
 use crate::run::{Run, Signal, is_command, rounding};
 
 /// Cuts `run` to the instants from `from` to `to`, s.
@@ -53,8 +54,8 @@ fn kept(signal: &Signal, keep: impl Fn(f64) -> bool) -> Signal {
 /// Brings every signal to `rate` samples a second, on the straight line between its samples (`held`: on the last one
 /// before, for commands); nothing is made up inside a gap.
 pub(super) fn resample(run: &mut Run, rate: f64, held: bool) {
-    let gaps = run.gaps.clone();
-    for (name, signal) in &mut run.signals {
+    let gaps: Vec<Vec<f64>> = run.signals.keys().map(|name| gaps_of(run, [name.as_str()])).collect();
+    for ((name, signal), gaps) in run.signals.iter_mut().zip(gaps) {
         let (time, x) = (signal.time(), signal.values());
         let (Some(first), Some(last)) = (time.first(), time.last()) else { continue };
         let held = held && is_command(name);

@@ -9,6 +9,7 @@ use super::regressor::{Block, Column};
 use super::{Columns, RegressorError};
 use crate::filter::{FilterError, PolynomialFilter};
 use crate::frame::Dof;
+use crate::log::check::time::gaps_of;
 use crate::model::Model;
 use crate::run::Run;
 use crate::simd::Plain;
@@ -74,7 +75,7 @@ pub fn direct_columns(
         }
         let (time, rows) = evaluate(&balance.plan, &balance.sources, run, dof, model, &values);
         let Some(own) = run.signal(dof.velocity()) else { continue };
-        let derivative = filter.apply(own, &run.gaps)?.derivative;
+        let derivative = filter.apply(own, &gaps_of(run, [dof.velocity()]))?.derivative;
         let rate = |t: &f64| derivative.values()[own.time().partition_point(|s| s < t).min(own.len() - 1)];
         let begin = columns.rows();
         let width = balance.free.len() + 1;
@@ -141,7 +142,7 @@ fn evaluate(
     plan.prepare(&mut registers);
     let (mut time, mut rows) = (Vec::new(), vec![Vec::new(); plan.outputs()]);
     let Some(own) = run.signal(dof.velocity()) else { return (time, rows) };
-    for stretch in stretches(run, own, &readers, Nodes::Own) {
+    for stretch in stretches(run, dof.velocity(), own, &readers, Nodes::Own) {
         for times in stretch.time.chunks(LANES) {
             for (slot, reader) in slots.iter().zip(&mut readers) {
                 let at = |k: usize| times[k.min(times.len() - 1)];

@@ -89,7 +89,7 @@ fn pass<S: Send>(
     let mut parts = vec![begin().map_err(linear)?];
     if let Some(own) = run.signal(dof.velocity()) {
         let mut reading = Reading::new(&balance, own, run, 0, model, options);
-        for stretch in stretches(run, own, &reading.readers, options.nodes) {
+        for stretch in stretches(run, dof.velocity(), own, &reading.readers, options.nodes) {
             if let Some(inputs) = reading.at_stamps(&stretch) {
                 let width = places.len() + 1;
                 let made = over_rows(&balance.plan, &reading.registers, &stretch.time, &inputs, width, &begin, &take);

@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::balance::Source;
+use crate::log::check::time::gaps_of;
 use crate::model::Interpolation;
 use crate::navigation::unwrap;
 use crate::run::{Run, Signal, is_command, rounding};
@@ -52,6 +53,7 @@ pub(super) struct Stretch {
 /// Reads one leaf at instants that grow.
 #[derive(Debug)]
 pub(super) struct Reader {
+    name: Option<String>,
     samples: Option<Signal>,
     near: usize,
     held: bool,
@@ -72,7 +74,7 @@ impl Reader {
             _ => signal.clone(),
         });
         let held = input == Interpolation::Hold && name.is_some_and(is_command);
-        Reader { samples, near: 0, held, late, origin: run.origin() }
+        Reader { name: name.map(str::to_string), samples, near: 0, held, late, origin: run.origin() }
     }
 
     /// Whether the value just before an instant may differ from that just after it.
@@ -128,10 +130,10 @@ impl Reader {
     }
 }
 
-/// The stretches of `run` over which all `readers` have samples, on the stamps of `own`.
-pub(super) fn stretches(run: &Run, own: &Signal, readers: &[Reader], nodes: Nodes) -> Vec<Stretch> {
+/// The stretches of `run` over which all `readers` have samples, on the stamps of `own`, the channel `name`.
+pub(super) fn stretches(run: &Run, name: &str, own: &Signal, readers: &[Reader], nodes: Nodes) -> Vec<Stretch> {
     let mut edges = vec![f64::NEG_INFINITY];
-    edges.extend(run.gaps.iter().copied());
+    edges.extend(gaps_of(run, readers.iter().filter_map(|r| r.name.as_deref()).chain([name])));
     edges.push(f64::INFINITY);
     edges.sort_unstable_by(f64::total_cmp);
     let mut found = Vec::new();
@@ -202,7 +204,7 @@ mod tests {
         let run = run();
         let readers = [Reader::new(&run, &channel("tau_u"), 0.0, Interpolation::Linear)];
         let own = run.signal("u").unwrap();
-        let times = |nodes| stretches(&run, own, &readers, nodes).into_iter().map(|s| s.time).collect::<Vec<_>>();
+        let times = |nodes| stretches(&run, "u", own, &readers, nodes).into_iter().map(|s| s.time).collect::<Vec<_>>();
         assert_eq!(times(Nodes::Own), [vec![0.0, 1.0, 2.0], vec![4.0, 5.0]]);
         assert_eq!(times(Nodes::Every), [vec![0.0, 0.5, 1.0, 2.0], vec![4.0, 5.0]]);
     }

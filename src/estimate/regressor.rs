@@ -183,7 +183,7 @@ fn stack(
         let begin = columns.rows();
         if let Some(own) = run.signal(dof.velocity()) {
             let mut reading = Reading::new(&balance, own, run, index, model, options);
-            for stretch in stretches(run, own, &reading.readers, options.nodes) {
+            for stretch in stretches(run, dof.velocity(), own, &reading.readers, options.nodes) {
                 if let Some(inputs) = reading.at_stamps(&stretch) {
                     let new = columns.extended(&places, &stretch.time);
                     write_rows(&balance.plan, &reading.registers, &stretch.time, &inputs, new);

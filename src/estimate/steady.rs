@@ -12,6 +12,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::log::check::time::gaps_of;
 use crate::run::{Run, Signal, rounding};
 
 /// What counts as steady.
@@ -61,8 +62,9 @@ pub fn steady_windows(run: &Run, channel: &str, force: Option<&str>, options: St
     let Some(velocity) = run.signal(channel).filter(|s| s.len() > 2) else { return Vec::new() };
     let signals: Vec<&Signal> = std::iter::once(velocity).chain(force.and_then(|name| run.signal(name))).collect();
     let scales: Vec<(f64, f64)> = signals.iter().map(|s| (greatest(s.values()), white_noise(s.values()))).collect();
+    let gaps = gaps_of(run, [channel]);
     let steady = |from: f64, to: f64| {
-        let gap = run.gaps.iter().any(|g| *g > from && *g <= to);
+        let gap = gaps.iter().any(|g| *g > from && *g <= to);
         let calm = |(signal, (scale, noise)): (&&Signal, &(f64, f64))| {
             let (t, x) = part(signal, from, to);
             // of white noise alone: the line's change over the window has the deviation σ sqrt(12/n)

@@ -8,7 +8,7 @@ use std::io::Read;
 use std::sync::Arc;
 
 use super::LogError;
-use super::check::time::{row_gaps, sensor_gaps};
+use super::check::time::log_gaps;
 use super::rows::{Passage, Rows};
 use crate::run::Signal;
 
@@ -75,12 +75,7 @@ impl<R: Read> Pieces<R> {
             }
             piece.signals.insert(column.name.clone(), signal);
         }
-        piece.gaps = row_gaps(&time, &piece.signals).into_iter().map(|k| time[k]).collect();
-        for (name, ends) in sensor_gaps(&time, &piece.signals) {
-            piece.gaps.extend(ends.into_iter().map(|k| piece.signals[name].time()[k]));
-        }
-        piece.gaps.sort_by(f64::total_cmp);
-        piece.gaps.dedup();
+        piece.gaps = log_gaps(&time, &piece.signals);
         piece
     }
 

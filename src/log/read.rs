@@ -177,12 +177,7 @@ fn collect<R: Read>(
         );
     }
     if timed {
-        log.gaps = check::time::row_gaps(&time, &log.signals).into_iter().map(|k| time[k]).collect();
-        for (name, gaps) in check::time::sensor_gaps(&time, &log.signals) {
-            log.gaps.extend(gaps.into_iter().map(|k| log.signals[name].time()[k]));
-        }
-        log.gaps.sort_by(f64::total_cmp);
-        log.gaps.dedup();
+        log.gaps = check::time::log_gaps(&time, &log.signals);
         for seen in check::all(&time, &log.signals, &log.units) {
             let line = seen.time.map(|t| table.lines.line(time.partition_point(|s| *s < t)));
             let column = if let [only] = &seen.channels[..] { Some(only.as_str()) } else { None };

@@ -7,6 +7,7 @@
 use super::{Align, StagedOptions};
 use crate::filter::{FilterError, PolynomialFilter};
 use crate::frame::Dof;
+use crate::log::check::time::gaps_of;
 use crate::model::Model;
 use crate::navigation::unwrap;
 use crate::run::{Run, RunKind, Signal};
@@ -21,7 +22,9 @@ pub(super) fn smooth(run: &Run, options: &StagedOptions) -> Result<Run, FilterEr
     let mut smoothed = run.clone();
     for dof in Dof::ALL {
         if let (Some(filter), Some(signal)) = (filter, run.signal(dof.velocity())) {
-            smoothed.signals.insert(dof.velocity().into(), filter.apply(signal, &run.gaps)?.value);
+            smoothed
+                .signals
+                .insert(dof.velocity().into(), filter.apply(signal, &gaps_of(run, [dof.velocity()]))?.value);
         }
     }
     Ok(smoothed)
@@ -74,7 +77,7 @@ pub(super) fn make_rates(
         }
         let Some(signal) = run.signal(angle) else { continue };
         let turned = Signal::new(signal.shared_time().clone(), unwrap(signal.values()));
-        let slope = filter.apply(&turned, &run.gaps)?.derivative;
+        let slope = filter.apply(&turned, &gaps_of(run, [angle]))?.derivative;
         run.signals.insert(rate.into(), slope);
         made.push(rate);
     }

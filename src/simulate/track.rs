@@ -12,6 +12,7 @@ use thiserror::Error;
 use super::edges::Between;
 use super::reader::{Channel, Input};
 use crate::dynamics::Dynamics;
+use crate::log::check::time::gaps_of;
 use crate::model::Interpolation;
 use crate::run::{Run, Signal, is_command, rounding};
 use crate::symbolic::Leaf;
@@ -79,7 +80,7 @@ pub struct Track {
     pub time: Vec<f64>,
     /// Observations: `time.len()` rows of one value an output of the dynamics, [`NO_SAMPLE`] where there is none.
     pub observed: Vec<f64>,
-    /// First grid point of each stretch without gap; starts with 0.
+    /// First grid point of each stretch without a gap of the log or of a sensor that the model reads; starts with 0.
     pub starts: Vec<usize>,
     /// Steps of the integrator; those that end at grid point k are `steps_to[k]..steps_to[k + 1]`.
     pub substeps: Vec<Substep>,
@@ -131,7 +132,9 @@ impl Track {
         if time.len() < 2 {
             return Err(TrackError::TooShort { run: run.name.clone(), samples: time.len() });
         }
-        let starts = starts(&time, &run.gaps);
+        // states are simulated over the silence of a sensor; a sensor that is read in place of a state is not
+        let cuts = gaps_of(run, dynamics.inputs.iter().map(|(_, name)| name.as_str()));
+        let starts = starts(&time, &cuts);
         affordable(run, &time, &starts, longest)?;
         let mut track = Track {
             name: run.name.clone(),

@@ -7,7 +7,7 @@ use super::super::number::short;
 use super::statistics::median;
 use super::{Seen, is_measured};
 use crate::frame::Dof;
-use crate::run::Signal;
+use crate::run::{Run, Signal};
 
 /// A step this many times the usual one is a gap: single lost samples are not.
 const GAP: f64 = 5.0;
@@ -28,19 +28,58 @@ pub fn gaps(time: &[f64]) -> Vec<usize> {
     (1..time.len()).filter(|&k| time[k] - time[k - 1] > (GAP * step).max(PAUSE)).collect()
 }
 
-/// Gaps of the rows of a log. Where sensors of their own rates stand side by side the rows are no clock of anybody, and
-/// each sensor is judged by its own stamps alone.
-pub fn row_gaps(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<usize> {
+/// Whether a measured channel has a sample in every row, or none is measured: then the rows are a clock. Where sensors of
+/// their own rates stand side by side the rows are no clock of anybody, and each sensor is judged by its own stamps.
+fn rows_are_a_clock(time: &[f64], signals: &BTreeMap<String, Signal>) -> bool {
     let mut measured = signals.iter().filter(|(name, _)| is_measured(name)).peekable();
-    let one_clock = measured.peek().is_none() || measured.any(|(_, s)| s.len() == time.len());
-    if one_clock { gaps(time) } else { Vec::new() }
+    measured.peek().is_none() || measured.any(|(_, s)| s.len() == time.len())
+}
+
+/// Stamps at which a gap of the whole log ends, s: of its rows, or, where these are no clock, of all sensors together.
+pub fn log_gaps(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<f64> {
+    match rows_are_a_clock(time, signals) {
+        true => gaps(time).into_iter().map(|k| time[k]).collect(),
+        false => silences(signals),
+    }
+}
+
+/// Whether a channel is a sensor that samples regularly: fixes of the horizontal position come when they come.
+fn is_regular(name: &str) -> bool {
+    is_measured(name) && ![Dof::Surge.position(), Dof::Sway.position()].contains(&name)
+}
+
+/// Stamps at which a silence of all regular sensors ends, s.
+pub fn silences(signals: &BTreeMap<String, Signal>) -> Vec<f64> {
+    let sensors: Vec<&[f64]> =
+        signals.iter().filter(|(name, s)| is_regular(name) && !s.is_empty()).map(|(_, s)| s.time()).collect();
+    let steps: Vec<f64> = sensors.iter().map(|time| usual_step(time).unwrap_or(0.0)).collect();
+    let mut stamps: Vec<f64> = sensors.iter().flat_map(|time| time.iter().copied()).collect();
+    stamps.sort_unstable_by(f64::total_cmp);
+    // a sensor that has not begun, or has ended, is silent too
+    let is_silent = |from: f64, (time, step): (&&[f64], &f64)| match time.partition_point(|t| *t <= from) {
+        0 => true,
+        k => k == time.len() || time[k] - time[k - 1] > (GAP * step).max(PAUSE),
+    };
+    let is_gap = |w: &&[f64]| w[1] - w[0] > PAUSE && sensors.iter().zip(&steps).all(|sensor| is_silent(w[0], sensor));
+    stamps.windows(2).filter(is_gap).map(|w| w[1]).collect()
+}
+
+/// Stamps at which a gap ends that a row of these channels must not reach across, s: the whole log's, and those of the
+/// sensors among them.
+pub fn gaps_of<'a>(run: &Run, channels: impl IntoIterator<Item = &'a str>) -> Vec<f64> {
+    let mut ends = run.gaps.clone();
+    for signal in channels.into_iter().filter(|name| is_regular(name)).filter_map(|name| run.signal(name)) {
+        ends.extend(gaps(signal.time()).into_iter().map(|k| signal.time()[k]));
+    }
+    ends.sort_unstable_by(f64::total_cmp);
+    ends.dedup();
+    ends
 }
 
 /// Gaps of sensors with time stamps of their own, by channel: indices into the channel's stamps. Fixes of the horizontal
 /// position come when they come and nothing is integrated between them; they have none.
 pub fn sensor_gaps<'a>(time: &[f64], signals: &'a BTreeMap<String, Signal>) -> Vec<(&'a str, Vec<usize>)> {
-    let own = signals.iter().filter(|(name, s)| s.len() < time.len() && is_measured(name));
-    let regular = own.filter(|(name, _)| ![Dof::Surge.position(), Dof::Sway.position()].contains(&name.as_str()));
+    let regular = signals.iter().filter(|(name, s)| s.len() < time.len() && is_regular(name));
     regular.map(|(name, s)| (name.as_str(), gaps(s.time()))).filter(|(_, gaps)| !gaps.is_empty()).collect()
 }
 
@@ -60,7 +99,8 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
         let (first, step) = (gaps[0], usual_step(stamps).unwrap_or(f64::NAN));
         let more = if gaps.len() > 1 { format!(" ({} such gaps)", gaps.len()) } else { String::new() };
         let text = format!(
-            "{} has no sample for {} s where its usual step is {} s; nothing is integrated across it{more}",
+            "{} has no sample for {} s where its usual step is {} s{more}; no row of a regression reaches across, and a \
+             filter goes on with the other sensors",
             names.join(", "),
             short(stamps[first] - stamps[first - 1], 6),
             short(step, 6)
@@ -87,7 +127,7 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
 pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let mut seen = Vec::new();
     let Some(step) = usual_step(time) else { return seen };
-    let gaps = row_gaps(time, signals);
+    let gaps = if rows_are_a_clock(time, signals) { gaps(time) } else { Vec::new() };
     if let Some(&first) = gaps.first() {
         let more = if gaps.len() > 1 { format!(" ({} gaps in all)", gaps.len()) } else { String::new() };
         let text = format!(
@@ -158,6 +198,29 @@ mod tests {
         assert!(seen[0].channels == ["u", "v"] && seen[0].time == Some(10.0), "{seen:?}");
         assert!(seen[0].text.contains("5 s") && seen[0].text.contains("0.2 s"), "{seen:?}");
         assert_eq!((seen[1].code, seen[1].time), (codes::UNEVEN_COMMAND, Some(15.0)));
+    }
+
+    #[test]
+    fn one_sensor_that_falls_silent_cuts_its_own_rows_and_all_of_them_cut_the_log() {
+        let stamps = |step: f64, silent: (f64, f64)| -> Signal {
+            let time: Vec<f64> = (0..400)
+                .map(|k| step * f64::from(k))
+                .filter(|t| *t < 20.0 && !(silent.0..silent.1).contains(t))
+                .collect();
+            Signal::new(time.clone().into(), time)
+        };
+        let signals = |u: (f64, f64), r: (f64, f64)| {
+            BTreeMap::from([("u".to_string(), stamps(0.2, u)), ("r".to_string(), stamps(0.05, r))])
+        };
+        let never = (1.0, 0.0);
+        let run = Run { signals: signals((5.0, 7.0), never), ..Run::default() };
+        assert!(silences(&run.signals).is_empty());
+        // rounding of k · 0.2
+        assert!(matches!(gaps_of(&run, ["u", "r"])[..], [end] if (end - 7.0).abs() < 1e-9));
+        assert!(gaps_of(&run, ["r", "tau_u"]).is_empty());
+        let both = silences(&signals((5.0, 7.0), (5.5, 7.5)));
+        assert!(matches!(both[..], [end] if (end - 7.0).abs() < 1e-9), "{both:?}");
+        assert!(silences(&signals((5.0, 7.0), (8.0, 9.0))).is_empty());
     }
 
     #[test]
