@@ -34,9 +34,10 @@ pub(super) fn of(verb: &Verb) -> Vec<PathBuf> {
 /// Whether `output` is one of `inputs`, or a log or table that a campaign among them names.
 pub(super) fn hold(inputs: &[PathBuf], output: &Path) -> bool {
     let read = ReadOptions { allow_outside: true, look_for_files: false, ..ReadOptions::default() };
-    // a pipe gives what it holds only once
-    let files = inputs.iter().filter(|path| path.is_file());
+    // a folder stands for the campaign in it; a pipe gives what it holds only once
+    let files = inputs.iter().map(|path| CampaignFile::at(path)).filter(|path| path.is_file());
     files.into_iter().any(|path| {
+        let path = path.as_path();
         is_same(path, output)
             || path.extension().is_some_and(|e| e == "toml")
                 && CampaignFile::read(path, &read).is_ok_and(|campaign| names(&campaign, output))

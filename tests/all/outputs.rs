@@ -117,7 +117,8 @@ fn what_a_call_reads_it_never_writes() {
     fs::hard_link(&log, &other).expect("a link can be made");
     let link = folder.path("link.csv");
     symlink("log.csv", &link).expect("a link can be made");
-    let calls: [&[&str]; 7] = [
+    let here = folder.0.display().to_string();
+    let calls: [&[&str]; 10] = [
         &["convert", &log, "-o", &log],
         &["convert", &log, "-o", &other],
         &["convert", &log, "-o", &link],
@@ -125,6 +126,9 @@ fn what_a_call_reads_it_never_writes() {
         &["check", &campaign, "--json", &campaign],
         &["init", &log, "-o", &log],
         &["fit", &campaign, "--estimator", "integral", "--model", &log],
+        &["fit", &here, "--estimator", "integral", "--model", &log],
+        &["check", &here, "--json", &campaign],
+        &["report", &here, "-o", &log],
     ];
     for arguments in calls {
         let output = run(&[arguments, &["--force"]].concat());
