@@ -5,7 +5,7 @@
 //! fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %                       Ljung (1999), ch. 16
 //! ```
 //!
-//! y: measured velocity (m/s) or rate (rad/s); ŷ: simulated from a state that is estimated on the run's first seconds
+//! y: measured velocity (m/s) or rate (rad/s), or, where a run logs none, the position (m) or angle (rad) that tells it; ŷ: simulated from a state that is estimated on the run's first seconds
 //! with the parameters held. Where motion is unstable a whole run cannot be simulated however good the model: there the
 //! simulation starts anew every few seconds, and a finding says so.
 
@@ -15,9 +15,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::check::samples::within_half_turn;
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
 use crate::finding::{Code, Finding, Severity};
-use crate::frame::Measured;
+use crate::frame::{Dof, Measured};
 use crate::model::Model;
 use crate::progress::Count;
 use crate::run::{Role, Run};
@@ -77,7 +78,8 @@ pub struct Disagreement {
     pub run: String,
     /// Whether the run took part in the fit.
     pub role: Role,
-    /// Degree of freedom, or the channel of an observed function of the states.
+    /// Degree of freedom, or the channel of an observed function of the states; that of the position or angle where the run
+    /// logs no velocity.
     pub dof: Measured,
     /// Mean of |measured − simulated|, in `unit`.
     pub mean_abs: f64,
@@ -89,7 +91,7 @@ pub struct Disagreement {
     pub noise_floor: f64,
     /// 100 when the simulation is the measurement, 0 when it is no better than the measurement's mean.
     pub fit_percent: f64,
-    /// `m/s` or `rad/s`; of an observed function that of its formula.
+    /// `m/s` or `rad/s`; `m` or `rad` of a position or angle; of an observed function that of its formula.
     pub unit: String,
 }
 
@@ -182,11 +184,7 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
         }
     };
     for measured in model.measured() {
-        let Some(column) = simulated.outputs.iter().position(|name| *name == measured.channel()) else { continue };
-        let pairs = simulated.pairs(column);
-        if pairs.is_empty() {
-            continue;
-        }
+        let Some((measured, column, pairs)) = simulated.told(measured) else { continue };
         let count = pairs.len() as f64;
         let mean = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|(y, x)| f(*y, *x)).sum::<f64>() / count;
         let level = mean(&|y, _| y);
@@ -201,14 +199,21 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
             rms: squares.sqrt(),
             noise_floor: simulated.sigma[column],
             fit_percent: if spread > 0.0 { 100.0 * (1.0 - (squares / spread).sqrt()) } else { 0.0 },
-            unit: match measured.dof() {
-                Some(dof) => if dof.is_rotation() { "rad/s" } else { "m/s" }.into(),
-                None => simulated.units[column].clone(),
-            },
+            unit: unit(&measured, &simulated.units[column]),
             dof: measured,
         });
     }
     Ok(comparison)
+}
+
+/// The unit of what is compared; `known` is that of an observed function.
+fn unit(measured: &Measured, known: &str) -> String {
+    let is_pose = |dof: &Dof| dof.position() == measured.channel();
+    match (measured.dof(), Dof::ALL.iter().find(|dof| is_pose(dof))) {
+        (Some(dof), _) => if dof.is_rotation() { "rad/s" } else { "m/s" }.into(),
+        (None, Some(dof)) => if dof.is_rotation() { "rad" } else { "m" }.into(),
+        (None, None) => known.to_string(),
+    }
 }
 
 /// The run in segments, of half the length where a model is so wrong that the motion leaves the range of a double
@@ -306,6 +311,26 @@ impl Simulated {
             simulated.pieces.push((piece.first, trajectory));
         }
         Ok(simulated)
+    }
+
+    /// What tells of `measured` in this run, its output and its pairs: itself, or, of a velocity that is not logged, the
+    /// position or angle. `None` where neither is logged.
+    fn told(&self, measured: Measured) -> Option<(Measured, usize, Vec<(f64, f64)>)> {
+        let pose = measured.dof().map(|dof| Measured::Function(dof.position().into()));
+        let rotation = measured.dof().is_some_and(Dof::is_rotation);
+        let found = |measured: Measured| {
+            let column = self.outputs.iter().position(|name| *name == measured.channel())?;
+            let pairs = self.pairs(column);
+            (!pairs.is_empty()).then_some((measured, column, pairs))
+        };
+        found(measured).or_else(|| {
+            let (pose, column, mut pairs) = found(pose?)?;
+            if rotation {
+                // a logged angle may be wrapped, the simulated one goes on
+                pairs.iter_mut().for_each(|(y, x)| *y = *x + within_half_turn(*y - *x));
+            }
+            Some((pose, column, pairs))
+        })
     }
 
     /// (measured, simulated) of one output, where there is a sample. A segment's first instant belongs to it alone, and
