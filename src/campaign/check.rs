@@ -160,7 +160,8 @@ fn logged(run: &Run, campaign: &Campaign) -> Run {
 }
 
 fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
-    let options = CheckOptions { thrusters: campaign.file.thrusters.clone(), ..CheckOptions::default() };
+    let (thrusters, model) = (campaign.file.thrusters.clone(), campaign.model.dofs.clone());
+    let options = CheckOptions { thrusters, model, ..CheckOptions::default() };
     check::run(&logged(run, campaign), &options)
 }
 

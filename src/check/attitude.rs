@@ -21,7 +21,7 @@ use crate::log::number::short;
 use crate::run::Run;
 
 /// Shortest window, s.
-const WINDOW: f64 = 0.5;
+pub(super) const WINDOW: f64 = 0.5;
 /// Least variance of the integrated rate over that of its noise: below it the factor would be pulled to zero.
 pub const CLEAR: f64 = 50.0;
 /// Least part of the motion of the angle that the rate must explain.
@@ -78,7 +78,7 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
 }
 
 /// Whether a run stays away from the vertical in a window: beyond it φ and ψ jump, and their rates are infinite.
-fn level_windows(run: &Run) -> impl Fn(&(f64, f64)) -> bool {
+pub(super) fn level_windows(run: &Run) -> impl Fn(&(f64, f64)) -> bool {
     let theta = run.signal("theta").and_then(Samples::of_angle);
     // a pitch in degrees is no angle of this formula
     let theta = theta.filter(|theta| theta.values().iter().all(|x| x.abs() < 1.6));
@@ -99,7 +99,7 @@ pub fn clear(column: &[f64], noise: f64) -> bool {
 }
 
 /// Rate of the angle by the dof's own body rate, and by the two others, at the instants of the own rate.
-fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Samples) {
+pub(super) fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Samples) {
     let angle = |name: &str| run.signal(name).and_then(Samples::of_angle);
     let other = |name: &str| run.signal(name).and_then(Samples::of);
     let (phi, theta) = (angle("phi"), angle("theta"));

@@ -10,14 +10,14 @@
 
 use super::fit::{Fit, fit};
 use super::lag;
+use super::pose_velocity::velocity;
 use super::rates::number_of;
 use super::samples::{Samples, windows};
 use crate::frame::Dof;
-use crate::navigation::unwrap;
 use crate::run::Run;
 
 /// Shortest window, s.
-const WINDOW: f64 = 0.5;
+pub const WINDOW: f64 = 0.5;
 
 /// What a column stands for.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,22 +86,14 @@ pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
     Vec::new()
 }
 
-/// The velocity in `dof`; where none is logged the change of angle or depth from sample to sample, at its middle.
-fn velocity(run: &Run, dof: Dof) -> Option<Samples> {
-    if let Some(signal) = run.signal(dof.velocity()) {
-        return Samples::of(signal);
-    }
-    let pose = run.signal(dof.position()).filter(|_| !matches!(dof, Dof::Surge | Dof::Sway))?;
-    let turned = if dof.is_rotation() { unwrap(pose.values()) } else { pose.values().to_vec() };
-    let time = pose.time();
-    let middle = time.windows(2).map(|t| 0.5 * (t[0] + t[1])).collect();
-    let slope = (1..time.len()).map(|k| (turned[k] - turned[k - 1]) / (time[k] - time[k - 1])).collect();
-    Samples::new(middle, slope)
-}
-
 impl Balance {
     /// The balance that this run has of `dof`; `None` without velocity, command or enough windows.
     pub fn new(run: &Run, dof: Dof) -> Option<Balance> {
+        Balance::over(run, dof, WINDOW)
+    }
+
+    /// The same over windows of `width` s, or of two steps of the slowest channel where that is longer.
+    pub fn over(run: &Run, dof: Dof, width: f64) -> Option<Balance> {
         let nu = velocity(run, dof)?;
         let names = commands(run, dof);
         let of_command = |n: &String| run.signal(n).and_then(|s| Samples::new(s.time().to_vec(), s.values().to_vec()));
@@ -112,12 +104,12 @@ impl Balance {
         let step = commands.iter().map(Samples::step).fold(nu.step(), f64::max);
         let mut all: Vec<&Samples> = commands.iter().collect();
         all.push(&nu);
-        let windows = windows(&all, WINDOW.max(2.0 * step), lag::REACH);
+        let windows = windows(&all, width.max(2.0 * step), lag::REACH);
         let over = |s: &Samples| -> Vec<f64> { windows.iter().map(|(a, b)| s.integral(*a, *b)).collect() };
         let mut terms: Vec<Term> = names.into_iter().map(Term::Command).collect();
         terms.extend([Term::Linear, Term::Quadratic]);
         let mut others = vec![over(&nu), over(&nu.map(|_, x| x * x.abs()))];
-        let other = |name: &str| run.signal(name).and_then(Samples::of);
+        let other = |name: &str| velocity(run, Dof::ALL.into_iter().find(|other| other.velocity() == name)?);
         for (a, b) in products(dof) {
             let (Some(x), Some(y)) = (other(a), other(b)) else { continue };
             terms.push(Term::Product(a, b));

@@ -28,13 +28,15 @@ placed! {
     LATENCY = "K116" "delay" Warning Consistency Amber "One sensor says later what another one has said.";
     POSITION_SCALE = "K117" "position-scale" Warning Consistency Amber "Metres of position do not agree with degrees of latitude and longitude.";
 
+    DEAD_RATE = "K118" "dead-rate" Warning Values Red "An angle turns while its rate stays near zero: the gyro, or its column, is dead. Leave the column out; the angle tells the turn.";
+
     COMMAND_SIGN = "K121" "sign" Warning Commands Red "A command accelerates the vehicle the wrong way.";
     COMMAND_DELAY = "K122" "delay" Warning Commands Amber "The vehicle answers a command later, or earlier, than it is logged.";
 
     EXCITATION = "K131" "excitation" Warning Excitation Amber "The run cannot show what is asked of it in this degree of freedom.";
     AT_REST = "K134" "at-rest" Warning Excitation Amber "Nothing moves beyond the noise of its sensor: there is nothing to learn from the run.";
     MODE_CLOSED_LOOP = "K133" "closed-loop" Warning Loop Amber "The log says by its modes that a controller steers: the command follows the motion there.";
-    CLOSED_LOOP = "K132" "closed-loop" Warning Loop Amber "A controller holds the speed: the command follows the speed, and their relation is the controller's, not the vehicle's.";
+    CLOSED_LOOP = "K132" "closed-loop" Warning Loop Amber "A controller holds the speed, or a command repeats the noise of a sensor: the command follows the motion, and their relation is the controller's, not the vehicle's.";
 
     GUESSED = "K201" "guessed-columns" Note Consistency Green "Columns were taken for what their names suggest; name them in the options to be sure.";
 }

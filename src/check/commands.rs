@@ -89,7 +89,7 @@ pub fn judge_delays(answers: &[(Vec<Answer>, f64)]) -> Vec<Found> {
     let late: Vec<&Answer> = answers
         .iter()
         .filter_map(|(of_dof, step)| of_dof.first().map(|a| (a, *step)))
-        .filter(|(a, step)| a.delay.is_some_and(|d| d.is_clear(6.0, (1.25 * step).max(0.15))))
+        .filter(|(a, step)| a.delay.is_some_and(|d| d.is_clear(8.0, (1.25 * step).max(0.15))))
         .map(|(a, _)| a)
         .collect();
     if late.is_empty() {

@@ -1,18 +1,22 @@
 //! Excitation: what a run can show of each degree of freedom.
 //!
 //! ```text
-//! smallest visible share of term j = 3 σ_j rms(column j)/rms(Δν)
+//! smallest visible share of term j = 3 σ_j rms(column j)/max(rms(Δν), rms(column of the commands))
 //! ```
 //!
 //! The commands count as one term, the inertia's; σ_j is the standard deviation of its coefficient in the quick
 //! [`Balance`](super::balance), which grows with the noise and with what the columns have in common. A share below 0.2 is
-//! shown well; above 1 the term could be as large as the whole motion and not be seen.
+//! shown well; above 1 the term could be as large as the whole motion and not be seen. Where drag balances the commands
+//! they are the largest part of the motion, and the change of velocity a small difference. Short windows follow a fast motion,
+//! long ones lift a slow one above the noise: the length that shows most counts.
 
 use serde::Serialize;
 
-use super::balance::{Balance, Term};
+use super::balance::{Balance, Term, WINDOW};
 use super::codes;
 use super::commands::is_command;
+use super::motion::{self, Moved};
+use super::options::CheckOptions;
 use super::report::Found;
 use crate::frame::Dof;
 use crate::log::number::short;
@@ -22,6 +26,11 @@ use crate::run::Run;
 const SHOWN: f64 = 0.5;
 /// Least part of the changes of velocity that the commands must explain.
 const OWED: f64 = 0.2;
+/// Deviations by which the gain of the commands must differ from zero where a righting moment, which the angle tells,
+/// explains most of the motion.
+const CERTAIN: f64 = 8.0;
+/// Lengths of windows that are tried, in the shortest one's.
+const WINDOWS: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// What a run can show of one term.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,6 +64,17 @@ pub struct Excitation {
     pub enough: bool,
 }
 
+/// What a run can show of `dof`, with windows of the length that shows most.
+pub fn of_run(run: &Run, dof: Dof) -> Option<Excitation> {
+    let over = |times: f64| measure(&Balance::over(run, dof, times * WINDOW)?);
+    let hidden = |e: &Excitation| {
+        let drag = e.terms[1].smallest_share.min(e.terms[2].smallest_share);
+        (e.terms[0].smallest_share / SHOWN).max(drag / (2.0 * SHOWN))
+    };
+    let better = |a: &Excitation, b: &Excitation| b.enough.cmp(&a.enough).then(hidden(a).total_cmp(&hidden(b)));
+    WINDOWS.into_iter().filter_map(over).min_by(better)
+}
+
 /// What the balance can show.
 pub fn measure(balance: &Balance) -> Option<Excitation> {
     let each = balance.fit(0.0)?;
@@ -72,14 +92,15 @@ pub fn measure(balance: &Balance) -> Option<Excitation> {
         Term::Restoring => Some("restoring".to_string()),
     });
     // the constant, which has no name here, is the last column
-    let visible = |(k, term)| Visible { term, smallest_share: 3.0 * fit.std[k] * sizes[k] / change };
+    let visible = |(k, term)| Visible { term, smallest_share: 3.0 * fit.std[k] * sizes[k] / change.max(sizes[0]) };
     let terms: Vec<Visible> = std::iter::once("inertia".to_string()).chain(named).enumerate().map(visible).collect();
     let explained = balance.owed_to_commands(&each);
     let values = balance.nu.values();
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let spread = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
     let drag = terms[1].smallest_share.min(terms[2].smallest_share);
-    let enough = explained >= OWED && terms[0].smallest_share <= SHOWN && drag <= 2.0 * SHOWN;
+    let righted = balance.terms.contains(&Term::Restoring) && fit.theta[0] > CERTAIN * fit.std[0];
+    let enough = (explained >= OWED || righted) && terms[0].smallest_share <= SHOWN && drag <= 2.0 * SHOWN;
     let dof = balance.dof;
     let sentence = sentence(dof, [mean, spread], explained, &terms, enough);
     Some(Excitation {
@@ -129,15 +150,15 @@ fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible
     )
 }
 
-/// Degrees of freedom that were asked for, or whose own command varies, and cannot be shown. Where no degree of freedom
-/// has a command of its own, those with a velocity are looked at: surge before the others.
-pub fn judge(run: &Run, excitation: &[Excitation], asked: &[Dof]) -> Vec<Found> {
-    let is_asked = |e: &&Excitation| {
-        if asked.is_empty() {
-            e.commands.iter().any(|c| c == e.dof.force()) || run.signal(e.dof.force()).is_none()
-        } else {
-            asked.contains(&e.dof)
-        }
+/// Degrees of freedom that were asked for, or whose own command varies, and cannot be shown. Where they have no command of
+/// their own, those of the model that move are looked at.
+pub fn judge(run: &Run, excitation: &[Excitation], options: &CheckOptions) -> Vec<Found> {
+    let asked = &options.dofs;
+    let moves = |dof: Dof| motion::of(&run.signals, dof) == Moved::Moves;
+    let is_asked = |e: &&Excitation| match asked.is_empty() {
+        true if !options.model.is_empty() && !options.model.contains(&e.dof) => false,
+        true => e.commands.iter().any(|c| c == e.dof.force()) || run.signal(e.dof.force()).is_none() && moves(e.dof),
+        false => asked.contains(&e.dof),
     };
     let short_of = excitation.iter().filter(is_asked).filter(|e| !e.enough);
     let mut found: Vec<Found> =

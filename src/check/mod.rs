@@ -12,14 +12,17 @@ pub mod closed_loop;
 pub mod codes;
 pub mod commands;
 pub mod coupling;
+pub mod dead_rate;
 pub mod excitation;
 pub mod factor;
+pub mod feedback;
 pub mod fit;
 pub mod geodetic;
 pub mod lag;
 pub mod motion;
 pub mod options;
 pub mod path;
+pub mod pose_velocity;
 pub mod rates;
 pub mod report;
 pub mod samples;
@@ -33,6 +36,7 @@ use balance::Balance;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::Dof;
 use crate::log::LogFile;
+use crate::log::check::far;
 use crate::log::codes as reading;
 use crate::run::Run;
 
@@ -42,11 +46,16 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let rates = rates::measure(run);
     found.extend(rates::judge(&rates));
     found.extend(values::check(run));
+    found.extend(motion::judge(run));
+    found.extend(closed_loop::judge_modes(run));
+    // samples that are none say nothing of units, signs, delays or excitation
+    let run = &without_bad_samples(run);
     let steps = |channel: &str| rates.iter().find(|r| r.channel == channel).map_or(0.0, |r| 1.0 / r.rate_hz);
 
     let geodetic = Geodetic::of(run, options);
     let mut agreements = attitude::measure(run);
     found.extend(attitude::judge(&agreements, steps));
+    dead_rates(run, &mut found);
     let position = [&geodetic.north, &geodetic.east].map(|n| n.clone().unwrap_or_default());
     if let Some(path) = path::measure(run, position.each_ref().map(String::as_str)) {
         found.extend(path::judge(&path, steps));
@@ -76,12 +85,12 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
         found.extend(coupling::judge(&ratios));
         agreements.extend(ratios);
     }
-    let excitation: Vec<_> = balances.iter().filter_map(excitation::measure).collect();
-    found.extend(excitation::judge(run, &excitation, &options.dofs));
+    let excitation: Vec<_> = Dof::ALL.into_iter().filter_map(|dof| excitation::of_run(run, dof)).collect();
+    found.extend(excitation::judge(run, &excitation, options));
     let loops = closed_loop::measure(run);
     found.extend(closed_loop::judge(&loops));
-    found.extend(closed_loop::judge_modes(run));
-    found.extend(motion::judge(run));
+    let steered = feedback::judge(run, &found);
+    found.extend(steered);
 
     let examined = |topic: Topic| match topic {
         Topic::Consistency => !agreements.is_empty(),
@@ -104,6 +113,25 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let mut report = CheckReport { run, lights, findings, log_findings, rates, agreements, answers, excitation, loops };
     report.light_up();
     report
+}
+
+/// The run without codes for no value, outliers and values beyond all measure, which the log's own checks name.
+fn without_bad_samples(run: &Run) -> Run {
+    let mut sound = run.clone();
+    for (name, signal) in &mut sound.signals {
+        if let Some(left) = far::without(name, signal) {
+            *signal = left;
+        }
+    }
+    sound
+}
+
+/// Adds dead rates, and takes back what the noise of such a channel was taken for.
+fn dead_rates(run: &Run, found: &mut Vec<Found>) {
+    let dead = dead_rate::judge(run);
+    let is_dead = |f: &Found| dead.iter().any(|d| d.channels.first() == f.channels.first());
+    found.retain(|f| ![&codes::UNIT, &codes::SIGN, &codes::SCALE, &codes::LATENCY].contains(&f.code) || !is_dead(f));
+    found.extend(dead);
 }
 
 /// Takes back what was said of a velocity's scale where it is that of the position, which degrees have shown.
@@ -171,17 +199,9 @@ impl CheckReport {
         let of_reading: Vec<Finding> = found.into_iter().filter(|f| !(held && f.code == reading::HELD.code)).collect();
         let is = |list: &[Code]| of_reading.iter().any(|f| list.iter().any(|c| c.code == f.code));
         let wrong_sign = is(&[reading::NON_PHYSICAL]);
-        // among samples that are none, nothing shows what the run could
-        let wrong_values = is(&[reading::SENTINEL, reading::OUTLIER, reading::MAGNITUDE]);
-        self.findings.retain(|f| {
-            !(wrong_sign && f.code == codes::COMMAND_SIGN.code || wrong_values && f.code == codes::EXCITATION.code)
-        });
-        for light in &mut self.lights {
-            match light.topic {
-                Topic::Reading => light.light = Some(Light::Green),
-                Topic::Excitation if wrong_values => light.light = None,
-                _ => {}
-            }
+        self.findings.retain(|f| !(wrong_sign && f.code == codes::COMMAND_SIGN.code));
+        for light in self.lights.iter_mut().filter(|l| l.topic == Topic::Reading) {
+            light.light = Some(Light::Green);
         }
         self.findings = of_reading.into_iter().chain(self.findings).collect();
         self.light_up();

@@ -12,6 +12,8 @@ use crate::thrust::thruster::Thruster;
 pub struct CheckOptions {
     /// Degrees of freedom that the run should show; those whose own command varies when empty.
     pub dofs: Vec<Dof>,
+    /// Degrees of freedom of the model that the run is for; all when empty.
+    pub model: Vec<Dof>,
     /// The vehicle's thrusters, in the order of `V1`, `F1`, …: their signs can be checked when they are known.
     pub thrusters: Vec<Thruster>,
     /// Column of latitude, deg; looked for by name when absent.

@@ -27,14 +27,14 @@ codes! {
     ROWS_DROPPED = "L102" "rows-dropped" Warning "Rows were left out because an option says so.";
     BLANK_LINE = "L103" "blank-line" Warning "A blank line stands between rows; it was skipped.";
     SHORT_LAST_FIELD = "L104" "no-final-newline-short-field" Warning "The file ends without a line end and its last number has fewer decimals than every other of its column: it may be cut.";
-    GAP = "L105" "gap" Warning "Time jumps forward, or one sensor falls silent while the others go on; nothing is integrated across it.";
+    GAP = "L105" "gap" Warning "Time jumps forward, or one sensor falls silent while the others go on. Where all are silent the run is cut in two; where one is, no row of a regression that reads it reaches across, and filter error and output error go on with the others.";
     TIME_UNIT = "L106" "time-unit" Warning "The usual step of time is implausible in this unit: check time_unit.";
     SENTINEL = "L107" "sentinel" Warning "A value far from all others comes back exactly: a sensor's code for 'no value'. List it in missing_values.";
     OUTLIER = "L108" "outlier" Warning "Single samples stand far off their neighbours.";
     MAGNITUDE = "L109" "implausible-magnitude" Warning "Single samples are larger than anything a vehicle does.";
     UNIT = "L110" "unit" Warning "The whole column is implausibly large in its unit: perhaps it is in another one.";
     HELD = "L111" "held-samples" Warning "Values repeat in steps: a slower sensor was written at the rate of the log. Each of its samples is used once, unless the option `repeated` says that all are measurements or the log is read piece by piece.";
-    CONSTANT = "L112" "constant-column" Warning "A measured column never changes: nothing can be learned from it.";
+    CONSTANT = "L112" "constant-column" Warning "A measured column never changes, or a rate stays below what any gyro shows at rest: nothing can be learned from it.";
     SATURATION = "L113" "saturation" Warning "A column stays at its largest or smallest value for long: a limit of the sensor or of the actuator.";
     NON_PHYSICAL = "L114" "non-physical" Warning "A quick fit gives a negative inertia or drag: most likely a sign or a frame is wrong.";
     FRAME = "L115" "frame" Warning "The vehicle would be upside down: body_frame and earth_frame do not fit the angles.";

@@ -10,11 +10,30 @@ use crate::run::Signal;
 
 /// Sentinels of a measured channel or a command, outliers of a measured one.
 pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
-    if quantity(name).is_none() || signal.len() < 8 {
-        return Vec::new();
+    examine(name, signal).0
+}
+
+/// The signal without the samples that [`check`] names and without those beyond all measure; `None` where there are none.
+/// More than one in twenty are no single samples: then the column is in another unit.
+pub fn without(name: &str, signal: &Signal) -> Option<Signal> {
+    let (_, kept) = examine(name, signal);
+    let limit = limit(name);
+    let sound = |k: &usize| kept[*k] && signal.values()[*k].abs() <= limit;
+    let left: Vec<usize> = (0..signal.len()).filter(sound).collect();
+    if left.len() == signal.len() || 20 * left.len() < 19 * signal.len() {
+        return None;
     }
+    let stamps: Vec<f64> = left.iter().map(|k| signal.time()[*k]).collect();
+    Some(Signal::new(stamps.into(), left.iter().map(|k| signal.values()[*k]).collect::<Vec<_>>()))
+}
+
+/// What is seen, and which samples are left.
+fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
     let mut kept = vec![true; signal.len()];
     let mut seen = Vec::new();
+    if quantity(name).is_none() || signal.len() < 8 {
+        return (seen, kept);
+    }
     while let Some(code) = sentinel(signal.values(), &kept, is_measured(name)) {
         let at: Vec<usize> =
             (0..kept.len()).filter(|&k| kept[k] && signal.values()[k].to_bits() == code.to_bits()).collect();
@@ -28,7 +47,7 @@ pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
     }
     if !is_measured(name) {
         // a command may jump as it likes
-        return seen;
+        return (seen, kept);
     }
     let spikes = spikes(name, signal.values(), &kept);
     if let Some(&first) = spikes.first() {
@@ -36,7 +55,8 @@ pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
         let text = format!("{name} = {} stands far off its neighbours{count}", short(signal.values()[first], 6));
         seen.push(Seen::new(codes::OUTLIER, &[name], Some(signal.time()[first]), text));
     }
-    seen
+    spikes.iter().for_each(|&k| kept[k] = false);
+    (seen, kept)
 }
 
 /// Whether the digits are those of a well-known code: nines (−9999, 99.99) or the ends of a 16-bit range.
@@ -124,6 +144,22 @@ mod tests {
             assert!(seen[0].text.contains("in 1 sample") && seen[0].text.contains("missing_values = [\"-9999.0\"]"));
         }
         assert!(check("tau_u", &swing(|k, x| if k % 20 < 10 { 99.0 } else { x })).is_empty(), "a level of the command");
+    }
+
+    #[test]
+    fn what_is_named_can_be_left_out() {
+        let spoilt = swing(|k, x| match k {
+            50 => -9999.0,
+            88 => 5.0,
+            120 => 1e300,
+            _ => x,
+        });
+        let sound = without("u", &spoilt).expect("three samples are none");
+        let range = range(sound.values().iter().copied());
+        assert!(sound.len() == 197 && range.is_some_and(|(a, b)| a >= -0.6 && b <= 0.6), "{range:?}");
+        assert!(without("u", &swing(|_, x| x)).is_none());
+        // a command may jump
+        assert!(without("tau_u", &swing(|k, x| if k == 88 { 50.0 } else { x })).is_none());
     }
 
     #[test]

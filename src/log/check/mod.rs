@@ -10,6 +10,7 @@ pub mod sign;
 pub mod statistics;
 pub mod time;
 pub mod time_unit;
+pub mod turning;
 
 use std::collections::BTreeMap;
 

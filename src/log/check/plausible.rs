@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use super::super::codes;
 use super::super::columns::{Quantity, quantity};
 use super::super::number::short;
-use super::Seen;
 use super::statistics::{quantile, range};
+use super::{Seen, turning};
+use crate::frame::Dof;
 use crate::run::Signal;
 
 /// What the largest tenth of a column may reach before another unit is likelier: 15 m/s is faster than any vehicle
@@ -19,6 +20,9 @@ fn usual(quantity: Quantity) -> f64 {
         _ => f64::INFINITY,
     }
 }
+
+/// What the largest tenth of a rate may reach where the angle that it turns says the same, rad/s: two turns a second.
+const SPIN: f64 = 12.0;
 
 /// What no single sample can be.
 pub fn limit(name: &str) -> f64 {
@@ -33,7 +37,7 @@ pub fn limit(name: &str) -> f64 {
 
 /// Units and single samples.
 pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
-    let mut seen: Vec<Seen> = signals.iter().filter_map(|(name, s)| unit(name, s)).collect();
+    let mut seen: Vec<Seen> = signals.iter().filter_map(|(name, s)| unit(name, s, signals)).collect();
     seen.extend(pulse_widths(signals));
     if !seen.iter().any(|s| s.channels.iter().any(|c| c == "phi")) {
         seen.extend(signals.get("phi").and_then(upside_down));
@@ -47,12 +51,19 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
 }
 
 /// A column that is large all along.
-fn unit(name: &str, signal: &Signal) -> Option<Seen> {
+fn unit(name: &str, signal: &Signal, signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     let quantity = quantity(name)?;
     let usual = usual(quantity);
     let large = quantile(signal.values().iter().map(|x| x.abs()), 0.9)?;
     // a heading may be unwrapped over many turns
     if usual.is_infinite() || large <= usual || (name == "psi" && !wraps_at_360(signal.values())) {
+        return None;
+    }
+    let own_angle = Dof::ALL.iter().find(|dof| dof.velocity() == name).and_then(|dof| signals.get(dof.position()));
+    if quantity == Quantity::Rate
+        && large <= SPIN
+        && own_angle.is_some_and(|angle| turning::in_radians(angle) && turning::agree(signal, angle))
+    {
         return None;
     }
     let si = quantity.units().first()?.name;
@@ -147,6 +158,20 @@ mod tests {
         let channels: Vec<&str> = seen.iter().map(|s| s.channels[0].as_str()).collect();
         assert_eq!(channels, ["q", "theta", "u"]);
         assert!(seen.iter().all(|s| s.code == codes::UNIT));
+    }
+
+    /// A vehicle that spins at 4.56 rad/s, its heading wrapped: nobody's degrees.
+    #[test]
+    fn a_fast_turn_that_its_angle_confirms_is_no_other_unit() {
+        let rate = |t: f64| 4.56 + 0.2 * t.sin();
+        let turned = |t: f64| 4.56 * t - 0.2 * (t.cos() - 1.0);
+        let wrapped = |t: f64| turned(t) - std::f64::consts::TAU * (turned(t) / std::f64::consts::TAU).round();
+        assert!(check(&signals(&[("r", &rate), ("psi", &wrapped)])).is_empty());
+        // without the angle, with one that does not turn, and with both in degrees it is told
+        assert_eq!(check(&signals(&[("r", &rate)])).len(), 1);
+        assert_eq!(check(&signals(&[("r", &rate), ("psi", &|t| 0.1 * t.sin())])).len(), 1);
+        assert_eq!(check(&signals(&[("r", &rate), ("psi", &turned)])).len(), 1);
+        assert_eq!(check(&signals(&[("r", &|t| 20.0 * rate(t)), ("psi", &wrapped)])).len(), 1);
     }
 
     #[test]

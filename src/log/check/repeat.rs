@@ -24,6 +24,7 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         let text = format!("{} never change: nothing can be learned from them", constant.join(", "));
         seen.push(Seen::new(codes::CONSTANT, &constant, None, text));
     }
+    seen.extend(long().filter_map(|(name, x, _)| dead(name, x)));
     let held: Vec<(&str, Hold)> =
         long().filter(|(n, ..)| is_measured(n)).filter_map(|(n, x, _)| Some((n, hold::of(x)?))).collect();
     if let Some((_, hold)) = held.first() {
@@ -44,6 +45,22 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
         }
     }
     seen
+}
+
+/// A rate that is smaller all along than what any gyro shows, and not constant. The Earth alone turns at 7e-5 rad/s.
+fn dead(name: &str, values: &[f64]) -> Option<Seen> {
+    const LEAST: f64 = 1e-5;
+    let rotation = Dof::ALL.iter().any(|dof| dof.is_rotation() && dof.velocity() == name);
+    let most = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if !rotation || most > LEAST || lengths(values).len() == 1 {
+        return None;
+    }
+    let text = format!(
+        "{name} never exceeds {} rad/s, less than any gyro shows at rest: the channel is dead, and nothing can be learned from it; \
+         leave the column out",
+        short(most, 2)
+    );
+    Some(Seen::new(codes::CONSTANT, &[name], None, text))
 }
 
 /// Commands of which none is ever anything but zero. Under load cells a vehicle is pulled, and needs none.
@@ -131,6 +148,13 @@ mod tests {
         let seen = run(&[("u", &|_| 0.4), ("v", &|_| 0.0), ("r", &wave)]);
         assert_eq!((seen.len(), seen[0].code), (1, codes::CONSTANT));
         assert_eq!(seen[0].channels, ["u", "v"]);
+    }
+
+    #[test]
+    fn rates_that_no_gyro_shows_are_noticed() {
+        let seen = run(&[("r", &|k| 1e-7 * wave(k)), ("u", &|k| 1e-7 * wave(k)), ("q", &|k| 1e-4 * wave(k))]);
+        assert_eq!((seen.len(), seen[0].code, &seen[0].channels[..]), (1, codes::CONSTANT, &["r".to_string()][..]));
+        assert!(seen[0].text.contains("1e-07 rad/s"), "{}", seen[0].text);
     }
 
     #[test]
