@@ -1,11 +1,22 @@
 //! The faults that logs of vehicles have, each put into a sound log, and the findings that are right for it.
 
-use crate::table::Table;
+use super::table::Table;
+
+/// Into which logs a fault is put.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Log {
+    /// Commands in time, motion in all degrees of freedom.
+    Moving,
+    /// A controller holds heading and speed.
+    Controlled,
+}
 
 /// A fault.
 pub struct Fault {
     /// Section of the page.
     pub section: &'static str,
+    /// Into what it is put.
+    pub log: Log,
     /// What it is.
     pub name: &'static str,
     /// Codes of which one has to be raised.
@@ -31,10 +42,17 @@ fn inside(table: &Table, seed: usize) -> usize {
     rows / 4 + (seed * 7919) % (rows / 2)
 }
 
+/// A number between −1 and 1 that row and channel give, for what a sensor says of a vehicle that does nothing.
+fn scatter(row: usize, channel: usize) -> f64 {
+    let mixed = (row as u64 * 31 + channel as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
 /// All faults.
-pub const FAULTS: [Fault; 34] = [
+pub const FAULTS: [Fault; 39] = [
     Fault {
         section: "Text",
+        log: Log::Moving,
         name: "a word where a number should be",
         codes: &["L013"],
         inject: table!(|t, seed| {
@@ -44,6 +62,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Text",
+        log: Log::Moving,
         name: "NaN in a cell",
         codes: &["L014", "L015"],
         inject: table!(|t, seed| {
@@ -53,6 +72,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Text",
+        log: Log::Moving,
         name: "a row cut short at the end",
         codes: &["L012"],
         inject: |t, _| {
@@ -62,6 +82,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Text",
+        log: Log::Moving,
         name: "a block of NUL bytes",
         codes: &["L003"],
         inject: |t, seed| {
@@ -72,18 +93,21 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Text",
+        log: Log::Moving,
         name: "decimal commas",
         codes: &["L007", "L012", "L013"],
         inject: |t, _| t.csv().replace(',', ";").replace('.', ","),
     },
     Fault {
         section: "Text",
+        log: Log::Moving,
         name: "a binary log under the name of a CSV",
         codes: &["L216"],
         inject: |t, _| format!("#ROSBAG V2.0\n{}", t.csv()),
     },
     Fault {
         section: "Time",
+        log: Log::Moving,
         name: "a row written twice",
         codes: &["L017"],
         inject: table!(|t, seed| {
@@ -94,6 +118,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Time",
+        log: Log::Moving,
         name: "the clock set back by 3 s",
         codes: &["L017"],
         inject: table!(|t, seed| {
@@ -103,6 +128,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Time",
+        log: Log::Moving,
         name: "a gap of 1 s",
         codes: &["L105", "K105"],
         inject: table!(|t, seed| {
@@ -112,6 +138,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Time",
+        log: Log::Moving,
         name: "the clock set on by 0.7 s",
         codes: &["L105", "K105"],
         inject: table!(|t, seed| {
@@ -121,6 +148,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Time",
+        log: Log::Moving,
         name: "milliseconds without a unit",
         codes: &["L106"],
         inject: table!(|t, seed| {
@@ -130,6 +158,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Time",
+        log: Log::Moving,
         name: "a second clock that is 0.4 % fast",
         codes: &["K104"],
         inject: table!(|t, seed| {
@@ -139,6 +168,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Values",
+        log: Log::Moving,
         name: "a sensor's code for no value, ten times",
         codes: &["L107"],
         inject: table!(|t, seed| {
@@ -148,6 +178,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Values",
+        log: Log::Moving,
         name: "one outlier of 1.5 m/s",
         codes: &["L108", "L109"],
         inject: table!(|t, seed| {
@@ -157,6 +188,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Values",
+        log: Log::Moving,
         name: "a velocity renewed at 2 Hz, written at 10",
         codes: &["L111", "K101"],
         inject: table!(|t, seed| {
@@ -171,6 +203,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Values",
+        log: Log::Moving,
         name: "a heading that freezes for 15 s",
         codes: &["K102"],
         inject: table!(|t, seed| {
@@ -186,6 +219,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Values",
+        log: Log::Moving,
         name: "a speed that is zero throughout",
         codes: &["L112"],
         inject: table!(|t, seed| {
@@ -194,6 +228,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Values",
+        log: Log::Moving,
         name: "a gyro that saturates at 60 % of its range",
         codes: &["L113", "K102"],
         inject: table!(|t, seed| {
@@ -202,7 +237,27 @@ pub const FAULTS: [Fault; 34] = [
         }),
     },
     Fault {
+        section: "Values",
+        log: Log::Moving,
+        name: "−9999 once",
+        codes: &["L107"],
+        inject: table!(|t, seed| {
+            let at = inside(&t, seed);
+            t.change("v", |k, x| if k == at { -9999.0 } else { x });
+        }),
+    },
+    Fault {
+        section: "Values",
+        log: Log::Moving,
+        name: "a gyro that is dead: 1e-7 rad/s",
+        codes: &["K118"],
+        inject: table!(|t, seed| {
+            t.change("r", |k, _| 1e-7 * scatter(k, seed));
+        }),
+    },
+    Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a rate in degrees a second",
         codes: &["K111", "L110"],
         inject: table!(|t, seed| {
@@ -211,6 +266,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a heading in degrees",
         codes: &["K111", "L110"],
         inject: table!(|t, seed| {
@@ -219,6 +275,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a velocity in millimetres a second",
         codes: &["K111", "L110"],
         inject: table!(|t, seed| {
@@ -228,6 +285,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a gyro the other way round",
         codes: &["K112"],
         inject: table!(|t, seed| {
@@ -236,6 +294,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "north and east exchanged",
         codes: &["K114", "K112"],
         inject: table!(|t, seed| {
@@ -244,6 +303,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "velocities forward and to port",
         codes: &["K114", "K112"],
         inject: table!(|t, seed| {
@@ -252,6 +312,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a gyro that shows 20 % too much",
         codes: &["K113"],
         inject: table!(|t, seed| {
@@ -260,6 +321,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a heading the other way round",
         codes: &["K112", "K114"],
         inject: table!(|t, seed| {
@@ -268,6 +330,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a DVL turned by 90°",
         codes: &["K114"],
         inject: table!(|t, seed| {
@@ -277,6 +340,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Units, signs and axes",
+        log: Log::Moving,
         name: "a velocity in knots",
         codes: &["K111", "K113", "L110"],
         inject: table!(|t, seed| {
@@ -286,6 +350,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Delays and commands",
+        log: Log::Moving,
         name: "a heading 0.3 s late",
         codes: &["K116"],
         inject: table!(|t, seed| {
@@ -294,6 +359,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Delays and commands",
+        log: Log::Moving,
         name: "velocities 0.5 s late",
         codes: &["K116", "K122"],
         inject: table!(|t, seed| {
@@ -303,6 +369,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Delays and commands",
+        log: Log::Moving,
         name: "a command with the wrong sign",
         codes: &["K121", "L114"],
         inject: table!(|t, seed| {
@@ -312,6 +379,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Delays and commands",
+        log: Log::Moving,
         name: "motion 0.4 s after its command",
         codes: &["K122"],
         inject: table!(|t, seed| {
@@ -322,6 +390,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Delays and commands",
+        log: Log::Moving,
         name: "motion 1.2 s after its command",
         codes: &["K122"],
         inject: table!(|t, seed| {
@@ -332,6 +401,7 @@ pub const FAULTS: [Fault; 34] = [
     },
     Fault {
         section: "Delays and commands",
+        log: Log::Moving,
         name: "commands that were not logged",
         codes: &["L116"],
         inject: table!(|t, seed| {
@@ -339,5 +409,39 @@ pub const FAULTS: [Fault; 34] = [
                 t.change(channel, |_, _| 0.0);
             }
         }),
+    },
+    Fault {
+        section: "What the run shows",
+        log: Log::Moving,
+        name: "a vehicle at rest",
+        codes: &["K134"],
+        inject: table!(|t, seed| {
+            for (number, (channel, noise)) in
+                [("u", 0.005), ("v", 0.005), ("r", 0.003), ("psi", 0.009), ("x", 0.05), ("y", 0.05)]
+                    .into_iter()
+                    .enumerate()
+            {
+                t.change(channel, |k, _| 1.7 * noise * scatter(k, number + seed));
+            }
+            for channel in ["tau_u", "tau_v", "tau_r"] {
+                t.change(channel, |_, _| 0.0);
+            }
+        }),
+    },
+    Fault {
+        section: "What the run shows",
+        log: Log::Controlled,
+        name: "a controller steers, and the log's mode says so",
+        codes: &["K133"],
+        inject: table!(|t, seed| {
+            t.add("closed_loop", |_| 1.0);
+        }),
+    },
+    Fault {
+        section: "What the run shows",
+        log: Log::Controlled,
+        name: "a controller steers, and nothing says so",
+        codes: &["K132"],
+        inject: |t, _| t.csv(),
     },
 ];

@@ -1,6 +1,13 @@
 //! All integration tests in one binary: linked once, a module a topic. `cargo test --test all NAME` runs those of a topic.
 
 mod exported;
+#[path = "../../examples/findings"]
+#[allow(dead_code)] // the page of the example shows more
+mod findings_table {
+    pub mod faults;
+    pub mod judge;
+    pub mod table;
+}
 mod ode_reference;
 mod shared;
 mod surge;
@@ -32,6 +39,7 @@ mod export_tables;
 mod export_thrusters;
 mod export_urdf;
 mod export_uuv;
+mod findings;
 mod forces;
 mod glider;
 mod held_commands;
@@ -53,6 +61,7 @@ mod outputs;
 mod paper;
 mod plan;
 mod plant;
+mod poses;
 mod pushed;
 mod refusals;
 mod regressor;

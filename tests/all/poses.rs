@@ -1,0 +1,123 @@
+//! Logs that measure poses and no velocities: what `check` says of them, and fits of them, on the independent plant and on
+//! the pool tests of a small vehicle.
+
+use std::path::{Path, PathBuf};
+
+use hydrosysid::campaign::{self, Campaign, Check, Fit, FitOptions, LoadOptions, check_campaign};
+use hydrosysid::frame::Dof;
+use hydrosysid_plant::instrument::Instrument;
+use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Sailed, Vehicle};
+
+use crate::shared;
+
+/// Motion capture at 20 Hz: 2 mm, and 3 mrad of heading.
+fn captured(seed: u64, runs: usize) -> Sea {
+    let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
+    (sea.runs, sea.duration, sea.seed) = (runs, 60.0, seed);
+    sea.instruments = vec![Instrument::new(20.0, &[("psi", 0.003), ("x", 0.002), ("y", 0.002)])];
+    sea
+}
+
+fn written(name: &str, sea: &Sea) -> (Sailed, PathBuf) {
+    let sailed = sea.sail().expect("it sails");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("poses_{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    sailed.write(&folder).expect("the folder can be written");
+    (sailed, folder.join("campaign.toml"))
+}
+
+fn checked(file: &Path) -> Check {
+    check_campaign(file, LoadOptions::default()).expect("it is a campaign")
+}
+
+fn told(check: &Check, code: &str) -> Vec<String> {
+    check.warnings.iter().chain(&check.errors).filter(|f| f.code == code).map(|f| f.message.clone()).collect()
+}
+
+#[test]
+fn poses_tell_what_a_run_shows() {
+    let (_, file) = written("shown", &captured(3, 9));
+    let all = checked(&file);
+    assert!(told(&all, "M111").is_empty() && all.errors.is_empty(), "{:#?}", all.warnings);
+    // a run that moves sway alone shows no surge
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    let (head, runs) = text.split_at(text.find("[[run]]").expect("a run"));
+    let sway = runs.split("[[run]]").skip(1).find(|run| run.contains("run02.csv")).expect("the run of sway");
+    std::fs::write(&file, format!("{head}[[run]]{sway}")).expect("it can be written");
+    let surge = told(&checked(&file), "M111");
+    assert!(surge.iter().any(|text| text.contains("of surge")), "{surge:?}");
+    assert!(!surge.iter().any(|text| text.contains("of sway")), "{surge:?}");
+}
+
+fn parameter(fit: &Fit, dof: Dof, effect: &str) -> (f64, f64) {
+    let of = |p: &&campaign::FitParameter| p.dof == Some(dof) && p.effect == effect;
+    let found = fit.parameters.iter().find(of).unwrap_or_else(|| panic!("{effect}@{dof}"));
+    (found.value, found.std.unwrap_or(f64::NAN))
+}
+
+#[test]
+fn a_fit_of_poses_gives_back_the_truth() {
+    let (sailed, file) = written("truth", &captured(5, 6));
+    let campaign = Campaign::load(&file, LoadOptions::default()).expect("it is a campaign");
+    assert!(campaign.runs.iter().all(|run| !run.signals.contains_key("u")), "no velocity is logged");
+    let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
+    let (mut off, mut compared) = (Vec::new(), 0);
+    for p in fit.parameters.iter().filter(|p| p.effect == "inertia" || p.effect == "quadratic_drag") {
+        let term = format!("{}@{}", p.effect, p.dof.expect("of one degree of freedom"));
+        let truth = sailed.truth.value(&term).expect("the truth knows it");
+        let std = p.std.expect("a free parameter");
+        compared += 1;
+        // three deviations, and none so wide that it says nothing
+        if (p.value - truth).abs() > 3.0 * std || std > 0.2 * truth {
+            off.push(format!("{term}: {} ± {std}, truth {truth}", p.value));
+        }
+    }
+    assert!(compared == 6 && off.is_empty(), "{compared}: {off:?}");
+}
+
+/// Rate of change of a logged position or angle: central differences, at both ends one-sided ones.
+fn slope(time: &[f64], x: &[f64]) -> Vec<f64> {
+    let last = time.len() - 1;
+    let about = |k: usize| (k.saturating_sub(1), (k + 1).min(last));
+    (0..=last).map(about).map(|(a, b)| (x[b] - x[a]) / (time[b] - time[a])).collect()
+}
+
+/// 100 (1 − ‖y − ŷ‖/‖y − ȳ‖) %.
+fn explained(y: &[f64], x: &[f64]) -> f64 {
+    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    let off: f64 = y.iter().zip(x).map(|(y, x)| (y - x).powi(2)).sum();
+    100.0 * (1.0 - (off / y.iter().map(|y| (y - mean).powi(2)).sum::<f64>()).sqrt())
+}
+
+/// Pool tests that log yaw and depth alone, 2 Hz: on the runs that take no part the fit explains the rates as well as a fit
+/// by hand does, and its verdict says what its noise table says.
+#[test]
+fn bolts_poses_are_fitted_as_well_as_by_hand() {
+    let Some(folder) = shared::path("realdata/bolt") else { return };
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
+    let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
+    let simulation = campaign::simulate(&campaign, &fit.model, &fit.envelope).expect("it can be simulated");
+    // by hand, output error in SciPy on the pose: 70, 47 and 54 % (README of the data); the last with an initial state of the
+    // whole run, and 50 % with that of its first 5 s, which is all that is taken here
+    for (run, channel, by_hand) in
+        [("yaw_test_2.csv", "psi", 70.0), ("yaw_test_4.csv", "psi", 47.0), ("depth_test_2.csv", "z", 49.0)]
+    {
+        let run = simulation.runs.iter().find(|r| r.run == run).expect("it is simulated");
+        let measured: Option<Vec<f64>> = run.measured[channel].iter().copied().collect();
+        let measured = hydrosysid::navigation::unwrap(&measured.expect("a sample in every row"));
+        let simulated = hydrosysid::navigation::unwrap(&run.simulated[channel]);
+        let found = explained(&slope(&run.time, &measured), &slope(&run.time, &simulated));
+        assert!(found > by_hand, "{}: {found} % for {by_hand} % by hand", run.run);
+    }
+    let noise = fit.noise.as_ref().expect("filter error estimates it");
+    let large = noise.force.iter().any(|f| f.share_of_thrust.is_some_and(|share| share > 1.0));
+    assert!(large && fit.sentence.contains("something may be missing"), "{}", fit.sentence);
+    assert!(noise.innovations_white || fit.sentence.contains("not white"), "{}", fit.sentence);
+    // a comparison has a row for each run and pose where no velocity is logged
+    let compared = campaign::compare(&campaign, &fit.model, &fit.envelope).expect("it can be compared");
+    for (run, channel) in [("yaw_test_4.csv", "psi"), ("depth_test_2.csv", "z")] {
+        let row = compared.runs.iter().find(|r| r.run == run && r.dof.channel() == channel).expect("a row");
+        // positions integrate what rates show: the depth is followed within a fifth of its spread
+        assert!(row.fit_percent > 75.0 && ["rad", "m"].contains(&row.unit.as_str()), "{row:?}");
+    }
+}
