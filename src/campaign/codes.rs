@@ -50,6 +50,7 @@ codes! {
 
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_HEADING = "M221" "no-heading" Warning "North and east are logged and the heading is neither modelled nor logged: they say nothing of surge and sway, and take no part. Log psi.";
+    TWO_CLOCKS = "M222" "two-clocks" Warning "Logs of one run are on different clocks, one that counts from its own zero and one with stamps of a wall clock, and nothing says how far they are apart: `clock_offset` of the log in the [[run]] does.";
     NO_VALIDATION = "M202" "no-validation-run" Note "No run has role = \"validate\": what is shown for training runs flatters the model.";
     LOOSE = "M204" "not-determined" Note "An estimate is no larger than its standard deviation: this data hardly shows it.";
     COLUMN = "M206" "column-candidate" Note "A further column of the log has a standard form as a force: the discovery tries it beside the catalogue.";

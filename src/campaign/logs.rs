@@ -14,7 +14,7 @@ use crate::log::check::time::silences;
 use crate::log::codes::MISSING_COLUMN;
 use crate::log::options::PositionSource;
 use crate::log::{self, LogError, LogFile, LogOptions};
-use crate::run::{Run, RunKind, Signal};
+use crate::run::{Run, RunKind, Signal, WALL_CLOCK};
 
 /// A run as its logs say it.
 #[derive(Debug, Clone, Default)]
@@ -41,21 +41,14 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
     // of several logs none holds everything, so that what is absent is told when they are together
     let alone = table.files.len() == 1;
     let needed = needed(file, table.kind);
-    let mut first_origin = None;
+    let (mut zero, mut walls, mut locals) = (None, false, false);
     for one in &table.files {
         let required: Vec<&str> = needed.iter().copied().filter(|c| alone || *c == "t").collect();
         let options = one.log.as_ref().unwrap_or(options);
         let read = read_one(&file.path_of(one), options, &required, &file.model.dofs)
             .map_err(|source| Error::Log { run: name.to_string(), source })?;
-        // logs of wall clocks each begin at 0: what was subtracted brings them together again
-        let apart = match (read.origin, first_origin) {
-            (Some(own), Some(first)) => own - first,
-            (own, _) => {
-                first_origin = own;
-                0.0
-            }
-        };
-        let offset = one.clock_offset + apart;
+        let offset = ahead(read.origin, one.clock_offset, &mut zero);
+        (walls, locals) = if on_wall_clock(read.origin, one.clock_offset) { (true, locals) } else { (walls, true) };
         let findings = read.warnings.into_iter().chain(read.notes).map(|f| f.of_run(name));
         logged.findings.extend(findings);
         logged.run.gaps.extend(read.gaps.iter().map(|t| t + offset));
@@ -69,6 +62,12 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
                 return Err(Error::Refused { findings: vec![finding] });
             }
         }
+    }
+    if walls && locals {
+        let text = "some of its logs have stamps of a wall clock and some count from their own zero: 0 of the latter is \
+                    taken as the first stamp of the first wall clock. Give each of them the `clock_offset` that brings \
+                    it there, or its zero in seconds since 1970";
+        logged.findings.push(Finding::at(&codes::TWO_CLOCKS, name, None, None, text).of_run(name));
     }
     if !alone {
         // what is a gap of one log is none of the run while the sensors of another go on
@@ -86,6 +85,26 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         }
     }
     Ok(logged)
+}
+
+/// Whether stamps are those of a wall clock once `clock_offset` is added. `origin` is what the reader subtracted from them:
+/// a local clock becomes a wall clock by an offset of that size, and the other way round.
+fn on_wall_clock(origin: Option<f64>, clock_offset: f64) -> bool {
+    match origin {
+        Some(_) => clock_offset > -WALL_CLOCK,
+        None => clock_offset >= WALL_CLOCK,
+    }
+}
+
+/// How far a log is ahead of the clock of its run, s. Each log of a wall clock was read from 0 on: what was subtracted
+/// brings it together with the others, of which the first sets `zero`.
+fn ahead(origin: Option<f64>, clock_offset: f64, zero: &mut Option<f64>) -> f64 {
+    if !on_wall_clock(origin, clock_offset) {
+        return origin.unwrap_or(0.0) + clock_offset;
+    }
+    // the large numbers first: what is left keeps the digits of a small offset
+    let (begin, rest) = origin.map_or((clock_offset, 0.0), |origin| (origin, clock_offset));
+    begin - *zero.get_or_insert(begin) + rest
 }
 
 /// Reads a log that must have the columns `required`; of the velocities those may be absent that the log tells by

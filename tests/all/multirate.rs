@@ -149,6 +149,41 @@ fn several_files_with_their_clocks_are_one_run() {
     }
 }
 
+/// A log with stamps of a wall clock beside one that counts from its own zero: the offset brings the zero to the wall
+/// clock, whichever of them comes first, and without one they are told to be apart.
+#[test]
+fn a_wall_clock_and_a_local_clock_are_joined_by_an_offset() {
+    let folder = folder("walls");
+    let rows = Swim::new(100.0, 20.0, 1.0, 9).rows;
+    let wall = 1_719_830_400.0;
+    fs::write(folder.join("together.csv"), file(&rows, &[DVL, GYRO, COMMAND], 0.0)).unwrap();
+    fs::write(folder.join("dvl.csv"), file(&rows, &[DVL], wall)).unwrap();
+    fs::write(folder.join("gyro.csv"), file(&rows, &[GYRO], wall)).unwrap();
+    // its zero is 1.5 s after that of the others
+    fs::write(folder.join("command.csv"), file(&rows, &[COMMAND], -1.5)).unwrap();
+    let together = &load(&folder, "'together.csv'").runs[0];
+    let local = format!("{{ file = 'command.csv', clock_offset = {:?} }}", wall + 1.5);
+    for (files, first) in [
+        (format!("['dvl.csv', {local}, 'gyro.csv']"), "u"),
+        (format!("['gyro.csv', 'dvl.csv', {local}]"), "r"),
+        (format!("[{local}, 'gyro.csv', 'dvl.csv']"), "tau_u"),
+    ] {
+        let apart = load(&folder, &files);
+        assert!(apart.findings.iter().all(|f| f.code != "M222"), "{files}: {:?}", apart.findings);
+        let run = &apart.runs[0];
+        // the run begins with its first log: its zero is the first stamp of that, of the local clock its own zero
+        let zero = if first == "tau_u" { 1.5 } else { together.signals[first].time()[0] };
+        for (name, signal) in &together.signals {
+            let stamps = signal.time().iter().zip(run.signals[name].time());
+            // stamps of a wall clock in seconds as floats keep 0.24 us
+            assert!(stamps.clone().count() == signal.len(), "{name}");
+            stamps.for_each(|(a, b)| assert!((a - zero - b).abs() < 1e-6, "{files}, {name}: {} and {b}", a - zero));
+        }
+    }
+    let told = load(&folder, "['dvl.csv', 'command.csv', 'gyro.csv']");
+    assert!(told.findings.iter().any(|f| f.code == "M222"), "{:?}", told.findings);
+}
+
 #[test]
 fn a_silent_sensor_is_not_bridged() {
     let folder = folder("silent");
