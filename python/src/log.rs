@@ -81,12 +81,15 @@ pub fn to_si<'py>(
     Ok((column.name.clone(), column.unit, PyArray1::from_vec(py, found)))
 }
 
-/// A run as CSV: the bytes of the file.
+/// A run as CSV: the bytes of the file. `origin` is t = 0 in ns since 1970, where the file shall have the wall clock.
 #[pyfunction]
-pub fn csv_of(py: Python<'_>, run: GivenRun<'_>) -> PyResult<Vec<u8>> {
+pub fn csv_of(py: Python<'_>, run: GivenRun<'_>, origin: Option<i64>) -> PyResult<Vec<u8>> {
     let (run, units) = (run.to_run(py)?, run.units());
     let mut bytes = Vec::new();
-    interruptible(py, None, || log::write_signals(&run.signals, &units, &mut bytes))?
-        .map_err(|e| error::usage(py, &e))?;
+    let written = interruptible(py, None, || match origin {
+        Some(origin) => log::write_wall_clock(&run.signals, &units, origin, &mut bytes),
+        None => log::write_signals(&run.signals, &units, &mut bytes),
+    })?;
+    written.map_err(|e| error::usage(py, &e))?;
     Ok(bytes)
 }

@@ -160,6 +160,11 @@ impl Published {
     /// # Errors
     /// As [`Published::read`].
     pub fn parse(text: &str, path: &Path, campaign: &Campaign) -> Result<Published, Error> {
+        Published::of_vehicle(text, path, &campaign.vehicle, &campaign.model)
+    }
+
+    /// The same for a vehicle and a model; of a model without terms all that may stand in it are meant.
+    pub(super) fn of_vehicle(text: &str, path: &Path, vehicle: &Vehicle, model: &Model) -> Result<Published, Error> {
         let failed = |message: String| Error::Parameters { file: path.to_path_buf(), message };
         let file: File = toml::from_str(text).map_err(|e| failed(e.to_string().trim_end().to_string()))?;
         if file.format != 1 {
@@ -180,8 +185,8 @@ impl Published {
             (_, []) => {}
         }
         let own = file.convention == Convention::Hydrosysid;
-        let mass = file.mass.or(file.rigid.map(|m| m[0])).or(campaign.vehicle.mass);
-        let dry = Dry { vehicle: Vehicle { mass, ..campaign.vehicle.clone() }, inertia: inertia(&file) };
+        let mass = file.mass.or(file.rigid.map(|m| m[0])).or(vehicle.mass);
+        let dry = Dry { vehicle: Vehicle { mass, ..vehicle.clone() }, inertia: inertia(&file) };
         let mut values = Vec::new();
         for (key, value) in given {
             let (number, std) = match value {
@@ -191,12 +196,12 @@ impl Published {
             if !number.is_finite() || std.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
                 return Err(failed(format!("`{key}`: value and std must be finite numbers, std not below 0")));
             }
-            let (term, symbol) = find(&key, own, &campaign.model).ok_or_else(|| {
-                failed(format!("`{key}` is no parameter that this version knows{}", hint(&key, own, campaign)))
+            let (term, symbol) = find(&key, own, model).ok_or_else(|| {
+                failed(format!("`{key}` is no parameter that this version knows{}", hint(&key, own, model)))
             })?;
             let number = if own { number } else { dry.turned(&key, number).map_err(failed)? };
             // a matrix of Fossen has a 0 where there is nothing
-            if file.convention == Convention::Fossen && !campaign.model.dofs.iter().any(|d| term.contains(d.name())) {
+            if file.convention == Convention::Fossen && !model.dofs.iter().any(|d| term.contains(d.name())) {
                 continue;
             }
             values.push((term, symbol, number, std));
@@ -303,9 +308,8 @@ fn find(key: &str, own: bool, model: &Model) -> Option<(String, String)> {
     })
 }
 
-fn hint(key: &str, own: bool, campaign: &Campaign) -> String {
-    let names: Vec<String> = campaign
-        .model
+fn hint(key: &str, own: bool, model: &Model) -> String {
+    let names: Vec<String> = model
         .parameters
         .iter()
         .filter_map(|p| if own { Some(p.spec.name.clone()) } else { p.spec.sname.clone() })

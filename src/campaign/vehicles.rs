@@ -41,6 +41,9 @@ pub struct VehicleFile {
     /// FRAME_CONFIG of ArduSub for this frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ardusub_frame: Option<i64>,
+    /// Turns a minute of a propeller at a command of 1, where its command is a part of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub full_rpm: Option<f64>,
     /// Dry figures.
     pub vehicle: Vehicle,
     /// The water.
@@ -108,6 +111,9 @@ pub fn vehicle(name: &str) -> Result<KnownVehicle, Error> {
     let table = merged(name, &text, folder.as_deref(), DEEPEST)?;
     let extends = table.contains_key("extends");
     let file: VehicleFile = table.try_into().map_err(|e: toml::de::Error| failed(name, e.message()))?;
+    if let Some(full) = file.full_rpm.filter(|full| !(full.is_finite() && *full > 0.0)) {
+        return Err(failed(name, &format!("full_rpm = {full:?} must be finite and above 0")));
+    }
     for thruster in &file.thrusters {
         thruster.validate().map_err(|e| failed(name, &e.to_string()))?;
     }
@@ -209,6 +215,7 @@ fn plain(file: &VehicleFile) -> String {
         extends: None,
         sources: Vec::new(),
         ardusub_frame: None,
+        full_rpm: None,
         model: None,
         published: None,
         ..file.clone()
@@ -222,8 +229,14 @@ fn plain(file: &VehicleFile) -> String {
     format!("{sources}{table}")
 }
 
-/// The text with the command of thruster `index` (from 0) turned about: its `span` gets the other sign.
-pub(super) fn with_turned_thruster(text: &str, index: usize, why: &str) -> String {
+/// The text with another value of a key of thruster `index` (from 0): `change` of the value that stands there.
+pub(super) fn with_thruster_value(
+    text: &str,
+    index: usize,
+    key: &str,
+    change: impl Fn(f64) -> f64,
+    why: &str,
+) -> String {
     let (mut out, mut at) = (String::new(), None::<usize>);
     for line in text.lines() {
         if line.trim_start().starts_with('[') {
@@ -233,9 +246,9 @@ pub(super) fn with_turned_thruster(text: &str, index: usize, why: &str) -> Strin
                 (false, at) => at,
             };
         }
-        let span = line.strip_prefix("span = ").filter(|_| at == Some(index));
-        match span.map(|value| value.split('#').next().unwrap_or("").trim()).and_then(|v| v.parse::<f64>().ok()) {
-            Some(value) => out += &format!("# guessed: {why}\nspan = {:?}\n", -value),
+        let value = line.split_once('=').filter(|(name, _)| at == Some(index) && name.trim() == key);
+        match value.and_then(|(_, value)| value.split('#').next().unwrap_or("").trim().parse::<f64>().ok()) {
+            Some(value) => out += &format!("# guessed: {why}\n{key} = {:?}\n", change(value)),
             None => {
                 out += line;
                 out.push('\n');
@@ -318,7 +331,7 @@ mod tests {
     #[test]
     fn a_direction_of_the_log_turns_a_span() {
         let text = vehicle("bluerov2").unwrap().text;
-        let turned = with_turned_thruster(&text, 1, "MOT_2_DIRECTION = -1");
+        let turned = with_thruster_value(&text, 1, "span", |span| -span, "MOT_2_DIRECTION = -1");
         let file: VehicleFile = toml::from_str::<toml::Table>(&turned).unwrap().try_into().unwrap();
         let spans: Vec<f64> = file.thrusters.iter().filter_map(|t| t.span).collect();
         assert_eq!(spans, [400.0, -400.0, 400.0, 400.0, 400.0, 400.0]);

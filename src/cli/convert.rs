@@ -1,5 +1,7 @@
 //! The verb `convert`: a log as plain CSV in SI units.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use super::arguments::{self as typed, Reading};
@@ -7,10 +9,12 @@ use super::failure::Failure;
 use super::output::Output;
 use super::verbs::reading;
 use crate::campaign;
+use crate::log::encoding::{Opening, opening};
 use crate::log::{self, LogOptions};
 use crate::text_file;
 
-/// Ends of the names of logs that only the Python package reads, and the extra that it needs for them.
+/// Ends of the names of logs that only the Python package reads, and the extra that it needs for them: what there is to go
+/// by where a log is a folder, or is not there.
 const ELSEWHERE: [(&str, &str); 16] = [
     ("bag", "ros"),
     ("db3", "ros"),
@@ -30,18 +34,35 @@ const ELSEWHERE: [(&str, &str); 16] = [
     ("npy", ""),
 ];
 
+/// Bytes that tell the format of a file.
+const LOOKED_AT: u64 = 256;
+
+/// What a log is that the library does not read, and the extra of the Python package that reads it: by its first bytes,
+/// whatever it is called.
+fn elsewhere(log: &Path) -> Option<(String, &'static str)> {
+    if log.is_dir() {
+        return Some(("a folder, as a ROS 2 bag is".into(), "ros"));
+    }
+    let mut begin = Vec::new();
+    match File::open(log).and_then(|file| file.take(LOOKED_AT).read_to_end(&mut begin)) {
+        Ok(_) => match opening(&begin) {
+            Opening::Log(name, extra) => Some((format!("this is {name}"), extra)),
+            Opening::Text(_) | Opening::Other(_) => None,
+        },
+        Err(_) => {
+            let end = log.extension().map(|e| e.to_string_lossy().to_lowercase());
+            let found = ELSEWHERE.iter().find(|(e, _)| Some(*e) == end.as_deref());
+            found.map(|(_, extra)| ("there is no such file, and by its name it is no CSV".into(), *extra))
+        }
+    }
+}
+
 /// Refuses a log in a format that the library does not read, and says who does.
 fn reads(log: &Path) -> Result<(), Failure> {
-    let end = log.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let extra = if log.is_dir() {
-        Some("ros")
-    } else {
-        ELSEWHERE.iter().find(|(e, _)| Some(*e) == end.as_deref()).map(|(_, extra)| *extra)
-    };
-    extra.map_or(Ok(()), |extra| {
+    elsewhere(log).map_or(Ok(()), |(what, extra)| {
         let package = if extra.is_empty() { "hydrosysid".to_string() } else { format!("hydrosysid[{extra}]") };
         let text = format!(
-            "{}: this format is read by the command of the Python package: pip install '{package}'",
+            "{}: {what}; such logs are read by the command of the Python package: pip install '{package}'",
             log.display()
         );
         Err(Failure::Argument(text))

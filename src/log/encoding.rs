@@ -52,10 +52,19 @@ fn is_telemetry(bytes: &[u8]) -> bool {
     (946_684_800_000_000..4_102_444_800_000_000).contains(&u64::from_be_bytes(*head))
 }
 
+/// A zip of NumPy arrays: its first entry is called `….npy`.
+fn is_npz(bytes: &[u8]) -> bool {
+    let length = bytes.get(26..28).map_or(0, |two| usize::from(u16::from_le_bytes([two[0], two[1]])));
+    bytes.starts_with(b"PK\x03\x04") && bytes.get(30..30 + length).is_some_and(|name| name.ends_with(b".npy"))
+}
+
 /// Looks at the first bytes of a file.
 pub fn opening(bytes: &[u8]) -> Opening {
     if bytes.starts_with(b"\xef\xbb\xbf") {
         return Opening::Text(3);
+    }
+    if is_npz(bytes) {
+        return Opening::Log("a NumPy archive", "all");
     }
     if let Some((_, name)) = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)) {
         return Opening::Other(name);
@@ -93,5 +102,8 @@ mod tests {
         assert_eq!(opening(&telemetry), Opening::Log("a MAVLink telemetry log", "ardupilot"));
         assert_eq!(opening(b"\0\0\0\0\0\0\0\x01\xfd"), Opening::Text(0), "an hour after 1970");
         assert_eq!(opening(b"\xff\xfe\0\0t\0\0\0"), Opening::Other("UTF-32"));
+        let zipped = |name: &[u8]| [b"PK\x03\x04", &[0; 22][..], &[name.len() as u8, 0, 0, 0], name, b"..."].concat();
+        assert_eq!(opening(&zipped(b"u.npy")), Opening::Log("a NumPy archive", "all"));
+        assert_eq!(opening(&zipped(b"notes.txt")), Opening::Other("zip"));
     }
 }

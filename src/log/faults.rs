@@ -71,9 +71,14 @@ impl Faults {
                 );
                 (codes::OTHER_FORMAT, None, None, text)
             }
+            Broken::Nul(line @ 1) => {
+                let text = "a NUL byte in the first line: this is no text, and its first bytes are those of no log that is known; \
+                            where it is a log of another format its beginning is missing: copy it off the vehicle again";
+                (codes::ENCODING, Some(*line), None, text.to_string())
+            }
             Broken::Nul(line) => {
-                let text = "a NUL byte: a block that was never written, as after a power loss, or not text at all; \
-                            cut these bytes out, or cut the file here";
+                let text = "a NUL byte: a block that was never written, as after a power loss; cut these bytes out, or cut the \
+                            file here";
                 (codes::ENCODING, Some(*line), None, text.to_string())
             }
             Broken::NotUtf8(line, byte) => {

@@ -32,7 +32,7 @@ pub use options::{LogOptions, OptionsError};
 pub use pieces::{Piece, Pieces};
 pub use read::{LogFile, read, read_from};
 pub use rows::{Passage, Row, Rows};
-pub use write::{WriteError, write, write_log, write_signals, write_to};
+pub use write::{WriteError, write, write_log, write_signals, write_to, write_wall_clock};
 
 use crate::frame::Dof;
 

@@ -69,9 +69,34 @@ pub fn write_signals(
     units: &BTreeMap<String, &'static str>,
     sink: &mut impl Write,
 ) -> std::io::Result<()> {
+    write_stamped(signals, units, "t [s]", |t, digits| write!(digits, "{t:?}"), sink)
+}
+
+/// The same with the stamps of a wall clock, in whole nanoseconds: `t = 0` of the signals is `origin`, ns since 1970.
+///
+/// # Errors
+/// Those of the sink.
+#[allow(clippy::cast_possible_truncation)] // a log of 292 years
+pub fn write_wall_clock(
+    signals: &BTreeMap<String, Signal>,
+    units: &BTreeMap<String, &'static str>,
+    origin: i64,
+    sink: &mut impl Write,
+) -> std::io::Result<()> {
+    write_stamped(signals, units, "t [ns]", |t, digits| write!(digits, "{}", origin + (t * 1e9).round() as i64), sink)
+}
+
+/// Writes signals; `stamp` writes a time, s, as the column `time` has it.
+fn write_stamped(
+    signals: &BTreeMap<String, Signal>,
+    units: &BTreeMap<String, &'static str>,
+    time: &str,
+    stamp: impl Fn(f64, &mut String) -> std::fmt::Result,
+    sink: &mut impl Write,
+) -> std::io::Result<()> {
     let signals: Vec<(&str, &Signal)> = signals.iter().map(|(name, s)| (name.as_str(), s)).collect();
     let mut table = WriterBuilder::new().terminator(Terminator::Any(b'\n')).from_writer(sink);
-    table.write_field("t [s]")?;
+    table.write_field(time)?;
     for (name, _) in &signals {
         let usual = quantity(name).and_then(|q| q.units().first()).map(|unit| unit.name);
         let header = match units.get(*name).copied().or(usual) {
@@ -90,12 +115,14 @@ pub fn write_signals(
         }
         let stamps = signals.iter().zip(&next).filter_map(|((_, s), k)| s.time().get(*k));
         let Some(t) = stamps.copied().min_by(f64::total_cmp) else { return table.flush() };
+        digits.clear();
+        let _ = stamp(t, &mut digits);
+        table.write_field(&digits)?;
         let mut put = |x: Option<f64>| {
             digits.clear();
             let _ = x.map(|x| write!(digits, "{x:?}"));
             table.write_field(&digits)
         };
-        put(Some(t))?;
         for ((_, signal), k) in signals.iter().zip(&mut next) {
             let there = signal.time().get(*k).is_some_and(|s| s.to_bits() == t.to_bits());
             put(there.then(|| signal.values()[*k]))?;

@@ -242,7 +242,7 @@ class Run(Readers):
             path: file to write, whole or not at all.
             force: replace a file that is there.
         """
-        write(path, _native.csv_of(self._native()), force)
+        write(path, _native.csv_of(self._native(), None), force)
 
     def _native(self) -> tuple[str, str, str, list[float], dict[str, str], dict[str, tuple[Array, Array]]]:
         return (self.name, self.kind, self.role, list(self.gaps), dict(self.units), dict(self.signals))

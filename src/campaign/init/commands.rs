@@ -1,6 +1,7 @@
 //! Columns of thruster commands: which there are, in which unit, from which neutral on, held or not.
 
 use super::words::Words;
+use crate::log::options::{ColumnSource, LogOptions};
 use crate::run::Signal;
 
 /// What a thruster is sent, by the unit of its column.
@@ -160,6 +161,28 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
         _ => None,
     };
     Some(Column { header: header.to_string(), label, order, kind, group: rest.join(" ") })
+}
+
+/// Commands whose columns somebody has said, V1, V2, … or F1, F2, …
+pub fn given(options: &LogOptions) -> Vec<Column> {
+    let of = |letter: char| -> Vec<Column> {
+        let numbered = |(channel, source): (&String, &ColumnSource)| {
+            let order: usize = channel.strip_prefix(letter)?.parse().ok()?;
+            let kind = match (letter, source.unit.as_deref()) {
+                ('F', _) => Some(Kind::Force),
+                (_, Some("us")) => Some(Kind::Pulse),
+                (_, Some("1")) => Some(Kind::Part),
+                (_, Some("V")) => Some(Kind::Volts),
+                _ => None,
+            };
+            Some(Column { header: source.name.clone(), label: order.to_string(), order, kind, group: String::new() })
+        };
+        let mut found: Vec<Column> = options.columns.iter().filter_map(numbered).collect();
+        found.sort_by_key(|column| column.order);
+        found
+    };
+    let forces = of('F');
+    if forces.is_empty() { of('V') } else { forces }
 }
 
 /// The one command of a thruster on a bench.

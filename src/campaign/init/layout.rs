@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::log::encoding::{Opening, opening};
 use crate::log::{LogOptions, iso8601, number};
 
 /// Bytes of the file that are looked at: some hundred rows of any log.
@@ -21,8 +22,8 @@ pub struct Layout {
     pub decimal: char,
     /// Begin of lines that are no data, where there are such lines before the header.
     pub comment: Option<String>,
-    /// Whether a byte 0 stands among the first bytes: no text.
-    pub binary: bool,
+    /// What the file is where it is no CSV, and who reads it.
+    pub no_csv: Option<String>,
 }
 
 /// Looks at the beginning of a file; what `given` says deviates from the default wins.
@@ -32,7 +33,23 @@ pub struct Layout {
 pub fn of(path: &Path, given: &LogOptions) -> std::io::Result<Layout> {
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.take(LOOKED_AT).read_to_end(&mut bytes)?;
-    Ok(Layout { binary: bytes.contains(&0), ..of_text(&String::from_utf8_lossy(&bytes), given) })
+    Ok(Layout { no_csv: no_csv(&bytes), ..of_text(&String::from_utf8_lossy(&bytes), given) })
+}
+
+/// What a file with these first bytes is, where it is no CSV.
+fn no_csv(bytes: &[u8]) -> Option<String> {
+    match opening(bytes) {
+        Opening::Log(name, extra) => Some(format!(
+            "this is {name}: `init` of the command of the Python package reads it (pip install 'hydrosysid[{extra}]')"
+        )),
+        Opening::Other(name) => Some(format!("this is {name}, not UTF-8 text; convert or unpack it first")),
+        Opening::Text(_) if bytes.contains(&0) => Some(
+            "this is no text, and its first bytes are those of no log that is known; the command of the Python package \
+             reads some formats by the file's name (.mat, .bin)"
+                .into(),
+        ),
+        Opening::Text(_) => None,
+    }
 }
 
 fn of_text(text: &str, given: &LogOptions) -> Layout {
@@ -54,7 +71,7 @@ fn of_text(text: &str, given: &LogOptions) -> Layout {
     let mut data = lines.iter().filter(|line| !is_comment(line));
     let headers = data.next().map_or_else(Vec::new, |line| fields(line, delimiter));
     let rows = data.map(|line| fields(line, delimiter)).filter(|row| row.len() == headers.len()).collect();
-    Layout { headers, rows, delimiter, decimal, comment: told.clone().or(comment), binary: false }
+    Layout { headers, rows, delimiter, decimal, comment: told.clone().or(comment), no_csv: None }
 }
 
 impl Layout {
@@ -122,6 +139,17 @@ mod tests {
         assert_eq!(layout("t\tu\n0\t1\n1\t2\n2\t3\n").delimiter, '\t');
         assert_eq!(layout("t u\n0 1\n1 2\n2 3\n").delimiter, ' ');
         assert!(layout("0,1\n1,2\n2,3\n").nameless());
+    }
+
+    #[test]
+    fn what_is_no_csv_is_named() {
+        assert!(
+            no_csv(b"\xa3\x95\x80\x80").is_some_and(|why| why.contains("DataFlash") && why.contains("[ardupilot]"))
+        );
+        assert!(no_csv(b"PAR1").is_some_and(|why| why.contains("Parquet")));
+        assert!(no_csv(b"\x1f\x8b\x08").is_some_and(|why| why.contains("gzip")));
+        assert!(no_csv(&[0; 20]).is_some_and(|why| why.contains("no text")));
+        assert_eq!(no_csv(b"t,u\n0,1\n"), None);
     }
 
     #[test]

@@ -5,10 +5,13 @@
 
 pub(super) mod commands;
 mod dives;
+mod drives;
 mod geometry;
 mod layout;
 mod meaning;
+mod priors;
 mod reading;
+mod reading_options;
 mod text;
 mod units;
 mod values;
@@ -17,13 +20,14 @@ pub(super) mod words;
 pub use layout::{Layout as FirstRows, of as first_rows};
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::error::Error;
 use super::vehicles::{KnownVehicle, vehicle};
 use crate::log::LogOptions;
+use crate::log::options::Missing;
 use crate::vehicle::Vehicle;
 
 /// What is known of the vehicle, SI; what is absent is that of the vehicle file, else written as a comment.
@@ -70,10 +74,16 @@ pub struct Learned {
     pub ardusub_frame: Option<i64>,
     /// Directions of thrusters 1, 2, …: 1 or −1.
     pub directions: Vec<i64>,
-    /// Reading options of all logs.
-    pub log: Option<LogOptions>,
+    /// Pulses at which thrusters 1, 2, … rest, µs, where the autopilot says another than the usual one.
+    pub neutral: Vec<Option<f64>>,
+    /// From the neutral to the limit of the pulses, µs.
+    pub span: Option<f64>,
+    /// Logs that were made of one in another format: SI units under canonical names, cells empty where there is no sample.
+    pub converted: Vec<String>,
     /// Stretches under a controller by log, as they shall be told.
     pub closed_loop: BTreeMap<String, Vec<String>>,
+    /// Fields of a log that became no channel, by log.
+    pub not_placed: BTreeMap<String, Vec<String>>,
 }
 
 /// What `init` works on.
@@ -110,10 +120,9 @@ pub struct Scaffold {
 /// [`Error::Vehicle`] for a vehicle that is not known. A log that cannot be read is told in the text.
 pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
     request.facts.validate()?;
-    let mut given = request.options.clone();
-    if let Some(learned) = request.learned.log.as_ref().filter(|_| given == LogOptions::default()) {
-        given.clone_from(learned);
-    }
+    // what somebody says of columns and axes is done where a log was converted
+    let made = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
+    let given = |shown: &String| if request.learned.converted.contains(shown) { &made } else { &request.options };
     let known = match (&request.vehicle, request.learned.ardusub_frame) {
         (Some(name), _) => Some((vehicle(name)?, None)),
         (None, Some(frame)) => super::vehicles::known_vehicles()
@@ -122,12 +131,16 @@ pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
             .map(|known| (known, Some(format!("the log's FRAME_CONFIG = {frame} is the frame of this vehicle")))),
         (None, None) => None,
     };
-    let understood: Vec<reading::Understood> =
-        request.logs.iter().map(|(path, shown)| reading::understand(path, shown, &given)).collect();
+    let mut understood: Vec<reading::Understood> =
+        request.logs.iter().map(|(path, shown)| reading::understand(path, shown, given(shown))).collect();
+    let paths: Vec<&Path> = request.logs.iter().map(|(path, _)| path.as_path()).collect();
+    let full_rpm = known.as_ref().and_then(|(known, _)| known.file.full_rpm);
+    reading::settle(&mut understood, &paths, full_rpm);
     let dives = dives::of(&understood);
     let companions = known.as_ref().map(|(known, _)| companions(known)).unwrap_or_default();
     let text =
-        text::Draft { request, given: &given, vehicle: known.as_ref(), logs: &understood, dives: &dives }.write();
+        text::Draft { request, given: &request.options, vehicle: known.as_ref(), logs: &understood, dives: &dives }
+            .write();
     let unread = understood.iter().filter(|log| log.log.is_none());
     let unread = unread.map(|log| format!("{}: {}", log.shown, log.refused.join("; "))).collect();
     Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread })

@@ -7,7 +7,7 @@ use super::commands::{self, Kind};
 use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
 use super::words::{self, Words};
-use super::{units, values};
+use super::{drives, units, values};
 use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, TimeFormat, TimeUnit, Truncated};
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
 
@@ -19,10 +19,14 @@ const ATTEMPTS: usize = 12;
 pub struct Understood {
     /// The file as the campaign names it.
     pub shown: String,
+    /// Options that somebody has said: they win.
+    pub given: LogOptions,
     /// Options under which it is read.
     pub options: LogOptions,
     /// Reason of each option and column that was guessed: `missing`, `columns.psi`.
     pub reasons: BTreeMap<String, String>,
+    /// Columns that a channel could be as well.
+    pub choices: BTreeMap<String, Vec<ColumnSource>>,
     /// What was not placed, what else a column could be.
     pub remarks: Vec<String>,
     /// Commands of the thrusters, in the order of V1, V2, …
@@ -37,7 +41,8 @@ pub struct Understood {
 
 /// Understands the log at `path`; `given` are options that somebody has said: they win.
 pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
-    let mut this = Understood { shown: shown.to_string(), options: given.clone(), ..Understood::default() };
+    let mut this =
+        Understood { shown: shown.to_string(), given: given.clone(), options: given.clone(), ..Understood::default() };
     let layout = match layout::of(path, given) {
         Ok(layout) => layout,
         Err(error) => {
@@ -45,9 +50,8 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
             return this;
         }
     };
-    if layout.binary {
-        this.refused
-            .push("this is no text; formats other than CSV are read by the command of the Python package".into());
+    if let Some(what) = layout.no_csv {
+        this.refused.push(what);
         return this;
     }
     this.lay_out(&layout, given);
@@ -57,10 +61,20 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
     }
     this.place(&layout, given);
     this.attempt(path);
-    if this.log.is_some() && values::settle(&mut this, given) {
-        this.attempt(path);
-    }
     this
+}
+
+/// Settles what the values of all logs tell together, and reads those again whose options it changes.
+pub fn settle(logs: &mut [Understood], paths: &[&Path], full_rpm: Option<f64>) {
+    let before: Vec<LogOptions> = logs.iter().map(|log| log.options.clone()).collect();
+    logs.iter_mut().for_each(values::settle);
+    values::agree(logs);
+    drives::settle(logs, full_rpm);
+    for ((log, path), before) in logs.iter_mut().zip(paths).zip(&before) {
+        if log.log.is_some() && log.options != *before {
+            log.attempt(path);
+        }
+    }
 }
 
 impl Understood {
@@ -121,6 +135,11 @@ impl Understood {
         for (meaning, header, words) in meant {
             if own.iter().any(|o| o == meaning.channel) {
                 let channel = meaning.channel;
+                if self.options.columns.contains_key(channel) && !given.columns.contains_key(channel) {
+                    let (other, _) = units::source(channel, &header, words.unit.as_deref(), meaning.sign);
+                    self.choices.entry(channel.to_string()).or_default().push(other);
+                    continue;
+                }
                 self.remarks.push(format!("{header:?} could be {channel} as well: {channel} = {header:?}"));
                 continue;
             }
@@ -219,8 +238,10 @@ impl Understood {
 
     /// Places the commands of the thrusters.
     fn drive(&mut self, driven: &[commands::Column], given: &LogOptions) {
-        let said = |letter: &str| given.columns.keys().any(|c| c.starts_with(letter) && columns::quantity(c).is_some());
-        if said("V") || said("F") {
+        let said = commands::given(given);
+        if !said.is_empty() {
+            self.kind = said[0].kind;
+            self.commands = said;
             return;
         }
         let chosen = commands::chosen(driven);

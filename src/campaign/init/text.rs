@@ -1,13 +1,14 @@
 //! The text of the campaign, table by table.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::commands::{self, Kind};
 use super::quoted;
 use super::reading::Understood;
-use super::{InitRequest, geometry};
-use crate::campaign::vehicles::{KnownVehicle, with_turned_thruster};
+use super::reading_options::{options, said, table};
+use super::{InitRequest, drives, geometry, priors};
+use crate::campaign::vehicles::{KnownVehicle, with_thruster_value};
 use crate::check::motion::{self, Moved};
 use crate::effects::{Coriolis, CoriolisRow, Effect};
 use crate::frame::Dof;
@@ -52,10 +53,25 @@ impl Draft<'_> {
         let common = self.common();
         text += &self.log_table(common);
         text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
-        text += &self.priors();
+        text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
         let roles = self.roles(&chosen);
         for (dive, role) in self.dives.iter().zip(roles) {
             text += &self.run_table(dive, &role, common.is_none());
+        }
+        text + &self.not_placed()
+    }
+
+    /// What a log of another format has and the campaign does not take.
+    fn not_placed(&self) -> String {
+        let mut text = String::new();
+        for (log, fields) in self.request.learned.not_placed.iter().filter(|(_, fields)| !fields.is_empty()) {
+            let _ = writeln!(
+                text,
+                "\n# Not placed, and not in {log}; `init … --log 'columns.NAME = \"STREAM:FIELD\"'` takes a field:"
+            );
+            for line in fields {
+                let _ = writeln!(text, "#   {line}");
+            }
         }
         text
     }
@@ -104,21 +120,29 @@ impl Draft<'_> {
             let mut text = sections(&known.text, |name| name == "thruster");
             for (k, _) in self.request.learned.directions.iter().enumerate().filter(|(_, d)| **d < 0) {
                 let why = format!("the log's MOT_{}_DIRECTION = -1: this thruster runs the other way", k + 1);
-                text = with_turned_thruster(&text, k, &why);
+                text = with_thruster_value(&text, k, "span", |span| -span, &why);
+            }
+            for (k, neutral) in self.request.learned.neutral.iter().enumerate() {
+                if let Some(neutral) = neutral {
+                    let why = format!("the log's SERVOn_TRIM of thruster {} is where its output rests", k + 1);
+                    text = with_thruster_value(&text, k, "neutral", |_| *neutral, &why);
+                }
             }
             return format!("\n{text}");
         }
         let Some(log) = self.logs.iter().filter(|l| l.log.is_some()).max_by_key(|l| l.commands.len()) else {
             return String::new();
         };
-        let signals = self.signals(log);
+        // one vehicle: what its commands are is told by all of its logs
+        let alike = self.logs.iter().filter(|l| drives::headers(l) == drives::headers(log));
+        let signals: Vec<&Signal> = alike.flat_map(drives::signals).collect();
         let forced =
             self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.keys().any(|n| n.starts_with("tau_"))));
         let Some(kind) = log.kind.filter(|_| !log.commands.is_empty() && !signals.is_empty()) else {
             return String::new();
         };
-        let greatest = signals.iter().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let pulse = (kind == Kind::Pulse).then(|| commands::pulses(&signals));
+        let greatest = drives::greatest(&signals);
+        let pulse = (kind == Kind::Pulse).then(|| self.pulses(&signals));
         let tables = geometry::tables(&log.commands, kind, greatest, pulse);
         if forced {
             let commented: String =
@@ -130,11 +154,13 @@ impl Draft<'_> {
         tables
     }
 
-    /// Commands of the thrusters of a log.
-    fn signals<'b>(&self, understood: &'b Understood) -> Vec<&'b Signal> {
-        let Some(log) = &understood.log else { return Vec::new() };
-        let letter = if understood.kind == Some(Kind::Force) { "F" } else { "V" };
-        (1..).map(|k| log.signals.get(&format!("{letter}{k}"))).take_while(Option::is_some).flatten().collect()
+    /// Neutral and span of the pulses, with the reason: what the autopilot says, else what the values show.
+    fn pulses(&self, signals: &[&Signal]) -> (f64, f64, String) {
+        let (neutral, span, why) = commands::pulses(signals);
+        let learned = &self.request.learned;
+        let Some(limit) = learned.span else { return (neutral, span, why) };
+        let neutral = learned.neutral.iter().copied().flatten().next().unwrap_or(1500.0);
+        (neutral, limit, "the log's MOT_PWM_MIN and MOT_PWM_MAX, and the neutral of ArduSub".into())
     }
 
     /// Degrees of freedom that some dive measures, moves and drives.
@@ -191,7 +217,7 @@ impl Draft<'_> {
         if fin.is_some_and(&varies) {
             return true;
         }
-        let signals = self.signals(understood);
+        let signals = drives::signals(understood);
         thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && varies(s))
     }
 
@@ -204,6 +230,14 @@ impl Draft<'_> {
         effects.extend(
             [Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).map(|d| format!("restoring_{d}")),
         );
+        // a vehicle that tilts is pulled along its axes by the net weight, and a centre of gravity above or below the
+        // origin ties surge to pitch and sway to roll
+        for (along, tilt) in [(Dof::Surge, Dof::Pitch), (Dof::Sway, Dof::Roll)] {
+            if has(along) && has(tilt) {
+                effects.push(format!("added_mass_coupling@{along}:{tilt}"));
+                effects.extend(has(Dof::Heave).then(|| format!("restoring_{along}")));
+            }
+        }
         let logged =
             |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
         if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
@@ -229,7 +263,7 @@ impl Draft<'_> {
         text += "coriolis = \"tied\"   # \"tied\" to the inertias | \"free\" coefficients\n";
         let held = self.logs.iter().find_map(|understood| {
             let log = understood.log.as_ref()?;
-            let mut signals = self.signals(understood);
+            let mut signals = drives::signals(understood);
             signals.extend(log.signals.iter().filter(|(name, _)| name.starts_with("tau_")).map(|(_, s)| s));
             commands::held(&signals, log.rows)
         });
@@ -262,14 +296,6 @@ impl Draft<'_> {
             None => text += &said(self.given, "log"),
         }
         text
-    }
-
-    fn priors(&self) -> String {
-        let Some((known, _)) = self.vehicle else { return String::new() };
-        if known.file.published.is_none() {
-            return String::new();
-        }
-        format!("# Published parameters of this vehicle: `hydrosysid compare CAMPAIGN --params {}`.\n", known.id)
     }
 
     /// Role of each dive: of three and more every third validates, if what it moves another one moves too.
@@ -384,54 +410,4 @@ fn sections(text: &str, keep: impl Fn(&str) -> bool) -> String {
         pending.clear();
     }
     out
-}
-
-/// A table of reading options with its header, where it holds anything.
-fn table(understood: &Understood, name: &str) -> String {
-    let options = options(understood, name);
-    if options.is_empty() { options } else { format!("[{name}]\n{options}") }
-}
-
-/// The options of a log that differ from the defaults, guesses with their reasons; columns in a table of their own.
-fn options(understood: &Understood, name: &str) -> String {
-    write_options(&understood.options, &understood.reasons, name)
-}
-
-/// Options that somebody has said.
-fn said(options: &LogOptions, name: &str) -> String {
-    write_options(options, &BTreeMap::new(), name)
-}
-
-fn write_options(options: &LogOptions, reasons: &BTreeMap<String, String>, name: &str) -> String {
-    let usual = toml::Table::try_from(LogOptions::default()).unwrap_or_default();
-    let own = toml::Table::try_from(options).unwrap_or_default();
-    let mut text = String::new();
-    let comment = |key: &str| reasons.get(key).map(|why| format!("# guessed: {why}\n")).unwrap_or_default();
-    for (key, value) in own.iter().filter(|(key, value)| *key != "columns" && usual.get(*key) != Some(value)) {
-        let _ = writeln!(text, "{}{key} = {value}", comment(key));
-    }
-    if !options.columns.is_empty() {
-        let _ = writeln!(text, "\n[{name}.columns]");
-        for (channel, source) in &options.columns {
-            let mut parts = vec![format!("name = {}", toml::Value::from(source.name.clone()))];
-            parts.extend(source.unit.as_ref().map(|unit| format!("unit = {}", quoted(unit))));
-            if (source.scale - 1.0).abs() > 0.0 {
-                parts.push(format!("scale = {:?}", source.scale));
-            }
-            if source.sign < 0 {
-                parts.push("sign = -1".into());
-            }
-            let plain = parts.len() == 1;
-            let value = if plain {
-                toml::Value::from(source.name.clone()).to_string()
-            } else {
-                format!("{{ {} }}", parts.join(", "))
-            };
-            let key = toml::Value::from(channel.clone()).to_string();
-            let key =
-                if channel.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') { channel.clone() } else { key };
-            let _ = writeln!(text, "{}{key} = {value}", comment(&format!("columns.{channel}")));
-        }
-    }
-    text
 }

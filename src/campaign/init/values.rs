@@ -1,10 +1,9 @@
-//! What names leave open, told by the values: degrees or radians, the unit and sign of a rate, the unit of commands.
+//! What names leave open, told by the values: degrees or radians, the unit and sign of a rate.
 //!
 //! ```text
 //! k = Σ Δψ ∫r / Σ (∫r)²        k = 1: same units;  1/57.3: r in deg/s;  57.3: ψ in deg;  k < 0: other sign
 //! ```
 
-use super::commands::{self, Kind};
 use super::reading::Understood;
 use crate::frame::Dof;
 use crate::log::columns;
@@ -13,20 +12,42 @@ use crate::log::{LogFile, check};
 use crate::navigation::unwrap;
 use crate::run::Signal;
 
-/// Settles units and signs by the values; whether anything changed.
-pub fn settle(this: &mut Understood, given: &LogOptions) -> bool {
-    let before = this.options.clone();
-    let Some(log) = this.log.clone() else { return false };
-    let open = |channel: &str, this: &Understood| {
-        let header = this.options.columns.get(channel).map_or(channel, |s| s.name.as_str());
-        let said = this.options.columns.get(channel).is_some_and(|s| s.unit.is_some());
-        !given.columns.contains_key(channel) && !said && columns::split_header(header).1.is_none()
-    };
+/// Settles units and signs by the values.
+pub fn settle(this: &mut Understood) {
+    let Some(log) = this.log.clone() else { return };
+    let given = this.given.clone();
+    let open = |channel: &str, this: &Understood| unit_is_open(channel, this);
     angles(this, &log, &open);
-    rates(this, &log, &open, given);
-    depth(this, &log, given);
-    drives(this, &log);
-    this.options != before
+    rates(this, &log, &open, &given);
+    depth(this, &log, &given);
+}
+
+/// Whether neither somebody nor the header says the unit of a channel, and none was found.
+fn unit_is_open(channel: &str, this: &Understood) -> bool {
+    let header = this.options.columns.get(channel).map_or(channel, |s| s.name.as_str());
+    let said = this.options.columns.get(channel).is_some_and(|s| s.unit.is_some());
+    !this.given.columns.contains_key(channel) && !said && columns::split_header(header).1.is_none()
+}
+
+/// Where a column of one log was found to be in degrees, the column of the same name in another log is too: in a short
+/// or quiet log its values do not tell.
+pub fn agree(logs: &mut [Understood]) {
+    let channels = Dof::ALL[3..].iter().flat_map(|dof| [dof.position(), dof.velocity()]);
+    for channel in channels {
+        let found = logs.iter().find_map(|log| {
+            let source = log.options.columns.get(channel)?;
+            let turned = source.unit.as_deref().filter(|unit| unit.starts_with("deg"))?;
+            Some((source.name.clone(), turned.to_string(), log.shown.clone()))
+        });
+        let Some((header, unit, shown)) = found else { continue };
+        for log in logs.iter_mut() {
+            let same = log.options.columns.get(channel).map_or(channel, |s| s.name.as_str()) == header;
+            let there = log.log.as_ref().is_some_and(|read| read.signals.contains_key(channel));
+            if same && there && unit_is_open(channel, log) {
+                set(log, channel, &unit, &format!("the column of this name in {shown} is"));
+            }
+        }
+    }
 }
 
 type Open<'a> = &'a dyn Fn(&str, &Understood) -> bool;
@@ -147,44 +168,5 @@ fn depth(this: &mut Understood, log: &LogFile, given: &LogOptions) {
         }
         let reason = this.reasons.get("columns.z").cloned().unwrap_or_default();
         this.guess("columns.z", format!("{reason}; it is about {middle:.1}: it counts upwards, so sign = -1"));
-    }
-}
-
-/// Unit of the thrusters' commands.
-fn drives(this: &mut Understood, log: &LogFile) {
-    let channels: Vec<String> =
-        (1..).map(|k| format!("V{k}")).take_while(|name| log.signals.contains_key(name)).collect();
-    let signals: Vec<&Signal> = channels.iter().filter_map(|c| log.signals.get(c)).collect();
-    if signals.is_empty() {
-        return;
-    }
-    let said = log.units.get(channels[0].as_str()).copied();
-    let kind = this.kind.unwrap_or_else(|| match said {
-        Some("us") => Kind::Pulse,
-        Some("1") => Kind::Part,
-        _ => commands::kind_of(&signals),
-    });
-    this.kind = Some(kind);
-    let greatest = signals.iter().map(|s| most(s)).fold(0.0, f64::max);
-    let (unit, scale, why) = match kind {
-        Kind::Pulse => ("us", 1.0, "pulse widths by name or size"),
-        Kind::Part => ("1", 1.0, "they stay between -1 and 1"),
-        Kind::Percent => ("1", 0.01, "per cent of the full command"),
-        Kind::Turns if greatest > 0.0 => ("1", 1.0 / greatest, "turns a minute as a part of the greatest in this log"),
-        _ => return,
-    };
-    for channel in &channels {
-        let there = this.options.columns.get(channel).map_or(1.0, |s| s.scale);
-        if said == Some(unit) && (scale - there).abs() < f64::EPSILON {
-            continue;
-        }
-        let source =
-            this.options.columns.entry(channel.clone()).or_insert_with(|| ColumnSource::from(channel.as_str()));
-        let same = columns::split_header(&source.name).1.is_some_and(|u| u == unit);
-        source.unit = (!same).then(|| unit.to_string());
-        source.scale = scale;
-        let key = format!("columns.{channel}");
-        let text = this.reasons.get(&key).map_or_else(|| why.to_string(), |r| format!("{r}; {why}"));
-        this.guess(key, text);
     }
 }

@@ -1,0 +1,103 @@
+//! Unit and scale of the thrusters' commands, the same in all logs of one vehicle.
+//!
+//! ```text
+//! V = n / n₁        n: turns a minute in the log;  n₁: those of the vehicle file (full_rpm), else the greatest of all logs
+//! ```
+
+use std::collections::BTreeMap;
+
+use super::commands::{self, Kind};
+use super::reading::Understood;
+use crate::log::columns;
+use crate::log::options::ColumnSource;
+use crate::run::Signal;
+
+/// The commands V1, V2, … of a log.
+pub fn signals(this: &Understood) -> Vec<&Signal> {
+    let letter = if this.kind == Some(Kind::Force) { "F" } else { "V" };
+    let Some(log) = &this.log else { return Vec::new() };
+    (1..).map(|k| log.signals.get(&format!("{letter}{k}"))).take_while(Option::is_some).flatten().collect()
+}
+
+/// The greatest command of all signals.
+pub fn greatest(signals: &[&Signal]) -> f64 {
+    signals.iter().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+/// Headers of the commands of a log: logs with the same ones are written alike.
+pub fn headers(this: &Understood) -> Vec<&str> {
+    this.commands.iter().map(|column| column.header.as_str()).collect()
+}
+
+/// Settles unit and scale of the commands of all logs together; `full_rpm` is that of the vehicle.
+pub fn settle(logs: &mut [Understood], full_rpm: Option<f64>) {
+    let kinds = kinds(logs);
+    for (log, kind) in logs.iter_mut().zip(&kinds) {
+        log.kind = *kind;
+    }
+    let turning = |log: &&Understood| log.kind == Some(Kind::Turns);
+    let most = logs.iter().filter(turning).map(|log| greatest(&signals(log))).fold(0.0, f64::max);
+    let turns = match full_rpm {
+        Some(full) => Some((1.0 / full, format!("turns a minute as a part of {full}, full_rpm of the vehicle"))),
+        None if most > 0.0 => {
+            Some((1.0 / most, format!("turns a minute as a part of {most}, the greatest of all logs")))
+        }
+        None => None,
+    };
+    for log in logs {
+        let (unit, scale, why) = match (log.kind, &turns) {
+            (Some(Kind::Pulse), _) => ("us", 1.0, "pulse widths by name or size"),
+            (Some(Kind::Part), _) => ("1", 1.0, "they stay between -1 and 1"),
+            (Some(Kind::Percent), _) => ("1", 0.01, "per cent of the full command"),
+            (Some(Kind::Turns), Some((scale, why))) => ("1", *scale, why.as_str()),
+            _ => continue,
+        };
+        write(log, unit, scale, why);
+    }
+}
+
+/// The kind of each log's commands: what a name says, else what the values of all logs with the same columns say.
+fn kinds(logs: &[Understood]) -> Vec<Option<Kind>> {
+    let mut alike: BTreeMap<Vec<&str>, Vec<&Understood>> = BTreeMap::new();
+    for log in logs {
+        alike.entry(headers(log)).or_default().push(log);
+    }
+    let of = |log: &Understood| {
+        let together = &alike[&headers(log)];
+        let signals: Vec<&Signal> = together.iter().flat_map(|log| signals(log)).collect();
+        let named = together.iter().find_map(|log| log.kind.or_else(|| said(log)));
+        named.or_else(|| (!signals.is_empty()).then(|| commands::kind_of(&signals)))
+    };
+    logs.iter().map(of).collect()
+}
+
+/// The kind that the reader takes from the unit of the first command.
+fn said(this: &Understood) -> Option<Kind> {
+    match this.log.as_ref()?.units.get("V1").copied() {
+        Some("us") => Some(Kind::Pulse),
+        Some("1") => Some(Kind::Part),
+        _ => None,
+    }
+}
+
+/// Writes unit and scale of each command that nobody has said.
+fn write(this: &mut Understood, unit: &str, scale: f64, why: &str) {
+    let Some(log) = &this.log else { return };
+    let there = |channel: &String| log.signals.contains_key(channel) && !this.given.columns.contains_key(channel);
+    let read_as = log.units.clone();
+    let channels: Vec<String> = (1..=this.commands.len().max(log.signals.len())).map(|k| format!("V{k}")).collect();
+    for channel in channels.into_iter().filter(there).collect::<Vec<_>>() {
+        let before = this.options.columns.get(&channel).map_or(1.0, |s| s.scale);
+        if read_as.get(&channel).copied() == Some(unit) && (scale - before).abs() < f64::EPSILON {
+            continue;
+        }
+        let source =
+            this.options.columns.entry(channel.clone()).or_insert_with(|| ColumnSource::from(channel.as_str()));
+        let same = columns::split_header(&source.name).1.is_some_and(|u| u == unit);
+        source.unit = (!same).then(|| unit.to_string());
+        source.scale = scale;
+        let key = format!("columns.{channel}");
+        let text = this.reasons.get(&key).map_or_else(|| why.to_string(), |r| format!("{r}; {why}"));
+        this.guess(key, text);
+    }
+}
