@@ -126,17 +126,38 @@ def test_other_formats_need_a_folder(tmp_path: Path) -> None:
     assert "could not be read" in hs.init([tmp_path / "a.BIN"], tmp_path / "a")
 
 
-def test_real_ardusub_log(tmp_path: Path) -> None:
+def real_log(name: str) -> Path:
+    """A log of a BlueROV2 as it came off the vehicle."""
     shared = Path(os.environ.get("HYDROSYSID_SHARED", Path(__file__).resolve().parents[3] / "shared"))
-    log = shared / "realdata" / "ardusub" / "small.BIN"
+    log = shared / "realdata" / "ardusub" / name
     if not log.is_file():
         pytest.skip("the reference data is not at hand")
-    place = tmp_path / "dive"
+    return log
+
+
+def test_real_ardusub_log(tmp_path: Path) -> None:
+    log, place = real_log("small.BIN"), tmp_path / "dive"
     text = hs.init([log], place)
     assert "FRAME_CONFIG = 1" in text
     assert text.count("span = -400.0") == 4
     found = hs.check(place)
     assert any(f.code == "K134" for f in found.warnings)
+
+
+def test_real_telemetry(tmp_path: Path) -> None:
+    """The telemetry of another vehicle, a Heavy: frame, directions and modes stand in its messages."""
+    text = hs.init([real_log("small.tlog")], tmp_path / "dive")
+    tables = tomllib.loads(text)
+    assert "FRAME_CONFIG = 2" in text
+    assert [t["span"] < 0 for t in tables["thruster"]] == [True, True, False, False, True, False, False, True]
+    assert "closed_loop" not in text  # MANUAL from the first heartbeat to the last
+    assert not hs.check(tmp_path / "dive").errors
+
+
+def test_logs_of_two_vehicles_are_told_apart(tmp_path: Path) -> None:
+    text = hs.init([real_log("small.BIN"), real_log("small.tlog")], tmp_path / "dive")
+    assert [run["file"] for run in tomllib.loads(text)["run"]] == ["small.csv", "small.tlog.csv"]
+    assert "small.tlog: FRAME_CONFIG = 2, and 1 in the first log: these are two vehicles" in text
 
 
 def test_vehicles_are_functions_too() -> None:

@@ -1,35 +1,19 @@
-"""The verb `init` on logs of any format: what is no CSV becomes one in the campaign's folder, its columns guessed."""
+"""The verb `init` on logs of any format: the campaign's folder, the logs in it, and the text."""
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from . import _native
-from ._errors import DataError, UsageError
+from ._errors import UsageError
 from ._files import may_write, write
-from ._formats import ColumnMap, Source, format_of, is_known, open_source, run_of
-from ._formats.dataflash import told
-from ._formats.guess import CLOSED, Guess, guess
-from ._frames import write_columns
-from ._run import Run
-
-KINDS = {
-    ".bin": "ardupilot",
-    ".tlog": "mavlink",
-    ".ulg": "px4",
-    ".bag": "ros",
-    ".db3": "ros",
-    ".mcap": "ros",
-}
-"""What names a log has, by its format."""
+from ._formats import is_known
+from ._scaffold_logs import Findings
 
 
 def init(
@@ -62,7 +46,8 @@ def init(
         length: characteristic length, m.
         force: replace a campaign that is there.
         msg: definitions of ROS messages that bags do not hold: ``.msg`` files, or folders of such.
-        log: reading options of ``[log]``; they win over guesses.
+        log: reading options of ``[log]``; they win over guesses. ``columns`` of other formats name a field as
+            ``STREAM:FIELD``.
 
     Raises:
         UsageError: no such vehicle or log, a log of another format without `output`, or a campaign that is there.
@@ -71,25 +56,24 @@ def init(
     folder = Path() if file is None else may_write(file, force).parent
     if file is not None:
         folder.mkdir(parents=True, exist_ok=True)
-    learned: dict[str, Any] = {"guessed": [], "closed_loop": {}}
-    shown: list[tuple[str, str]] = []
-    for given in map(Path, logs):
-        if not given.exists():
-            raise UsageError(f"{given}: there is no such log")
-        if not is_known(given):
-            shown.append(_beside(given, folder, file is not None))
-            continue
-        if file is None:
-            raise UsageError(f"{given}: say with output where to write what it becomes as CSV")
-        made = _converted(given, folder, learned, tuple(fspath(file) for file in msg))
-        if made is not None:
-            shown.append((str(folder / made), made))
+    given = [Path(path) for path in logs]
+    for path in given:
+        if not path.exists():
+            raise UsageError(f"{path}: there is no such log")
+        if is_known(path) and file is None:
+            raise UsageError(f"{path}: say with output where to write what it becomes as CSV")
+    found = Findings(folder, log, tuple(fspath(one) for one in msg), {p.name for p in given if not is_known(p)})
+    shown = []
+    for path in given:
+        one = found.convert(path) if is_known(path) else _beside(path, folder, file is not None)
+        shown += [] if one is None else [one]
     figures = (mass, volume, weight, buoyancy, length)
     chosen = None if vehicle is None else str(vehicle)
-    text, companions = _native.init_campaign(shown, name, figures, chosen, json.dumps(log), json.dumps(learned))
+    options, learned = json.dumps(found.left()), json.dumps(found.learned())
+    text, companions = _native.init_campaign(shown, name, figures, chosen, options, learned)
     if file is not None:
         for source, beside in companions:
-            shutil.copyfile(source, folder / beside)
+            _copy(Path(source), folder / beside)
         write(file, text.encode(), force)
     return text
 
@@ -120,89 +104,14 @@ def _beside(path: Path, folder: Path, writes: bool) -> tuple[str, str]:
     except ValueError:
         if not writes:
             return str(path), path.as_posix()
-    target = folder / path.name
-    if target.exists() and target.read_bytes() != path.read_bytes():
-        raise UsageError(f"{target} is there already and is another log than {path}: rename one of them")
+    _copy(path, folder / path.name)
+    return str(folder / path.name), path.name
+
+
+def _copy(path: Path, target: Path) -> None:
+    """Copies a file; one that is there already is left where it holds the same."""
+    if target.exists():
+        if target.read_bytes() != path.read_bytes():
+            raise UsageError(f"{target} is there already and is another file than {path}: rename one of them")
+        return
     shutil.copyfile(path, target)
-    return str(target), path.name
-
-
-def _converted(path: Path, folder: Path, learned: dict[str, Any], msg: tuple[str, ...]) -> str | None:
-    """Writes a log of another format as CSV into the folder, and notes what was learned; its name, where it has any."""
-    made = f"{path.stem or path.name}.csv"
-    kind = KINDS.get(format_of(path) or "")
-    try:
-        if kind is None:
-            _table(path, folder / made)
-            return made
-        source, columns = open_source(path, ColumnMap(msg=msg))
-        parameters, modes = told(path) if kind == "ardupilot" else ({}, [])
-        found = guess(source, kind, parameters, modes)
-        found.reasons += source.notes
-        run = _run(source, found, columns)
-    except DataError as error:
-        learned["guessed"].append(f"{path.name} could not be read: {error}")
-        return None
-    if run is None:
-        learned["guessed"].append(f"nothing of {path.name} could be placed; it has {source.listed(400)}")
-        return None
-    run = _with_modes(run, modes)
-    run.to_csv(folder / made, force=True)
-    learned["guessed"] += [f"{path.name}: {reason}" for reason in found.reasons]
-    if found.frame is not None:
-        learned["ardusub_frame"] = found.frame
-        learned["directions"] = found.directions
-    learned["log"] = {"missing": "no_sample"}
-    learned["closed_loop"][made] = [
-        f'{start:.1f} to {end:.1f} s: mode {mode}, a controller steers; where = "closed_loop < 0.5" leaves it out'
-        for start, end, mode in found.closed_loop
-    ]
-    return made
-
-
-def _run(source: Source, found: Guess, columns: ColumnMap) -> Run | None:
-    """The run of the columns that were guessed; those that cannot be read are left out and told."""
-    wanted = dict(found.columns)
-    while wanted:
-        try:
-            return run_of(
-                source, ColumnMap.of({"columns": wanted, "clock": columns.clock, "msg": columns.msg, **found.options})
-            )
-        except (DataError, UsageError) as error:
-            # velocities along earth axes need each other; of the rest the one that is named is at fault
-            named = [n for n in wanted if f"{source.name}: {n}" in str(error) or f"columns.{n}" in str(error)]
-            earth = [n for n in ("u", "v", "w") if wanted.get(n, {}).get("frame") in ("ned", "enu")]
-            bad = named or earth or list(wanted)[-1:]
-            found.reasons.append(f"{', '.join(bad)} left out: {str(error).splitlines()[0]}")
-            for n in bad:
-                del wanted[n]
-    return None
-
-
-def _with_modes(run: Run, modes: list[tuple[float, int]]) -> Run:
-    """The run with ``closed_loop``: 1 where a mode steers, at the stamps of the first command."""
-    command = next((n for n in run.signals if n.startswith("V") and n[1:].isdigit()), None)
-    if not modes or command is None:
-        return run
-    stamps = run.signals[command][0]
-    which = np.searchsorted(np.array([at for at, _ in modes]), stamps, side="right") - 1
-    steers = np.array([0.0 if k < 0 else float(modes[k][1] in CLOSED) for k in which])
-    if not steers.any():
-        return run
-    signals = dict(run.signals) | {"closed_loop": (stamps, steers)}
-    made = Run(signals, name=run.name)
-    made._set(run.name, run.kind, run.role, run.gaps, signals, run.findings, dict(run.units))
-    return made
-
-
-def _table(path: Path, target: Path) -> None:
-    """Columns of a plain table as CSV under their own names, those of the usual length."""
-    timed: Mapping[str, Any] = {"columns": {"_": {"name": "_", "time": "_"}}}
-    source, _ = open_source(path, ColumnMap.of(timed))
-    names = frozenset(source.contents.get("", ()))
-    fields = source.read({"": names})[""].fields if names else {}
-    if not fields:
-        raise DataError(f"{path}: it holds no column of numbers")
-    usual, _ = Counter(len(values) for values in fields.values()).most_common(1)[0]
-    columns = [name for name in source.contents[""] if len(fields[name]) == usual]
-    write_columns(target, {name: fields[name] for name in columns})

@@ -78,27 +78,22 @@ def open_dataflash(path: Path) -> Source:
     return Source(str(path), contents, read)
 
 
-def told(path: Path) -> tuple[dict[str, float], list[tuple[float, int]]]:
-    """What a DataFlash log says of the vehicle: its parameters, and when (s) it went into which mode, the end last."""
+def told_by_dataflash(path: Path) -> tuple[dict[str, float], list[tuple[int, int]]]:
+    """Parameters of a DataFlash log, and when (ns) the vehicle went into which mode (its number)."""
     library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
     text = _is_text(path)
     parameters: dict[str, float] = {}
-    modes: list[tuple[float, int]] = []
-    end = 0.0
+    modes: list[tuple[int, int]] = []
     log = (library.DFReader_text if text else library.DFReader_binary)(str(path))
     try:
-        while (message := log.recv_match(type=["PARM", "MODE", "RCOU"])) is not None:
-            stamp = _time(message)
-            at = getattr(message, stamp) / TIMES[stamp] if stamp else end
+        while (message := log.recv_match(type=["PARM", "MODE"])) is not None:
             if message.get_type() == "PARM":
                 parameters[str(message.Name)] = float(message.Value)
-            elif message.get_type() == "MODE":
-                modes.append((at, int(message.ModeNum)))
-            else:
-                end = at
+            elif (stamp := _time(message)) is not None:
+                modes.append((round(getattr(message, stamp) * 1e9 / TIMES[stamp]), int(message.ModeNum)))
     finally:
         log.close()
-    return parameters, ([*modes, (end, -1)] if modes else [])
+    return parameters, modes
 
 
 def _is_text(path: Path) -> bool:

@@ -6,8 +6,8 @@ those of `fnmatch`; ``[`` and ``]`` of a name are written ``(`` and ``)`` there.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
@@ -103,21 +103,12 @@ ROS: list[Rule] = [
     ("*battery*", "voltage", "supply_V", PLAIN),
 ]
 
-CLOSED = {
-    0: "STABILIZE",
-    1: "ACRO",
-    2: "ALT_HOLD",
-    3: "AUTO",
-    4: "GUIDED",
-    7: "CIRCLE",
-    9: "SURFACE",
-    16: "POSHOLD",
-    20: "MOTOR_DETECT",
-    21: "SURFTRAK",
-}
-"""Modes of ArduSub in which a controller steers; 19, MANUAL, hands the pilot's command through."""
+MOST_CHOICES = 4
+"""Fields that are named beside the one that was taken."""
 FIRST_MOTOR = 33
 """SERVOn_FUNCTION of motor 1 of ArduPilot."""
+NEUTRAL = 1500.0
+"""Pulse at which ArduSub lets a motor rest, µs (AP_Motors6DOF.cpp)."""
 
 
 @dataclass
@@ -130,7 +121,8 @@ class Guess:
         reasons: a sentence for each guess.
         frame: FRAME_CONFIG of ArduSub.
         directions: MOT_n_DIRECTION of motors 1, 2, …
-        closed_loop: stretches under a controller: from, to (s), mode.
+        trims: SERVOn_TRIM of the outputs of motors 1, 2, …, µs; `None` where it is the usual 1500, or not told.
+        span: from 1500 µs to the farther one of MOT_PWM_MIN and MOT_PWM_MAX, µs.
     """
 
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -138,10 +130,11 @@ class Guess:
     reasons: list[str] = field(default_factory=list)
     frame: int | None = None
     directions: list[int] = field(default_factory=list)
-    closed_loop: list[tuple[float, float, str]] = field(default_factory=list)
+    trims: list[float | None] = field(default_factory=list)
+    span: float | None = None
 
 
-def guess(source: Source, kind: str, parameters: Mapping[str, float], modes: list[tuple[float, int]]) -> Guess:
+def guess(source: Source, kind: str, parameters: Mapping[str, float]) -> Guess:
     """The columns of a log of this `kind` (``ardupilot``, ``mavlink``, ``px4`` or ``ros``)."""
     made = Guess(options={"missing": "no_sample", "duplicates": "first", "sort": True})
     rules = {"ardupilot": ARDUPILOT, "mavlink": MAVLINK, "px4": PX4, "ros": ROS}[kind]
@@ -165,7 +158,8 @@ def guess(source: Source, kind: str, parameters: Mapping[str, float], modes: lis
     made.frame = int(parameters["FRAME_CONFIG"]) if "FRAME_CONFIG" in parameters else None
     directions = [parameters.get(f"MOT_{k}_DIRECTION") for k in range(1, 13)]
     made.directions = [int(d) for d in directions if d is not None][: sum(c[0] == "V" for c in made.columns)]
-    made.closed_loop = closed_loop(modes)
+    if {"MOT_PWM_MIN", "MOT_PWM_MAX"} <= set(parameters):
+        made.span = max(parameters["MOT_PWM_MAX"] - NEUTRAL, NEUTRAL - parameters["MOT_PWM_MIN"])
     return made
 
 
@@ -174,22 +168,31 @@ def _of_blueos(rules: list[Rule]) -> list[Rule]:
 
 
 def _apply(made: Guess, source: Source, rules: list[Rule]) -> None:
+    """Places channels by the rules; what else a rule would have taken stands beside the reason as a choice."""
+    others: dict[str, list[str]] = {}
+    reasons: dict[str, str] = {}
     for stream_pattern, field_pattern, channel, options in rules:
-        if channel in made.columns:
-            continue
         pattern = stream_pattern.replace("(", "[[]").replace(")", "[]]")
         wanted = field_pattern.replace("(", "[[]").replace(")", "[]]")
         for stream, fields in source.contents.items():
             if not fnmatchcase(stream.lower(), pattern.lower()):
                 continue
             found = next((f for f in _with_angles(fields) if fnmatchcase(f, wanted)), None)
-            if found is not None:
-                if options is DVL and VALID in fields:
-                    options = {**options, "valid": VALID}
-                made.columns[channel] = {"name": source.address(stream, found), **options}
-                more = "".join(f", {key} {value}" for key, value in options.items())
-                made.reasons.append(f"{channel} is {source.address(stream, found)}{more}: its name")
-                break
+            if found is None:
+                continue
+            address = source.address(stream, found)
+            if channel in made.columns:
+                if address not in (made.columns[channel]["name"], *others.get(channel, ())):
+                    others.setdefault(channel, []).append(address)
+                continue
+            if options is DVL and VALID in fields:
+                options = {**options, "valid": VALID}
+            made.columns[channel] = {"name": address, **options}
+            more = "".join(f", {key} {value}" for key, value in options.items())
+            reasons[channel] = f"{channel} is {address}{more}: its name"
+    for channel, reason in reasons.items():
+        more = " or ".join(json.dumps(other) for other in others.get(channel, ())[:MOST_CHOICES])
+        made.reasons.append(f"{reason}; or columns.{channel} = {more}" if more else reason)
 
 
 def _with_angles(fields: tuple[str, ...]) -> list[str]:
@@ -206,42 +209,40 @@ def _with_angles(fields: tuple[str, ...]) -> list[str]:
 
 
 def _outputs(made: Guess, source: Source, kind: str, parameters: Mapping[str, float]) -> None:
-    """Outputs of the autopilot that drive motors, in the order of the motors."""
-    fields: Callable[[int], str]
-    if kind == "ardupilot" and "RCOU" in source.contents:
-        stream, fields = "RCOU", lambda k: f"C{k}"
-    elif kind == "mavlink":
-        stream = next((s for s in source.contents if s.endswith("SERVO_OUTPUT_RAW")), "")
-        before = "message." if "/" in stream else ""
-        fields = lambda k: f"{before}servo{k}_raw"  # noqa: E731
-    else:
-        return
-    if not stream:
-        return
+    """Outputs of the autopilot that drive motors, by the numbers of the motors."""
     functions = {
         int(v) - FIRST_MOTOR + 1: n
         for n in range(1, 17)
         if FIRST_MOTOR <= (v := parameters.get(f"SERVO{n}_FUNCTION", 0)) < FIRST_MOTOR + 12
     }
-    there = [k for k in range(1, 17) if fields(k) in source.contents[stream]]
-    motors = [functions[k] for k in sorted(functions)] if functions else there[:8]
+    stream, named = _output_fields(source, kind)
+    # without parameters the channels of a ROS bag stay as they were placed by name
+    if not stream or (kind == "ros" and not functions):
+        return
+    there = [k for k in range(1, 17) if named.format(k, k - 1) in source.contents[stream]]
+    motors = functions or dict(enumerate(there[:8], 1))
     for channel in [c for c in made.columns if c[0] == "V"]:
         del made.columns[channel]
-    for k, output in enumerate(motors, 1):
+        made.reasons = [reason for reason in made.reasons if not reason.startswith(f"{channel} is ")]
+    for motor, output in sorted(motors.items()):
         if output in there:
-            made.columns[f"V{k}"] = {"name": f"{stream}:{fields(output)}", **PULSE}
+            made.columns[f"V{motor}"] = {"name": f"{stream}:{named.format(output, output - 1)}", **PULSE}
+    trims = [parameters.get(f"SERVO{motors[motor]}_TRIM", NEUTRAL) for motor in sorted(motors)]
+    made.trims = [None if trim == NEUTRAL else trim for trim in trims]
     why = "as SERVOn_FUNCTION of the log says" if functions else "in their order, as the log has no parameters"
-    made.reasons.append(f"V1 … V{len(motors)} are the outputs {', '.join(map(str, motors))} of {stream}, {why}")
+    names, outputs = (", ".join(map(str, numbers)) for numbers in zip(*sorted(motors.items()), strict=True))
+    made.reasons.append(f"the commands of thrusters {names} are the outputs {outputs} of {stream}, {why}")
 
 
-def closed_loop(modes: list[tuple[float, int]]) -> list[tuple[float, float, str]]:
-    """Stretches in modes that steer, from instants (s) and numbers of modes, the last with the end of the log.
-
-    >>> closed_loop([(0.0, 19), (10.0, 2), (30.0, 19), (40.0, -1)])
-    [(10.0, 30.0, 'ALT_HOLD')]
-    """
-    found = []
-    for (start, mode), (end, _) in itertools.pairwise(modes):
-        if mode in CLOSED and end > start:
-            found.append((start, end, CLOSED[mode]))
-    return found
+def _output_fields(source: Source, kind: str) -> tuple[str, str]:
+    """Stream of the outputs, and how their fields are called: by the number from 1 on, and from 0 on."""
+    patterns = {
+        "ardupilot": (("RCOU", "C{0}"),),
+        "mavlink": (("SERVO_OUTPUT_RAW", "servo{0}_raw"), (BLUEOS + "SERVO_OUTPUT_RAW", "message.servo{0}_raw")),
+        "ros": (("*rc/out", "channels[{1}]"),),
+    }
+    for pattern, named in patterns.get(kind, ()):
+        stream = next((s for s in source.contents if fnmatchcase(s, pattern)), None)
+        if stream is not None and source.contents[stream]:
+            return stream, named
+    return "", ""

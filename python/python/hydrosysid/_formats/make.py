@@ -27,6 +27,16 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
         UsageError: a field that is not there; the message lists those that are.
         DataError: time that does not increase, values that are missing.
     """
+    return run_and_origin(source, columns, **run)[0]
+
+
+def run_and_origin(source: Source, columns: ColumnMap, **run: Any) -> tuple[Run, int | None]:
+    """The same, and the instant of its t = 0, ns since 1970; `None` where the log has no wall clock.
+
+    Raises:
+        UsageError: a field that is not there; the message lists those that are.
+        DataError: time that does not increase, values that are missing.
+    """
     findings: list[Finding] = []
     columns = columns if columns.columns else _own_names(source, columns)
     chosen = {name: _address(source, name, entry) for name, entry in columns.columns.items() if name != "t"}
@@ -42,7 +52,7 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
     signals, units = {}, {}
     for name, (stream, field) in chosen.items():
         signals[name], units[name] = _samples(source, streams[stream], (stream, field), name, columns, findings)
-    seconds = _seconds(source, signals, findings)
+    seconds, origin = _seconds(source, signals, findings)
     for clock in sorted({streams[stream].clock for stream, _ in chosen.values()}):
         names = sorted(name for name, (stream, _) in chosen.items() if streams[stream].clock == clock)
         findings.append(found("L211", f"{source.name}: {', '.join(names)}: {clock}"))
@@ -51,7 +61,7 @@ def run_of(source: Source, columns: ColumnMap, **run: Any) -> Run:
     turned = _to_body(source, columns, seconds, findings)
     made = Run(turned, **({"name": source.name} | run))
     made._set(made.name, made.kind, made.role, made.gaps, dict(made.signals), tuple(findings), _commands(units))
-    return made
+    return made, origin
 
 
 def _own_names(source: Source, columns: ColumnMap) -> ColumnMap:
@@ -162,8 +172,8 @@ def _seconds(
     source: Source,
     signals: Mapping[str, tuple[str, NDArray[Any], float, Array]],
     findings: list[Finding],
-) -> dict[str, tuple[Array, Array]]:
-    """Stamps in seconds; of a wall clock the first one is subtracted before it becomes a float."""
+) -> tuple[dict[str, tuple[Array, Array]], int | None]:
+    """Stamps in seconds; of a wall clock the first one is subtracted before it becomes a float, and told in ns."""
     starts = {name: stamps[0] / per_second for name, (_, stamps, per_second, _) in signals.items()}
     wall = [name for name, start in starts.items() if start > WALL_CLOCK]
     if wall and len(wall) < len(starts):
@@ -172,10 +182,11 @@ def _seconds(
         raise DataError(text)
     first = min(signals.values(), key=lambda s: s[1][0] / s[2])
     zero = first[1][0] if wall else 0
+    origin = None
     if wall:
         whole = np.issubdtype(first[1].dtype, np.integer)
-        nanoseconds = int(zero) * round(1e9 / first[2]) if whole else round(float(zero) / first[2] * 1e9)
-        at = np.datetime64(nanoseconds, "ns")
+        origin = int(zero) * round(1e9 / first[2]) if whole else round(float(zero) / first[2] * 1e9)
+        at = np.datetime64(origin, "ns")
         findings.append(found("L212", f"{source.name}: t = 0 is {at} UTC"))
     seconds = {}
     for name, stamps, per_second, values in signals.values():
@@ -183,7 +194,7 @@ def _seconds(
             raise UsageError(f"{source.name}: two fields become the channel {name}; leave one of them out")
         start = zero if per_second == first[2] else zero / first[2] * per_second
         seconds[name] = ((stamps - start) / per_second, values)
-    return seconds
+    return seconds, origin
 
 
 def _to_body(

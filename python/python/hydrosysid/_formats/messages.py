@@ -40,7 +40,7 @@ def source_of(
             for (stream, fields), gathered in zip(wanted.items(), _gathered(wanted, messages), strict=True)
         }
 
-    return Source(name, {stream: tuple(fields) for stream, fields in getters.items()}, read, left_out or {})
+    return Source(name, {stream: tuple(fields) for stream, fields in getters.items()}, read, left_out or {}, messages)
 
 
 def _gathered(

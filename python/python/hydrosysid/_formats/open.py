@@ -1,4 +1,4 @@
-"""Which format a file is in, by its first bytes or else by its name, and how it is opened."""
+"""Which format a file is in, by its first bytes, and how it is opened."""
 
 from __future__ import annotations
 
@@ -113,10 +113,16 @@ TEXT_DATAFLASH = re.compile(rb"^FMT, ?128, ?\d+, ?FMT,", re.MULTILINE)
 """The line with which a DataFlash log in its text form tells how its lines are made."""
 YEARS = range(946_684_800_000_000, 4_102_444_800_000_000)
 """From 2000 to 2100, µs since 1970."""
+NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+"""Bytes that no text holds."""
 
 
 def format_of(path: Path) -> str | None:
-    """The format of a file, as the end of a name in `FORMATS`: by its first bytes, else by its name; `None` is CSV."""
+    """The format of a file, as the end of a name in `FORMATS`; `None` is CSV.
+
+    The first bytes tell it. The name counts where they tell nothing: no such file, an empty one, or bytes that are no
+    text and begin like no known log, as MAT files of version 4.
+    """
     if path.is_dir():
         return ".db3"
     begin = first_bytes(path, 4096)
@@ -129,7 +135,9 @@ def format_of(path: Path) -> str | None:
     # of one file signature there are several formats: a name says which
     if known == ".h5" and end == ".nc":
         known = end
-    return known or (end if end in FORMATS else None)
+    if known is not None or (begin and not NO_TEXT.search(begin)):
+        return known
+    return end if end in FORMATS else None
 
 
 def is_known(path: Path) -> bool:

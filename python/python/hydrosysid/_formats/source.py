@@ -42,12 +42,15 @@ class Source:
         contents: names of the fields of each stream; the one stream of a plain table is called ``""``.
         read: reads the fields that are asked for, by stream.
         left_out: streams that cannot be decoded, each with the reason.
+        messages: the messages of these streams as they are, each with its stream and time, ns since 1970; `None` where
+            the format has none that hold more than numbers.
     """
 
     name: str
     contents: Mapping[str, tuple[str, ...]]
     read: Callable[[Mapping[str, frozenset[str]]], Mapping[str, Stream]]
     left_out: Mapping[str, str] = field(default_factory=dict)
+    messages: Callable[[frozenset[str]], Iterable[tuple[str, int, Any]]] | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
