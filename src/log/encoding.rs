@@ -102,7 +102,9 @@ mod tests {
         assert_eq!(opening(&telemetry), Opening::Log("a MAVLink telemetry log", "ardupilot"));
         assert_eq!(opening(b"\0\0\0\0\0\0\0\x01\xfd"), Opening::Text(0), "an hour after 1970");
         assert_eq!(opening(b"\xff\xfe\0\0t\0\0\0"), Opening::Other("UTF-32"));
-        let zipped = |name: &[u8]| [b"PK\x03\x04", &[0; 22][..], &[name.len() as u8, 0, 0, 0], name, b"..."].concat();
+        let zipped = |name: &[u8]| {
+            [b"PK\x03\x04", &[0; 22][..], &[u8::try_from(name.len()).unwrap(), 0, 0, 0], name, b"..."].concat()
+        };
         assert_eq!(opening(&zipped(b"u.npy")), Opening::Log("a NumPy archive", "all"));
         assert_eq!(opening(&zipped(b"notes.txt")), Opening::Other("zip"));
     }
