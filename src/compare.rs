@@ -229,6 +229,9 @@ fn in_segments(model: &Model, run: &Run, options: &CompareOptions) -> Result<(Si
     }
 }
 
+/// (measured, simulated) at the samples of one channel.
+type Pairs = Vec<(f64, f64)>;
+
 /// A run simulated in one piece a stretch without gap, or in segments.
 struct Simulated {
     track: Track,
@@ -315,7 +318,7 @@ impl Simulated {
 
     /// What tells of `measured` in this run, its output and its pairs: itself, or, of a velocity that is not logged, the
     /// position or angle. `None` where neither is logged.
-    fn told(&self, measured: Measured) -> Option<(Measured, usize, Vec<(f64, f64)>)> {
+    fn told(&self, measured: Measured) -> Option<(Measured, usize, Pairs)> {
         let pose = measured.dof().map(|dof| Measured::Function(dof.position().into()));
         let rotation = measured.dof().is_some_and(Dof::is_rotation);
         let found = |measured: Measured| {
