@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 # other packages, in an environment of their own
 PEERS  := target/peers
 
-.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage findings staged bench clean
+.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage findings staged bench pictures clean
 
 # The wheel of the tests is made of the objects that the Rust tests have built; that of the benches as users get it.
 test test-python test-browser: PROFILE := dev
@@ -30,7 +30,7 @@ test-python: wheel
 	cd python && ../$(BIN)/python -m mypy
 	cd python && ../$(BIN)/python -m mypy.stubtest hydrosysid --allowlist stubtest.txt
 
-# The report in a headless Chromium; skipped where there is none.
+# Report and page in a headless Chromium; skipped where there is none, unless CI is set.
 test-browser: wheel
 	$(BIN)/python -m pytest -p no:cacheprovider tests/browser
 
@@ -93,6 +93,11 @@ bench: wheel $(PEERS)/bin/python
 	built() { sed -n "s/.*\"name\":\"$$1\".*\"executable\":\"\([^\"]*\)\".*/\1/p" target/benches.json; } && \
 	$(PEERS)/bin/python benches/peers/run.py "$$(built partner)" "$$(built growth)" target/release/hydrosysid $(BIN)/python \
 		--parts target/parts.txt --write docs/benchmarks.md
+
+# The pictures of the book: terminal, report, page, notebook; see docs/pictures/make.py. Needs Chromium.
+pictures: wheel
+	cargo build --release
+	$(BIN)/python docs/pictures/make.py target/release/hydrosysid
 
 clean:
 	cargo clean

@@ -93,7 +93,7 @@ impl Case {
         let request = PlanRequest {
             wants: vec![Want { parameter: None, amount: WANTED, relative: true }],
             limits,
-            with_known: false,
+            without_known: true,
             ..PlanRequest::default()
         };
         let begin = Instant::now();

@@ -273,6 +273,7 @@ fn document(surge: Figure) -> Document {
                         .into(),
                 ],
                 blocks: vec![Block::Figure(drag_curve())],
+                ..Section::default()
             },
             Section {
                 heading: "The model".into(),
@@ -288,11 +289,13 @@ fn document(surge: Figure) -> Document {
                     ]),
                     Block::Figure(forest()),
                 ],
+                ..Section::default()
             },
             Section {
                 heading: "What the data can and cannot tell".into(),
                 paragraphs: Vec::new(),
                 blocks: vec![Block::Figure(correlations()), Block::Figure(cross_validation())],
+                ..Section::default()
             },
         ],
         origin: Origin {

@@ -93,6 +93,11 @@ pub struct Disagreement {
     pub fit_percent: f64,
     /// `m/s` or `rad/s`; `m` or `rad` of a position or angle; of an observed function that of its formula.
     pub unit: String,
+    /// Number of stretches that were simulated, each from an initial state of its own: 1 for a run in one piece, more where
+    /// it has gaps and where its motion is unstable.
+    pub pieces: usize,
+    /// Length of the stretches into which unstable motion was cut (C001), s; `null` where none was.
+    pub piece_length: Option<f64>,
 }
 
 /// A model compared with runs.
@@ -171,8 +176,8 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
         Err(OutputErrorError::Diverges { .. }) => None,
         other => Some(other.map_err(failed)?).filter(|simulated| simulated.stable),
     };
-    let simulated = match whole {
-        Some(simulated) => simulated,
+    let (simulated, piece_length) = match whole {
+        Some(simulated) => (simulated, None),
         None => {
             let (simulated, seconds) = in_segments(model, run, options).map_err(failed)?;
             let text = format!(
@@ -180,7 +185,7 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
                 run.name
             );
             comparison.warnings.push(Finding::new(&UNSTABLE, text).of_run(&run.name));
-            simulated
+            (simulated, Some(seconds))
         }
     };
     for measured in model.measured() {
@@ -200,6 +205,8 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
             noise_floor: simulated.sigma[column],
             fit_percent: if spread > 0.0 { 100.0 * (1.0 - (squares / spread).sqrt()) } else { 0.0 },
             unit: unit(&measured, &simulated.units[column]),
+            pieces: simulated.pieces.len(),
+            piece_length,
             dof: measured,
         });
     }

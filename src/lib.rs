@@ -55,3 +55,4 @@ pub mod units;
 pub mod vehicle;
 #[cfg(feature = "view")]
 pub mod view;
+mod wording;

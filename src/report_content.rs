@@ -21,8 +21,8 @@ pub use motion::motion_figure;
 #[cfg(feature = "view")]
 pub use origin::{Unhashed, origin};
 
-use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Published, Simulation};
-use crate::discover::Discovery;
+use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Noise, Published, Simulation};
+use crate::discover::{Discovery, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::report::{Block, Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
@@ -119,13 +119,39 @@ fn verdict(results: &Results<'_>) -> String {
     let worst = judged.iter().map(|r| r.rms / r.noise_floor.max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
     let seen = if held.is_empty() { "the runs that it was fitted to" } else { "runs that took no part in the fit" };
     let first = format!("On {seen} the model's velocities are off by at most {worst:.1} times the sensor noise.");
-    let second = match results.discovery {
-        None => String::new(),
-        Some(d) if d.effects.is_empty() => format!(" {}", d.sentence),
-        Some(d) => format!(" {} This report is of the model with it.", d.sentence),
-    };
-    let fit = &results.fit.sentence;
-    if fit.is_empty() { first + &second } else { format!("{fit} {first}{second}") }
+    let forces = results.fit.noise.as_ref().filter(|noise| !noise.force.is_empty());
+    let found = results.discovery.map(|d| Searched {
+        sentence: &d.sentence,
+        has_names: !d.effects.is_empty(),
+        is_closed: matches!(d.verdict, Verdict::NothingMissing | Verdict::Explained),
+    });
+    spoken(results.fit.converged, &results.fit.sentence, &first, found, forces.map(Noise::sentence).as_deref())
+}
+
+/// What a search has said.
+#[derive(Clone, Copy)]
+struct Searched<'a> {
+    sentence: &'a str,
+    has_names: bool,
+    /// Whether what it leaves is noise.
+    is_closed: bool,
+}
+
+/// The verdict of fit and search together. Of a fit that was searched the search speaks: that the model predicts as well as
+/// it says would contradict a search that has found something left, and the random force is named once.
+fn spoken(converged: bool, fit: &str, errors: &str, found: Option<Searched<'_>>, force: Option<&str>) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    match found {
+        Some(found) if converged => {
+            parts.push(found.sentence);
+            parts.extend(found.has_names.then_some("This report is of the model with it."));
+            // a search that closes the gap names the force itself
+            parts.extend(force.filter(|_| !found.is_closed));
+        }
+        _ => parts.extend(Some(fit).filter(|fit| !fit.is_empty())),
+    }
+    parts.push(errors);
+    parts.join(" ")
 }
 
 fn checks(results: &Results<'_>) -> Vec<Check> {
@@ -156,4 +182,30 @@ fn checks(results: &Results<'_>) -> Vec<Check> {
         checks.push(Check { light: Light::Green, code: String::new(), text });
     }
     checks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FIT: &str = "The fit converged, and the model predicts 8 s ahead as well as it says. The vehicle is pushed by a random force of 1 N.";
+    const FORCE: &str = "The vehicle is pushed by a random force of 1 N.";
+
+    #[test]
+    fn nothing_contradicts_the_verdict_of_the_search() {
+        let partly = Searched { sentence: "Partly explained: something is left.", has_names: true, is_closed: false };
+        let text = spoken(true, FIT, "Errors.", Some(partly), Some(FORCE));
+        assert!(text.starts_with("Partly explained") && !text.contains("as well as it says"), "{text}");
+        assert_eq!(text.matches("random force").count(), 1, "{text}");
+        let closed = Searched {
+            sentence: "Nothing is missing beyond a random force of 1 N.",
+            has_names: false,
+            is_closed: true,
+        };
+        let text = spoken(true, FIT, "Errors.", Some(closed), Some(FORCE));
+        assert_eq!(text, "Nothing is missing beyond a random force of 1 N. Errors.");
+        assert_eq!(spoken(true, FIT, "Errors.", None, Some(FORCE)), format!("{FIT} Errors."));
+        // numbers that are none come first, whatever was found
+        assert!(spoken(false, "Do not use these numbers.", "Errors.", Some(partly), None).starts_with("Do not use"));
+    }
 }

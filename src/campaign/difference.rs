@@ -18,6 +18,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use super::codes;
 use super::model_file::{ModelFile, ModelFileError, ModelParameter};
 use crate::finding::Finding;
+use crate::wording::p_value;
 
 /// Two models compared. Serialises as `hydrosysid compare MODEL_A MODEL_B --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -147,10 +148,10 @@ pub fn difference(a: &ModelFile, b: &ModelFile, [name_a, name_b]: [String; 2]) -
             .map(|p| format!("{} of `{}` ({:+.1} standard deviations)", p.name, p.effect, p.z.unwrap_or(0.0)))
             .collect();
         let text = format!(
-            "the models differ: chi2 = {:.1} on {} degrees of freedom, p = {:.1e}{}",
+            "the models differ: chi2 = {:.1} on {} degrees of freedom, {}{}",
             joint.chi_squared,
             joint.degrees_of_freedom,
-            joint.p_value,
+            p_value(joint.p_value),
             if names.is_empty() { String::new() } else { format!("; most in {}", names.join(", ")) }
         );
         result.warnings.push(Finding::new(&codes::DIFFERENT, text));

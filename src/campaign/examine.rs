@@ -135,7 +135,7 @@ fn other_length(
 fn next_run(campaign: &Campaign, fit: &Fit, group: &[String]) -> Option<String> {
     let term = |label: &String| label.split(" of ").nth(1).map(str::to_string);
     let wants = group.iter().filter_map(term).map(|t| Want { parameter: Some(t), amount: 1e-3, relative: true });
-    let request = PlanRequest { wants: wants.collect(), most: 1, with_known: true, ..PlanRequest::default() };
+    let request = PlanRequest { wants: wants.collect(), most: 1, ..PlanRequest::default() };
     let made = plan(&PlanSource::of_fit(campaign, fit), &request, &|| {}).ok()?;
     let run = made.runs.first()?;
     let gain = |p: &PlannedParameter| Some(p.std_now? / p.std?);

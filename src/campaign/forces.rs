@@ -76,7 +76,13 @@ pub(super) fn apply(
         }
         // a bollard table of one thruster is fitted as it is
         Some(letter) if logged.run.kind != RunKind::Bollard => {
-            let text = format!("add a [[thruster]] table for each of {letter}1 …, or log tau_* instead");
+            let logged: Vec<&str> =
+                logged.run.signals.keys().map(String::as_str).filter(|c| thruster_of(c, letter).is_some()).collect();
+            let text = format!(
+                "{} {} no [[thruster]] table that says where it pushes: add one for each, or log tau_* instead",
+                logged.join(", "),
+                if logged.len() == 1 { "has" } else { "have" }
+            );
             return Err(refuse(&codes::NO_THRUSTER, Some(&format!("{letter}1")), text));
         }
         _ => {}

@@ -10,6 +10,7 @@ use crate::estimate::output_error::OutputErrorFit;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::run::Run;
+use crate::wording::p_value;
 
 /// The inertia of one degree of freedom run by run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -124,8 +125,11 @@ fn of(
     if line.p_value < LEVEL / fit.model.dofs.len() as f64 && fit.model.term(&term).is_none() {
         let (low, high) = numbers.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), k| (a.min(*k), b.max(*k)));
         let changes = format!(
-            "the inertia in {dof} changes by {:.3} ± {:.3} {} per unit of KC over runs of KC {low:.2} to {high:.2} (p = {:.1e})",
-            line.slope, line.std, fit.model.parameters[parameter].spec.dimension, line.p_value
+            "the inertia in {dof} changes by {:.3} ± {:.3} {} per unit of KC over runs of KC {low:.2} to {high:.2} ({})",
+            line.slope,
+            line.std,
+            fit.model.parameters[parameter].spec.dimension,
+            p_value(line.p_value)
         );
         let output = fit.problem.dynamics.outputs.iter().position(|name| *name == dof.velocity());
         let of = |times: &[f64]| output.and_then(|k| times.get(k).copied()).unwrap_or(0.0);

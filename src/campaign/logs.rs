@@ -14,7 +14,7 @@ use crate::log::check::time::silences;
 use crate::log::codes::MISSING_COLUMN;
 use crate::log::options::PositionSource;
 use crate::log::{self, LogError, LogFile, LogOptions};
-use crate::run::{Run, RunKind, Signal, WALL_CLOCK};
+use crate::run::{Run, RunKind, Signal, WALL_CLOCK, thruster_of};
 
 /// A run as its logs say it.
 #[derive(Debug, Clone, Default)]
@@ -108,7 +108,7 @@ fn ahead(origin: Option<f64>, clock_offset: f64, zero: &mut Option<f64>) -> f64 
 }
 
 /// Reads a log that must have the columns `required`; of the velocities those may be absent that the log tells by
-/// positions or angles.
+/// positions or angles, and the forces where it has commands or forces of thrusters.
 fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) -> Result<LogFile, LogError> {
     let refused = match log::read(path, options, required) {
         Err(error) if error.findings().iter().any(|f| f.code == MISSING_COLUMN.code) => error,
@@ -118,11 +118,22 @@ fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) 
         refused.findings().iter().any(|f| f.code == MISSING_COLUMN.code && f.column.as_deref() == Some(column))
     };
     let posed: Vec<Dof> = dofs.iter().copied().filter(|dof| absent(dof.velocity())).collect();
-    let fewer: Vec<&str> = required.iter().copied().filter(|c| !posed.iter().any(|dof| dof.velocity() == *c)).collect();
+    let unpushed: Vec<Dof> = dofs.iter().copied().filter(|dof| absent(dof.force())).collect();
+    let dispensable = |column: &str| {
+        posed.iter().any(|dof| dof.velocity() == column) || unpushed.iter().any(|dof| dof.force() == column)
+    };
+    let fewer: Vec<&str> = required.iter().copied().filter(|c| !dispensable(c)).collect();
+    // where thrusters are logged it is their [[thruster]] tables that are missing, not the forces: `forces` says so
+    let pushes = |log: &LogFile| unpushed.is_empty() || log.signals.keys().any(|c| is_of_thruster(c));
     match log::read(path, options, &fewer) {
-        Ok(log) if posed.iter().all(|dof| told_by_pose(&log.signals, *dof)) => Ok(log),
+        Ok(log) if pushes(&log) && posed.iter().all(|dof| told_by_pose(&log.signals, *dof)) => Ok(log),
         _ => Err(refused),
     }
+}
+
+/// Whether a column is the command or the force of a thruster: `V1`, `F2`.
+fn is_of_thruster(column: &str) -> bool {
+    ["V", "F"].iter().any(|letter| thruster_of(column, letter).is_some())
 }
 
 /// Whether positions and angles tell the motion in `dof` where its velocity is not logged: an angle its rate, the depth

@@ -22,6 +22,10 @@ pub struct Noise {
     pub prediction: Vec<Predicted>,
 }
 
+/// Share of the thrust above which a random force is likely to stand in for what the model lacks; what pushes vehicles in
+/// tanks, harbours and rivers was found to be some per cent.
+const NO_TURBULENCE: f64 = 0.2;
+
 impl Noise {
     /// The random force in a sentence.
     pub fn sentence(&self) -> String {
@@ -29,6 +33,12 @@ impl Noise {
             [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
             forces => format!("The vehicle is pushed by a random force of {}.", in_words(forces)),
         }
+    }
+
+    /// Whether a random force is too large a share of the thrust to be turbulence or a tether: something may be missing in
+    /// the model.
+    pub fn is_more_than_turbulence(&self) -> bool {
+        self.force.iter().filter_map(|f| f.share_of_thrust).any(|share| share > NO_TURBULENCE)
     }
 }
 

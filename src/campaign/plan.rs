@@ -186,7 +186,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         grid: GridOptions { length: request.length, ..GridOptions::default() },
         fitting: source.fitting.clone(),
         forces: source.forces.clone(),
-        known: request.with_known.then(|| known(source)),
+        known: (!request.without_known).then(|| known(source)),
     };
     let proposal = match &request.runs {
         None => propose(&course, &wishes, &options)?,
@@ -196,7 +196,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         // a rehearsal reaches what the runs alone give
         let alone = PlanOptions { known: None, ..options.clone() };
         let told: Vec<Manoeuvre> = proposal.runs.iter().map(|run| run.sailed.manoeuvre.clone()).collect();
-        let plan = if request.with_known { predict(&course, &told, &wishes, &alone).ok() } else { None };
+        let plan = if !request.without_known { predict(&course, &told, &wishes, &alone).ok() } else { None };
         let plan = plan.as_ref().unwrap_or(&proposal);
         rehearse(&course, plan, &source.fitting, (request.rehearse, request.seed), progress)
     });
@@ -250,10 +250,10 @@ fn sentence(parameters: &[PlannedParameter], runs: usize, forces: &[RandomForce]
         return format!("Enough already: every wish is met by what is known.{counted}");
     }
     let open: Vec<&str> = parameters.iter().filter(|p| !met(p.std, p)).map(|p| p.name.as_str()).collect();
-    let runs = if runs == 1 { "One run".to_string() } else { format!("{runs} runs") };
+    let (runs, s) = if runs == 1 { ("One run".to_string(), "s") } else { (format!("{runs} runs"), "") };
     match &open[..] {
-        [] => format!("{runs} meet every wish.{counted}"),
-        open => format!("{runs} leave {} less well known than wanted.{counted}", open.join(", ")),
+        [] => format!("{runs} meet{s} every wish.{counted}"),
+        open => format!("{runs} leave{s} {} less well known than wanted.{counted}", open.join(", ")),
     }
 }
 

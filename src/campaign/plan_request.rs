@@ -72,8 +72,8 @@ pub struct PlanRequest {
     pub most: usize,
     /// Greatest horizontal distance from the start of a run, m.
     pub room: Option<f64>,
-    /// Whether the new runs will be fitted together with those that the model comes from.
-    pub with_known: bool,
+    /// Whether the new runs will be fitted alone, without those that the model comes from.
+    pub without_known: bool,
     /// Runs to be judged instead of proposed.
     pub runs: Option<Vec<Manoeuvre>>,
     /// Number of simulated campaigns with which the plan is rehearsed.
@@ -92,7 +92,7 @@ impl Default for PlanRequest {
             length: GridOptions::default().length,
             most: 12,
             room: None,
-            with_known: false,
+            without_known: false,
             runs: None,
             rehearse: 0,
             seed: 1,

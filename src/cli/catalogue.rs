@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::answer;
 use super::arguments::{Effects, Explain};
 use super::failure::Failure;
 use super::output::Output;
@@ -11,6 +12,7 @@ use crate::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name, mea
 use crate::frame::Dof;
 use crate::model::places_of;
 use crate::nearest::nearest;
+use crate::wording::count;
 
 /// An effect as it is listed.
 #[derive(Debug, Serialize)]
@@ -49,8 +51,9 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
                 near.unwrap_or_default()
             ));
         } else {
-            output.print(&listed(&entries));
-            output.print("`hydrosysid effects ID` tells the source and what data can show it.");
+            output.print(&format!("{} that a model may hold, or lack.", count(entries.len(), "effect")));
+            output.print(&listed(&entries, output.is_verbose()));
+            answer::next(&format!("hydrosysid effects {}", entries[0].id), output);
         }
         return output.json(&entries);
     };
@@ -83,12 +86,15 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
     output.json(&e)
 }
 
-fn listed(entries: &[Entry]) -> String {
+/// An effect a row; its place, formula and unit as well where `all` is asked for.
+fn listed(entries: &[Entry], all: bool) -> String {
     let row = |e: &Entry| {
         vec![e.id.clone(), e.common_name.clone(), e.family.into(), e.place.clone(), e.formula.clone(), units(e)]
     };
     let rows: Vec<Vec<String>> = entries.iter().map(row).collect();
-    table(&["effect", "common name", "family", "where", "formula", "unit"], &rows)
+    let heads = ["effect", "common name", "family", "where", "formula", "unit"];
+    let columns = if all { heads.len() } else { 3 };
+    table(&heads[..columns], &rows.into_iter().map(|row| row[..columns].to_vec()).collect::<Vec<_>>())
 }
 
 fn entry(effect: &dyn Effect) -> Entry {

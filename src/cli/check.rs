@@ -1,7 +1,9 @@
-//! The verb `check`: a light for each topic of each log; with `--verbose` how often its sensors speak, how late they are.
+//! The verb `check`: a light for each log and what is wrong with it; with `--verbose` a light for each topic, how often its
+//! sensors speak, how late they are.
 
 use std::path::{Path, PathBuf};
 
+use super::answer;
 use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
@@ -11,6 +13,8 @@ use crate::campaign::{self, Check, CheckedLog, LoadOptions};
 use crate::check::lag::Lag;
 use crate::check::rates::ChannelRate;
 use crate::check::{Light, Topic};
+use crate::finding::{Finding, Severity};
+use crate::wording::count;
 
 pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
@@ -28,12 +32,24 @@ pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
     busy.finish_and_clear();
     print_check(&found, output);
     output.json(&found)?;
-    let told = output.tell(&found.warnings);
+    output.tell(&found.warnings)?;
+    answer::next(&next(a, &found, campaigns == 1), output);
     if found.errors.is_empty() {
-        return told;
+        return Ok(());
     }
     let refused = found.logs.iter().filter(|log| log.verdict == Light::Red).count();
     Err(Failure::Refused { refused, what: "the logs", findings: found.errors })
+}
+
+/// What helps most: the meaning of the worst finding, else the fit.
+fn next(a: &typed::Check, found: &Check, is_campaign: bool) -> String {
+    let worst = found.errors.iter().chain(found.warnings.iter().filter(|w| w.severity != Severity::Note)).next();
+    let files: Vec<String> = a.files.iter().map(|file| file.display().to_string()).collect();
+    match worst.filter(|_| found.verdict == Light::Red) {
+        Some(worst) => format!("hydrosysid explain {}", worst.code),
+        None if is_campaign => format!("hydrosysid fit {}", files.concat()),
+        None => format!("hydrosysid init {} -o campaign", files.join(" ")),
+    }
 }
 
 /// The light in a word.
@@ -42,33 +58,75 @@ fn word(light: Option<Light>) -> String {
 }
 
 fn print_check(found: &Check, output: &Output) {
-    let topics = Topic::ALL.map(|topic| format!("{topic:?}").to_lowercase());
-    let mut heads = vec!["log", "check", "rows", "s", "stretches"];
-    heads.extend(topics.iter().map(String::as_str));
-    let row = |log: &CheckedLog| {
-        let of = |topic: Topic| log.lights.iter().find(|l| l.topic == topic).and_then(|l| l.light);
-        let mut row = vec![
-            log.file.clone(),
-            word(Some(log.verdict)),
-            log.rows.to_string(),
-            number(log.duration),
-            log.segments.to_string(),
-        ];
-        row.extend(Topic::ALL.map(|topic| word(of(topic))));
-        row
-    };
-    output.print(&table(&heads, &found.logs.iter().map(row).collect::<Vec<_>>()));
-    if output.is_verbose() {
-        print_rates(found, output);
-    }
-    let (warnings, errors) = (found.warnings.len(), found.errors.len());
     let shown = match found.verdict {
         Light::Green => "\x1b[1;32mgreen\x1b[0m",
         Light::Amber => "\x1b[1;33mamber\x1b[0m",
         Light::Red => "\x1b[1;31mred\x1b[0m",
     };
-    let plural = if errors == 1 { "" } else { "s" };
-    output.print(&format!("{shown}: {errors} error{plural}, {warnings} warnings and notes"));
+    output.print(&format!("{shown}: {}", verdict(found)));
+    let row =
+        |log: &CheckedLog| vec![log.file.clone(), word(Some(log.verdict)), number(log.duration), wrong(log, found)];
+    let rows: Vec<Vec<String>> = found.logs.iter().map(row).collect();
+    if !rows.is_empty() {
+        output.print(&table(&["log", "light", "s", "what is wrong"], &rows));
+    }
+    if output.is_verbose() {
+        print_topics(found, output);
+        print_rates(found, output);
+    }
+}
+
+/// How many logs have which light, and what that means for a fit.
+fn verdict(found: &Check) -> String {
+    let of = |light: Light| found.logs.iter().filter(|log| log.verdict == light).count();
+    let logs = count(found.logs.len(), "log");
+    match (of(Light::Red), of(Light::Amber), found.verdict) {
+        (0, 0, Light::Green) => format!("nothing in {logs} speaks against a fit"),
+        (0, 0, Light::Amber) => {
+            format!("nothing in {logs} by itself speaks against a fit, the campaign asks for attention")
+        }
+        (0, 0, Light::Red) => "the campaign cannot be used as it is".into(),
+        (0, amber, _) => format!("{amber} of {logs} ask for attention before a fit is believed"),
+        (red, _, _) if found.errors.is_empty() => {
+            format!("{red} of {logs} are not what they say; mend them before a fit")
+        }
+        (red, ..) => format!("{red} of {logs} cannot be used as they are; mend them before a fit"),
+    }
+}
+
+/// Kinds of what was found in a log, the worst first; topics whose light is not green where nothing more is told.
+fn wrong(log: &CheckedLog, found: &Check) -> String {
+    let of_log = |f: &&Finding| f.run.as_ref().or(f.file.as_ref()) == Some(&log.file) && f.severity != Severity::Note;
+    let mut kinds: Vec<(&str, usize)> = Vec::new();
+    for finding in found.errors.iter().chain(&found.warnings).filter(of_log) {
+        match kinds.iter_mut().find(|(kind, _)| *kind == finding.kind) {
+            Some((_, times)) => *times += 1,
+            None => kinds.push((finding.kind, 1)),
+        }
+    }
+    let told = |(kind, times): &(&str, usize)| match times {
+        1 => kind.replace('-', " "),
+        n => format!("{} ({n})", kind.replace('-', " ")),
+    };
+    if !kinds.is_empty() {
+        return kinds.iter().map(told).collect::<Vec<_>>().join(", ");
+    }
+    let dim = log.lights.iter().filter(|l| l.light.is_some_and(|light| light != Light::Green));
+    dim.map(|l| format!("{:?}", l.topic).to_lowercase()).collect::<Vec<_>>().join(", ")
+}
+
+/// A light for each topic of each log.
+fn print_topics(found: &Check, output: &Output) {
+    let topics = Topic::ALL.map(|topic| format!("{topic:?}").to_lowercase());
+    let mut heads = vec!["log", "rows", "stretches"];
+    heads.extend(topics.iter().map(String::as_str));
+    let row = |log: &CheckedLog| {
+        let of = |topic: Topic| log.lights.iter().find(|l| l.topic == topic).and_then(|l| l.light);
+        let mut row = vec![log.file.clone(), log.rows.to_string(), log.segments.to_string()];
+        row.extend(Topic::ALL.map(|topic| word(of(topic))));
+        row
+    };
+    output.print(&table(&heads, &found.logs.iter().map(row).collect::<Vec<_>>()));
 }
 
 /// Rates of the sensors, and pairs of channels that tell of each other.

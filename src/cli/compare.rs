@@ -1,29 +1,40 @@
 //! The verb `compare`: a model or published parameters against the runs of a campaign, or two models against each other.
 
+use std::path::Path;
+
+use super::answer;
 use super::arguments::Compare;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{chance, measured, number, size, table, wrapped};
+use super::table::{measured, number, size, table};
 use super::verbs::{Chosen, chosen, load, may_hold_series, write_series};
-use super::{noise, plot};
-use crate::campaign::{self, Crossed, EachRun, FitOptions, ModelDifference, Noise, Published, PublishedComparison};
+use super::{crossed, difference, noise, plot};
+use crate::campaign::{self, FitOptions, Noise, Published, PublishedComparison, PublishedParameter};
 use crate::compare::Disagreement;
-use crate::frame::Dof;
+use crate::run::Role;
+use crate::wording::{count, probability};
+
+/// Times the predicted error up to which a free run errs as predicted: what the deviation of an error over one run scatters.
+const AS_PREDICTED: f64 = 1.5;
 
 pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
     may_hold_series(a.series.series.as_deref(), output)?;
     if let Some(other) = &a.other {
         let found = campaign::difference_of(&a.campaign, other)?;
-        print_difference(&found, output);
+        difference::print(&found, output);
         output.json(&found)?;
-        return output.tell(&found.warnings);
+        output.tell(&found.warnings)?;
+        answer::next(&format!("hydrosysid export {} --to csv -o parameters.csv", other.display()), output);
+        return Ok(());
     }
     if a.cross {
         let loaded = load(&a.campaign, &a.loading, output)?;
         let fitted = output.working("fitting", || campaign::fit(&loaded, FitOptions::default()))??;
         let found = output.working("each run alone", || campaign::each_run(&loaded, &fitted))?;
-        print_crossed(&found, output);
-        return output.json(&found);
+        crossed::print(&found, output);
+        output.json(&found)?;
+        answer::next(&format!("hydrosysid discover {}", a.campaign.display()), output);
+        return Ok(());
     }
     let Chosen { campaign, model, envelope } = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
     let Some(params) = &a.params else {
@@ -31,13 +42,12 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
         if let Some(path) = &a.series.series {
             write_series(&campaign::simulate(&campaign, &model, &envelope)?, path, output)?;
         }
-        output.print(&runs(&result.runs, result.noise.as_ref()));
-        if let Some(found) = &result.noise {
-            forces(found, output);
-        }
+        let errs = print_runs(&result.runs, result.noise.as_ref(), output);
         plot::of_model(a.plotting.plot.as_deref(), &campaign, &model, output)?;
         output.json(&result)?;
-        return output.tell(&result.warnings);
+        output.tell(&result.warnings)?;
+        answer::next(&next(&a.campaign, errs), output);
+        return Ok(());
     };
     let published = Published::read(params, &campaign)?;
     let result = output
@@ -45,128 +55,183 @@ pub(super) fn compare(a: &Compare, output: &Output) -> Result<(), Failure> {
     print_published(&result, output);
     plot::of_model(a.plotting.plot.as_deref(), &campaign, &model, output)?;
     output.json(&result)?;
-    output.tell(&result.warnings)
+    output.tell(&result.warnings)?;
+    answer::next(&format!("hydrosysid report {} --params {}", a.campaign.display(), params.display()), output);
+    Ok(())
 }
 
-/// The random force in words, and with `--verbose` how each run is predicted.
-fn forces(found: &Noise, output: &Output) {
-    output.print(&wrapped(&found.sentence()));
-    if output.is_verbose() {
-        noise::by_run(found, output);
+/// What to do next: a search where the model errs more than it says, or takes much for a random force.
+fn next(campaign: &Path, errs: bool) -> String {
+    let verb = if errs { "discover" } else { "report" };
+    format!("hydrosysid {verb} {}", campaign.display())
+}
+
+/// A comparison of one run and degree of freedom with the error that the noise of the model predicts there.
+struct Row<'a> {
+    of: &'a Disagreement,
+    predicted: Option<f64>,
+}
+
+impl Row<'_> {
+    /// The error over the predicted one, or over the noise of the sensor where nothing is predicted.
+    fn times(&self) -> f64 {
+        self.of.rms / self.predicted.unwrap_or(self.of.noise_floor).max(f64::MIN_POSITIVE)
     }
 }
 
-/// Measured against simulated; beside the noise of the sensor the error of a free run that the noise lets expect.
-fn runs(rows: &[Disagreement], found: Option<&Noise>) -> String {
+/// The worst degree of freedom of each run, in the order of the runs.
+fn worst_of_each_run<'a>(rows: &'a [Disagreement], found: Option<&Noise>) -> Vec<Row<'a>> {
+    let mut worst: Vec<Row<'a>> = Vec::new();
+    for of in rows {
+        let row = Row { of, predicted: noise::expected(found, &of.run, of.dof.dof()) };
+        match worst.iter_mut().find(|known| known.of.run == of.run) {
+            Some(known) if known.times() >= row.times() => {}
+            Some(known) => *known = row,
+            None => worst.push(row),
+        }
+    }
+    worst
+}
+
+/// Prints verdict and table; whether the model may lack something.
+fn print_runs(rows: &[Disagreement], found: Option<&Noise>, output: &Output) -> bool {
+    let worst = worst_of_each_run(rows, found);
+    let (text, errs) = verdict(&worst, found);
+    answer::verdict(&text, output);
+    print_table(&worst, output);
+    if output.is_verbose() {
+        output.print(&every_degree_of_freedom(rows, found));
+        if let Some(found) = found {
+            noise::by_run(found, output);
+        }
+    }
+    errs
+}
+
+/// How the runs that took no part are predicted, or all of them where every run took part; then the random force. And
+/// whether the model may lack something.
+fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
+    let held: Vec<&Row<'_>> = worst.iter().filter(|row| row.of.role == Role::Validate).collect();
+    let (judged, which) = match held.is_empty() {
+        true => (worst.iter().collect(), "of the fit"),
+        false => (held, "that took no part in the fit"),
+    };
+    let Some(most) = judged.iter().max_by(|a, b| a.times().total_cmp(&b.times())) else {
+        return ("There is no run of free motion to compare the model with.".into(), false);
+    };
+    let errs = judged.iter().filter(|row| row.times() > AS_PREDICTED).count();
+    let against = if most.predicted.is_some() { "the predicted error" } else { "the noise of its sensor" };
+    let place = format!("{} of {}", most.of.dof, most.of.run);
+    let runs = count(judged.len(), "run");
+    let text = match errs {
+        0 => format!(
+            "The model errs as predicted on {runs} {which}; at most {} times {against}, in {place}.",
+            size(most.times())
+        ),
+        n => format!(
+            "The model errs more than it should on {n} of {runs} {which}: most in {place}, {} times {against}.",
+            size(most.times())
+        ),
+    };
+    let noise = found.map_or_else(
+        || " No noise explains the runs: the model cannot follow them.".to_string(),
+        |found| format!(" {}", found.sentence()),
+    );
+    (text + &noise, errs > 0 || found.is_some_and(Noise::is_more_than_turbulence))
+}
+
+/// One row a run: its worst degree of freedom.
+fn print_table(worst: &[Row<'_>], output: &Output) {
+    let cell = |row: &Row<'_>| {
+        let mark = if row.of.pieces > 1 { " *" } else { "" };
+        vec![
+            format!("{}{mark}", row.of.run),
+            format!("{:?}", row.of.role).to_lowercase(),
+            row.of.dof.to_string(),
+            size(row.of.rms),
+            size(row.of.noise_floor),
+            row.predicted.map_or("-".into(), size),
+            row.of.unit.clone(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = worst.iter().map(cell).collect();
+    if !rows.is_empty() {
+        output.print(&table(&["run", "role", "worst in", "rms error", "noise", "predicted", "unit"], &rows));
+    }
+    if let Some(most) = worst.iter().map(|row| row.of.pieces).max().filter(|pieces| *pieces > 1) {
+        output.print(&super::table::wrapped(&format!(
+            "* simulated in up to {}, each from a state of its own: at gaps, or because the motion is unstable (C001)",
+            count(most, "piece")
+        )));
+    }
+}
+
+/// Measured against simulated, in every degree of freedom.
+fn every_degree_of_freedom(rows: &[Disagreement], found: Option<&Noise>) -> String {
     let rows: Vec<Vec<String>> = rows
         .iter()
         .map(|r| {
             vec![
                 r.run.clone(),
-                format!("{:?}", r.role).to_lowercase(),
                 r.dof.to_string(),
                 format!("{} ± {}", size(r.mean_abs), size(r.std_abs)),
                 size(r.rms),
                 size(r.noise_floor),
                 noise::expected(found, &r.run, r.dof.dof()).map_or("-".into(), size),
                 format!("{:.1}", r.fit_percent),
+                r.pieces.to_string(),
                 r.unit.clone(),
             ]
         })
         .collect();
-    table(&["run", "role", "dof", "|error| (25)", "rms", "noise", "expected", "fit %", "unit"], &rows)
+    table(&["run", "dof", "|error| (25)", "rms", "noise", "predicted", "fit %", "pieces", "unit"], &rows)
 }
 
-/// A matrix a degree of freedom: a row a model, a column a run.
-fn print_crossed(found: &EachRun, output: &Output) {
-    if found.models.len() < 2 {
-        output.print("fewer than two runs can stand alone: there is nothing to cross");
-    }
-    if !found.left_out.is_empty() {
-        output.print(&format!("the longest runs; left out: {}", found.left_out.join(", ")));
-    }
-    for dof in Dof::ALL {
-        let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == dof).collect();
-        let mut runs: Vec<&str> = Vec::new();
-        for cell in &cells {
-            if !runs.contains(&cell.run.as_str()) {
-                runs.push(&cell.run);
-            }
-        }
-        let row = |model: &str| -> Vec<String> {
-            let cell = |run: &&str| {
-                let own = cells.iter().find(|c| c.model == model && c.run == **run);
-                own.map_or_else(String::new, |c| format!("{} ± {}", size(c.mean_abs), size(c.std_abs)))
-            };
-            std::iter::once(model.to_string()).chain(runs.iter().map(cell)).collect()
-        };
-        let models = found.models.iter().filter(|m| cells.iter().any(|c| c.model == m.run));
-        let rows: Vec<Vec<String>> = models.map(|m| row(&m.run)).collect();
-        if !rows.is_empty() {
-            let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
-            output.print(&format!("|error| (25) in {dof}, {unit}:"));
-            let heads: Vec<&str> = std::iter::once("model of").chain(runs.iter().copied()).collect();
-            output.print(&table(&heads, &rows));
-        }
-    }
-}
-
-fn probability(p: Option<f64>) -> String {
-    p.map(chance).unwrap_or_default()
-}
-
-fn print_difference(found: &ModelDifference, output: &Output) {
-    let rows: Vec<Vec<String>> = found
-        .parameters
-        .iter()
-        .map(|p| {
-            vec![
-                p.effect.clone(),
-                p.name.clone(),
-                measured(p.a, p.std_a),
-                measured(p.b, p.std_b),
-                measured(p.difference, p.std),
-                p.z.map(|z| format!("{z:+.1}")).unwrap_or_default(),
-                probability(p.p_value),
-                p.unit.clone(),
-            ]
-        })
-        .collect();
-    output.print(&table(&["term", "symbol", &found.a, &found.b, "difference ± std", "z", "p", "unit"], &rows));
-    if let Some(joint) = found.joint {
-        let p = chance(joint.p_value);
-        output.print(&format!(
-            "all together: chi2 = {} on {} degrees of freedom, p {}{p}",
-            number(joint.chi_squared),
-            joint.degrees_of_freedom,
-            if p.starts_with('<') { "" } else { "= " }
-        ));
-    }
-}
-
+/// Published parameters beside the own ones; how either predicts with `--verbose`.
 fn print_published(found: &PublishedComparison, output: &Output) {
-    output.print(&format!(
-        "published{}:",
-        if found.source.is_empty() { String::new() } else { format!(" ({})", found.source) }
-    ));
-    output.print(&runs(&found.runs, found.noise.as_ref()));
-    output.print("own model:");
-    output.print(&runs(&found.own_runs, found.own_noise.as_ref()));
-    let rows: Vec<Vec<String>> = found
-        .parameters
-        .iter()
-        .map(|p| {
-            vec![
-                p.effect.clone(),
-                p.name.clone(),
-                p.published.map(|x| measured(x, p.published_std)).unwrap_or_else(|| "-".into()),
-                p.own.map(|x| measured(x, p.own_std)).unwrap_or_else(|| "-".into()),
-                p.interval.map(|[low, high]| format!("{} to {}", number(low), number(high))).unwrap_or_default(),
-                p.z.map(|z| format!("{z:+.1}")).unwrap_or_default(),
-                probability(p.p_value),
-                p.unit.clone(),
-            ]
-        })
-        .collect();
-    output.print(&table(&["term", "symbol", "published", "own ± std", "95 % of own", "z", "p", "unit"], &rows));
+    answer::verdict(&published_verdict(found), output);
+    let verbose = output.is_verbose();
+    let row = |p: &PublishedParameter| {
+        let mut row = vec![
+            p.effect.clone(),
+            p.published.map(|x| measured(x, p.published_std)).unwrap_or_else(|| "-".into()),
+            p.own.map(|x| measured(x, p.own_std)).unwrap_or_else(|| "-".into()),
+            p.z.map(|z| format!("{z:+.1}")).unwrap_or_default(),
+            p.unit.clone(),
+        ];
+        if verbose {
+            let interval = p.interval.map(|[low, high]| format!("{} to {}", number(low), number(high)));
+            row.extend([p.name.clone(), interval.unwrap_or_default(), p.p_value.map(probability).unwrap_or_default()]);
+        }
+        row
+    };
+    let heads = ["term", "published", "own ± std", "z", "unit", "symbol", "95 % of own", "p"];
+    let rows: Vec<Vec<String>> = found.parameters.iter().map(row).collect();
+    output.print(&table(if verbose { &heads } else { &heads[..5] }, &rows));
+    if verbose {
+        output.print("the published parameters on the runs:");
+        output.print(&every_degree_of_freedom(&found.runs, found.noise.as_ref()));
+        output.print("the own model on the runs:");
+        output.print(&every_degree_of_freedom(&found.own_runs, found.own_noise.as_ref()));
+    }
+}
+
+fn published_verdict(found: &PublishedComparison) -> String {
+    let outside = |p: &&PublishedParameter| {
+        p.published.zip(p.interval).is_some_and(|(value, [low, high])| value < low || value > high)
+    };
+    let known = found.parameters.iter().filter(|p| p.published.is_some() && p.interval.is_some()).count();
+    let out = found.parameters.iter().filter(outside).count();
+    let mean = |runs: &[Disagreement]| {
+        let squares: f64 = runs.iter().map(|r| (r.rms / r.noise_floor.max(f64::MIN_POSITIVE)).powi(2)).sum();
+        (squares / runs.len().max(1) as f64).sqrt()
+    };
+    let source = if found.source.is_empty() { String::new() } else { format!(" Published: {}.", found.source) };
+    format!(
+        "{out} of {} lie outside the 95 % intervals of the own model. On the runs the published ones err {} times the noise \
+         of the sensors, the own ones {} times.{source}",
+        count(known, "published parameter"),
+        size(mean(&found.runs)),
+        size(mean(&found.own_runs))
+    )
 }

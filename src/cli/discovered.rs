@@ -1,16 +1,25 @@
 //! What `discover` says on a terminal: the verdict, what is missing, the gap as it shrinks, where it lies, what next.
 
+use super::answer;
 use super::output::Output;
-use super::table::{chance, measured, number, size, table, wrapped};
+use super::table::{measured, number, size, table, wrapped};
 use crate::discover::{AS_A_WHOLE, Discovery, SmallestVisible, Verdict};
 use crate::frame::Measured;
+use crate::wording::probability;
 
 /// Most places and sizes that are printed; the JSON has them all.
 const SHOWN: usize = 5;
 
 /// Prints a discovery.
 pub(super) fn print(found: &Discovery, output: &Output) {
-    output.print(&wrapped(&found.sentence));
+    answer::verdict(&found.sentence, output);
+    if !output.is_verbose() {
+        output.print(&if found.effects.is_empty() { gap(found) } else { effects(found, false) });
+        if let Some(next) = &found.next_experiment {
+            output.print(&wrapped(&format!("next experiment: {next}")));
+        }
+        return;
+    }
     if !found.log_findings.is_empty() {
         let rows: Vec<Vec<String>> = found
             .log_findings
@@ -21,7 +30,7 @@ pub(super) fn print(found: &Discovery, output: &Output) {
     }
     if !found.effects.is_empty() {
         let heading = if found.names_are_all() { "missing" } else { "missing, among other things" };
-        output.print(&format!("\n{heading}\n{}", effects(found)));
+        output.print(&format!("\n{heading}\n{}", effects(found, true)));
     }
     for like in found.behaves_like.iter().filter(|like| !found.sentence.contains(&format!("({})", like.id))) {
         output.print(&wrapped(&format!("something {}", like.told())));
@@ -36,11 +45,12 @@ pub(super) fn print(found: &Discovery, output: &Output) {
     place(found, output);
     smallest(found, output);
     if let Some(next) = &found.next_experiment {
-        output.print(&format!("\n{}", wrapped(&format!("next: {next}"))));
+        output.print(&format!("\n{}", wrapped(&format!("next experiment: {next}"))));
     }
 }
 
-fn effects(found: &Discovery) -> String {
+/// What is missing; common names, probabilities and what is possible as well where `all` is asked for.
+fn effects(found: &Discovery, all: bool) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for effect in &found.effects {
         for (k, p) in effect.parameters.iter().enumerate() {
@@ -51,12 +61,12 @@ fn effects(found: &Discovery) -> String {
                 p.name.clone(),
                 measured(p.value, Some(p.std)),
                 p.unit.clone(),
-                first(chance(effect.p_value)),
+                first(probability(effect.p_value)),
                 first(effect.also_possible.join(", ")),
             ]);
         }
         if effect.parameters.is_empty() {
-            let (id, name, p) = (effect.id.clone(), effect.common_name.clone(), chance(effect.p_value));
+            let (id, name, p) = (effect.id.clone(), effect.common_name.clone(), probability(effect.p_value));
             let others = effect.also_possible.join(", ");
             rows.push(vec![id, name, String::new(), AS_A_WHOLE.into(), String::new(), p, others]);
         }
@@ -66,6 +76,14 @@ fn effects(found: &Discovery) -> String {
     if !found.names_are_all() {
         headers.remove(5);
         rows.iter_mut().for_each(|row| drop(row.remove(5)));
+    }
+    if !all {
+        headers.truncate(5);
+        headers.remove(1);
+        for row in &mut rows {
+            row.truncate(5);
+            row.remove(1);
+        }
     }
     table(&headers, &rows)
 }

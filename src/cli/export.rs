@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use super::answer;
 use super::arguments::Export;
 use super::failure::Failure;
 use super::output::Output;
 use super::table::table;
 use crate::export::{self, ExportOptions, Target};
 use crate::nearest::nearest;
+use crate::wording::count;
 
 /// A target as it is listed.
 #[derive(serde::Serialize)]
@@ -64,6 +66,9 @@ fn list(a: &Export, output: &Output) -> Result<(), Failure> {
         Target::ALL.iter().map(|t| Listed { target: *t, version: t.version(), takes: takes(*t) }).collect();
     let rows: Vec<Vec<String>> =
         all.iter().map(|l| vec![l.target.name().into(), l.takes.into(), l.version.into()]).collect();
+    output.print(&format!("{} for simulators, control design and papers.", count(rows.len(), "target")));
     output.print(&table(&["target", "takes", "for"], &rows));
-    output.json(&all)
+    output.json(&all)?;
+    answer::next("hydrosysid export model.toml --to gazebo-added-mass -o vehicle.sdf", output);
+    Ok(())
 }

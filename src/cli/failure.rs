@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::campaign::{Error, ModelFileError};
 use crate::finding::Finding;
+use crate::wording::count;
 
 /// Why the command failed.
 #[derive(Debug, thiserror::Error)]
@@ -65,7 +66,7 @@ pub(super) enum Failure {
     #[error(transparent)]
     Stopped(#[from] crate::progress::Stopped),
     /// Warnings, where `--strict` takes them as errors.
-    #[error("{0} warnings, and --strict takes them as errors")]
+    #[error("{}, and --strict takes warnings as errors", count(*.0, "warning"))]
     Strict(usize),
 }
 

@@ -2,23 +2,27 @@
 
 use std::path::Path;
 
-use super::noise;
 use super::output::Output;
-use super::table::{UNSETTLED, estimated, measured, number, table, wrapped};
+use super::table::{UNSETTLED, estimated, measured, number, table};
+use super::{answer, noise};
 use crate::campaign::{self, Fit};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
 
-/// The verdict, the parameters, the noise; with `--verbose` stages, curves of thrusters, filters, and what speaks for the
-/// estimates.
+/// The verdict, the worst warnings, the parameters; with `--verbose` noise, stages, curves of thrusters, filters, and what
+/// speaks for the estimates. What was asked for by an option is shown in any case.
 pub(super) fn print(fitted: &Fit, output: &Output) {
-    output.print(&wrapped(&fitted.sentence));
+    answer::verdict(&fitted.sentence, output);
+    answer::worst(&fitted.warnings, output);
     parameters(fitted, output);
-    if let Some(found) = &fitted.noise {
-        noise::print(found, fitted.converged, output);
+    if output.is_verbose() {
+        output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
+        if let Some(found) = &fitted.noise {
+            noise::print(found, fitted.converged, output);
+        }
+        print_thrusters(fitted, output);
+        print_stages(fitted, output);
     }
-    print_thrusters(fitted, output);
-    print_stages(fitted, output);
     print_filters(&spreads(&fitted.filters), output);
     if output.is_verbose() {
         print_rows(fitted, output);
@@ -35,7 +39,7 @@ pub(super) fn print_next(fitted: &Fit, campaign: &Path, model: Option<&Path>, ou
         (true, false, None) => format!("hydrosysid fit {campaign} --model model.toml"),
         (true, false, Some(model)) => format!("hydrosysid compare {campaign} --model {}", model.display()),
     };
-    output.print(&format!("next: {next}"));
+    answer::next(&next, output);
 }
 
 /// A term and its symbol, its value, its unit; SNAME's name and value and the paper's deviation with `--verbose`.
@@ -71,7 +75,6 @@ fn parameters(fitted: &Fit, output: &Output) {
         .collect();
     let heads = ["effect", "dof", "symbol", "value ± std", "unit", "(14)", "SNAME"];
     output.print(&table(if verbose { &heads } else { &heads[..5] }, &rows));
-    output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
     if !fitted.converged {
         output.print(&format!("{UNSETTLED}: the fit did not converge, and this deviation is none"));
     }

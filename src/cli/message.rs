@@ -8,6 +8,7 @@ use crate::campaign::Error;
 use crate::campaign::file::{CampaignError, CampaignErrors};
 use crate::export::ExportError;
 use crate::finding::{Finding, Quote, Severity};
+use crate::wording::count;
 
 const RED: &str = "\x1b[1;31m";
 const YELLOW: &str = "\x1b[1;33m";
@@ -28,12 +29,74 @@ pub(super) fn finding(finding: &Finding) -> String {
     format!("{colour}{word}{PLAIN}: {finding}")
 }
 
+/// Most files whose places are listed beside the first.
+const LISTED: usize = 6;
+
+/// Findings of one code as one: the first in full, then how many more there are and where. Everything in full with
+/// `--verbose`.
+pub(super) fn grouped(findings: &[Finding], verbose: bool) -> Vec<String> {
+    let mut groups: Vec<Vec<&Finding>> = Vec::new();
+    for one in findings {
+        match groups.iter_mut().find(|group| !verbose && group[0].code == one.code && group[0].severity == one.severity)
+        {
+            // the same is not said twice
+            Some(group) if group.contains(&one) => {}
+            Some(group) => group.push(one),
+            None => groups.push(vec![one]),
+        }
+    }
+    let told = |group: &Vec<&Finding>| match group.len() - 1 {
+        0 => in_full(group[0]),
+        more => format!("{}\n  and {more} more of this kind{}", in_full(group[0]), places(&group[1..])),
+    };
+    groups.iter().map(told).collect()
+}
+
+/// `: run01.csv (tau_u, tau_v), run02.csv (line 8 u)`; nothing where findings have no place.
+fn places(findings: &[&Finding]) -> String {
+    let mut files: Vec<(&str, Vec<String>)> = Vec::new();
+    for one in findings {
+        let Some(file) = one.file.as_deref().or(one.run.as_deref()) else { continue };
+        let within: Vec<String> =
+            one.line.map(|line| format!("line {line}")).into_iter().chain(one.column.clone()).collect();
+        let at = files.iter().position(|(name, _)| *name == file).unwrap_or_else(|| {
+            files.push((file, Vec::new()));
+            files.len() - 1
+        });
+        if !within.is_empty() {
+            files[at].1.push(within.join(" "));
+        }
+    }
+    let told = |(file, within): &(&str, Vec<String>)| match within.len() {
+        0 => (*file).to_string(),
+        n if n > LISTED => format!("{file} ({}, and {} more)", within[..LISTED].join(", "), n - LISTED),
+        _ => format!("{file} ({})", within.join(", ")),
+    };
+    let listed: Vec<String> = files.iter().take(LISTED).map(told).collect();
+    match (listed.is_empty(), files.len().saturating_sub(LISTED)) {
+        (true, _) => String::new(),
+        (false, 0) => format!(": {}", listed.join(", ")),
+        (false, rest) => format!(": {}, and {}", listed.join(", "), count(rest, "further file")),
+    }
+}
+
+/// A finding with its cell where it has one.
+fn in_full(one: &Finding) -> String {
+    let mut text = finding(one);
+    if let (Some(quote), Some(line)) = (&one.quote, one.line) {
+        let _ = write!(text, "\n{}", caret(&quote.text, line, quote.start + 1, quote.length).trim_end());
+    }
+    text
+}
+
 /// Tells why the command failed.
 pub(super) fn failure(failure: &Failure, output: &Output) {
     let text = match failure {
         Failure::Library(Error::File(errors)) | Failure::Export(ExportError::Campaign(errors)) => campaign(errors),
-        Failure::Library(error) if !error.findings().is_empty() => refused(error.findings()),
-        Failure::Refused { findings, .. } => refused(findings),
+        Failure::Library(error) if !error.findings().is_empty() => {
+            grouped(error.findings(), output.is_verbose()).join("\n")
+        }
+        Failure::Refused { findings, .. } => grouped(findings, output.is_verbose()).join("\n"),
         other => format!("{RED}error{PLAIN}: {other}"),
     };
     output.complain(&text);
@@ -62,18 +125,6 @@ fn in_campaign(error: &CampaignError, text: &str) -> String {
     out
 }
 
-/// Findings that made the data be refused, each with its cell where it has one.
-fn refused(findings: &[Finding]) -> String {
-    let mut text = String::new();
-    for one in findings {
-        let _ = writeln!(text, "{}", finding(one));
-        if let (Some(quote), Some(line)) = (&one.quote, one.line) {
-            text += &caret(&quote.text, line, quote.start + 1, quote.length);
-        }
-    }
-    text.trim_end().to_string()
-}
-
 /// A line, or of a long one what is around, and `^^^` under `length` characters from `column` on (from 1).
 fn caret(line: &str, number: u64, column: usize, length: usize) -> String {
     let margin = number.to_string();
@@ -95,6 +146,20 @@ mod tests {
         let text = caret("mass = -1", 3, 8, 2);
         let plain = [RED, BLUE, PLAIN].iter().fold(text, |t, code| t.replace(code, ""));
         assert_eq!(plain, "  |\n3 | mass = -1\n  |        ^^\n");
+    }
+
+    #[test]
+    fn one_cause_is_one_message_with_its_places() {
+        let code = &crate::log::codes::MISSING_COLUMN;
+        let of = |file: &str, column: &str| Finding::at(code, file, None, Some(column), "no such column");
+        let findings = [of("a.csv", "tau_u"), of("a.csv", "tau_v"), of("b.csv", "tau_u"), of("b.csv", "tau_u")];
+        let told = grouped(&findings, false);
+        assert_eq!(told.len(), 1);
+        assert!(told[0].contains("a.csv, column tau_u: no such column"), "{}", told[0]);
+        assert!(told[0].ends_with("\n  and 2 more of this kind: a.csv (tau_v), b.csv (tau_u)"), "{}", told[0]);
+        assert_eq!(grouped(&findings, true).len(), 4);
+        let many: Vec<Finding> = (0..20).map(|k| of(&format!("{k}.csv"), "u")).collect();
+        assert!(grouped(&many, false)[0].ends_with("6.csv (u), and 13 further files"), "{}", grouped(&many, false)[0]);
     }
 
     #[test]

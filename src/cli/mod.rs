@@ -3,12 +3,15 @@
 //! People get tables on standard output, programs get JSON by `--json`; progress and messages go to standard error.
 //! Exit codes: 0 done, 1 data rejected or the work not possible with it, 2 usage error.
 
+mod answer;
 mod arguments;
 mod bench;
 mod catalogue;
 mod check;
 mod compare;
 mod convert;
+mod crossed;
+mod difference;
 mod discovered;
 mod export;
 mod failure;
@@ -24,6 +27,7 @@ mod plot;
 mod scatter;
 mod shell;
 mod show;
+mod simulated;
 mod table;
 mod vehicles;
 mod verbs;
@@ -47,7 +51,9 @@ pub fn run() -> ExitCode {
 
 /// Runs the command with these arguments, the first of which is its name; returns the exit code.
 pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let words: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    let typed = words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
+    let arguments = match Arguments::try_parse_from(words) {
         Ok(arguments) => arguments,
         Err(told) => {
             // a reader that has gone is nobody's fault here, a full disk is told
@@ -56,7 +62,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
             return if is_lost { 2 } else { u8::try_from(told.exit_code()).unwrap_or(2) };
         }
     };
-    let output = Output::new(&arguments.shared, inputs::of(&arguments.verb));
+    let output = Output::new(&arguments.shared, inputs::of(&arguments.verb), typed);
     if let Some(jobs) = arguments.shared.jobs {
         // the pool is made at its first use; where one is there already, it stays as it is
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.min(cores())).build_global();

@@ -27,15 +27,30 @@ pub(super) struct Output {
     /// Why standard output did not take everything.
     lost: RefCell<Option<std::io::Error>>,
     verbose: bool,
+    /// The call as it was typed.
+    typed: Vec<String>,
 }
 
 impl Output {
-    pub fn new(shared: &Shared, inputs: Vec<PathBuf>) -> Output {
+    pub fn new(shared: &Shared, inputs: Vec<PathBuf>, typed: Vec<String>) -> Output {
         if shared.no_color {
             ColorChoice::Never.write_global();
         }
         let Shared { strict, force, quiet, verbose, .. } = *shared;
-        Output { json: shared.json.clone(), strict, force, quiet, verbose, inputs, lost: RefCell::default() }
+        Output { json: shared.json.clone(), strict, force, quiet, verbose, inputs, lost: RefCell::default(), typed }
+    }
+
+    /// The call as it was typed, with what a shell would take apart in quotes.
+    pub fn typed(&self) -> String {
+        let plain = |c: char| c.is_alphanumeric() || "-_./=%+,:@".contains(c);
+        let quoted = |word: &String| match !word.is_empty() && word.chars().all(plain) {
+            true => word.clone(),
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        };
+        std::iter::once("hydrosysid".to_string())
+            .chain(self.typed.iter().skip(1).map(quoted))
+            .collect::<Vec<_>>()
+            .join(" ")
     }
 
     /// Whether JSON takes standard output.
@@ -171,10 +186,10 @@ impl Output {
         bar
     }
 
-    /// Tells findings, and refuses them where `--strict` asks for it.
+    /// Tells findings, one of each kind with its places, and refuses them where `--strict` asks for it.
     pub fn tell(&self, findings: &[Finding]) -> Result<(), Failure> {
-        for finding in findings {
-            self.remark(&super::message::finding(finding));
+        for told in super::message::grouped(findings, self.verbose) {
+            self.remark(&told);
         }
         let warnings = findings.iter().filter(|f| f.severity == Severity::Warning).count();
         if self.strict && warnings > 0 { Err(Failure::Strict(warnings)) } else { Ok(()) }

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::answer;
 use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::{number, table, wrapped};
+use super::table::{number, size, table};
 use super::verbs::load;
 use crate::campaign::{self, FitOptions, ModelFile, Plan, PlanRequest, PlanSource, PlannedRun};
 use crate::frame::Dof;
@@ -16,6 +17,7 @@ use crate::log;
 use crate::nearest::nearest;
 use crate::plan::{Manoeuvre, Push};
 use crate::text_file;
+use crate::wording::count;
 
 /// The runs of a plan as a file: written by `--output`, read by `--runs`.
 #[derive(Debug, Serialize, Deserialize)]
@@ -38,7 +40,7 @@ pub(super) fn plan(a: &typed::Plan, output: &Output) -> Result<(), Failure> {
         length: a.length,
         most: a.most,
         room: a.room,
-        with_known: a.with_known,
+        without_known: a.without_known,
         runs: a.runs.as_deref().map(told).transpose()?,
         rehearse: a.rehearse,
         seed: a.seed,
@@ -52,7 +54,25 @@ pub(super) fn plan(a: &typed::Plan, output: &Output) -> Result<(), Failure> {
         write(&made, folder, output)?;
     }
     output.json(&made)?;
-    output.tell(&made.warnings)
+    output.tell(&made.warnings)?;
+    answer::next(&next(a, &made, output), output);
+    Ok(())
+}
+
+/// Writing the plan, then rehearsing it; a model that is good enough is used.
+fn next(a: &typed::Plan, made: &Plan, output: &Output) -> String {
+    let source = a.source.display();
+    match (&a.output, &a.runs) {
+        _ if made.runs.is_empty() => format!("hydrosysid export {source} --to csv -o parameters.csv"),
+        (Some(folder), _) => {
+            format!("hydrosysid plan {source} --runs {} --rehearse 50", folder.join("plan.toml").display())
+        }
+        (None, Some(runs)) if made.rehearsal.is_none() => {
+            format!("hydrosysid plan {source} --runs {} --rehearse 50", runs.display())
+        }
+        // as it was asked, with a folder for the command histories
+        (None, _) => format!("{} -o plan", output.typed()),
+    }
 }
 
 /// The model of a model file, or the fit of a campaign.
@@ -96,6 +116,9 @@ fn told(path: &Path) -> Result<Vec<Manoeuvre>, Failure> {
     Ok(file.runs)
 }
 
+/// Most pushes of a run that are told one by one; more are the sines of a multisine, and stand in the plan's file.
+const PUSHES: usize = 4;
+
 /// `surge 60 ± 45, 12 s; yaw ± 30 to 60°`.
 fn in_words(pushes: &[Push]) -> String {
     let words = |p: &Push| {
@@ -108,55 +131,65 @@ fn in_words(pushes: &[Push]) -> String {
             _ => format!("{} {}", p.dof, number(p.offset + p.amplitude)),
         }
     };
+    if pushes.len() > PUSHES {
+        let mut dofs: Vec<&str> = pushes.iter().map(|p| p.dof.name()).collect();
+        dofs.dedup();
+        return format!("{} in {}", count(pushes.len(), "sine"), dofs.join(", "));
+    }
     pushes.iter().map(words).collect::<Vec<_>>().join("; ")
 }
 
 fn print(made: &Plan, output: &Output) {
+    answer::verdict(&made.sentence, output);
+    let verbose = output.is_verbose();
     let row = |run: &PlannedRun| {
         let speeds: Vec<String> = run.greatest.iter().map(|(channel, v)| format!("{channel} {v:.2}")).collect();
         let worst = run.worst.map_or("-".into(), number);
-        vec![run.name.clone(), number(run.length), in_words(&run.pushes), speeds.join(" "), number(run.reach), worst]
+        let mut row = vec![run.name.clone(), number(run.length), in_words(&run.pushes), worst];
+        if verbose {
+            row.extend([speeds.join(" "), number(run.reach)]);
+        }
+        row
     };
-    output.print(&wrapped(&made.sentence));
     let rows: Vec<Vec<String>> = made.runs.iter().map(row).collect();
-    if rows.is_empty() {
-        output.print("No run is needed: what is wanted is known already.");
-    } else {
-        output.print(&table(&["run", "s", "push, N and N*m", "up to", "m away", "worst std/wanted"], &rows));
+    if !rows.is_empty() {
+        let heads = ["run", "s", "push, N and N*m", "worst std/wanted", "up to", "m away"];
+        output.print(&table(&heads[..if verbose { 6 } else { 4 }], &rows));
     }
+    // with nothing to run the parameters are the answer; a rehearsal was asked for
+    if verbose || rows.is_empty() || made.rehearsal.is_some() {
+        print_parameters(made, output);
+    }
+    if let Some(r) = &made.rehearsal {
+        output.print(&format!("rehearsed: {}, {} could not be fitted", count(r.campaigns, "campaign"), r.failed));
+    }
+}
+
+fn print_parameters(made: &Plan, output: &Output) {
     let rehearsed = made.rehearsal.is_some();
     let rows: Vec<Vec<String>> = made
         .parameters
         .iter()
         .map(|p| {
             let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
-            let told = |x: Option<f64>| x.map_or("-".to_string(), number);
-            let mut row = vec![
-                p.effect.clone(),
-                place,
-                p.name.clone(),
-                number(p.value),
-                told(p.std_now),
-                told(p.wanted),
-                p.std.map_or("not shown".into(), number),
-            ];
+            let told = |x: Option<f64>| x.map_or("-".to_string(), size);
+            let name = if place.is_empty() { p.effect.clone() } else { format!("{}@{place}", p.effect) };
+            let planned = p.std.map_or("not shown".into(), size);
+            let mut row = vec![name, size(p.value), told(p.std_now), told(p.wanted), planned];
             if rehearsed {
                 let ratio = p.rehearsed.zip(p.std).map(|(r, s)| r / s);
-                row.extend([told(p.rehearsed), ratio.map_or("-".into(), |r| format!("{r:.2}"))]);
+                row.push(ratio.map_or("-".into(), |r| format!("{r:.2}")));
             }
             row.push(p.unit.clone());
             row
         })
         .collect();
-    let mut heads = vec!["effect", "dof", "symbol", "value", "std now", "wanted", "std planned"];
+    let mut heads = vec!["term", "value", "std now", "wanted", "planned"];
     if rehearsed {
-        heads.extend(["rehearsed", "ratio"]);
+        heads.push("rehearsed/planned");
     }
     heads.push("unit");
     output.print(&table(&heads, &rows));
-    if let Some(r) = &made.rehearsal {
-        output.print(&format!("rehearsed: {} campaigns, {} could not be fitted", r.campaigns, r.failed));
-    }
 }
 
 /// The plan and the command histories, in a folder.
@@ -179,6 +212,6 @@ fn write(made: &Plan, folder: &Path, output: &Output) -> Result<(), Failure> {
         log::write_to(run, &mut bytes).map_err(|e| failed(&file, e))?;
         output.write(&file, &bytes)?;
     }
-    output.print(&format!("written: {} and {} command histories", file.display(), made.commands.len()));
+    output.print(&format!("written: {} and {}", file.display(), count(made.commands.len(), "command history")));
     Ok(())
 }

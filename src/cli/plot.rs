@@ -1,7 +1,5 @@
 //! Measured and simulated velocities in the terminal, where `--plot` asks for them.
 
-use comfy_table::Table;
-
 use super::failure::Failure;
 use super::output::Output;
 use crate::campaign::{self, Campaign, Simulated, Simulation};
@@ -42,7 +40,7 @@ pub(super) fn simulated(asked: Option<&str>, simulation: &Simulation, output: &O
         let names: Vec<&str> = simulation.runs.iter().map(|run| run.run.as_str()).collect();
         return Err(Failure::Argument(format!("--plot={name}: no such run; there are {}", names.join(", "))));
     }
-    let width = Table::new().width().map_or(WIDTH, usize::from);
+    let width = super::table::width().unwrap_or(WIDTH);
     for run in runs {
         for figure in Dof::ALL.into_iter().filter_map(|dof| motion_figure(run, dof, None)) {
             if let Chart::Curves(curves) = &figure.chart {

@@ -1,5 +1,6 @@
 //! The verbs that show everything at once: the demo and the report.
 
+use super::answer;
 use super::arguments as typed;
 use super::failure::Failure;
 use super::fitted::print_filters;
@@ -12,6 +13,7 @@ use crate::discover::Discovery;
 use crate::progress::tell;
 use crate::report::svg::standalone;
 use crate::report_content::{self, gap_figure};
+use crate::wording::count;
 
 pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.may_write(None)?;
@@ -36,10 +38,65 @@ pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
         .map_err(|e| Failure::Write { file: numbers.clone(), source: std::io::Error::other(e) })?;
     output.write(&numbers, text.as_bytes())?;
     print_demo(&made, output);
-    output.json(&made)
+    output.json(&made)?;
+    answer::next(&format!("hydrosysid view {}", options.folder.join("hidden").display()), output);
+    Ok(())
 }
 
 fn print_demo(made: &Demo, output: &Output) {
+    answer::verdict(&demo_verdict(made), output);
+    if output.is_verbose() {
+        print_staged(made, output);
+        output.print(&format!("A second campaign, whose baseline lacks {}:", made.hidden.join(", ")));
+        super::discovered::print(&made.discovery, output);
+        for file in &made.files {
+            output.print(&format!("written: {}", file.display()));
+        }
+        return;
+    }
+    let rows: Vec<Vec<String>> = made
+        .estimates
+        .iter()
+        .filter(|e| ["towing", "steady"].contains(&e.stage.as_str()))
+        .map(|e| {
+            let truth = e.truth.map(number).unwrap_or_default();
+            vec![
+                e.stage.clone(),
+                e.dof.to_string(),
+                e.name.clone(),
+                measured(e.value, Some(e.std)),
+                truth,
+                e.unit.clone(),
+            ]
+        })
+        .collect();
+    output.print(&table(&["stage", "dof", "symbol", "estimate ± std", "truth", "unit"], &rows));
+    if let Some(folder) = made.files.iter().find(|f| f.ends_with("report.html")).and_then(|f| f.parent()) {
+        output.print(&format!("written: {}, with report.html, model.toml and demo.json", folder.display()));
+    }
+}
+
+/// How near the staged estimates are to their truths, and whether the hidden effect was found.
+fn demo_verdict(made: &Demo) -> String {
+    let known: Vec<f64> = made
+        .estimates
+        .iter()
+        .filter_map(|e| Some(((e.value - e.truth?) / e.std).abs()))
+        .filter(|off| off.is_finite())
+        .collect();
+    let near = known.iter().filter(|off| **off <= 2.0).count();
+    let found = made.hidden.iter().all(|hidden| made.discovery.effects.iter().any(|e| e.id == *hidden));
+    format!(
+        "{} {}: {} Of {} of the staged procedure {near} lie within two standard deviations of the truth.",
+        made.hidden.join(", "),
+        if found { "was hidden and found again" } else { "was hidden and not found again" },
+        made.discovery.sentence,
+        count(known.len(), "estimate"),
+    )
+}
+
+/// All tables of the staged procedure.
+fn print_staged(made: &Demo, output: &Output) {
     output.print(&format!("The staged procedure on the paper's runs, seed {}:", made.seed));
     let rows: Vec<Vec<String>> = made
         .estimates
@@ -99,11 +156,6 @@ fn print_demo(made: &Demo, output: &Output) {
     let heads: Vec<&str> = std::iter::once("model of").chain(names.iter().copied()).collect();
     output.print(&table(&heads, &rows));
     print_filters(&made.filters, output);
-    output.print(&format!("A second campaign, whose baseline lacks {}:", made.hidden.join(", ")));
-    super::discovered::print(&made.discovery, output);
-    for file in &made.files {
-        output.print(&format!("written: {}", file.display()));
-    }
 }
 
 pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> {
@@ -124,8 +176,18 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
     let html =
         output.working("writing the report", || page_of(&loaded, found.as_ref(), published.as_ref(), None))??;
     output.write(&a.output, html.as_bytes())?;
-    output.print(&format!("{} written, {} kB", a.output.display(), html.len() / 1000));
-    output.json(&serde_json::json!({"format": 1, "file": a.output, "bytes": html.len()}))
+    if let Some(found) = &found {
+        answer::verdict(&found.sentence, output);
+    }
+    output.print(&format!("written: {}, {} kB: open it in a browser", a.output.display(), html.len() / 1000));
+    output.json(&serde_json::json!({"format": 1, "file": a.output, "bytes": html.len()}))?;
+    let campaign = a.campaign.display();
+    let next = match &found {
+        Some(found) if !found.adopt.is_empty() => format!("hydrosysid discover {campaign} --adopt"),
+        _ => format!("hydrosysid fit {campaign} --model model.toml"),
+    };
+    answer::next(&next, output);
+    Ok(())
 }
 
 /// The report of a campaign, with where it comes from.

@@ -2,13 +2,17 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
-use crate::discover::LEAST_P;
-
 /// One line under the headers.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
 /// Between two columns, characters: the style's own and the padding on the left.
 const BETWEEN: usize = 2;
+
+/// Columns of the terminal, `None` where there is none; `COLUMNS` in the environment wins, as in other tools.
+pub(super) fn width() -> Option<usize> {
+    let told = std::env::var("COLUMNS").ok().and_then(|text| text.trim().parse().ok()).filter(|width| *width > 0);
+    told.or_else(|| Table::new().width().map(usize::from))
+}
 
 /// A table with these headers; columns of numbers stand to the right. Where a terminal is too narrow for it without
 /// breaking words, each row becomes a block of lines.
@@ -16,6 +20,10 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
     table.load_style(STYLE).set_content_arrangement(ContentArrangement::Dynamic);
     table.set_header(headers.to_vec());
+    let room = width();
+    if let Some(room) = room {
+        table.set_width(u16::try_from(room).unwrap_or(u16::MAX));
+    }
     for row in rows {
         table.add_row(row.iter().map(|text| {
             let number = text.trim_start_matches("± ").split(' ').next().is_some_and(|n| n.parse::<f64>().is_ok());
@@ -24,19 +32,23 @@ pub(super) fn table(headers: &[&str], rows: &[Vec<String>]) -> String {
     }
     let words = longest_words(headers, rows);
     let least = words.iter().map(|word| word + BETWEEN).sum::<usize>();
-    if table.width().is_some_and(|width| usize::from(width) < least) {
-        return blocks(headers, rows);
+    if let Some(room) = room.filter(|room| *room < least) {
+        return blocks(headers, rows, room);
     }
     for (column, word) in table.column_iter_mut().zip(words) {
         let least = Width::Fixed(u16::try_from(word + 1).unwrap_or(u16::MAX));
         column.set_padding((1, 0)).set_constraint(ColumnConstraint::LowerBoundary(least));
     }
-    table.to_string()
+    table.to_string().lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }
 
 /// A sentence in lines that the terminal holds; as it is where there is none.
 pub(super) fn wrapped(text: &str) -> String {
-    let width = Table::new().width().map_or(usize::MAX, usize::from);
+    folded(text, width().unwrap_or(usize::MAX))
+}
+
+/// A sentence in lines of at most `width` characters, where no word is longer.
+pub(super) fn folded(text: &str, width: usize) -> String {
     let (mut lines, mut length) = (String::new(), 0);
     for word in text.split(' ') {
         let more = word.chars().count();
@@ -57,11 +69,13 @@ fn longest_words(headers: &[&str], rows: &[Vec<String>]) -> Vec<usize> {
     headers.iter().enumerate().map(|(k, head)| longest(head).max(column(k))).collect()
 }
 
-/// `header  cell` a line, a blank line between two rows; empty cells are left out.
-fn blocks(headers: &[&str], rows: &[Vec<String>]) -> String {
+/// `header  cell` a line, a blank line between two rows; empty cells are left out, and long ones go on below.
+fn blocks(headers: &[&str], rows: &[Vec<String>], width: usize) -> String {
     let widest = headers.iter().map(|head| head.chars().count()).max().unwrap_or(0);
     let line = |(head, cell): (&&str, &String)| {
         let blank = " ".repeat(widest - head.chars().count());
+        let below = format!("\n{}", " ".repeat(widest + 3));
+        let cell = folded(cell, width.saturating_sub(widest + 3)).replace('\n', &below);
         (!cell.is_empty()).then(|| format!(" {head}{blank}  {cell}\n"))
     };
     let block = |row: &Vec<String>| headers.iter().zip(row).filter_map(line).collect::<String>();
@@ -93,11 +107,6 @@ pub(super) fn size(x: f64) -> String {
         }
         _ => number(x),
     }
-}
-
-/// A probability; below the least that is told, that.
-pub(super) fn chance(p: f64) -> String {
-    if p <= LEAST_P { format!("<{LEAST_P:e}") } else { format!("{p:.1e}") }
 }
 
 /// What stands behind a deviation of a fit that did not converge, and what explains it.
@@ -133,7 +142,7 @@ mod tests {
         ];
         let heads = ["run", "|error| (25)", "unit"];
         assert_eq!(longest_words(&heads, &rows), [9, 7, 4]);
-        let text = blocks(&heads, &rows);
+        let text = blocks(&heads, &rows, 80);
         assert_eq!(
             text,
             " run           run00.csv\n |error| (25)  0.1 ± 0.2\n\n run           b\n |error| (25)  1\n unit          m"
@@ -152,6 +161,5 @@ mod tests {
         assert_eq!(estimated(309.07, Some(18.8), true), "309 ± 19");
         assert_eq!(estimated(309.07, Some(18.8), false), "309 ± 19 ?");
         assert_eq!(estimated(5.0, None, false), "5.000");
-        assert_eq!((chance(0.0), chance(3.14e-5)), ("<1e-300".into(), "3.1e-5".into()));
     }
 }

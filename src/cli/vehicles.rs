@@ -2,10 +2,12 @@
 
 use serde::Serialize;
 
+use super::answer;
 use super::failure::Failure;
 use super::output::Output;
 use super::table::{number, table};
 use crate::campaign::known_vehicles;
+use crate::wording::count;
 
 /// A vehicle as it is listed.
 #[derive(Debug, Serialize)]
@@ -44,9 +46,11 @@ pub(super) fn vehicles(output: &Output) -> Result<(), Failure> {
             ]
         })
         .collect();
-    output.print(&table(&["vehicle", "what", "mass, kg", "thrusters", "published parameters", "sources"], &rows));
-    output.print(
-        "`hydrosysid init LOG --vehicle NAME -o FOLDER` takes one, or a file that extends one: extends = \"bluerov2\".",
-    );
-    output.json(&entries)
+    output.print(&format!("{} that come with the program.", count(entries.len(), "vehicle")));
+    let heads = ["vehicle", "what", "mass, kg", "thrusters", "published parameters", "sources"];
+    let columns = if output.is_verbose() { heads.len() } else { 4 };
+    output.print(&table(&heads[..columns], &rows.into_iter().map(|row| row[..columns].to_vec()).collect::<Vec<_>>()));
+    output.json(&entries)?;
+    answer::next("hydrosysid init LOG --vehicle bluerov2 -o FOLDER", output);
+    Ok(())
 }

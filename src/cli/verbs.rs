@@ -6,11 +6,12 @@ use std::path::Path;
 use super::arguments::{self as typed, Loading, Reading};
 use super::failure::Failure;
 use super::output::Output;
-use super::table::table;
-use super::{plot, scatter};
+use super::table::wrapped;
+use super::{answer, plot, scatter};
 use crate::campaign::{self, Campaign, Fit, FitOptions, LoadOptions, ModelFile, Simulation};
 use crate::log::{self, LogOptions};
 use crate::run::{Run, Signal};
+use crate::wording::count;
 
 /// The `[log]` options that were typed.
 pub(super) fn reading(reading: &Reading) -> Result<LogOptions, Failure> {
@@ -35,11 +36,12 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
         None => output.json(&fitted)?,
         Some(resampling) => output.json(&scatter::Scattered { fit: &fitted, resampling: &resampling })?,
     }
-    output.tell(&fitted.warnings)?;
     if let Some(path) = &a.model {
         let text = ModelFile::of(&loaded, &fitted).to_text(path)?;
         output.write(path, text.as_bytes())?;
+        output.print(&format!("written: {}, the model with its noise and covariance", path.display()));
     }
+    output.tell(&fitted.warnings)?;
     super::fitted::print_next(&fitted, &a.campaign, a.model.as_deref(), output);
     Ok(())
 }
@@ -129,24 +131,17 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
     let chosen = chosen(&a.campaign, a.model.as_deref(), &a.loading, output)?;
     let result =
         output.working("simulating", || campaign::simulate(&chosen.campaign, &chosen.model, &chosen.envelope))??;
-    output.tell(&result.warnings)?;
-    let rows: Vec<Vec<String>> = result
-        .runs
-        .iter()
-        .map(|run| {
-            let channels: Vec<&str> = run.simulated.keys().map(String::as_str).collect();
-            vec![run.run.clone(), run.time.len().to_string(), channels.join(" ")]
-        })
-        .collect();
-    output.print(&table(&["run", "instants", "simulated"], &rows));
+    super::simulated::print(&result, output);
     plot::simulated(a.plotting.plot.as_deref(), &result, output)?;
     if let Some(folder) = &a.output {
         for run in &result.runs {
             write_signals(folder, &run.run, run.signals(), output)?;
         }
+        output.print(&format!("written: {}, {}", folder.display(), count(result.runs.len(), "simulated run")));
     }
     if let Some(path) = &a.series.series {
         write_series(&result, path, output)?;
+        output.print(&format!("written: {}, all series side by side", path.display()));
     }
     if let Some(folder) = &a.forces {
         let parts = output.working("forces", || campaign::components(&chosen.campaign, &chosen.model))?;
@@ -154,9 +149,14 @@ pub(super) fn simulate(a: &typed::Simulate, output: &Output) -> Result<(), Failu
             let stem = Path::new(&part.run).with_extension("");
             write_signals(folder, &format!("{}_{}.csv", stem.display(), part.dof), part.signals(), output)?;
         }
+        output.print(&format!("written: {}, the force of each term over time", folder.display()));
         output.tell(&parts.warnings)?;
     }
-    output.json(&result)
+    output.json(&result)?;
+    output.tell(&result.warnings)?;
+    let model = a.model.as_ref().map_or_else(String::new, |model| format!(" --model {}", model.display()));
+    answer::next(&format!("hydrosysid compare {}{model}", a.campaign.display()), output);
+    Ok(())
 }
 
 /// Writes signals as one CSV in a folder that is made where it is not there.
@@ -177,19 +177,24 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     }
     let found = output.working("searching", || campaign::discover(&loaded))??;
     super::discovered::print(&found, output);
-    match (&a.adopt, found.adopt.as_slice()) {
-        (_, []) => {}
+    let campaign = a.campaign.display();
+    let next = match (&a.adopt, found.adopt.as_slice()) {
+        (_, []) => format!("hydrosysid report {campaign}"),
         (Some(to), names) => {
             // that it is edited was asked for: it is the one input that a call writes
             let file = campaign::adopt(&a.campaign, to.as_deref(), names)?;
             let (file, names) = (file.display(), names.join(", "));
-            output.print(&format!("{file} has {names} in its model now; next: hydrosysid fit {file}"));
+            output.print(&format!("{file} has {names} in its model now"));
+            format!("hydrosysid fit {file}")
         }
         (None, names) => {
             let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-            output.print(&format!("next: add {list} to `effects` of [model], or repeat this with --adopt"));
+            output.print(&wrapped(&format!("--adopt writes {list} into `effects` of [model], comments kept")));
+            format!("hydrosysid discover {campaign} --adopt")
         }
-    }
+    };
     output.json(&found)?;
-    output.tell(&found.warnings)
+    output.tell(&found.warnings)?;
+    answer::next(&next, output);
+    Ok(())
 }

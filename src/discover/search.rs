@@ -58,8 +58,7 @@ pub(super) const TIE: f64 = 9.0;
 /// A screened p-value that is this many times too great may be right in full: ln 20.
 const NEARLY: f64 = 3.0;
 
-/// Least probability that is told: those below it are this small at most.
-pub const LEAST_P: f64 = 1e-300;
+pub use crate::wording::LEAST_P;
 
 /// Rivals of a name that are asked again once another name is known.
 const RIVALS: usize = 2;

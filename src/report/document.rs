@@ -56,6 +56,8 @@ pub struct Section {
     pub paragraphs: Vec<String>,
     /// Tables, figures, equations, definitions, in order.
     pub blocks: Vec<Block>,
+    /// Whether the blocks are shown on demand alone.
+    pub folded: bool,
 }
 
 /// What can stand in a section.
@@ -66,10 +68,23 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
+    /// Small figures side by side.
+    Multiples(Multiples),
     /// Equations, each with a word on it.
     Equations(Vec<Equation>),
     /// Terms and what they mean.
     Definitions(Vec<Definition>),
+}
+
+/// Small figures side by side, to be compared at a glance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Multiples {
+    /// What they show.
+    pub title: String,
+    /// What the reader should see in them; may be empty.
+    pub caption: String,
+    /// The figures; of each the title stands above it, the caption is not shown.
+    pub figures: Vec<Figure>,
 }
 
 /// One equation, in Unicode; `_` lowers and `^` raises (see [`Label::Symbol`]).

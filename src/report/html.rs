@@ -8,17 +8,21 @@ use askama::Template;
 
 use super::chart::{Chart, Curves, Figure};
 use super::data;
-use super::document::{Block, Cell, Check, Definition, Document, Equation, Light, Table};
+use super::document::{Block, Cell, Check, Definition, Document, Equation, Light, Multiples, Table};
 use super::escape::marked;
 use super::label::{Label, unit};
 use super::number::{Style, estimate, number};
 use super::svg::{NARROW, Sheet, WIDE, inline};
+use crate::wording::count;
 
 pub use super::palette::{page_style, standalone_style as figure_style};
 
 /// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 20 bytes
 /// (drawn wide, drawn narrow, packed for the script).
 const POINTS: usize = 60_000;
+
+/// Width of a small figure beside others, px, and most points of each of its series.
+const SMALL: (f64, usize) = (240.0, 90);
 
 /// Rows beyond which a table is folded.
 const LONG: usize = 15;
@@ -54,11 +58,14 @@ struct SectionView<'a> {
     heading: &'a str,
     paragraphs: &'a [String],
     blocks: Vec<BlockView<'a>>,
+    /// What is said instead of the blocks until they are asked for; empty where they stand open.
+    summary: String,
 }
 
 enum BlockView<'a> {
     Table(TableView<'a>),
     Figure(FigureView<'a>),
+    Multiples(MultiplesView<'a>),
     Equations(Vec<(String, &'a Equation)>),
     Definitions(Vec<(String, &'a Definition)>),
 }
@@ -72,6 +79,13 @@ struct TableView<'a> {
     latex: String,
     /// Whether it is too long to stand open.
     folded: bool,
+}
+
+struct MultiplesView<'a> {
+    multiples: &'a Multiples,
+    number: usize,
+    /// Title and drawing of each.
+    drawings: Vec<(&'a str, String)>,
 }
 
 struct Head {
@@ -102,7 +116,7 @@ pub fn render<'a>(document: &'a Document) -> String {
     let (mut tables, mut figures) = (0, 0);
     let mut view = |block: &Block| -> usize {
         let count = if matches!(block, Block::Table(_)) { &mut tables } else { &mut figures };
-        *count += usize::from(matches!(block, Block::Table(_) | Block::Figure(_)));
+        *count += usize::from(matches!(block, Block::Table(_) | Block::Figure(_) | Block::Multiples(_)));
         *count
     };
     let mut views = |blocks: &'a [Block]| -> Vec<BlockView<'a>> {
@@ -113,6 +127,7 @@ pub fn render<'a>(document: &'a Document) -> String {
         heading: &section.heading,
         paragraphs: &section.paragraphs,
         blocks: views(&section.blocks),
+        summary: if section.folded { contents(&section.blocks) } else { String::new() },
     });
     let sections = sections.collect();
     let page = Page {
@@ -126,6 +141,14 @@ pub fn render<'a>(document: &'a Document) -> String {
         script: concat!(include_str!("../../templates/chart.js"), include_str!("../../templates/report.js")),
     };
     page.render().expect("writing to a string cannot fail")
+}
+
+/// `3 figures and 1 table`.
+fn contents(blocks: &[Block]) -> String {
+    let tables = blocks.iter().filter(|block| matches!(block, Block::Table(_))).count();
+    let counted = [(blocks.len() - tables, "figure"), (tables, "table")];
+    let told = counted.iter().filter(|(n, _)| *n > 0).map(|(n, thing)| count(*n, thing));
+    told.collect::<Vec<_>>().join(" and ")
 }
 
 /// How many points each series may keep; one with an interval carries three numbers a point.
@@ -159,11 +182,20 @@ fn block_view(block: &Block, number: usize, points: usize) -> BlockView<'_> {
             number: format!("Figure {number}."),
             ..figure_view(figure, &number.to_string(), points)
         }),
+        Block::Multiples(multiples) => BlockView::Multiples(multiples_view(multiples, number)),
         Block::Equations(list) => {
             BlockView::Equations(list.iter().map(|e| (Label::symbol(e.formula.as_str()).html(), e)).collect())
         }
         Block::Definitions(list) => BlockView::Definitions(list.iter().map(|d| (d.term.html(), d)).collect()),
     }
+}
+
+fn multiples_view(multiples: &Multiples, number: usize) -> MultiplesView<'_> {
+    let (width, points) = SMALL;
+    let draw =
+        |(k, figure): (usize, &'_ Figure)| inline(figure, &Sheet { width, id: format!("m{number}-{k}"), points });
+    let titles = multiples.figures.iter().map(|figure| figure.title.as_str());
+    MultiplesView { multiples, number, drawings: titles.zip(multiples.figures.iter().enumerate().map(draw)).collect() }
 }
 
 fn table_view(table: &Table, number: usize) -> TableView<'_> {
@@ -255,7 +287,7 @@ mod tests {
     }
 
     fn with(blocks: Vec<Block>) -> Document {
-        let section = Section { heading: NASTY.into(), paragraphs: vec![NASTY.into()], blocks };
+        let section = Section { heading: NASTY.into(), paragraphs: vec![NASTY.into()], blocks, folded: false };
         Document { title: NASTY.into(), sections: vec![section], ..Document::default() }
     }
 
@@ -304,6 +336,35 @@ mod tests {
             let size = render(&with((0..figures).map(figure).collect())).len();
             assert!(size < 2_000_000, "{figures} figures: {size} bytes");
         }
+    }
+
+    /// 27 runs in three degrees of freedom side by side, and four of them large: what a report of a campaign holds.
+    #[test]
+    fn a_report_of_27_runs_stays_below_two_megabytes() {
+        let time: Vec<f64> = (0..6000).map(|k| 0.02 * f64::from(k)).collect();
+        let figure = |n: usize| {
+            let y: Vec<f64> = time.iter().map(|t| (t * n as f64).sin() * 0.123_456 + t.cos()).collect();
+            let interval = y.iter().map(|y| (y - 0.1, y + 0.1)).collect();
+            let band = Series::line("simulated", time.clone(), y.clone()).with_interval(interval);
+            let panel = Panel {
+                y: Axis::new("u", "m/s"),
+                series: vec![Series::points("measured", time.clone(), y), band],
+                floor: None,
+            };
+            let chart = Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![panel], spans: Vec::new() });
+            Figure { title: format!("run{n:02}.csv"), caption: String::new(), chart }
+        };
+        let small = |dof: usize| {
+            let figures = (0..27).map(|run| figure(run + 27 * dof)).collect();
+            Block::Multiples(Multiples { title: "u".into(), caption: String::new(), figures })
+        };
+        let blocks: Vec<Block> = (0..3).map(small).chain((0..24).map(|n| Block::Figure(figure(n)))).collect();
+        let mut document = with(blocks);
+        document.sections[0].folded = true;
+        let page = render(&document);
+        assert!(page.len() < 2_000_000, "{} bytes", page.len());
+        assert_eq!(page.matches("class=\"small\"").count(), 81);
+        assert!(page.contains("<summary>27 figures</summary>"));
     }
 
     #[test]

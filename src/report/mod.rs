@@ -13,7 +13,7 @@
 //! let panel = Panel { y: Axis::new("Surge velocity", "m/s"), series, floor: None };
 //! let chart = Chart::Curves(Curves { x: Axis::new("Time", "s"), panels: vec![panel], spans: vec![] });
 //! let figure = Figure { title: "A step of thrust".into(), caption: String::new(), chart };
-//! let section = Section { heading: "Runs".into(), paragraphs: vec![], blocks: vec![Block::Figure(figure)] };
+//! let section = Section { heading: "Runs".into(), paragraphs: vec![], blocks: vec![Block::Figure(figure)], folded: false };
 //! let page = render(&Document { title: "Surge".into(), sections: vec![section], ..Document::default() });
 //! assert!(page.starts_with("<!doctype html>"));
 //! ```
@@ -33,7 +33,9 @@ pub mod terminal;
 pub use chart::{
     Axis, Bar, Bars, Chart, Colours, Curves, Figure, Forest, ForestRow, HeatMap, Interval, Mark, Panel, Series, Span,
 };
-pub use document::{Block, Cell, Check, Column, Definition, Document, Equation, Input, Light, Origin, Section, Table};
+pub use document::{
+    Block, Cell, Check, Column, Definition, Document, Equation, Input, Light, Multiples, Origin, Section, Table,
+};
 pub use html::{SCRIPT, figure, figure_style, page_style, render};
 pub use label::{Label, unit};
 pub use number::{Style, estimate, exact, number};

@@ -37,7 +37,7 @@ pub(super) fn section(found: &Discovery) -> Section {
     if !found.smallest_visible.is_empty() {
         blocks.push(Block::Table(smallest(found)));
     }
-    Section { heading: "What is missing".into(), paragraphs, blocks }
+    Section { heading: "What is missing".into(), paragraphs, blocks, folded: false }
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {

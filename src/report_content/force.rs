@@ -17,7 +17,7 @@ pub(super) fn section(results: &Results<'_>) -> Option<Section> {
     let thrusts = results.fit.model.dofs.iter().filter_map(|dof| thrust(results, *dof));
     let blocks: Vec<Block> =
         super::drag::figures(results).into_iter().chain(thrusts).chain(over_time(results)).map(Block::Figure).collect();
-    (!blocks.is_empty()).then(|| Section { heading: "Forces".into(), paragraphs: Vec::new(), blocks })
+    (!blocks.is_empty()).then(|| Section { heading: "Forces".into(), paragraphs: Vec::new(), blocks, folded: true })
 }
 
 fn unit_of(dof: Dof) -> &'static str {

@@ -16,6 +16,7 @@ pub(super) fn section(results: &Results<'_>) -> Section {
             "Balance of momentum in body axes, forward-starboard-down; drag and bias stand with a minus.".into(),
         ],
         blocks: first.into_iter().chain(thrust_curves(results)).chain(super::belief::blocks(results)).collect(),
+        folded: false,
     }
 }
 
@@ -62,7 +63,8 @@ pub(super) fn parameters(results: &Results<'_>) -> Table {
                 Cell::from(common_name(&p.effect).as_str()),
                 Cell::from(place.as_str()),
                 Cell::Text(Label::symbol(&p.name)),
-                Cell::Estimate { value: p.value, std: p.std.filter(|_| !p.fixed) },
+                Cell::Number { value: p.value, digits: digits_beside(p.value, p.std) },
+                Cell::from(if p.fixed { "held".to_string() } else { interval(p.value, p.std) }.as_str()),
                 Cell::from(crate::report::unit(&p.unit).as_str()),
                 p.sname.as_ref().map_or(Cell::Empty, |s| Cell::Text(Label::symbol(s))),
                 p.sname_value.map_or(Cell::Empty, |value| Cell::Number { value, digits: 5 }),
@@ -73,18 +75,44 @@ pub(super) fn parameters(results: &Results<'_>) -> Table {
             row
         })
         .collect();
-    let columns =
-        ["effect", "common name", "degree of freedom", "symbol", "value ± std", "unit", "SNAME", "value", "deviation"];
-    let shown = if results.fit.converged { &columns[..8] } else { &columns };
+    let columns = [
+        "effect",
+        "common name",
+        "degree of freedom",
+        "symbol",
+        "value",
+        "95 % interval",
+        "unit",
+        "SNAME",
+        "value",
+        "interval",
+    ];
+    let shown = if results.fit.converged { &columns[..9] } else { &columns };
     Table {
         title: "Parameters".into(),
         columns: shown.iter().map(|c| Column::new(*c, "")).collect(),
         rows,
         note: format!(
-            "Standard deviations: {}. SNAME's values have the opposite sign; those of an inertia and of a coupling are the added part.",
+            "Intervals: 1.96 standard deviations to either side, by {}. SNAME's values have the opposite sign; those of an inertia and of a coupling are the added part.",
             results.fit.std_method
         ),
     }
+}
+
+/// Deviations to either side that 95 of 100 estimates keep within.
+const COVER: f64 = 1.96;
+
+/// Digits of a value that end where the second digit of its deviation stands; four of a value that was held.
+fn digits_beside(value: f64, std: Option<f64>) -> u32 {
+    let Some(std) = std.filter(|std| *std > 0.0 && std.is_finite() && value.abs() > 0.0) else { return 4 };
+    ((value.abs() / std).log10().floor() as i32 + 2).clamp(2, 8) as u32
+}
+
+/// `16.99 to 17.04`; a dash where the deviation is not known.
+fn interval(value: f64, std: Option<f64>) -> String {
+    let Some(std) = std.filter(|std| *std > 0.0 && std.is_finite()) else { return "–".into() };
+    let end = |x: f64| number(x, digits_beside(x, Some(std)), Style::Text);
+    format!("{} to {}", end(value - COVER * std), end(value + COVER * std))
 }
 
 /// The balance of each degree of freedom, then what lies between command, water and sensor and them.
@@ -159,6 +187,13 @@ fn balance(model: &Model, dof: Dof) -> Equation {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
+
+    #[test]
+    fn an_interval_ends_where_its_deviation_does() {
+        assert_eq!(interval(17.018, Some(0.012)), "16.994 to 17.042");
+        assert_eq!(interval(309.07, Some(18.8)), "272 to 346");
+        assert_eq!((interval(5.0, None), digits_beside(17.018, Some(0.012))), ("–".into(), 5));
+    }
 
     #[test]
     fn momenta_stand_left_forces_right_and_the_chain_apart() {

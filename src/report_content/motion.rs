@@ -6,10 +6,10 @@ use super::discovery::widest;
 use crate::campaign::{self, Simulated};
 use crate::compare::Disagreement;
 use crate::frame::Dof;
-use crate::report::{Axis, Block, Chart, Curves, Figure, Label, Panel, Section, Series};
+use crate::report::{Axis, Block, Chart, Curves, Figure, Label, Multiples, Panel, Section, Series};
 use crate::run::Role;
 
-/// Runs that are shown, held-out ones first.
+/// Runs that are shown large, held-out ones first.
 const SHOWN: usize = 4;
 /// Samples of a group whose quartiles are drawn against a state.
 const GROUPS: usize = 12;
@@ -33,15 +33,42 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
     let blocks = runs.iter().take(SHOWN).flat_map(of_run).collect();
     let (judged, which) = if held.is_empty() { (&runs, "all runs") } else { (&held, "runs that took no part") };
     let against: Vec<Block> = against_states(results, judged, which).into_iter().map(Block::Figure).collect();
-    let motion = Section { heading: "Measured and simulated".into(), paragraphs: Vec::new(), blocks };
+    let all: Vec<Block> = results.fit.model.dofs.iter().filter_map(|dof| side_by_side(results, &runs, *dof)).collect();
+    let every = Section { heading: "All runs".into(), paragraphs: Vec::new(), blocks: all, folded: false };
+    let motion = Section { heading: "Measured and simulated".into(), paragraphs: Vec::new(), blocks, folded: true };
     let residual = Section {
         heading: "Residual against each state".into(),
         paragraphs: vec![
             "Noise lies flat about zero. A slope, a step or a bow says which state the missing force goes with.".into(),
         ],
         blocks: against,
+        folded: true,
     };
-    [motion, residual].into_iter().filter(|section| !section.blocks.is_empty()).collect()
+    [every, motion, residual].into_iter().filter(|section| !section.blocks.is_empty()).collect()
+}
+
+/// All runs that move in `dof`, small, side by side; `None` where none does.
+fn side_by_side(results: &Results<'_>, runs: &[&Simulated], dof: Dof) -> Option<Block> {
+    let small = |run: &&Simulated| {
+        let (channel, unit) = measured_motion(run, dof);
+        let samples = samples(run, channel);
+        let measured: Vec<f64> = samples.iter().map(|s| s.1).collect();
+        if samples.is_empty() || !moves(&measured, noise(results, &run.run, dof)) {
+            return None;
+        }
+        let time: Vec<f64> = samples.iter().map(|s| s.0).collect();
+        let simulated = Series::line("", run.time.clone(), run.simulated[channel].clone());
+        // without names there is no legend: the caption says what is what
+        let series = vec![Series::points("", time, measured), simulated];
+        let panel = Panel { y: Axis::new(Label::symbol(channel), unit), series, floor: None };
+        let chart = Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![panel], spans: Vec::new() });
+        let held = if run.role == Role::Validate { ", held out" } else { "" };
+        Some(Figure { title: format!("{}{held}", super::stem(&run.run)), caption: String::new(), chart })
+    };
+    let figures: Vec<Figure> = runs.iter().filter_map(small).collect();
+    let caption = "Points: measured. Line: simulated from a state estimated on the first seconds.".to_string();
+    (!figures.is_empty())
+        .then(|| Block::Multiples(Multiples { title: format!("All runs that move in {dof}"), caption, figures }))
 }
 
 /// The worst run of all that took no part and move, in the degree of freedom in which most was missing, or its worst one; and

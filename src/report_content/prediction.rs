@@ -11,7 +11,12 @@ pub(super) fn section(results: &Results<'_>) -> Section {
     let matrices = Dof::ALL.into_iter().filter_map(|dof| matrix(results, dof)).map(Block::Figure);
     let ahead = results.fit.noise.as_ref().and_then(super::noise::predictions);
     let tables = std::iter::once(errors(results)).chain(ahead).map(Block::Table);
-    Section { heading: "How well it predicts".into(), paragraphs: Vec::new(), blocks: tables.chain(matrices).collect() }
+    Section {
+        heading: "How well it predicts".into(),
+        paragraphs: Vec::new(),
+        blocks: tables.chain(matrices).collect(),
+        folded: false,
+    }
 }
 
 fn errors(results: &Results<'_>) -> Table {

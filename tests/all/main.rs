@@ -17,6 +17,7 @@ mod swim;
 mod table;
 
 mod adopt;
+mod answers;
 mod any_bytes;
 mod attitude;
 mod badlogs;

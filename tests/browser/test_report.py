@@ -7,6 +7,7 @@ Needs Chromium (skipped without it) and cargo, or the gallery already written: H
 
 import base64
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -88,7 +89,7 @@ def test_the_first_screen_answers(browser, report):
 
 def test_long_tables_are_folded_and_filtered(browser, report):
     browser.open(report)
-    folded = "[...document.querySelectorAll('details')]"
+    folded = "[...document.querySelectorAll('figure.table details')]"
     assert browser.run(f"{folded}.length") > 0
     assert browser.run(f"{folded}.every(d => !d.open && d.querySelectorAll('tbody tr').length > 15)")
     assert browser.run("[...document.querySelectorAll('figure.table')].every(t => t.querySelector('details')"
@@ -101,8 +102,50 @@ def test_long_tables_are_folded_and_filtered(browser, report):
     assert rows and all("run06" in row and "yaw" in row for row in rows), rows
 
 
+def test_the_rest_is_folded_and_every_run_stands_beside_the_others(browser, report):
+    for width, dark in ((1400, False), (820, False), (390, False), (1400, True), (820, True), (390, True)):
+        browser.open(report, width=width, dark=dark)
+        assert browser.errors == []
+        assert browser.run("document.documentElement.scrollWidth") <= width
+        assert browser.run("[...document.querySelectorAll('section > details')].every(d => !d.open)")
+    heads = browser.run("[...document.querySelectorAll('section')].filter(s => s.querySelector(':scope > details'))"
+                        ".map(s => s.querySelector('h2').textContent)")
+    assert heads == ["Measured and simulated", "Residual against each state", "Forces"], heads
+    small = browser.run("[...document.querySelectorAll('.multiples')].map(m => m.querySelectorAll('.small svg').length)")
+    assert small and max(small) >= 6, small
+    # two of them beside each other on a phone
+    tops = browser.run("[...document.querySelectorAll('.multiples .small')].slice(0, 2).map(e => e.getBoundingClientRect().top)")
+    assert tops[0] == tops[1]
+    section = "[...document.querySelectorAll('section > details')][0]"
+    seen = f"{section}.querySelector('.chart-figure').checkVisibility()"
+    assert browser.run(seen) is False
+    browser.run(f"{section}.querySelector('summary').click()")
+    assert browser.run(seen) is True
+
+
+def test_the_first_screen_tells_intervals_and_does_not_contradict_itself(browser, report):
+    browser.open(report)
+    heads = browser.run("[...document.querySelectorAll('.first .table thead')][0].innerText")
+    assert "95 % interval" in heads and "±" not in heads
+    verdict = browser.run("document.querySelector('.verdict').textContent")
+    assert verdict.startswith("Explained: the Munk moment") and "as well as it says" not in verdict
+    assert verdict.count("random force") <= 1
+
+
+def test_paper_holds_two_figures_a_page(browser, report):
+    browser.open(report)
+    # the figures with curves alone, one after the other
+    count = browser.run("(() => { const figures = [...document.querySelectorAll('.chart-figure')].slice(0, 8);"
+                        "document.querySelector('main').replaceChildren(...figures); return figures.length; })()")
+    paper = base64.b64decode(browser.call("Page.printToPDF", printBackground=True, preferCSSPageSize=False,
+                                          paperWidth=8.27, paperHeight=11.69)["data"])
+    pages = len(re.findall(rb"/Type\s*/Page\b", paper))
+    assert count == 8 and pages == 4, (count, pages)
+
+
 def test_every_figure_with_curves_zooms_and_reads(browser, report):
     browser.open(report)
+    browser.run("document.querySelectorAll('details').forEach(d => { d.open = true; })")
     figures = browser.run("[...document.querySelectorAll('.chart-figure')].filter(f => f.querySelector('.wide svg.zooms'))"
                           ".map(f => f.id)")
     assert len(figures) > 10

@@ -221,6 +221,9 @@ class Disagreement:
         noise_floor: standard deviation of the sensor's noise.
         fit_percent: 100 for a perfect simulation, 0 for one no better than the mean.
         unit: ``m/s`` or ``rad/s``.
+        pieces: number of stretches that were simulated, each from an initial state of its own: more than 1 at gaps and
+            where the motion is unstable.
+        piece_length: length of the stretches into which unstable motion was cut, s; `None` where none was.
     """
 
     run: str
@@ -232,6 +235,8 @@ class Disagreement:
     noise_floor: float
     fit_percent: float
     unit: str
+    pieces: int = 1
+    piece_length: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -236,7 +236,7 @@ def plan(
     length: float = 90.0,
     most: int = 12,
     room: float | None = None,
-    with_known: bool = False,
+    without_known: bool = False,
     runs: Iterable[Mapping[str, Any]] | None = None,
     rehearse: int = 0,
     seed: int = 1,
@@ -254,7 +254,7 @@ def plan(
         length: length of each run, s.
         most: most runs.
         room: greatest horizontal distance from the start of a run, m.
-        with_known: count on the data that the model comes from.
+        without_known: leave out the data that the model comes from; they are counted otherwise.
         runs: runs to judge instead, each with ``name``, ``kind``, ``length``, ``pushes`` as in `Plan.runs`.
         rehearse: number of simulated campaigns by which the plan is checked.
         seed: seed of the rehearsal.
@@ -272,7 +272,7 @@ def plan(
         "length": length,
         "most": most,
         "room": room,
-        "with_known": with_known,
+        "without_known": without_known,
         "runs": None if runs is None else [_manoeuvre(run) for run in runs],
         "rehearse": rehearse,
         "seed": seed,

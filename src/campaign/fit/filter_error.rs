@@ -8,7 +8,7 @@ use super::super::file::Estimator;
 use super::super::identifiability::of_covariance;
 use super::super::load::{Campaign, moves};
 use super::super::noise;
-use super::result::{FitStage, NO_TURBULENCE};
+use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust};
 use crate::estimate::filter_error::{
@@ -183,13 +183,9 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) ->
         );
     }
     let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
-    let greatest = found.force.iter().filter_map(|f| f.share_of_thrust).fold(0.0, f64::max);
-    let strong = match greatest > NO_TURBULENCE {
-        true => format!(
-            " {:.0} % of the thrust is more than turbulence or a tether: something may be missing in the model, and `hydrosysid discover` looks for it.",
-            100.0 * greatest
-        ),
-        false => String::new(),
+    let strong = match found.is_more_than_turbulence() {
+        true => " That is more than turbulence or a tether: `hydrosysid discover` looks for what is missing.",
+        false => "",
     };
     format!("The fit converged, and predictions 8 s ahead err as much as expected. {pushed}{strong}{white}")
 }

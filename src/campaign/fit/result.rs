@@ -74,10 +74,6 @@ pub struct Fit {
     pub instruments: Instruments,
 }
 
-/// Share of the thrust above which a random force is likely to stand in for what the model lacks; what pushes vehicles in
-/// tanks, harbours and rivers was found to be some per cent.
-pub(super) const NO_TURBULENCE: f64 = 0.2;
-
 impl Fit {
     /// The noise as a model file carries it.
     pub fn model_noise(&self) -> Option<ModelNoise> {
@@ -87,8 +83,7 @@ impl Fit {
     /// Whether something seems to be missing: predictions err by more than they should, or the random force is more than
     /// water makes.
     pub fn may_lack(&self) -> bool {
-        let pushed =
-            self.noise.iter().flat_map(|n| &n.force).filter_map(|f| f.share_of_thrust).any(|s| s > NO_TURBULENCE);
+        let pushed = self.noise.as_ref().is_some_and(Noise::is_more_than_turbulence);
         let asks = [codes::MORE_MISSING.code, codes::CONTRADICTED.code];
         pushed || self.warnings.iter().any(|w| asks.contains(&w.code))
     }

@@ -8,7 +8,7 @@ use super::{Loading, Reading, pair};
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  hydrosysid plan model.toml --want 5% --limit surge=145 --limit yaw=70 -o plan\n  hydrosysid plan campaign.toml --want 'quadratic_drag@surge=10' --with-known\n  hydrosysid plan model.toml --runs plan/plan.toml --rehearse 200"
+    after_help = "Examples:\n  hydrosysid plan model.toml --want 5% --limit surge=145 --limit yaw=70 -o plan\n  hydrosysid plan campaign.toml --want 'quadratic_drag@surge=10' --without-known\n  hydrosysid plan model.toml --runs plan/plan.toml --rehearse 200"
 )]
 pub(in crate::cli) struct Plan {
     /// A fitted model, or a campaign, which is fitted first.
@@ -35,9 +35,9 @@ pub(in crate::cli) struct Plan {
     /// Greatest horizontal distance from the start of a run, m.
     #[arg(long, value_name = "M")]
     pub room: Option<f64>,
-    /// Count on the data that the model comes from: old and new runs will be fitted together.
+    /// Leave out the data that the model comes from: the new runs will be fitted alone.
     #[arg(long)]
-    pub with_known: bool,
+    pub without_known: bool,
     /// Judge the [[run]] tables of FILE instead of proposing runs.
     #[arg(long, value_name = "FILE")]
     pub runs: Option<PathBuf>,

@@ -35,6 +35,7 @@ pub fn draw(chart: &Curves, sheet: &Sheet) -> Drawing {
     for (k, panel) in chart.panels.iter().enumerate() {
         let height = match (k, sheet.narrow()) {
             (0, false) => 270.0,
+            (0, true) if sheet.small() => 110.0,
             (0, true) => 210.0,
             (_, false) => 84.0,
             (_, true) => 70.0,

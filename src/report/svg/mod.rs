@@ -40,6 +40,11 @@ impl Sheet {
     fn narrow(&self) -> bool {
         self.width < 500.0
     }
+
+    /// Whether it is one of many side by side.
+    fn small(&self) -> bool {
+        self.width < 300.0
+    }
 }
 
 /// Elements and the height they take, px.

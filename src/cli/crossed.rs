@@ -1,0 +1,122 @@
+//! `compare --cross`: the model of each run on every other run, as matrices that fit a terminal.
+
+use super::answer;
+use super::output::Output;
+use super::table::{number, table, width};
+use crate::campaign::{Crossed, EachRun};
+use crate::frame::Dof;
+use crate::wording::count;
+
+/// Characters of a column of the matrix, the blanks between two among them.
+const CELL: usize = 7;
+
+/// The verdict, and the matrix of the degree of freedom in which the models carry over worst; all with `--verbose`.
+pub(super) fn print(found: &EachRun, output: &Output) {
+    if found.models.len() < 2 {
+        answer::verdict("Fewer than two runs can stand alone: there is nothing to cross.", output);
+        return;
+    }
+    let mut dofs: Vec<(Dof, f64)> = Dof::ALL.into_iter().filter_map(|dof| Some((dof, apart(found, dof)?))).collect();
+    dofs.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let Some((worst, times)) = dofs.first().copied() else { return };
+    answer::verdict(
+        &format!(
+            "{} of single runs on all others: in {worst} the median error on another run is {} times that on the own one. \
+             Where a model carries over badly, its run does not show what the other one needs.",
+            count(found.models.len(), "model"),
+            number(times)
+        ),
+        output,
+    );
+    if !found.left_out.is_empty() && output.is_verbose() {
+        output.print(&format!("the longest runs; left out: {}", found.left_out.join(", ")));
+    }
+    let shown = if output.is_verbose() { dofs.len() } else { 1 };
+    for (dof, _) in &dofs[..shown] {
+        matrix(found, *dof, output);
+    }
+    if shown < dofs.len() {
+        let others: Vec<&str> = dofs[1..].iter().map(|(dof, _)| dof.name()).collect();
+        output.print(&format!("-v shows {} too", others.join(", ")));
+    }
+}
+
+/// Root mean square of measured − simulated.
+fn rms(cell: &Crossed) -> f64 {
+    cell.mean_abs.hypot(cell.std_abs)
+}
+
+/// Median over the models of (median error on other runs over error on the own run); `None` where there are no others.
+fn apart(found: &EachRun, dof: Dof) -> Option<f64> {
+    let of_model = |model: &str| {
+        let cells = || found.crossed.iter().filter(|c| c.dof == dof && c.model == model);
+        let own = cells().find(|c| c.run == c.model).map(rms)?;
+        let other = median(cells().filter(|c| c.run != c.model).map(rms).collect())?;
+        (own > 0.0).then(|| other / own)
+    };
+    median(found.models.iter().filter_map(|m| of_model(&m.run)).collect())
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// A row a model, a numbered column a run: as many columns a block as the terminal holds.
+fn matrix(found: &EachRun, dof: Dof, output: &Output) {
+    let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == dof).collect();
+    let mut runs: Vec<&str> = Vec::new();
+    for cell in &cells {
+        if !runs.contains(&cell.run.as_str()) {
+            runs.push(&cell.run);
+        }
+    }
+    let numbered = |run: &str| runs.iter().position(|r| *r == run).map_or_else(String::new, |k| (k + 1).to_string());
+    let label = |run: &str| answer::cut(&format!("{} {run}", numbered(run)), 24);
+    let models: Vec<&str> =
+        found.models.iter().map(|m| m.run.as_str()).filter(|m| cells.iter().any(|c| c.model == *m)).collect();
+    let left = models.iter().map(|m| label(m).chars().count()).max().unwrap_or(0).max("model of".len()) + 2;
+    let room = width().unwrap_or(80).saturating_sub(left) / CELL;
+    let unit = if dof.is_rotation() { "mrad/s" } else { "mm/s" };
+    output.print(&format!("rms error in {dof}, {unit}; columns are the runs on which the models are simulated"));
+    let columns: Vec<usize> = (0..runs.len()).collect();
+    for block in columns.chunks(room.max(1)) {
+        let row = |model: &&str| -> Vec<String> {
+            let cell = |k: &usize| {
+                let own = cells.iter().find(|c| c.model == **model && c.run == runs[*k]);
+                own.map_or_else(String::new, |c| short(1e3 * rms(c)))
+            };
+            std::iter::once(label(model)).chain(block.iter().map(cell)).collect()
+        };
+        let heads: Vec<String> =
+            std::iter::once("model of".to_string()).chain(block.iter().map(|k| (k + 1).to_string())).collect();
+        let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+        output.print(&table(&heads, &models.iter().map(row).collect::<Vec<_>>()));
+    }
+    let alone: Vec<String> = runs.iter().filter(|run| !models.contains(run)).map(|run| label(run)).collect();
+    if !alone.is_empty() {
+        output.print(&super::table::wrapped(&format!("without a model of their own: {}", alone.join(", "))));
+    }
+}
+
+/// At most five characters: `4.10`, `81.4`, `1520`, `>1e4`.
+fn short(x: f64) -> String {
+    match x {
+        x if !x.is_finite() || x >= 1e4 => ">1e4".into(),
+        x if x >= 100.0 => format!("{x:.0}"),
+        x if x >= 10.0 => format!("{x:.1}"),
+        x => format!("{x:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_is_short() {
+        let told: Vec<String> = [0.004, 4.1, 81.44, 1520.3, 1e9, f64::NAN].map(short).into();
+        assert_eq!(told, ["0.00", "4.10", "81.4", "1520", ">1e4", ">1e4"]);
+        assert!(told.iter().all(|cell| cell.len() + 2 <= CELL));
+    }
+}

@@ -1,0 +1,75 @@
+//! Words that many messages share: counted things, and probabilities as people read them.
+
+/// Least p-value that is told as a number: what is below it is told as below it, for no approximation behind a p-value
+/// holds so far out, and 0 would say impossible.
+pub const LEAST_P: f64 = 1e-300;
+
+/// `1 warning`, `2 warnings`, `3 command histories`.
+pub fn count(n: usize, thing: &str) -> String {
+    match n {
+        1 => format!("1 {thing}"),
+        n => format!("{n} {}", plural(thing)),
+    }
+}
+
+/// The plural of a noun whose last word is regular: `runs`, `histories`, `matches`.
+fn plural(thing: &str) -> String {
+    if let Some(stem) = thing.strip_suffix('y').filter(|stem| !stem.ends_with(['a', 'e', 'o', 'u'])) {
+        return format!("{stem}ies");
+    }
+    let hisses = ["s", "x", "ch", "sh"].iter().any(|end| thing.ends_with(end));
+    format!("{thing}{}", if hisses { "es" } else { "s" })
+}
+
+/// A probability as a cell of a table: `0.045`, `3.1e-7`, `<1e-300`.
+pub fn probability(p: f64) -> String {
+    match p {
+        p if p.is_nan() => "-".into(),
+        p if p <= LEAST_P => format!("<{LEAST_P:e}"),
+        p if p < 1e-3 => format!("{p:.1e}"),
+        // two digits: of 0.0451 the 0.045, of 0.9 the 0.90
+        p => format!(
+            "{p:.*}",
+            if p < 0.01 {
+                4
+            } else if p < 0.1 {
+                3
+            } else {
+                2
+            }
+        ),
+    }
+}
+
+/// A probability in a sentence: `p = 0.045`, `p < 1e-300`.
+pub fn p_value(p: f64) -> String {
+    match probability(p).strip_prefix('<') {
+        Some(least) => format!("p < {least}"),
+        None => format!("p = {}", probability(p)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn things_are_counted_in_english() {
+        let told = |n, thing| count(n, thing);
+        assert_eq!(told(1, "command history"), "1 command history");
+        assert_eq!(told(3, "command history"), "3 command histories");
+        assert_eq!((told(0, "warning"), told(1, "warning")), ("0 warnings".into(), "1 warning".into()));
+        assert_eq!((told(2, "batch"), told(2, "day")), ("2 batches".into(), "2 days".into()));
+    }
+
+    #[test]
+    fn no_probability_is_nothing() {
+        assert_eq!((probability(0.0), p_value(0.0)), ("<1e-300".into(), "p < 1e-300".into()));
+        assert_eq!((probability(3.14e-7), p_value(0.0451)), ("3.1e-7".into(), "p = 0.045".into()));
+        assert_eq!(
+            (probability(0.9), probability(0.00451), probability(1.0)),
+            ("0.90".into(), "0.0045".into(), "1.00".into())
+        );
+        assert_eq!(probability(f64::NAN), "-");
+    }
+}
