@@ -3,8 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hydrosysid::campaign::{self, Campaign, Check, Fit, FitOptions, LoadOptions, check_campaign};
-use hydrosysid::frame::Dof;
+use hydrosysid::campaign::{self, Campaign, Check, FitOptions, LoadOptions, check_campaign};
 use hydrosysid_plant::instrument::Instrument;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Sailed, Vehicle};
 
@@ -47,12 +46,6 @@ fn poses_tell_what_a_run_shows() {
     let surge = told(&checked(&file), "M111");
     assert!(surge.iter().any(|text| text.contains("of surge")), "{surge:?}");
     assert!(!surge.iter().any(|text| text.contains("of sway")), "{surge:?}");
-}
-
-fn parameter(fit: &Fit, dof: Dof, effect: &str) -> (f64, f64) {
-    let of = |p: &&campaign::FitParameter| p.dof == Some(dof) && p.effect == effect;
-    let found = fit.parameters.iter().find(of).unwrap_or_else(|| panic!("{effect}@{dof}"));
-    (found.value, found.std.unwrap_or(f64::NAN))
 }
 
 #[test]
