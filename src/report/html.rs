@@ -19,10 +19,11 @@ pub use super::palette::{page_style, standalone_style as figure_style};
 
 /// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 20 bytes
 /// (drawn wide, drawn narrow, packed for the script).
-const POINTS: usize = 60_000;
+const POINTS: usize = 50_000;
 
-/// Width of a small figure beside others, px, and most points of each of its series.
-const SMALL: (f64, usize) = (240.0, 90);
+/// Width of a small figure beside others, px, and most points of each of its series: 81 figures of two series are half a
+/// megabyte.
+const SMALL: (f64, usize) = (240.0, 60);
 
 /// Rows beyond which a table is folded.
 const LONG: usize = 15;

@@ -65,7 +65,7 @@ fn what_is_named_stands_in_the_campaign() {
     let folder = sailed("adopted", 2.0);
     let plain = run(&folder, &["discover", "campaign.toml"]);
     let told = String::from_utf8_lossy(&plain.stdout).into_owned();
-    assert!(told.contains("next: add \"bias@surge\" to `effects`"), "{told}");
+    assert!(told.contains("--adopt writes \"bias@surge\" into `effects`"), "{told}");
     assert_eq!(text(&folder, "campaign.toml"), CAMPAIGN, "nothing is written unless it is asked for");
     let copied = run(&folder, &["discover", "campaign.toml", "--adopt", "mine.toml"]);
     assert!(copied.status.success(), "{}", String::from_utf8_lossy(&copied.stderr));

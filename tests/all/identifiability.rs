@@ -188,6 +188,7 @@ fn a_campaign_plans_its_own_next_runs() {
         length: 40.0,
         most: 3,
         wants: vec!["2%".parse().expect("it is a wish")],
+        without_known: true,
         ..PlanRequest::default()
     };
     let plan = campaign::plan(&PlanSource::of_fit(&loaded, &fit), &request, &|| {}).unwrap_or_else(|e| panic!("{e}"));

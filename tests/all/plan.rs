@@ -149,7 +149,7 @@ fn the_command_plans_writes_and_reads_back() {
     });
     let found = command(&["--want", "2%", "--limit", "surge=140", "--length", "40", "-o", &out, "--json", &first]);
     assert_eq!(found.status.code(), Some(0), "{}", told(&found));
-    assert!(String::from_utf8_lossy(&found.stdout).contains("k_u|u|"));
+    assert!(String::from_utf8_lossy(&found.stdout).contains("One run meets every wish."));
     let plan = json(&first);
     assert!(plan["parameters"].as_array().is_some_and(|p| p.len() == 3 && p.iter().all(|p| p["std"].is_number())));
     let name = plan["runs"][0]["name"].as_str().expect("a run has a name");

@@ -104,7 +104,7 @@ fn bolts_poses_are_fitted_as_well_as_by_hand() {
     }
     let noise = fit.noise.as_ref().expect("filter error estimates it");
     let large = noise.force.iter().any(|f| f.share_of_thrust.is_some_and(|share| share > 1.0));
-    assert!(large && fit.sentence.contains("something may be missing"), "{}", fit.sentence);
+    assert!(large && fit.sentence.contains("more than turbulence"), "{}", fit.sentence);
     assert!(noise.innovations_white || fit.sentence.contains("not white"), "{}", fit.sentence);
     // a comparison has a row for each run and pose where no velocity is logged
     let compared = campaign::compare(&campaign, &fit.model, &fit.envelope).expect("it can be compared");

@@ -10,6 +10,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use crate::estimate::output_error::StdMethod;
 use crate::estimate::output_error::{
     Fold, Linearised, OutputErrorFit, Problem, normal_factor, normal_factor_where, value,
 };
@@ -38,8 +39,14 @@ pub fn halves(fit: &OutputErrorFit) -> Option<Halves> {
         stretch.first >= middle(track)
     };
     let whole = deviations(&normal_factor(&fit.problem, &fit.model, &fit.linearised), p)?;
-    // deviations that hold for correlated residuals too: as much larger as those of the whole fit
-    let wider: Vec<f64> = (0..p).map(|k| fit.covariance[k * p + k].sqrt() / whole[k]).collect();
+    // deviations that hold for correlated residuals too: as much larger as those of the whole fit. What few clusters widen
+    // them by is no measure: a parameter that changes between the halves widens all of them
+    let wider: Vec<f64> = (0..p)
+        .map(|k| match fit.std_method {
+            StdMethod::FewClusters => fit.white_scale().sqrt(),
+            _ => fit.covariance[k * p + k].sqrt() / whole[k],
+        })
+        .collect();
     let half = |second: bool| {
         let factor = normal_factor_where(&problem, &fit.model, &linearised, |s| second_half(s) == second);
         let std = deviations(&factor, p)?;

@@ -40,14 +40,9 @@ pub(super) fn of(
     let factor = normal_factor(problem, model, segments);
     let bread = bread(problem, model, &factor)?;
     let samples: usize = segments.iter().map(|s| s.samples).sum();
-    let freedom = samples.saturating_sub(p + problem.free_states() * segments.len()).max(1) as f64;
-    let sum = |f: &dyn Fn(&Linearised) -> f64| segments.iter().map(f).sum::<f64>();
-    // J stands in the factor times ds/dr, whose square is not the curvature of a robust loss
-    let steep = sum(&|s| s.curvature[0]);
-    // were most residuals outliers, the curvature would vanish: the deviations then grow, tenfold at most
-    let bend = sum(&|s| s.curvature[1]).max(0.1 * steep);
-    let bread: Vec<f64> = bread.iter().map(|b| b * steep / bend).collect();
-    let scale = sum(&|s| s.pull) / freedom * samples as f64 / bend;
+    let (curved, scale) = scales(problem, segments);
+    let bread: Vec<f64> = bread.iter().map(|b| b * curved).collect();
+    let freedom = freedom(problem, segments);
     if !problem.loss.is_robust() && problem.is_white(segments) {
         return Ok((bread.iter().map(|b| b * scale).collect(), StdMethod::Information));
     }
@@ -59,6 +54,23 @@ pub(super) fn of(
     let found = of_clusters(&(bread * scale), &shifts, correction);
     let method = if found.few { StdMethod::FewClusters } else { StdMethod::Clusters };
     Ok((found.covariance.as_slice().to_vec(), method))
+}
+
+/// Samples less unknowns and initial states.
+fn freedom(problem: &Problem, segments: &[Linearised]) -> f64 {
+    let samples: usize = segments.iter().map(|s| s.samples).sum();
+    samples.saturating_sub(problem.unknowns.len() + problem.free_states() * segments.len()).max(1) as f64
+}
+
+/// What (JᵀJ)⁻¹ of the factor is multiplied by: for the curvature of the loss, and for white residuals by their variance.
+fn scales(problem: &Problem, segments: &[Linearised]) -> (f64, f64) {
+    let samples: usize = segments.iter().map(|s| s.samples).sum();
+    let sum = |f: &dyn Fn(&Linearised) -> f64| segments.iter().map(f).sum::<f64>();
+    // J stands in the factor times ds/dr, whose square is not the curvature of a robust loss
+    let steep = sum(&|s| s.curvature[0]);
+    // were most residuals outliers, the curvature would vanish: the deviations then grow, tenfold at most
+    let bend = sum(&|s| s.curvature[1]).max(0.1 * steep);
+    (steep / bend, sum(&|s| s.pull) / freedom(problem, segments) * samples as f64 / bend)
 }
 
 /// (JᵀJ)⁻¹ of a factor, row-major.
@@ -85,6 +97,12 @@ pub(crate) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Resul
 }
 
 impl OutputErrorFit {
+    /// Variance of an estimate, were the residuals white, over that of its factor.
+    pub(crate) fn white_scale(&self) -> f64 {
+        let (curved, scale) = scales(&self.problem, &self.linearised);
+        curved * scale
+    }
+
     /// cond(JᵀJ), as the paper prints of its regressors, and cond(J) with columns of unit length; J by the unknowns,
     /// the initial states projected out.
     pub fn condition_numbers(&self) -> (f64, f64) {
