@@ -128,6 +128,9 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
+    /// The command for time, measured heading and rate.
+    type Pilot = dyn Fn(f64, f64, f64, &mut Noise) -> f64;
+
     /// A heading under r' = τ/20 − r, at 10 Hz with noise of both sensors; the command by what is measured.
     fn sailed(seed: u64, moment: impl Fn(f64, f64, f64, &mut Noise) -> f64) -> Run {
         let mut noise = Noise::new(seed, 3);
@@ -158,7 +161,7 @@ mod tests {
             let found = judge(&sailed(seed, steers), &[]);
             assert_eq!((found.len(), found[0].code.code, &found[0].channels[..]), (1, "K132", &["r".to_string()][..]));
             assert!(judge(&sailed(seed, steers), &found).is_empty(), "told once");
-            let pilots: [&dyn Fn(f64, f64, f64, &mut Noise) -> f64; 5] = [
+            let pilots: [&Pilot; 5] = [
                 &|t, _, _, _| 8.0 * (0.7 * t).sin() + 5.0 * (1.9 * t).cos(),
                 &|t, _, _, _| if (0.4 * t).sin() > 0.0 { 9.0 } else { -9.0 },
                 // as coarse as a pulse width, and a stick that trembles

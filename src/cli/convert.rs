@@ -43,6 +43,10 @@ fn elsewhere(log: &Path) -> Option<(String, &'static str)> {
     if log.is_dir() {
         return Some(("a folder, as a ROS 2 bag is".into(), "ros"));
     }
+    // a pipe can be read but once: its reader tells what it is
+    if log.exists() && !log.is_file() {
+        return None;
+    }
     let mut begin = Vec::new();
     match File::open(log).and_then(|file| file.take(LOOKED_AT).read_to_end(&mut begin)) {
         Ok(_) => match opening(&begin) {

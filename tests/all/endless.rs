@@ -32,7 +32,8 @@ impl Drop for Folder {
 
 /// Runs the command with no more memory than [`ROOM`]; more than that would abort it.
 fn run(arguments: &[&str]) -> Output {
-    let script = format!("ulimit -v {ROOM}; exec \"$0\" \"$@\" -j 1");
+    // what waits for a second writer would wait for ever
+    let script = format!("ulimit -v {ROOM}; exec timeout 120 \"$0\" \"$@\" -j 1");
     let mut shell = Command::new("sh");
     shell.args(["-c", &script, env!("CARGO_BIN_EXE_hydrosysid")]).args(arguments);
     // one heap for all threads: each further one reserves 64 MiB
