@@ -44,6 +44,7 @@ def test_wishes_that_cannot_be_are_refused(fit: hs.Fit, tmp_path: Path) -> None:
     model = tmp_path / "model.toml"
     model.write_text(fit.model.to_toml(), encoding="utf-8")
     known = hs.plan(model, want="90%", limits={"surge": 100.0})
-    assert known.runs == () and known.sentence.startswith("Enough already")
+    assert known.runs == ()
+    assert known.sentence.startswith("Enough already")
     alone = hs.plan(model, want="90%", without_known=True, limits={"surge": 100.0})
     assert alone.runs

@@ -4,7 +4,7 @@
 //! (u, v, w) = Rᵀ(φ, θ, ψ) (Δx, Δy, Δz)/Δt         p, q, r ≈ Δφ/Δt, Δθ/Δt, Δψ/Δt
 //! ```
 //!
-//! over the least number of steps that spans [`SPAN`], at the middle of each: a slope between neighbouring samples of a
+//! over the least number of steps that spans a quarter of a second (`SPAN`), at the middle of each: a slope between neighbouring samples of a
 //! fast log is mostly noise. Angles and depth that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft
 //! Hydrodynamics and Motion Control* (2011), (2.17). For judging a run only, not for a fit.
 
