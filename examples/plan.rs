@@ -41,7 +41,7 @@ fn main() -> Result<(), Failure> {
     let mut page = format!(
         "# Plans against campaigns of an independent simulator\n\nMade by `make plan` on the plant (`plant/`), which shares \
          no code with the planner: {campaigns} campaigns of each plan, seed {seed}. A plan asks for {:.0} % of every \
-         parameter, from a fit of six runs of 40 s. *Predicted* is the deviation that the plan promised, *reached* the \
+         parameter, from a fit of nine runs of 40 s, six of which train. *Predicted* is the deviation that the plan promised, *reached* the \
          root mean square of estimate − truth over the campaigns (by itself uncertain by {:.0} %), *covered* the share of \
          the fits' own 95 % intervals that cover the truth. All fits are by filter error, noise estimated.\n",
         100.0 * WANTED,
