@@ -27,6 +27,9 @@ use crate::finding::{Finding, Severity};
 use crate::report::{Block, Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
 
+/// Standard deviations to either side that 95 of 100 normal numbers keep within.
+const COVER: f64 = 1.96;
+
 /// Beside a deviation of a fit that did not converge, on the line where it stands.
 const NOT_CONVERGED: &str = "not converged";
 

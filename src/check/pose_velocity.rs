@@ -4,9 +4,11 @@
 //! (u, v, w) = Rᵀ(φ, θ, ψ) (Δx, Δy, Δz)/Δt         p, q, r ≈ Δφ/Δt, Δθ/Δt, Δψ/Δt
 //! ```
 //!
-//! over the least number of steps that spans a quarter of a second (`SPAN`), at the middle of each: a slope between neighbouring samples of a
-//! fast log is mostly noise. Angles and depth that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft
+//! over the least number of steps that spans a quarter of a second (`SPAN`), at the middle of each: a slope between
+//! neighbouring samples of a fast log is mostly noise. Angles and depth that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft
 //! Hydrodynamics and Motion Control* (2011), (2.17). For judging a run only, not for a fit.
+
+use nalgebra::{Rotation3, Vector3};
 
 use super::samples::Samples;
 use crate::frame::Dof;
@@ -37,14 +39,9 @@ fn horizontal(run: &Run, dof: Dof) -> Option<Samples> {
     let down = run.signal("z").and_then(Samples::of).as_ref().and_then(slope);
     let at = |s: &Option<Samples>, t: f64| s.as_ref().map_or(0.0, |s| s.at(t));
     Some(north.map(|t, along| {
-        let (across, below) = (east.at(t), at(&down, t));
-        let (sin_psi, cos_psi) = psi.at(t).sin_cos();
-        let (ahead, abeam) = (along * cos_psi + across * sin_psi, across * cos_psi - along * sin_psi);
-        let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (at(&phi, t).sin_cos(), at(&theta, t).sin_cos());
-        match dof {
-            Dof::Surge => ahead * cos_theta - below * sin_theta,
-            _ => ahead * sin_theta * sin_phi + abeam * cos_phi + below * cos_theta * sin_phi,
-        }
+        let earth = Vector3::new(along, east.at(t), at(&down, t));
+        let attitude = Rotation3::from_euler_angles(at(&phi, t), at(&theta, t), psi.at(t));
+        attitude.inverse_transform_vector(&earth)[dof.index()]
     }))
 }
 

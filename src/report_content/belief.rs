@@ -5,7 +5,7 @@
 //! ρ_jk = Σ_jk / √(Σ_jj Σ_kk)
 //! ```
 
-use super::Results;
+use super::{COVER, Results};
 use crate::report::{
     Axis, Block, Cell, Chart, Colours, Column, Figure, Forest, ForestRow, HeatMap, Interval, Label, Table, estimate,
 };
@@ -123,7 +123,7 @@ fn row(
 ) -> Option<ForestRow> {
     let unit = crate::report::unit(&p.unit);
     let interval = |source: &str, value: f64, std: f64| {
-        let reach = 1.96 * std;
+        let reach = COVER * std;
         let ends = [(value - reach) / p.value, (value + reach) / p.value];
         Interval {
             source: source.into(),

@@ -6,7 +6,7 @@
 //! C_m = (m − m_dry)/(ρ∇)   σ_C = σ_m/(ρ∇)
 //! ```
 
-use super::Results;
+use super::{COVER, Results};
 use crate::campaign::FitStage;
 use crate::estimate::force_components;
 use crate::frame::Dof;
@@ -72,7 +72,7 @@ fn curves(results: &Results<'_>, dof: Dof) -> Option<Figure> {
         let moved: Vec<_> = means.into_iter().filter(|(v, _)| v.value.abs() > 0.05 * high.max(-low)).collect();
         if !moved.is_empty() {
             let (x, y) = moved.iter().map(|(v, f)| (v.value, f.value)).unzip();
-            let interval = moved.iter().map(|(_, f)| (f.value - 1.96 * f.std, f.value + 1.96 * f.std)).collect();
+            let interval = moved.iter().map(|(_, f)| (f.value - COVER * f.std, f.value + COVER * f.std)).collect();
             series.push(Series::points(name, x, y).with_interval(interval));
         }
     }
@@ -151,7 +151,7 @@ fn band(name: &str, dof: Dof, model: &Model, known: &Known, range: [f64; 2]) -> 
         let value: f64 = g.iter().zip(&known.values).map(|(g, v)| g * v).sum();
         let row = |row: &Vec<f64>| row.iter().zip(&g).map(|(c, g)| c * g).sum::<f64>();
         let variance: f64 = known.covariance.iter().zip(&g).map(|(c, g)| g * row(c)).sum();
-        let reach = 1.96 * variance.max(0.0).sqrt();
+        let reach = COVER * variance.max(0.0).sqrt();
         force.push(value);
         interval.push((value - reach, value + reach));
     }
@@ -191,7 +191,7 @@ fn inertia(results: &Results<'_>) -> Option<Figure> {
         let points: Vec<(f64, f64, f64)> = staged.chain(fitted).collect();
         if !points.is_empty() {
             let (x, y) = points.iter().map(|(kc, c, _)| (*kc, *c)).unzip();
-            let interval = points.iter().map(|(_, c, std)| (c - 1.96 * std, c + 1.96 * std)).collect();
+            let interval = points.iter().map(|(_, c, std)| (c - COVER * std, c + COVER * std)).collect();
             series.push(Series::points(dof.name(), x, y).with_interval(interval));
         }
     }

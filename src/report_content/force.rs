@@ -1,7 +1,7 @@
 //! The part of the account on forces: nominal against actual thrust, drag, and the force of each term over time (Fig. 11
 //! of Avila et al., 2013).
 
-use super::Results;
+use super::{COVER, Results};
 use crate::campaign::{self, RunComponents};
 use crate::effects::common_name;
 use crate::frame::Dof;
@@ -54,7 +54,7 @@ fn thrust(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     for stage in results.fit.stages.iter().filter(|s| s.dof == dof && s.name.starts_with("bollard")) {
         let Some(eta) = stage.estimates.first() else { continue };
         let line = ends.iter().map(|f| eta.value * f).collect();
-        let reach = |f: &f64| 1.96 * eta.std * f.abs();
+        let reach = |f: &f64| COVER * eta.std * f.abs();
         let interval = ends.iter().map(|f| (eta.value * f - reach(f), eta.value * f + reach(f))).collect();
         let name = format!("{}: {}", stage.name, estimate(eta.value, Some(eta.std), Style::Text));
         series.push(Series::line(name, ends.clone(), line).with_interval(interval));

@@ -1,6 +1,6 @@
 //! The part of the account on the model: its equations with their numbers, its parameters.
 
-use super::Results;
+use super::{COVER, Results};
 use crate::effects::{Place, common_name};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
@@ -93,14 +93,11 @@ pub(super) fn parameters(results: &Results<'_>) -> Table {
         columns: shown.iter().map(|c| Column::new(*c, "")).collect(),
         rows,
         note: format!(
-            "Intervals: 1.96 standard deviations to either side, by {}. SNAME's values have the opposite sign; those of an inertia and of a coupling are the added part.",
+            "Intervals: {COVER} standard deviations to either side, by {}. SNAME's values have the opposite sign; those of an inertia and of a coupling are the added part.",
             results.fit.std_method
         ),
     }
 }
-
-/// Deviations to either side that 95 of 100 estimates keep within.
-const COVER: f64 = 1.96;
 
 /// Digits of a value that end where the second digit of its deviation stands; four of a value that was held.
 fn digits_beside(value: f64, std: Option<f64>) -> u32 {

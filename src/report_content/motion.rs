@@ -1,8 +1,8 @@
 //! The part of the account that shows motion: measured and simulated velocities with their residual, and the residual
 //! against each state, where a missing effect shows as a shape.
 
-use super::Results;
 use super::discovery::widest;
+use super::{COVER, Results};
 use crate::campaign::{self, Simulated};
 use crate::compare::Disagreement;
 use crate::frame::Dof;
@@ -13,8 +13,6 @@ use crate::run::Role;
 const SHOWN: usize = 4;
 /// Samples of a group whose quartiles are drawn against a state.
 const GROUPS: usize = 12;
-/// Deviations to either side that 95 of 100 samples keep within.
-const COVER: f64 = 1.96;
 /// Points a panel against a state.
 const POINTS: usize = 600;
 
