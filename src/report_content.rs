@@ -77,17 +77,17 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
     }
 }
 
-/// The report of a campaign as one HTML page: of the best model that there is, with what the discovery has added, beside
+/// The report of a campaign: of the best model that there is, with what the discovery has added, beside
 /// `published` values.
 ///
 /// # Errors
 /// [`Error`] where the campaign cannot be fitted or simulated.
-pub fn page_of(
+pub fn document_of(
     campaign: &Campaign,
     found: Option<&Discovery>,
     published: Option<&Published>,
     origin: Origin,
-) -> Result<String, Error> {
+) -> Result<Document, Error> {
     let mut campaign = campaign.clone();
     if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
         campaign.model = model.clone();
@@ -107,7 +107,20 @@ pub fn page_of(
         discovery: found,
         published,
     };
-    Ok(render(&account(&results, origin)))
+    Ok(account(&results, origin))
+}
+
+/// [`document_of`] as one HTML page.
+///
+/// # Errors
+/// As [`document_of`].
+pub fn page_of(
+    campaign: &Campaign,
+    found: Option<&Discovery>,
+    published: Option<&Published>,
+    origin: Origin,
+) -> Result<String, Error> {
+    Ok(render(&document_of(campaign, found, published, origin)?))
 }
 
 /// Name of a run without the ending of its file.

@@ -115,7 +115,7 @@ fn together(run: &Run, column: &str) -> Option<(Signal, Signal)> {
 }
 
 /// What goes into the `[[thruster]]` table of a vehicle file.
-fn tables(fit: &BenchFit) -> String {
+pub(super) fn tables(fit: &BenchFit) -> String {
     let Some([forward, reverse]) = fit.coefficients() else { return String::new() };
     let astern = if fit.reverse.is_none() { "   # not run astern: as ahead" } else { "" };
     let lags = fit.lag_at.iter().map(|(n, lag)| format!("{:.4} ± {:.4} s at a command of {n:.2}", lag.value, lag.std));

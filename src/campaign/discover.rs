@@ -8,6 +8,7 @@ use super::late_gyro;
 use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
+use super::unexcited;
 
 use crate::discover::{self, Discovery, SearchOptions, Verdict};
 use crate::effects::Family;
@@ -30,6 +31,9 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     };
     // a late thrust is among what is asked
     let mut runs = lead_in::settled(campaign.motion(None), &campaign.model);
+    if let Some(finding) = unexcited::at_rest(&runs) {
+        return Err(Error::Refused { findings: vec![finding] });
+    }
     let fitting = filter_error::options(campaign);
     let mut faults = faults(&runs, &campaign.model);
     let names_sensors = options.families.contains(&Family::Sensor);

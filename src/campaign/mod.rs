@@ -7,6 +7,7 @@
 mod adopt;
 mod baseline;
 mod bench;
+mod bench_vehicle;
 mod check;
 pub mod codes;
 mod columns;
@@ -56,6 +57,7 @@ mod window;
 pub use adopt::{AdoptError, adopt, with_effects};
 pub use baseline::Own;
 pub use bench::{Bench, BenchThruster, bench};
+pub use bench_vehicle::{BenchVehicle, bench_vehicle};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};
 pub use compare::{Comparison, compare, disagreements};
 pub use components::{Components, RunComponents, components};

@@ -37,8 +37,8 @@ pub struct PlanSource {
     pub(super) sensors: Instruments,
     pub(super) thrusters: Vec<Thruster>,
     pub(super) covariance: Vec<Vec<f64>>,
-    /// The random force that pushes the vehicle.
-    pub(super) forces: Vec<RandomForce>,
+    /// The random force that pushes the vehicle, where a filter was asked for it.
+    pub(super) forces: Option<Vec<RandomForce>>,
     pub(super) fitting: OutputErrorOptions,
 }
 
@@ -55,7 +55,7 @@ impl PlanSource {
             sensors: file.sensors.clone(),
             thrusters: Vec::new(),
             covariance: file.covariance.clone(),
-            forces: file.noise.as_ref().map(ModelNoise::forces).unwrap_or_default(),
+            forces: file.noise.as_ref().map(ModelNoise::forces),
             fitting: OutputErrorOptions { join: true, ..OutputErrorOptions::default() },
         })
     }
@@ -69,7 +69,7 @@ impl PlanSource {
             sensors: fit.instruments.clone(),
             thrusters: campaign.file.thrusters.clone(),
             covariance: fit.covariance.clone(),
-            forces: fit.model_noise().as_ref().map(ModelNoise::forces).unwrap_or_default(),
+            forces: fit.model_noise().as_ref().map(ModelNoise::forces),
             fitting: OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() },
         }
     }
@@ -226,7 +226,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
     let count = proposal.parameters.len();
     Ok(Plan {
         format: 1,
-        sentence: sentence(&parameters, proposal.runs.len(), &source.forces),
+        sentence: sentence(&parameters, proposal.runs.len(), source.forces.as_deref().unwrap_or_default()),
         parameters,
         covariance: proposal.covariance.as_ref().map(|c| c.chunks(count.max(1)).map(<[f64]>::to_vec).collect()),
         commands: proposal.runs.iter().map(|run| commands(&run.sailed.run, &source.thrusters)).collect(),

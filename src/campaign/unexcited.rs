@@ -11,6 +11,8 @@
 use super::codes;
 use super::error::Error;
 use super::load::Campaign;
+use crate::check::codes::AT_REST;
+use crate::check::motion;
 use crate::check::samples::Samples;
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -18,7 +20,7 @@ use crate::model::Model;
 use crate::run::{Run, is_commanded};
 
 /// Root mean square of a velocity at rest, in units of its noise.
-const AT_REST: f64 = 1.5;
+const STILL: f64 = 1.5;
 
 /// Refuses a fit of degrees of freedom that are at rest in all its runs, unless all are.
 ///
@@ -34,6 +36,18 @@ pub(super) fn refuse(campaign: &Campaign, runs: &[Run]) -> Result<(), Error> {
     }
     let kept: Vec<Dof> = campaign.model.dofs.iter().copied().filter(|dof| !resting.contains(dof)).collect();
     Err(Error::Refused { findings: vec![Finding::new(&codes::NOT_EXCITED, told(&resting, &kept))] })
+}
+
+/// What there is to say where nothing moves in any of the runs.
+pub(super) fn at_rest(runs: &[Run]) -> Option<Finding> {
+    let rests = !runs.is_empty() && runs.iter().all(|run| !motion::judge(run).is_empty());
+    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+    let text = format!(
+        "nothing moves beyond the noise of its sensor in {}: there is nothing to learn from such runs; add one in which the \
+         vehicle moves",
+        names.join(", ")
+    );
+    rests.then(|| Finding::new(&AT_REST, text))
 }
 
 /// What is wrong, and the line to write.
@@ -59,7 +73,7 @@ fn rests(run: &Run, dof: Dof, stated: &dyn Fn(&str) -> Option<f64>) -> bool {
     let rms = (velocity.values().iter().map(|x| x * x).sum::<f64>() / velocity.len() as f64).sqrt();
     let seen = Samples::of(velocity).map_or(0.0, |samples| samples.noise());
     let noise = stated(dof.velocity()).map_or(seen, |stated| stated.max(seen));
-    !is_commanded(std::slice::from_ref(run), dof) && rms <= AT_REST * noise
+    !is_commanded(std::slice::from_ref(run), dof) && rms <= STILL * noise
 }
 
 #[cfg(test)]
@@ -67,6 +81,18 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
     use crate::run::Signal;
+
+    #[test]
+    fn runs_without_motion_have_nothing_to_learn() {
+        let run = |rate: f64| {
+            let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+            let psi: Vec<f64> = time.iter().map(|t| rate * t).collect();
+            Run { name: "dive.csv".into(), signals: [("psi".into(), Signal::new(time, psi))].into(), ..Run::default() }
+        };
+        let told = at_rest(&[run(0.0), run(0.0)]).map(|finding| finding.message);
+        assert!(told.as_deref().is_some_and(|text| text.contains("in dive.csv, dive.csv: ")), "{told:?}");
+        assert!(at_rest(&[run(0.0), run(0.1)]).is_none() && at_rest(&[]).is_none());
+    }
 
     #[test]
     fn noise_is_rest_and_slow_motion_is_not() {

@@ -1,7 +1,10 @@
-//! `fit` of a campaign whose runs are all of a thruster on a bench.
+//! `fit` of a campaign whose runs are all of a thruster on a bench, and the vehicle file that comes of it.
+
+use std::path::Path;
 
 use serde::Serialize;
 
+use super::answer;
 use super::arguments as typed;
 use super::failure::Failure;
 use super::output::Output;
@@ -33,10 +36,35 @@ pub(super) fn alone(a: &typed::Fit, output: &Output) -> Result<Option<Alone>, Fa
 }
 
 impl Alone {
-    pub fn hand_over(&self, output: &Output) -> Result<(), Failure> {
+    pub fn hand_over(&self, a: &typed::Fit, output: &Output) -> Result<(), Failure> {
         print(&self.bench, output);
         output.json(self)?;
-        output.tell(&self.bench.warnings)
+        output.tell(&self.bench.warnings)?;
+        match (&a.model, &a.vehicle) {
+            (Some(path), Some(vehicle)) => self.write_vehicle(path, vehicle, output),
+            (Some(_), None) => Err(Failure::Argument(
+                "bench runs make a vehicle file, and that extends a vehicle: add --vehicle NAME, as `hydrosysid vehicles` \
+                 lists them, or a vehicle file"
+                    .into(),
+            )),
+            (None, _) => {
+                let command = format!("hydrosysid fit {} --model ours.toml --vehicle NAME", a.campaign.display());
+                answer::next(&command, output);
+                Ok(())
+            }
+        }
+    }
+
+    fn write_vehicle(&self, path: &Path, vehicle: &str, output: &Output) -> Result<(), Failure> {
+        let known = campaign::vehicle(vehicle)?;
+        let made = campaign::bench_vehicle(&self.bench, &known, path)?;
+        output.write(path, made.text.as_bytes())?;
+        output.print(&format!("written: {}, which extends {vehicle}", path.display()));
+        for guess in &made.guesses {
+            output.print(&format!("guessed: {guess}"));
+        }
+        answer::next(&format!("hydrosysid init LOGS --vehicle {}", path.display()), output);
+        Ok(())
     }
 }
 

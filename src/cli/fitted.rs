@@ -33,7 +33,7 @@ pub(super) fn print(fitted: &Fit, output: &Output) {
 /// The command to type next.
 pub(super) fn print_next(fitted: &Fit, campaign: &Path, model: Option<&Path>, output: &Output) {
     let campaign = campaign.display();
-    let next = match (fitted.converged, fitted.may_lack(), model) {
+    let next = match (fitted.converged && !fitted.is_at_rest(), fitted.may_lack(), model) {
         (false, ..) => format!("hydrosysid check {campaign}"),
         (true, true, _) => format!("hydrosysid discover {campaign}"),
         (true, false, None) => format!("hydrosysid fit {campaign} --model model.toml"),

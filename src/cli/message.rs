@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::failure::Failure;
 use super::output::Output;
+use super::table::{folded, width};
 use crate::campaign::Error;
 use crate::campaign::file::{CampaignError, CampaignErrors};
 use crate::export::ExportError;
@@ -26,7 +27,15 @@ pub(super) fn finding(finding: &Finding) -> String {
         Severity::Warning => (YELLOW, "warning"),
         Severity::Note => (BLUE, "note"),
     };
-    format!("{colour}{word}{PLAIN}: {finding}")
+    format!("{colour}{word}{PLAIN}{}", hanging(&format!(": {finding}"), word.len(), width()))
+}
+
+/// A text behind a word of this length in lines that the terminal holds, those that go on set in by two.
+fn hanging(text: &str, behind: usize, width: Option<usize>) -> String {
+    let Some(width) = width else { return text.to_string() };
+    let text = "x".repeat(behind) + text;
+    let fold = |line: &str| folded(line, width.saturating_sub(2)).replace('\n', "\n  ");
+    text.split('\n').map(fold).collect::<Vec<_>>().join("\n")[behind..].to_string()
 }
 
 /// Most files whose places are listed beside the first.
@@ -97,7 +106,7 @@ pub(super) fn failure(failure: &Failure, output: &Output) {
             grouped(error.findings(), output.is_verbose()).join("\n")
         }
         Failure::Refused { findings, .. } => grouped(findings, output.is_verbose()).join("\n"),
-        other => format!("{RED}error{PLAIN}: {other}"),
+        other => format!("{RED}error{PLAIN}{}", hanging(&format!(": {other}"), "error".len(), width())),
     };
     output.complain(&text);
 }
@@ -146,6 +155,13 @@ mod tests {
         let text = caret("mass = -1", 3, 8, 2);
         let plain = [RED, BLUE, PLAIN].iter().fold(text, |t, code| t.replace(code, ""));
         assert_eq!(plain, "  |\n3 | mass = -1\n  |        ^^\n");
+    }
+
+    #[test]
+    fn a_message_is_as_wide_as_the_terminal() {
+        let text = ": one two three four\n  five six seven";
+        assert_eq!(hanging(text, 5, Some(16)), ": one\n  two three four\n  five six\n  seven");
+        assert_eq!(hanging(text, 5, None), text);
     }
 
     #[test]

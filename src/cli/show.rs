@@ -8,10 +8,12 @@ use super::output::Output;
 use super::table::{measured, number, table};
 use super::verbs::load;
 use crate::campaign::{self, Campaign, ModelFile, Published};
+use crate::check::codes::AT_REST;
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
 use crate::progress::tell;
 use crate::report::svg::standalone;
+use crate::report::{Document, render};
 use crate::report_content::{self, gap_figure};
 use crate::wording::count;
 
@@ -23,10 +25,10 @@ pub(super) fn demo(a: &typed::Demo, output: &Output) -> Result<(), Failure> {
     output.write(&model, ModelFile::of(&made.campaign, &made.fit).to_text(&model)?.as_bytes())?;
     let page = options.folder.join("report.html");
     let found = made.discovery.model().cloned();
-    let html = output.working("writing the report", || {
-        page_of(&made.blind, found.as_ref().map(|_| &made.discovery), None, Some(made.seed))
+    let document = output.working("writing the report", || {
+        document_of(&made.blind, found.as_ref().map(|_| &made.discovery), None, Some(made.seed))
     })??;
-    output.write(&page, html.as_bytes())?;
+    output.write(&page, render(&document).as_bytes())?;
     let numbers = options.folder.join("demo.json");
     made.files.extend([model, page, numbers.clone()]);
     if let Some(figure) = gap_figure(&made.discovery) {
@@ -173,16 +175,16 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
             }
         },
     };
-    let html =
-        output.working("writing the report", || page_of(&loaded, found.as_ref(), published.as_ref(), None))??;
+    let document =
+        output.working("writing the report", || document_of(&loaded, found.as_ref(), published.as_ref(), None))??;
+    let html = render(&document);
     output.write(&a.output, html.as_bytes())?;
-    if let Some(found) = &found {
-        answer::verdict(&found.sentence, output);
-    }
+    answer::verdict(&document.verdict, output);
     output.print(&format!("written: {}, {} kB: open it in a browser", a.output.display(), html.len() / 1000));
     output.json(&serde_json::json!({"format": 1, "file": a.output, "bytes": html.len()}))?;
     let campaign = a.campaign.display();
     let next = match &found {
+        _ if document.checks.iter().any(|check| check.code == AT_REST.code) => format!("hydrosysid check {campaign}"),
         Some(found) if !found.adopt.is_empty() => format!("hydrosysid discover {campaign} --adopt"),
         _ => format!("hydrosysid fit {campaign} --model model.toml"),
     };
@@ -191,14 +193,14 @@ pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> 
 }
 
 /// The report of a campaign, with where it comes from.
-fn page_of(
+fn document_of(
     loaded: &Campaign,
     found: Option<&Discovery>,
     published: Option<&Published>,
     seed: Option<u64>,
-) -> Result<String, Failure> {
+) -> Result<Document, Failure> {
     let command = std::env::args().collect::<Vec<_>>().join(" ");
     let origin = report_content::origin(loaded, command, seed)
         .map_err(|report_content::Unhashed { file, source }| Failure::Read { file, source })?;
-    Ok(report_content::page_of(loaded, found, published, origin)?)
+    Ok(report_content::document_of(loaded, found, published, origin)?)
 }

@@ -27,7 +27,12 @@ pub(super) fn load(path: &Path, loading: &Loading, output: &Output) -> Result<Ca
 pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
     output.may_write(a.model.as_deref())?;
     if let Some(result) = super::bench::alone(a, output)? {
-        return result.hand_over(output);
+        return result.hand_over(a, output);
+    }
+    if a.vehicle.is_some() {
+        return Err(Failure::Argument(
+            "--vehicle is for bench runs: of other runs the campaign holds the vehicle".into(),
+        ));
     }
     let (loaded, fitted) = if streams(a)? { streamed(a, output)? } else { kept(a, output)? };
     super::fitted::print(&fitted, output);

@@ -16,7 +16,7 @@ use super::simulated_states::{available_of, carried};
 use crate::chain::Available;
 use crate::dynamics::Dynamics;
 use crate::estimate::filter_error::{FilterErrorFit, Filtered, NoiseModel};
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, longest_step};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem};
 use crate::model::Model;
 use crate::navigation::upright::with_quaternion;
 use crate::run::Run;
@@ -129,12 +129,15 @@ fn products(
     let available = Available { channels: super::common_channels(runs), ..available_of(problem) };
     let observed = problem.dynamics.outputs.iter().cloned().collect();
     let dynamics = Dynamics::compile(&model, &available, &observed, &directions);
-    let longest = longest_step(at.model, fitting);
-    let tracks = runs
-        .iter()
-        .enumerate()
-        .map(|(k, run)| Track::new(run, k, &dynamics, &values_in_run(&model, k), model.input, longest))
-        .collect::<Result<Vec<_>, _>>()?;
+    let mut tracks = Vec::new();
+    for (k, (run, known)) in runs.iter().zip(&problem.tracks).enumerate() {
+        let theta = values_in_run(&model, k);
+        let mut track = Track::new(run, k, &dynamics, &theta, model.input, fitting.longest_step)?;
+        if track.shorten(known.longest().iter().copied()) {
+            track.read_inputs(&dynamics, &theta);
+        }
+        tracks.push(track);
+    }
     let filtered = at.filtered.with_problem(Problem { dynamics, tracks, ..problem.clone() });
     let Some(mobilities) = at.filtered.mobilities(at.model) else { return Ok(Vec::new()) };
     Ok(filtered.products(&model, at.noise, &mobilities, at.limit))

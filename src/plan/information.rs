@@ -38,7 +38,8 @@ impl Information {
     }
 
     /// What a fit with these options would know from `run`, which is logged without noise by what `model` says: by filter
-    /// error where the vehicle will be pushed by random `forces` (the Cramér-Rao bound with the force), else by output error.
+    /// error with the random `forces` that will push the vehicle (the Cramér-Rao bound with the force), which may be none; by
+    /// output error where they are `None`.
     ///
     /// # Errors
     /// [`OutputErrorError`] when the run lacks what the model reads or logs nothing that the model predicts.
@@ -46,13 +47,13 @@ impl Information {
         model: &Model,
         run: &Run,
         options: &OutputErrorOptions,
-        forces: &[RandomForce],
+        forces: Option<&[RandomForce]>,
     ) -> Result<Information, OutputErrorError> {
         let mut model = model.clone();
         for parameter in &mut model.parameters {
             parameter.prior = None;
         }
-        if !forces.is_empty() {
+        if let Some(forces) = forces {
             let filtered = Filtered::new(&model, std::slice::from_ref(run), options)?;
             let sensors = filtered.problem.sigma.iter().map(|std| SensorNoise { std: *std, coloured: None });
             let noise = NoiseModel { forces: forces.to_vec(), sensors: sensors.collect() };

@@ -41,8 +41,9 @@ pub struct PlanOptions {
     pub grid: GridOptions,
     /// How the data will be fitted.
     pub fitting: OutputErrorOptions,
-    /// The random force that will push the vehicle; where there is any, the data will be fitted by filter error.
-    pub forces: Vec<RandomForce>,
+    /// The random force that will push the vehicle, maybe none, where the data will be fitted by filter error; `None` where
+    /// by output error.
+    pub forces: Option<Vec<RandomForce>>,
     /// Covariance of the shared free parameters (row-major, SI) that other data leaves, which will be fitted together.
     pub known: Option<Vec<f64>>,
 }
@@ -202,7 +203,7 @@ fn judge(
         }
     }
     let information =
-        Information::of(&course.model, &sailed.run, fitting, &options.forces).map_err(|e| e.to_string())?;
+        Information::of(&course.model, &sailed.run, fitting, options.forces.as_deref()).map_err(|e| e.to_string())?;
     Ok((sailed, information))
 }
 
@@ -241,7 +242,7 @@ fn predicted(
     let fitting = instrument::fitting(&options.fitting, &course.instruments, &course.model);
     let shown = sailed
         .par_iter()
-        .map(|run| Information::of(&course.model, &run.run, &fitting, &options.forces))
+        .map(|run| Information::of(&course.model, &run.run, &fitting, options.forces.as_deref()))
         .collect::<Result<Vec<_>, _>>()?;
     let known = known(&parameters, options);
     let wanted = wanted(&parameters, wishes);

@@ -105,11 +105,11 @@ fn digits_beside(value: f64, std: Option<f64>) -> u32 {
     ((value.abs() / std).log10().floor() as i32 + 2).clamp(2, 8) as u32
 }
 
-/// `16.99 to 17.04`; a dash where the deviation is not known.
+/// `16.99 to 17.04`, which no line breaks; a dash where the deviation is not known.
 fn interval(value: f64, std: Option<f64>) -> String {
     let Some(std) = std.filter(|std| *std > 0.0 && std.is_finite()) else { return "–".into() };
     let end = |x: f64| number(x, digits_beside(x, Some(std)), Style::Text);
-    format!("{} to {}", end(value - COVER * std), end(value + COVER * std))
+    format!("{}\u{a0}to\u{a0}{}", end(value - COVER * std), end(value + COVER * std))
 }
 
 /// The balance of each degree of freedom, then what lies between command, water and sensor and them.

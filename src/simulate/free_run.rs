@@ -47,6 +47,20 @@ pub fn values_at(
     k: usize,
     x: &[f64],
 ) -> Vec<f64> {
+    let mut values = with_jacobian_at(functions, dynamics, track, theta, k, x);
+    values.truncate(functions.count);
+    values
+}
+
+/// [`values_at`], followed by the entries of the Jacobians that `functions` have.
+pub(super) fn with_jacobian_at(
+    functions: &Functions,
+    dynamics: &Dynamics,
+    track: &Track,
+    theta: &[f64],
+    k: usize,
+    x: &[f64],
+) -> Vec<f64> {
     let slots = dynamics.inputs.len();
     let mut registers: Registers<1> = functions.plan.registers();
     for (slot, source) in functions.sources.iter().enumerate() {
@@ -59,7 +73,8 @@ pub fn values_at(
     }
     functions.plan.prepare(&mut registers);
     functions.plan.evaluate(Plain, &mut registers);
-    (0..functions.count).map(|k| functions.plan.output(&registers, k)[0]).collect()
+    let count = functions.count + functions.by_state.len() + functions.by_parameter.len();
+    (0..count).map(|k| functions.plan.output(&registers, k)[0]).collect()
 }
 
 /// Simulates the stretch of `track` from grid point `first` to `last` from the state `x0` (velocities and positions;

@@ -91,7 +91,8 @@ pub struct Track {
     /// Inputs at each grid point.
     pub inputs_at: Vec<f64>,
     sources: Vec<Input>,
-    longest: f64,
+    /// Longest step after each grid point, s.
+    longest: Vec<f64>,
     /// Parts into which each step is divided beyond that.
     parts: usize,
 }
@@ -146,7 +147,7 @@ impl Track {
             inputs: Vec::new(),
             inputs_at: Vec::new(),
             sources,
-            longest,
+            longest: vec![longest; time.len()],
             parts: 1,
             time,
         };
@@ -168,12 +169,12 @@ impl Track {
             let inside = self.starts.binary_search(&k).is_err();
             while let Some(stop) = stops.next_if(|stop| *stop < end - rounding(end)) {
                 if inside && stop > begin + rounding(begin) {
-                    self.step(begin, stop);
+                    self.step(begin, stop, self.longest[k - 1]);
                     begin = stop;
                 }
             }
             if inside {
-                self.step(begin, end);
+                self.step(begin, end, self.longest[k - 1]);
                 let last = self.substeps.len() - 1;
                 self.substeps[last].ends_at = Some(k);
             }
@@ -181,18 +182,30 @@ impl Track {
         self.steps_to.push(self.substeps.len());
     }
 
-    /// Steps of equal length from one instant to another.
-    fn step(&mut self, begin: f64, end: f64) {
+    /// Steps of equal length, at most `longest` s, from one instant to another.
+    fn step(&mut self, begin: f64, end: f64, longest: f64) {
         // a step that is longer by rounding alone is not divided
-        let parts = ((end - begin) / self.longest * (1.0 - 1e-9)).ceil().max(1.0) as usize * self.parts;
+        let parts = ((end - begin) / longest * (1.0 - 1e-9)).ceil().max(1.0) as usize * self.parts;
         let step = (end - begin) / parts as f64;
         let substep = |i| Substep { time: begin + step * i as f64, step, ends_at: None };
         self.substeps.extend((0..parts).map(substep));
     }
 
-    /// Takes steps of at most `longest` s from now on; the inputs have to be read again.
-    pub fn shorten(&mut self, longest: f64) {
-        self.longest = self.longest.min(longest);
+    /// The longest step after each grid point, s.
+    pub fn longest(&self) -> &[f64] {
+        &self.longest
+    }
+
+    /// Takes steps of at most so many seconds after each grid point from now on, where those until now are longer by a quarter
+    /// and more; whether any was. The inputs have to be read again then.
+    pub fn shorten(&mut self, longest: impl Iterator<Item = f64>) -> bool {
+        let mut any = false;
+        for (own, longest) in self.longest.iter_mut().zip(longest) {
+            if longest < 0.8 * *own {
+                (*own, any) = (longest, true);
+            }
+        }
+        any
     }
 
     /// Divides the run into steps and reads the inputs; again whenever a delay among the parameters has changed.

@@ -4,12 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 use hydrosysid::effects::Coriolis;
+use hydrosysid::estimate::filter_error::{FilterErrorOptions, filter_error};
 use hydrosysid::estimate::output_error::{
     Loss, OutputErrorError, OutputErrorFit, OutputErrorOptions, StdMethod, cramer_rao, output_error,
 };
 use hydrosysid::estimate::started;
 use hydrosysid::frame::Dof;
-use hydrosysid::model::Model;
+use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::{BlindOptions, blind};
 
@@ -33,6 +34,39 @@ fn exact_parameters_from_data_all_but_free_of_noise() {
         let truth = campaign.truth.value(&parameter.term).unwrap();
         let error = (parameter.value / truth - 1.0).abs();
         assert!(error < 1e-3, "{}: {} for {truth}", parameter.term, parameter.value);
+    }
+}
+
+/// u = U tanh(t/T) after a command of F, U tan(φ − t/T) while it brakes: T = m/√(kF) of 0.08 s and samples every 0.1 s.
+/// Steps of half the time constant err by 0.05 % in the rate, those of a sample by some per cent.
+#[test]
+fn quick_drag_is_found_from_slow_samples() {
+    let (m, k, force) = (0.4, 1.25, 20.0_f64);
+    let (top, constant) = ((force / k).sqrt(), m / (k * force).sqrt());
+    let time: std::sync::Arc<[f64]> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+    // a second each way; the first is from rest, and the last speed is reached before the next
+    let u = |t: f64| {
+        let (since, way) = (t % 1.0, if (t as u64).is_multiple_of(2) { 1.0 } else { -1.0 });
+        let phase = if t < 1.0 { since / constant } else { since / constant - 0.25 * std::f64::consts::PI };
+        way * top * if phase < 0.0 { phase.tan() } else { phase.tanh() }
+    };
+    let mut noise = hydrosysid::tank::Noise::new(5, 1);
+    let mut run = Run { name: "steps".into(), ..Run::default() };
+    let measured: Vec<f64> = time.iter().map(|t| u(*t) + 1e-4 * noise.normal()).collect();
+    let command: Vec<f64> = time.iter().map(|t| if (*t as u64).is_multiple_of(2) { force } else { -force }).collect();
+    run.signals.insert("u".into(), Signal::new(time.clone(), measured));
+    run.signals.insert("tau_u".into(), Signal::new(time.clone(), command));
+    let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "quadratic_drag"]).unwrap();
+    model.input = Interpolation::Hold;
+    let start = started(&model, std::slice::from_ref(&run));
+    let by_output = output_error(&start, std::slice::from_ref(&run), &options()).unwrap().model;
+    let options = FilterErrorOptions { base: options(), ..FilterErrorOptions::default() };
+    let by_filter = filter_error(&start, &[run], &options).unwrap().model;
+    for (name, fitted) in [("output error", by_output), ("filter error", by_filter)] {
+        for (term, truth) in [("inertia@surge", m), ("quadratic_drag@surge", k)] {
+            let found = fitted.value(term).unwrap();
+            assert!((found / truth - 1.0).abs() < 2e-3, "{name}: {term} {found} for {truth}");
+        }
     }
 }
 

@@ -144,4 +144,14 @@ fn regress_dynamics_on_the_bench() {
     let [frequency, damping] = fit.ringing.expect("it rings");
     assert!((20.0..45.0).contains(&frequency.value) && damping.value < 0.4, "{frequency:?} {damping:?}");
     assert!(thruster.tables.contains("dead time") && thruster.tables.contains("at a command of 1.00"));
+    // into a file that extends a vehicle and reads as one
+    let known = campaign::vehicle("bluerov2").expect("it comes with the program");
+    let place = std::env::temp_dir().join(format!("hydrosysid-t200-vehicle-{}.toml", std::process::id()));
+    let made = campaign::bench_vehicle(&found, &known, &place).expect("six thrusters");
+    std::fs::write(&place, &made.text).expect("it is written");
+    let own =
+        campaign::vehicle(place.to_str().expect("a path in letters")).unwrap_or_else(|e| panic!("{e}\n{}", made.text));
+    std::fs::remove_file(&place).expect("it was there");
+    // the file has three digits behind the point
+    assert!(own.file.thrusters.iter().all(|t| (t.forward.a - forward.a).abs() < 1e-3), "{}", made.text);
 }

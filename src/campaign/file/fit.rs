@@ -35,7 +35,7 @@ pub struct FitTable {
     pub estimator: Option<Estimator>,
     /// Length of the segments of output error, s.
     pub segment: f64,
-    /// Longest step of the integrator, s.
+    /// Longest step of the integrator, s; at most half of the quickest time constant of the motion in any case.
     pub longest_step: f64,
     /// What a residual of output error costs: `squares`, or where outliers are feared `huber` or `student`.
     pub loss: Loss,

@@ -97,6 +97,10 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
     }
     contradicted(campaign, &mut raw);
+    if let Some(finding) = unexcited::at_rest(&runs) {
+        raw.sentence = Some(format!("Do not use these numbers: {}.", finding.message));
+        raw.warnings.push(finding);
+    }
     place_runs(&mut raw.model, campaign, &runs);
     let envelope = envelope::of(runs.iter().filter(|run| moves(run.kind)));
     Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))

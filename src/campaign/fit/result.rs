@@ -11,6 +11,7 @@ use crate::campaign::identifiability::Identifiability;
 use crate::campaign::model_noise::ModelNoise;
 use crate::campaign::noise::Noise;
 use crate::campaign::thrusters::FittedCurve;
+use crate::check::codes::AT_REST;
 use crate::effects::Place;
 use crate::envelope::Envelope;
 use crate::finding::Finding;
@@ -78,6 +79,11 @@ impl Fit {
     /// The noise as a model file carries it.
     pub fn model_noise(&self) -> Option<ModelNoise> {
         self.noise.as_ref().map(ModelNoise::from)
+    }
+
+    /// Whether nothing moves in the runs of the fit, so that its numbers are made of noise.
+    pub fn is_at_rest(&self) -> bool {
+        self.warnings.iter().any(|w| w.code == AT_REST.code)
     }
 
     /// Whether something seems to be missing: predictions err by more than they should, or the random force is more than

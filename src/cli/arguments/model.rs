@@ -41,7 +41,7 @@ impl From<EstimatorName> for Estimator {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  hydrosysid fit campaign.toml --json fit.json --model model.toml\n  hydrosysid fit campaign.toml --bootstrap 1000\n  hydrosysid fit campaign.toml --plot"
+    after_help = "Examples:\n  hydrosysid fit campaign.toml --json fit.json --model model.toml\n  hydrosysid fit bench.toml --model ours.toml --vehicle bluerov2\n  hydrosysid fit campaign.toml --bootstrap 1000\n  hydrosysid fit campaign.toml --plot"
 )]
 pub(in crate::cli) struct Fit {
     /// Campaign file.
@@ -64,9 +64,12 @@ pub(in crate::cli) struct Fit {
     /// run that would tell most (some ten fits); of fits by rows, halves of the runs and longer windows.
     #[arg(long)]
     pub thorough: bool,
-    /// Write the fitted model to FILE (TOML, or JSON where it ends in .json).
+    /// Write the fitted model to FILE (TOML, or JSON where it ends in .json); of bench runs a vehicle file, see --vehicle.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    /// Of bench runs: the vehicle, a name from `hydrosysid vehicles` or a file, that the vehicle file extends.
+    #[arg(long, value_name = "NAME", requires = "model")]
+    pub vehicle: Option<String>,
     /// Repeat the staged and the all-at-once fit with polynomial filters of several windows and degrees.
     #[arg(long)]
     pub filters: bool,

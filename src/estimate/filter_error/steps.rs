@@ -18,7 +18,7 @@ use super::options::FilterErrorOptions;
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered, Plain};
 use crate::estimate::output_error::{
-    OutputErrorError, covariance, damped_step, longest_step, move_by, prior_cost, read_inputs, value,
+    OutputErrorError, covariance, damped_step, move_by, prior_cost, read_inputs, value,
 };
 use crate::model::Model;
 use crate::progress;
@@ -67,8 +67,6 @@ pub(super) struct Search<'a> {
     pub(super) noise_damping: f64,
     /// Times its length that a step of the noise is taken.
     pub(super) stretch: f64,
-    /// Longest step of the integrator, s.
-    pub(super) step_length: f64,
     pub(super) passes: usize,
 }
 
@@ -168,7 +166,6 @@ impl<'a> Search<'a> {
             damping: 1e-6,
             noise_damping: 0.0,
             stretch: 1.0,
-            step_length: longest_step(model, &options.base),
             passes: 0,
             filtered,
         };
@@ -277,12 +274,7 @@ impl<'a> Search<'a> {
         if unknowns.is_empty() {
             return 0.0;
         }
-        // a time constant that has become quicker than the steps would be found by their size
-        let longest = longest_step(&self.model, &self.options.base);
-        if longest < self.step_length {
-            self.step_length = longest;
-            self.filtered.problem.tracks.iter_mut().for_each(|track| track.shorten(longest));
-            read_inputs(&mut self.filtered.problem, &self.model);
+        if self.filtered.problem.follow(&self.model) {
             self.renew();
         }
         let delays = self.filtered.problem.dynamics.delays();

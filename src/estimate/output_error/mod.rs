@@ -28,7 +28,7 @@ use thiserror::Error;
 
 pub(crate) use fold::Fold;
 pub(crate) use observed::heading_is_known;
-pub(crate) use problem::{LANES, longest_step};
+pub(crate) use problem::LANES;
 pub use problem::{Linearised, Problem, Unknown};
 
 pub use bound::cramer_rao;
@@ -188,7 +188,6 @@ pub(crate) fn fit_from(
     let mut model = model.clone();
     let unknowns = problem.unknowns.clone();
     let delays = problem.dynamics.delays();
-    let mut step_length = longest_step(&model, options);
     let mut current = problem.linearise(&model, &x0);
     let mut cost = total(&current) + prior_cost(&model, &unknowns);
     if !cost.is_finite() {
@@ -222,11 +221,7 @@ pub(crate) fn fit_from(
         let taken: Vec<f64> = unknowns.iter().map(|u| value(&trial, *u) - value(&model, *u)).collect();
         let states = states::follow(&problem, &current, &x0, &taken, &held);
         let late = unknowns.iter().zip(&taken).any(|(u, d)| delays.contains(&u.parameter) && *d != 0.0);
-        // a time constant that has become quicker than the steps would be found by their size
-        let longest = longest_step(&trial, options);
-        if late || longest < step_length {
-            step_length = step_length.min(longest);
-            problem.tracks.iter_mut().for_each(|track| track.shorten(step_length));
+        if late {
             read_inputs(&mut problem, &trial);
         }
         let next = problem.linearise(&trial, &states);
@@ -234,6 +229,10 @@ pub(crate) fn fit_from(
         let gain = cost - next_cost;
         if next_cost.is_finite() && gain >= -1e-9 * cost.abs() {
             (model, x0, current, cost) = (trial, states, next, next_cost);
+            if problem.follow(&model) {
+                current = problem.linearise(&model, &x0);
+                cost = total(&current) + prior_cost(&model, &unknowns);
+            }
             // what has just been refused would be refused again
             if !refused {
                 damping = (damping * 0.1).max(1e-12);

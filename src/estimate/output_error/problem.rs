@@ -7,14 +7,14 @@ use super::loss::{Loss, RobustResidual};
 use super::noise;
 use super::observed::{available, observed, upright};
 use super::{OutputErrorError, OutputErrorOptions};
-use crate::chain::{StateId, memory_count};
+use crate::chain::StateId;
 use crate::dynamics::Dynamics;
-use crate::model::{Model, Term};
+use crate::model::Model;
 use crate::run::{Run, rounding};
 use crate::simd::{Machine, Wide, Widths as _, Work};
-use crate::simulate::{Emission, QUICKEST, Stretch, Track, integrate, memory_start, values_in_run};
-use crate::symbolic::Graph;
-use crate::units::Dimension;
+use crate::simulate::{
+    Emission, QUICKEST, Stretch, Track, integrate, memory_start, quickest_time_constants, values_in_run,
+};
 
 /// Stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
@@ -90,7 +90,7 @@ impl Problem {
         if dynamics.outputs.is_empty() {
             return Err(OutputErrorError::NothingObserved);
         }
-        let longest = longest_step(model, options);
+        let longest = options.longest_step;
         let tracks = runs
             .iter()
             .enumerate()
@@ -105,7 +105,26 @@ impl Problem {
                 true => (0..runs.len()).map(|run| Unknown { parameter: *p, run: Some(run) }).collect(),
             })
             .collect();
-        Ok(Problem { dynamics, tracks, segments, sigma, unknowns, loss: options.loss })
+        let mut problem = Problem { dynamics, tracks, segments, sigma, unknowns, loss: options.loss };
+        problem.follow(model);
+        Ok(problem)
+    }
+
+    /// Shortens the steps of the integrator to half the quickest time constant about each instant with the values of `model`,
+    /// where they are longer by a quarter or more; whether any was. A time constant that is quicker than the steps would be
+    /// found by their size.
+    pub(crate) fn follow(&mut self, model: &Model) -> bool {
+        let Problem { dynamics, tracks, .. } = self;
+        let mut shortened = false;
+        for track in tracks {
+            let theta = values_in_run(model, track.run);
+            let constants = quickest_time_constants(dynamics, track, &theta);
+            if track.shorten(constants.into_iter().map(|constant| 0.5 * constant.max(QUICKEST))) {
+                track.read_inputs(dynamics, &theta);
+                shortened = true;
+            }
+        }
+        shortened
     }
 
     /// Initial states of all segments from the log: a straight line through the first samples of each channel.
@@ -323,15 +342,6 @@ impl Work<LANES> for Linearisation<'_> {
     fn with<W: Wide<LANES>>(self, wide: W) -> Vec<Linearised> {
         self.problem.linearise_lanes(wide, self.model, self.x0, self.batch)
     }
-}
-
-/// The longest step, s: as asked, and half the quickest time constant of the model, at which the scheme is good to 0.03 %.
-pub(crate) fn longest_step(model: &Model, options: &OutputErrorOptions) -> f64 {
-    let graph = Graph::new();
-    let remembers = |t: &&Term| memory_count(&graph, model, t.effect.as_ref(), t.place) > 0;
-    let times = model.terms.iter().filter(remembers).flat_map(|t| &t.parameters);
-    let quickest = times.map(|p| &model.parameters[*p]).filter(|p| p.spec.dimension == Dimension::TIME);
-    quickest.fold(options.longest_step, |step, p| step.min(0.5 * p.value.max(QUICKEST)))
 }
 
 /// Divides tracks into segments of about `length` seconds, none across a gap.

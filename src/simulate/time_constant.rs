@@ -1,0 +1,85 @@
+//! The quickest time constants of a motion: what the steps of the integrator have to follow.
+//!
+//! ```text
+//! T = 1 / max |λ|,   λ: eigenvalues of ∂f/∂(ν, memories) at the logged motion
+//! ```
+//!
+//! For one degree of freedom T = m / (d_L + 2 d_Q |ν|). The Runge-Kutta scheme with steps of h decays by a rate that is
+//! (h/T)⁴/120 of itself too small: 0.05 % with half of the time constant, 0.8 % with the whole.
+
+use nalgebra::DMatrix;
+
+use super::Track;
+use super::free_run::with_jacobian_at;
+use crate::chain::StateId;
+use crate::dynamics::Dynamics;
+
+/// From one instant that is looked at to the next, s.
+const APART: f64 = 1.0;
+
+/// Samples on each side over which a velocity that is not measured is read off its pose.
+const ASIDE: usize = 5;
+
+/// The quickest time constant of the motion of `track` about each of its grid points, s; infinite where nothing decays.
+/// `dynamics` has the Jacobian by its states.
+pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]) -> Vec<f64> {
+    let moves = |k: &usize| matches!(dynamics.states[*k], StateId::Velocity(_) | StateId::Memory { .. });
+    let moving: Vec<usize> = (0..dynamics.states.len()).filter(moves).collect();
+    let place: Vec<Option<usize>> = (0..dynamics.states.len()).map(|k| moving.iter().position(|m| *m == k)).collect();
+    let rate = |k: usize| {
+        let values = with_jacobian_at(&dynamics.rates, dynamics, track, theta, k, &state_near(dynamics, track, k));
+        let slopes = &values[dynamics.rates.count..];
+        let mut jacobian = DMatrix::<f64>::zeros(moving.len(), moving.len());
+        for (entry, slope) in dynamics.rates.by_state.iter().zip(slopes) {
+            if let (Some(row), Some(column)) = (place[entry.row], place[entry.column]) {
+                jacobian[(row, column)] = *slope;
+            }
+        }
+        // what is no number bounds no step
+        if jacobian.iter().any(|x| !x.is_finite()) {
+            return 0.0;
+        }
+        jacobian.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max)
+    };
+    let mut instants = vec![0];
+    for (k, t) in track.time.iter().enumerate() {
+        if t - track.time[instants[instants.len() - 1]] >= APART {
+            instants.push(k);
+        }
+    }
+    let rates: Vec<f64> = instants.iter().map(|k| rate(*k)).collect();
+    let mut constants = Vec::with_capacity(track.time.len());
+    for (i, begin) in instants.iter().enumerate() {
+        // between two instants the motion is as quick as at either
+        let quickest = rates[i].max(rates.get(i + 1).copied().unwrap_or(0.0));
+        let end = instants.get(i + 1).copied().unwrap_or(track.time.len());
+        constants.resize(constants.len() + end - begin, 1.0 / quickest);
+    }
+    constants
+}
+
+/// The state at a grid point as the log has it near there: measured, from the pose, or else 0.
+fn state_near(dynamics: &Dynamics, track: &Track, k: usize) -> Vec<f64> {
+    let width = dynamics.outputs.len();
+    let sample = |channel: &str, around: std::ops::Range<usize>| {
+        let output = dynamics.outputs.iter().position(|name| name == channel)?;
+        let value = |k: usize| track.observed[k * width + output];
+        around.clone().rev().find(|k| !value(*k).is_nan()).map(|k| (track.time[k], value(k)))
+    };
+    let near = |channel: &str| sample(channel, 0..k + 1);
+    let change = |channel: &str| {
+        let ((t0, x0), (t1, x1)) = (near(channel)?, sample(channel, k + 1..(k + 1 + ASIDE).min(track.time.len()))?);
+        Some((x1 - x0) / (t1 - t0))
+    };
+    let value = |id: &StateId| match id {
+        StateId::Velocity(dof) => near(dof.velocity()).map(|(_, v)| v).or_else(|| {
+            // along whichever axis of the body
+            let speed = || ["x", "y", "z"].iter().filter_map(|axis| change(axis)).reduce(f64::hypot);
+            if dof.is_rotation() { change(dof.position()) } else { speed() }
+        }),
+        StateId::Position(_) => id.channel().and_then(|channel| near(channel)).map(|(_, x)| x),
+        StateId::Quaternion(component) => Some(if *component == 0 { 1.0 } else { 0.0 }),
+        StateId::Memory { .. } => None,
+    };
+    dynamics.states.iter().map(|id| value(id).unwrap_or(0.0)).collect()
+}
