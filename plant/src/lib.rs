@@ -40,5 +40,6 @@ pub use commands::Input;
 pub use dof::Dof;
 pub use log::{Log, Signal};
 pub use sail::Sailed;
+pub use trials::Manoeuvre;
 pub use truth::Truth;
 pub use vehicle::Vehicle;

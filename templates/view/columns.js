@@ -26,12 +26,12 @@ const columns = {
       log, file, header: name, channel: known ? column.channel : "", unit: column.unit || null, flipped: column.sign < 0, ...changed,
     });
     const meaning = element("select", {
-      id: `${id}-is`, "aria-label": `${name} is`, onchange: (e) => set({ channel: e.target.value, unit: null }),
+      id: `${id}-is`, "aria-label": `${name} is`, onchange: settled((channel) => set({ channel, unit: null })),
     }, option("", known ? "kept under its own name" : `${column.channel} (its own name)`, !known),
     channels.map((c) => option(c.name, c.name, c.name === column.channel)));
     const choices = [...new Set([...(units[column.channel] ?? []), column.unit].filter(Boolean))];
     const unit = choices.length < 2 ? (column.unit || "–") : element("select", {
-      id: `${id}-unit`, "aria-label": `Unit of ${name}`, onchange: (e) => set({ unit: e.target.value }),
+      id: `${id}-unit`, "aria-label": `Unit of ${name}`, onchange: settled((unit) => set({ unit })),
     }, choices.map((u) => option(u, u, u === column.unit)));
     const flip = column.channel === "t" ? null : element("input", {
       type: "checkbox", id: `${id}-flip`, "aria-label": `${name} counts the other way`, checked: column.sign < 0,

@@ -71,3 +71,13 @@ const option = (value, text, selected) => element("option", { value, selected },
 
 // Seconds as people read them.
 const seconds = (s) => (s === null || s === undefined ? "" : String(Math.round(s * 1000) / 1000));
+
+// A handler of the value that a choice comes to rest at: arrow keys pass the ones between.
+const settled = (take, pause = 400) => {
+  let timer;
+  return (e) => {
+    const { value } = e.target;
+    clearTimeout(timer);
+    timer = setTimeout(() => take(value), pause);
+  };
+};

@@ -75,6 +75,31 @@ fn exact_six_degrees_of_freedom_come_back() {
     assert!(error < TOLERANCE, "{what}");
 }
 
+/// Runs that turn over in pitch while all else moves, by commands that are given: attitude is a quaternion in both codes, and
+/// the angles of the log jump at the vertical.
+#[test]
+fn exact_runs_that_loop_come_back() {
+    let mut sea = sea("heavy", &Dof::ALL);
+    (sea.runs, sea.lead_in) = (4, 0.0);
+    let rated = sea.vehicle.rated;
+    let command = |run: usize, dof: Dof| {
+        let i = dof.index();
+        // the steady moment that loops, and sines of two periods, others in each run and degree of freedom
+        let offset = if dof == Dof::Pitch { 2.5 } else { 0.0 };
+        let sine = |t: f64, n: usize| (std::f64::consts::TAU * t / (4.0 + n as f64 + 0.7 * (i + 2 * run) as f64)).sin();
+        let force = |k: usize| rated[i] * (offset + 0.3 * sine(0.1 * k as f64, 0) + 0.2 * sine(0.1 * k as f64, 4));
+        (dof, (0..320).map(force).collect())
+    };
+    sea.given = (0..4).map(|run| Dof::ALL.iter().map(|dof| command(run, *dof)).collect()).collect();
+    let sailed = sea.sail().expect("it sails");
+    for log in &sailed.logs {
+        let pitch = log.signal("theta").expect("it is logged");
+        assert!(pitch.values.iter().any(|x| x.abs() > 1.4), "{} does not come near the vertical", log.name);
+    }
+    let (error, what) = worst("loops", &sea, &[]);
+    assert!(error < TOLERANCE, "{what}");
+}
+
 /// Effects of body, actuator, environment and sensor whose equations the two codes write apart. What depends on the time
 /// before the log (lags, memories) begins at rest here.
 #[test]
