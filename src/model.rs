@@ -340,6 +340,7 @@ pub fn places_of(effect: &dyn Effect, dofs: &[Dof]) -> Vec<Place> {
     let all = match effect.about().scope {
         Scope::Each(list) => list.iter().map(|d| Place::at(*d)).collect(),
         Scope::Pairs => Dof::ALL.iter().flat_map(|i| Dof::ALL.iter().map(|j| Place::pair(*i, *j))).collect(),
+        Scope::Couples(list) => list.iter().map(|(i, j)| Place::pair(*i, *j)).collect(),
         Scope::Vehicle(_) | Scope::VehicleAny(_) | Scope::Everywhere | Scope::Thrusters => vec![Place::VEHICLE],
     };
     let modelled = |place: &Place| place.other.is_none_or(|other| dofs.contains(&other));
@@ -353,6 +354,7 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
     match (effect.about().scope, place.dof, place.other) {
         (Scope::Each(list), Some(dof), None) if list.contains(&dof) => absent(dof),
         (Scope::Pairs, Some(dof), Some(other)) if dof != other => absent(dof),
+        (Scope::Couples(list), Some(dof), Some(other)) if list.contains(&(dof, other)) => absent(dof),
         (Scope::Vehicle(needed), None, None) => needed.iter().find_map(|dof| absent(*dof)),
         (Scope::VehicleAny(sets), None, None) => {
             let lacking: Option<Vec<_>> = sets.iter().map(|set| set.iter().find_map(|dof| absent(*dof))).collect();
@@ -366,6 +368,10 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
         (Scope::Thrusters, None, None) => None,
         (Scope::Each(_), ..) => Some("it is written id@dof".into()),
         (Scope::Pairs, ..) => Some("it is written id@dof:other, with two different degrees of freedom".into()),
+        (Scope::Couples(list), ..) => {
+            let of: Vec<String> = list.iter().map(|(i, j)| format!("{i}:{j}")).collect();
+            Some(format!("it is written id@dof:other, with one of {}", of.join(", ")))
+        }
         _ => Some("it belongs to the whole vehicle and is written without a degree of freedom".into()),
     }
 }

@@ -1,8 +1,11 @@
-//! Words that many messages share: counted things, and probabilities as people read them.
+//! Words that many messages share: counted things, numbers and probabilities as people read them.
+
+/// Least p-value: 0 would say impossible.
+pub const LEAST_P: f64 = 1e-300;
 
 /// Least p-value that is told as a number: what is below it is told as below it, for no approximation behind a p-value
-/// holds so far out, and 0 would say impossible.
-pub const LEAST_P: f64 = 1e-300;
+/// holds so far out.
+const LEAST_TOLD: f64 = 1e-15;
 
 /// `1 warning`, `2 warnings`, `3 command histories`.
 pub fn count(n: usize, thing: &str) -> String {
@@ -21,11 +24,19 @@ fn plural(thing: &str) -> String {
     format!("{thing}{}", if hisses { "es" } else { "s" })
 }
 
-/// A probability as a cell of a table: `0.045`, `3.1e-7`, `<1e-300`.
+/// A number of two digits: `0.031`, `12`, `123`.
+pub fn digits(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
+}
+
+/// A probability as a cell of a table: `0.045`, `3.1e-7`, `<1e-15`.
 pub fn probability(p: f64) -> String {
     match p {
         p if p.is_nan() => "-".into(),
-        p if p <= LEAST_P => format!("<{LEAST_P:e}"),
+        p if p <= LEAST_TOLD => format!("<{LEAST_TOLD:e}"),
         p if p < 1e-3 => format!("{p:.1e}"),
         // two digits: of 0.0451 the 0.045, of 0.9 the 0.90
         p => format!(
@@ -41,7 +52,7 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// A probability in a sentence: `p = 0.045`, `p < 1e-300`.
+/// A probability in a sentence: `p = 0.045`, `p < 1e-15`.
 pub fn p_value(p: f64) -> String {
     match probability(p).strip_prefix('<') {
         Some(least) => format!("p < {least}"),
@@ -54,6 +65,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_have_two_digits_and_all_before_the_point() {
+        assert_eq!([0.0, 0.0312, 12.34, 123.4].map(digits), ["0", "0.031", "12", "123"]);
+    }
+
+    #[test]
     fn things_are_counted_in_english() {
         let told = |n, thing| count(n, thing);
         assert_eq!(told(1, "command history"), "1 command history");
@@ -64,7 +80,7 @@ mod tests {
 
     #[test]
     fn no_probability_is_nothing() {
-        assert_eq!((probability(0.0), p_value(0.0)), ("<1e-300".into(), "p < 1e-300".into()));
+        assert_eq!((probability(0.0), p_value(0.0)), ("<1e-15".into(), "p < 1e-15".into()));
         assert_eq!((probability(3.14e-7), p_value(0.0451)), ("3.1e-7".into(), "p = 0.045".into()));
         assert_eq!(
             (probability(0.9), probability(0.00451), probability(1.0)),

@@ -306,6 +306,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "linear_cross_damping@sway:yaw",
         "cross_drag@yaw:sway",
         "mixed_drag@sway:yaw",
+        "even_drag@surge:yaw",
         "bias@sway",
         "thrust_interaction_loss@yaw",
         "thrust_advance_loss@surge",

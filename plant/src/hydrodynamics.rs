@@ -25,6 +25,8 @@ pub struct Hydrodynamics {
     pub quadratic: Matrix6<f64>,
     /// Drag m_ij of the speed in one direction on the motion in another.
     pub mixed: Matrix6<f64>,
+    /// Force e_ij in proportion to the square of the motion in another direction, whichever way that goes.
+    pub even: Matrix6<f64>,
     /// Cubic drag c_i.
     pub cubic: [f64; 6],
     /// Quadratic drag a_i that is more astern than ahead.
@@ -45,6 +47,7 @@ impl Hydrodynamics {
             linear: Matrix6::zeros(),
             quadratic: Matrix6::zeros(),
             mixed: Matrix6::zeros(),
+            even: Matrix6::zeros(),
             cubic: [0.0; 6],
             asymmetry: [0.0; 6],
             three_halves: [0.0; 6],
@@ -66,7 +69,7 @@ impl Hydrodynamics {
     pub fn drag(&self, nu: &Vector6<f64>) -> Vector6<f64> {
         let magnitude = nu.abs();
         let mut drag = self.linear * nu + self.quadratic * nu.component_mul(&magnitude);
-        drag += (self.mixed * magnitude).component_mul(nu);
+        drag += (self.mixed * magnitude).component_mul(nu) + self.even * nu.component_mul(nu);
         for i in 0..6 {
             let v = nu[i];
             drag[i] += self.cubic[i] * v * v * v;

@@ -2,12 +2,15 @@
 
 use serde::Serialize;
 
-use crate::estimate::filter_error::{Coordinate, FilterErrorFit, Filtered, Forecast, NoiseModel, Prediction};
+use crate::estimate::filter_error::{
+    Coordinate, FilterErrorFit, Filtered, Forecast, NoiseModel, Prediction, RandomForce,
+};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
 use crate::run::{Run, commanded_rms};
+use crate::wording::digits;
 
 /// What is random in the runs of a fit, and whether the fit knows it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -33,6 +36,21 @@ impl Noise {
             [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
             forces => format!("The vehicle is pushed by a random force of {}.", in_words(forces)),
         }
+    }
+
+    /// Where a random force moves the vehicle and the commands there hardly do: a sentence that says it.
+    pub fn overwhelming(&self) -> Option<String> {
+        let share = |f: &&ForceFound| f.share_of_thrust.unwrap_or(0.0);
+        let most = self.force.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
+        (share(&most) > RandomForce::OVERWHELMING).then(|| {
+            format!(
+                "What moves the vehicle is not its commands: in {} a random force of {} {} is {} times theirs.",
+                most.dof,
+                digits(most.rms),
+                most.unit.replace('*', " "),
+                digits(share(&most))
+            )
+        })
     }
 
     /// Whether a random force is too large a share of the thrust to be turbulence or a tether: something may be missing in
@@ -128,7 +146,7 @@ pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
         Some(covariance[(k, k)].max(0.0).sqrt())
     };
     let sample_time = fit.filtered.sample_time();
-    let found = |(k, force): (usize, &crate::estimate::filter_error::RandomForce)| ForceFound {
+    let found = |(k, force): (usize, &RandomForce)| ForceFound {
         dof: force.dof,
         rms: force.rms,
         std: force.rms * std(Coordinate::ForceRms(k)).unwrap_or(0.0),
@@ -249,15 +267,6 @@ pub(super) fn in_words(forces: &[ForceFound]) -> String {
     }
 }
 
-/// Two digits for people.
-fn digits(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
-    }
-    let places = (1 - x.abs().log10().floor() as i32).max(0) as usize;
-    format!("{x:.places$}")
-}
-
 /// The model with every parameter held, for runs that take part in no fit.
 pub(super) fn held(model: &Model) -> Model {
     let mut held = model.clone();
@@ -269,9 +278,8 @@ pub(super) fn held(model: &Model) -> Model {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_force_is_told_with_two_digits() {
-        let force = |dof, rms, unit| ForceFound {
+    fn force(dof: Dof, rms: f64, unit: &'static str) -> ForceFound {
+        ForceFound {
             dof,
             rms,
             std: 0.1,
@@ -280,13 +288,31 @@ mod tests {
             correlation_time_std: 0.2,
             share_of_thrust: Some(0.031),
             only_intensity: false,
-        };
+        }
+    }
+
+    #[test]
+    fn a_force_is_told_with_two_digits() {
         let forces = [force(Dof::Surge, 1.234, "N"), force(Dof::Yaw, 0.0512, "N*m")];
         assert_eq!(
             in_words(&forces),
             "1.2 N in surge (correlation 0.82 s, 3.1 % of its thrust) and 0.051 N m in yaw (correlation 0.82 s, 3.1 % of its thrust)"
         );
         assert_eq!(in_words(&[]), "");
-        assert_eq!([0.0, 12.34, 123.4].map(digits), ["0", "12", "123"]);
+    }
+
+    /// Ten times what is commanded is said to move the vehicle, where most of it is; less, or without commands, is not.
+    #[test]
+    fn what_overwhelms_the_commands_is_said() {
+        let of = |shares: [Option<f64>; 2]| {
+            let [surge, yaw] = shares;
+            let surge = ForceFound { share_of_thrust: surge, ..force(Dof::Surge, 31.9, "N") };
+            let yaw = ForceFound { share_of_thrust: yaw, ..force(Dof::Yaw, 2.19, "N*m") };
+            Noise { force: vec![surge, yaw], ..Noise::default() }.overwhelming()
+        };
+        let said = of([Some(95.0), Some(12.0)]).unwrap();
+        assert!(said.ends_with("in surge a random force of 32 N is 95 times theirs."), "{said}");
+        assert_eq!((of([Some(9.0), None]), of([None, None])), (None, None));
+        assert_eq!(Noise::default().overwhelming(), None);
     }
 }

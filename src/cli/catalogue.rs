@@ -104,6 +104,9 @@ fn entry(effect: &dyn Effect) -> Entry {
         Scope::Each(list) if list.len() == 6 => "@ each dof".to_string(),
         Scope::Each(list) => format!("@ {}", names(list)),
         Scope::Pairs => "@ dof:other".to_string(),
+        Scope::Couples(list) => {
+            format!("@ {}", list.iter().map(|(i, j)| format!("{i}:{j}")).collect::<Vec<_>>().join(", "))
+        }
         Scope::Vehicle(list) => format!("vehicle; needs {}", names(list)),
         Scope::VehicleAny(sets) => {
             format!("vehicle; needs {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(", or "))

@@ -10,6 +10,9 @@ use crate::wording::count;
 /// Characters of a column of the matrix, the blanks between two among them.
 const CELL: usize = 7;
 
+/// Median error on other runs, in units of that on the own one, from which on models carry over badly.
+const POORLY: f64 = 2.0;
+
 /// The verdict, and the matrix of the degree of freedom in which the models carry over worst; all with `--verbose`.
 pub(super) fn print(found: &EachRun, output: &Output) {
     if found.models.len() < 2 {
@@ -21,10 +24,14 @@ pub(super) fn print(found: &EachRun, output: &Output) {
     let Some((worst, times)) = dofs.first().copied() else { return };
     answer::verdict(
         &format!(
-            "{} of single runs on all others: in {worst} the median error on another run is {} times that on the own one. \
-             Where a model carries over badly, its run does not show what the other one needs.",
+            "{} of single runs on all others: in {worst} the median error on another run is {} times that on the own one. {}",
             count(found.models.len(), "model"),
-            number(times)
+            number(times),
+            if times > POORLY {
+                "Where a model carries over badly, its run does not show what the other one needs."
+            } else {
+                "Each run shows what the others need."
+            }
         ),
         output,
     );

@@ -34,7 +34,11 @@ pub(super) fn finding(finding: &Finding) -> String {
 fn hanging(text: &str, behind: usize, width: Option<usize>) -> String {
     let Some(width) = width else { return text.to_string() };
     let text = "x".repeat(behind) + text;
-    let fold = |line: &str| folded(line, width.saturating_sub(2)).replace('\n', "\n  ");
+    let fold = |line: &str| {
+        let (margin, line) = line.split_at(line.len() - line.trim_start_matches(' ').len());
+        let text = folded(line, width.saturating_sub(margin.len().max(2)));
+        format!("{margin}{}", text.replace('\n', &format!("\n{}", " ".repeat(margin.len().max(2)))))
+    };
     text.split('\n').map(fold).collect::<Vec<_>>().join("\n")[behind..].to_string()
 }
 
@@ -160,7 +164,8 @@ mod tests {
     #[test]
     fn a_message_is_as_wide_as_the_terminal() {
         let text = ": one two three four\n  five six seven";
-        assert_eq!(hanging(text, 5, Some(16)), ": one\n  two three four\n  five six\n  seven");
+        assert_eq!(hanging(text, 5, Some(14)), ": one\n  two three\n  four\n  five six\n  seven");
+        assert_eq!(hanging(text, 5, Some(16)), ": one two\n  three four\n  five six seven");
         assert_eq!(hanging(text, 5, None), text);
     }
 

@@ -72,6 +72,19 @@ fn print_demo(made: &Demo, output: &Output) {
             ]
         })
         .collect();
+    let forces = made.forces.iter().flat_map(|force| {
+        let row = |symbol: &str, found: Option<(f64, f64)>, truth: f64, unit: &str| {
+            let told = found.map_or("none".to_string(), |(value, std)| measured(value, Some(std)));
+            vec!["random".into(), force.dof.to_string(), symbol.into(), told, number(truth), unit.into()]
+        };
+        let found = force.found.as_ref();
+        let unit = if force.dof.is_rotation() { "N*m" } else { "N" };
+        [
+            row("rms", found.map(|f| (f.rms, f.std)), force.rms, unit),
+            row("time", found.map(|f| (f.correlation_time, f.correlation_time_std)), force.correlation_time, "s"),
+        ]
+    });
+    let rows: Vec<Vec<String>> = rows.into_iter().chain(forces).collect();
     output.print(&table(&["stage", "dof", "symbol", "estimate ± std", "truth", "unit"], &rows));
     if let Some(folder) = made.files.iter().find(|f| f.ends_with("report.html")).and_then(|f| f.parent()) {
         output.print(&format!("written: {}, with report.html, model.toml and demo.json", folder.display()));

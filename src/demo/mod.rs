@@ -3,7 +3,8 @@
 //! 1. the paper's vehicle sails the paper's runs; they are written as a campaign and read back;
 //! 2. the staged procedure estimates it, beside it the twin that fits everything at once;
 //! 3. each oscillation's model is simulated on the others' runs;
-//! 4. a second campaign, whose baseline lacks an effect, goes through the discovery.
+//! 4. a second campaign, pushed by a random force and with a baseline that lacks an effect, goes through the discovery,
+//!    which finds both.
 //!
 //! Nothing here knows the truth but the column that prints it.
 
@@ -18,7 +19,8 @@ use thiserror::Error;
 pub use folder::FolderError;
 
 use crate::campaign::{
-    Campaign, Crossed, Error as CampaignError, Estimator, Fit, FitOptions, LoadOptions, each_run, filters, fit,
+    Campaign, Crossed, Error as CampaignError, Estimator, Fit, FitOptions, ForceFound, LoadOptions, each_run, filters,
+    fit,
 };
 use crate::compare::{CompareError, CompareOptions, compare};
 use crate::discover::Discovery;
@@ -28,7 +30,7 @@ use crate::procedure::sensitivity::{Spread, spreads};
 use crate::procedure::{ProcedureError, Stage, StagedOptions, StagedResult, direct_regression, made_ready, staged};
 use crate::run::{Run, RunKind};
 use crate::tank::{
-    BlindOptions, FolderError as TankFolderError, Hidden, PaperCampaign, TankError, paper_campaign, write_blind,
+    Blind, BlindOptions, FolderError as TankFolderError, Hidden, PaperCampaign, TankError, paper_campaign, write_blind,
 };
 
 /// What the demo is asked.
@@ -49,6 +51,9 @@ impl Default for DemoOptions {
         DemoOptions { folder: "demo".into(), seed: 1, noise: 1.0, hide: "coriolis_yaw".into() }
     }
 }
+
+/// Random force of the second campaign, as a share of the rated force: what tanks and harbours do.
+const DISTURBANCE: f64 = 0.01;
 
 /// Why the demo cannot be made.
 #[derive(Debug, Error)]
@@ -97,6 +102,19 @@ pub struct Held {
     pub truth: Option<f64>,
     /// What the paper prints, value and standard deviation, SI.
     pub paper: Option<(f64, f64)>,
+}
+
+/// The random force in one degree of freedom of the second campaign, as found and as it was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldForce {
+    /// What was found; `None` where none was.
+    pub found: Option<ForceFound>,
+    /// Degree of freedom.
+    pub dof: Dof,
+    /// True root mean square, N or N·m.
+    pub rms: f64,
+    /// True correlation time, s.
+    pub correlation_time: f64,
 }
 
 /// One line of the table that shows how well each stage is determined.
@@ -148,6 +166,8 @@ pub struct Demo {
     pub hidden: Vec<String>,
     /// What the discovery says.
     pub discovery: Discovery,
+    /// The random force that the effect was hidden under.
+    pub forces: Vec<HeldForce>,
     /// Files that were written.
     pub files: Vec<PathBuf>,
     /// The paper's campaign as it was read back, for the report.
@@ -191,6 +211,7 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
         seed: options.seed,
         noise: options.noise,
         hidden: vec![Hidden::new(options.hide.clone(), 1.0)],
+        disturbance: DISTURBANCE,
         ..BlindOptions::default()
     };
     let secret = write_blind(&blind_folder, &hidden)?;
@@ -206,6 +227,7 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
         twins,
         cross_validation,
         filters: moved,
+        forces: forces(&blind, &discovery, &secret, hidden.disturbance_time)?,
         hidden: secret.hidden,
         discovery,
         files: vec![paper_folder.join("campaign.toml"), blind_folder.join("campaign.toml")],
@@ -213,6 +235,18 @@ pub fn demo(options: &DemoOptions, progress: &dyn Fn(&str)) -> Result<Demo, Demo
         fit: fitted,
         blind,
     })
+}
+
+/// The random force that a fit of the discovery's model finds, beside the true one.
+fn forces(campaign: &Campaign, found: &Discovery, secret: &Blind, time: f64) -> Result<Vec<HeldForce>, DemoError> {
+    let mut campaign = campaign.clone();
+    if let Some(model) = found.model() {
+        campaign.model = model.clone();
+    }
+    let noise = fit(&campaign, FitOptions::default())?.noise;
+    let of = |dof: Dof| noise.iter().flat_map(|noise| &noise.force).find(|force| force.dof == dof).cloned();
+    let pairs = secret.dofs.iter().zip(&secret.disturbance);
+    Ok(pairs.map(|(dof, rms)| HeldForce { found: of(*dof), dof: *dof, rms: *rms, correlation_time: time }).collect())
 }
 
 /// A run's name as the tank has it: without the ending of its file.

@@ -217,12 +217,15 @@ fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
     if about.id == "added_mass_coupling" {
         places.retain(|p| p.dof < p.other);
     }
-    let motion = matches!(about.family, Family::Body);
-    if about.scope == Scope::Pairs && motion {
+    if matches!(about.family, Family::Body) {
+        let coupled = |dof: Dof, other: Dof| match about.scope {
+            Scope::Pairs => true,
+            Scope::Couples(list) => list.contains(&(dof, other)),
+            _ => false,
+        };
         let others = Dof::ALL.into_iter().filter(|d| !model.dofs.contains(d) && moves(runs, d.velocity()));
-        let extra: Vec<Place> =
-            others.flat_map(|other| model.dofs.iter().map(move |dof| Place::pair(*dof, other))).collect();
-        places.extend(extra);
+        let extra = others.flat_map(|other| model.dofs.iter().map(move |dof| (*dof, other)));
+        places.extend(extra.filter(|(i, j)| coupled(*i, *j)).map(|(i, j)| Place::pair(i, j)));
     }
     places
 }

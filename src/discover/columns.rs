@@ -133,7 +133,7 @@ fn products(
     for (k, (run, known)) in runs.iter().zip(&problem.tracks).enumerate() {
         let theta = values_in_run(&model, k);
         let mut track = Track::new(run, k, &dynamics, &theta, model.input, fitting.longest_step)?;
-        if track.shorten(known.longest().iter().copied()) {
+        if track.follow(known.longest().iter().copied()) {
             track.read_inputs(&dynamics, &theta);
         }
         tracks.push(track);

@@ -15,10 +15,10 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::screen::{log_survival, root};
-use super::verdict::digits;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::noise::Noise;
 use crate::run::Run;
+use crate::wording::digits;
 
 /// Draws of the greatest z² by chance.
 const DRAWS: usize = 1000;

@@ -14,7 +14,7 @@ use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, SearchOptions, Step, Task, search};
 use super::surrogate::{leave_out, surrogates};
-use super::verdict::{Verdict, digits, sentence, verdict};
+use super::verdict::{Verdict, sentence, verdict};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
@@ -23,6 +23,7 @@ use crate::frame::{Dof, Measured};
 use crate::model::Model;
 use crate::progress;
 use crate::run::{Role, Run};
+use crate::wording::digits;
 
 /// What a check of the log says that could look like missing physics.
 #[derive(Debug, Clone, PartialEq, Serialize)]

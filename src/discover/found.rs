@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::search::Search;
-use super::verdict::digits;
 use crate::effects::{Effect, Place, common_name, named};
 use crate::frame::Dof;
 use crate::model::name_of;
+use crate::wording::digits;
 
 /// A parameter of an effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize)]

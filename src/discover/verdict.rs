@@ -12,6 +12,7 @@ use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
 use crate::frame::Measured;
 use crate::run::{Run, commanded_rms};
+use crate::wording::digits;
 
 /// The four answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -51,15 +52,12 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
     failing
 }
 
-/// Random force over that of the command beyond which the first is no disturbance: the model does not know what moves the
-/// vehicle, however well a force of any size predicts it. The free runs of a vehicle in a gale stay far below.
-const OVERWHELMING: f64 = 10.0;
-
 /// Channels of degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many
 /// times that of the command it is.
 pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(String, f64)> {
     let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
-    let beyond = |f: &RandomForce| Some((f.dof.velocity().to_string(), ratio(f).filter(|r| *r > OVERWHELMING)?));
+    let beyond =
+        |f: &RandomForce| Some((f.dof.velocity().to_string(), ratio(f).filter(|r| *r > RandomForce::OVERWHELMING)?));
     forces.iter().filter_map(beyond).collect()
 }
 
@@ -80,14 +78,6 @@ fn force_in_words(forces: &[RandomForce]) -> String {
         format!("{} {unit} in {} (correlation {} s)", digits(f.rms), f.dof, digits(f.time))
     };
     forces.iter().map(one).collect::<Vec<_>>().join(", ")
-}
-
-/// Two digits for people.
-pub(super) fn digits(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
-    }
-    format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
 }
 
 /// The verdict in plain words. `better` says how much better held-out predictions are with the names, and in which degree

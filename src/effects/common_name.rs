@@ -37,6 +37,7 @@ const NAMES: &[(&str, &str)] = &[
     ("drag_asymmetry", "drag that differs astern"),
     ("coulomb_friction", "dry friction"),
     ("linear_cross_damping", "linear cross damping"),
+    ("even_drag", "an even force"),
     ("mixed_drag", "drag that grows with another speed"),
     ("restoring_surge", "net weight"),
     ("restoring_sway", "net weight"),

@@ -36,6 +36,8 @@ pub enum Scope {
     Each(&'static [Dof]),
     /// `id@dof:other` for every ordered pair of different degrees of freedom.
     Pairs,
+    /// `id@dof:other` for each of these ordered pairs of degrees of freedom.
+    Couples(&'static [(Dof, Dof)]),
     /// `id`, once for the whole vehicle; it needs all of these degrees of freedom.
     Vehicle(&'static [Dof]),
     /// `id`, once for the whole vehicle; it needs all degrees of freedom of one of these sets.
@@ -76,7 +78,7 @@ impl Place {
         Place { dof: Some(dof), other: Some(other) }
     }
 
-    /// The degree of freedom of an effect whose scope is [`Scope::Each`] or [`Scope::Pairs`].
+    /// The degree of freedom of an effect whose scope is [`Scope::Each`], [`Scope::Pairs`] or [`Scope::Couples`].
     ///
     /// # Panics
     /// For the place of the whole vehicle: a term is only ever made with a place of its effect's scope.
@@ -84,7 +86,7 @@ impl Place {
         self.dof.expect("an effect of one degree of freedom is placed in one")
     }
 
-    /// The other degree of freedom of an effect whose scope is [`Scope::Pairs`].
+    /// The other degree of freedom of an effect whose scope is [`Scope::Pairs`] or [`Scope::Couples`].
     ///
     /// # Panics
     /// As [`Place::here`].

@@ -21,6 +21,7 @@ mod cubic_drag;
 mod current;
 mod drag_asymmetry;
 mod effect;
+mod even_drag;
 mod fin_drag;
 mod fin_lift;
 mod fluid_memory;
@@ -109,6 +110,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(coulomb_friction::CoulombFriction),
         Arc::new(linear_cross_damping::LinearCrossDamping),
         Arc::new(cross_drag::CrossDrag),
+        Arc::new(even_drag::EvenDrag),
         Arc::new(mixed_drag::MixedDrag),
         Arc::new(restoring_force::RestoringForce(Dof::Surge)),
         Arc::new(restoring_force::RestoringForce(Dof::Sway)),

@@ -7,6 +7,7 @@ use crate::frame::{Dof, Measured};
 use crate::report::{
     Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
 };
+use crate::wording::probability;
 
 /// Figures of the missing force a degree of freedom.
 const FIGURES: usize = 2;
@@ -48,7 +49,7 @@ fn effects(found: &Discovery) -> Table {
     // beside something that has no name a probability would read as a proof
     let partly = !found.names_are_all();
     let row = |e: &FoundEffect, [symbol, value, unit]: [Cell; 3]| {
-        let p = (!partly).then_some(Cell::Number { value: e.p_value, digits: 2 });
+        let p = (!partly).then_some(Cell::from(probability(e.p_value).as_str()));
         let others: Vec<String> = e.also_possible.iter().map(|id| named(id)).collect();
         let others = Cell::from(others.join(", ").as_str());
         let names = [e.id.as_str(), e.common_name.as_str()].map(Cell::from);

@@ -187,8 +187,8 @@ mod tests {
 
     #[test]
     fn an_interval_ends_where_its_deviation_does() {
-        assert_eq!(interval(17.018, Some(0.012)), "16.994 to 17.042");
-        assert_eq!(interval(309.07, Some(18.8)), "272 to 346");
+        assert_eq!(interval(17.018, Some(0.012)), "16.994\u{a0}to\u{a0}17.042");
+        assert_eq!(interval(309.07, Some(18.8)), "272\u{a0}to\u{a0}346");
         assert_eq!((interval(5.0, None), digits_beside(17.018, Some(0.012))), ("–".into(), 5));
     }
 

@@ -26,6 +26,6 @@ pub use rk4::{Emission, Stretch, integrate, integrate_fast};
 pub use time_constant::quickest_time_constants;
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};
 
-/// Shortest time constant that the steps of a fit follow, s, in steps of half of it, and that a memory of the model may have:
-/// what is quicker acts at once beside the samples of any log.
+/// Shortest time constant that a memory of the model may have, s. The scheme follows it in steps of half of it; what is
+/// quicker acts at once beside the samples of any log.
 pub const QUICKEST: f64 = 0.02;

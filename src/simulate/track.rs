@@ -91,6 +91,8 @@ pub struct Track {
     /// Inputs at each grid point.
     pub inputs_at: Vec<f64>,
     sources: Vec<Input>,
+    /// Longest step anywhere, s.
+    most: f64,
     /// Longest step after each grid point, s.
     longest: Vec<f64>,
     /// Parts into which each step is divided beyond that.
@@ -147,6 +149,7 @@ impl Track {
             inputs: Vec::new(),
             inputs_at: Vec::new(),
             sources,
+            most: longest,
             longest: vec![longest; time.len()],
             parts: 1,
             time,
@@ -197,12 +200,13 @@ impl Track {
     }
 
     /// Takes steps of at most so many seconds after each grid point from now on, where those until now are longer by a quarter
-    /// and more; whether any was. The inputs have to be read again then.
-    pub fn shorten(&mut self, longest: impl Iterator<Item = f64>) -> bool {
+    /// or less than half as long; whether any were. The inputs have to be read again then.
+    pub fn follow(&mut self, steps: impl Iterator<Item = f64>) -> bool {
         let mut any = false;
-        for (own, longest) in self.longest.iter_mut().zip(longest) {
-            if longest < 0.8 * *own {
-                (*own, any) = (longest, true);
+        for (own, step) in self.longest.iter_mut().zip(steps) {
+            let step = step.min(self.most);
+            if step < 0.8 * *own || step > 2.0 * *own {
+                (*own, any) = (step, true);
             }
         }
         any

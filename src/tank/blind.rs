@@ -74,6 +74,8 @@ pub struct Blind {
     pub truth: Model,
     /// Canonical names of what is hidden.
     pub hidden: Vec<String>,
+    /// Root mean square of the random force, N or N·m, of each of the degrees of freedom.
+    pub disturbance: Vec<f64>,
 }
 
 impl Blind {
@@ -132,7 +134,8 @@ pub fn blind(options: &BlindOptions) -> Result<Blind, TankError> {
         runs.push(basin.sail(&truth, trial, index, options.seed)?);
     }
     log_supply(&mut runs);
-    Ok(Blind { vehicle: craft.vehicle, dofs, baseline, runs, truth, hidden })
+    let disturbance = dofs.iter().map(|dof| basin.disturbance.std[dof.index()]).collect();
+    Ok(Blind { vehicle: craft.vehicle, dofs, baseline, runs, truth, hidden, disturbance })
 }
 
 fn truth_of(craft: &Craft, dofs: &[Dof], baseline: &[String]) -> Result<Model, TankError> {

@@ -185,6 +185,7 @@ fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
         "coulomb_friction" => vec![Strength(0.1 * f)],
         "linear_cross_damping" => vec![Strength(0.25 * f / speed[j])],
         "cross_drag" => vec![Strength(0.25 * f / (speed[j] * speed[j]))],
+        "even_drag" => vec![Strength(0.25 * f / (speed[j] * speed[j]))],
         "mixed_drag" => vec![Strength(0.6 * f / (u * speed[j]))],
         "restoring_surge" | "restoring_sway" | "restoring_heave" => vec![Strength(-craft.force[0])],
         "bias" => vec![Strength(0.1 * f)],

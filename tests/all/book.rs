@@ -38,6 +38,7 @@ fn places(scope: Scope) -> String {
         Scope::Each(list) if list.len() == Dof::ALL.len() => "`@dof`, each".into(),
         Scope::Each(list) => format!("`@dof`: {}", names(list)),
         Scope::Pairs => "`@dof:other`".into(),
+        Scope::Couples(list) => list.iter().map(|(i, j)| format!("`@{i}:{j}`")).collect::<Vec<_>>().join(", "),
         Scope::Vehicle(list) => format!("the vehicle, with {}", names(list)),
         Scope::VehicleAny(sets) => {
             format!("the vehicle, with {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(" or "))

@@ -16,7 +16,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// The ids of the catalogue, as users and other programs know them.
-const IDS: [&str; 59] = [
+const IDS: [&str; 60] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -34,6 +34,7 @@ const IDS: [&str; 59] = [
     "coulomb_friction",
     "linear_cross_damping",
     "cross_drag",
+    "even_drag",
     "mixed_drag",
     "restoring_surge",
     "restoring_sway",

@@ -61,7 +61,7 @@ def number(value: Any) -> str:
     return str(value)
 
 
-LEAST_P = 1e-300
+LEAST_P = 1e-15
 """Least probability that is told, as on the terminal: those below it are this small at most."""
 PROBABILITIES = ("p_value", "P>|z|")
 """Heads of columns that hold probabilities, none of which is 0."""
@@ -73,7 +73,7 @@ def probability(p: float) -> str:
     """A probability in words.
 
     >>> probability(0.0123), probability(0.0)
-    ('p = 0.012', 'p < 1e-300')
+    ('p = 0.012', 'p < 1e-15')
     """
     return f"p < {LEAST_P:g}" if p <= LEAST_P else f"p = {p:.2g}"
 

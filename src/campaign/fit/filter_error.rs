@@ -173,7 +173,8 @@ fn stages(
 /// The verdict in words.
 fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) -> String {
     if !fitted.converged {
-        return "Do not use these numbers: the fit did not converge.".into();
+        let why = found.overwhelming().map_or(String::new(), |why| format!(" {why}"));
+        return format!("Do not use these numbers: the fit did not converge.{why}");
     }
     let pushed = found.sentence();
     if !erring.is_empty() {

@@ -20,6 +20,12 @@ pub struct RandomForce {
     pub time: f64,
 }
 
+impl RandomForce {
+    /// Random force over that of the command beyond which the first is no disturbance: the model does not know what moves the
+    /// vehicle, however well a force of any size predicts it. The free runs of a vehicle in a gale stay far below.
+    pub const OVERWHELMING: f64 = 10.0;
+}
+
 /// The part of a sensor's noise that is correlated in time, a first-order Gauss-Markov process.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coloured {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! s = R + mean |ŷ(θ, d, x₀) − ŷ|²      θ ~ N(θ̂, C),  d: forces of the noise model,  x₀ ~ N(x̂, P)
-//! Σ min((y − ŷ)²/s, 6²)               beside the same sum of every draw
+//! Σ min((y − ŷ)²/s, 6²)               beside the same sum of every draw, whose s is that of the others
 //! ```
 //!
 //! The filter's own variance is linearised and takes the parameters for known: both are wrong seconds ahead of a vehicle
@@ -88,10 +88,13 @@ fn in_deviations<'a>(
             drawn.iter_mut().for_each(|sum| *sum += 1.0);
         } else if spread.is_finite() {
             // a draw that runs away leaves all open
-            let s = spread.max(variance);
-            let counts = |square: f64| (square / s).min(FARTHEST * FARTHEST);
-            squares += counts(error * error);
-            drawn.iter_mut().zip(off).for_each(|(sum, x)| *sum += counts(x * x + white));
+            let counts = |square: f64, s: f64| (square / s.max(variance)).min(FARTHEST * FARTHEST);
+            squares += counts(error * error, spread);
+            // a draw is measured by the others, as the vehicle is by all: where few go the other way, one that does counts
+            for (sum, x) in drawn.iter_mut().zip(off) {
+                let others = (spread - white - x * x / DRAWS as f64) * DRAWS as f64 / (DRAWS - 1) as f64;
+                *sum += counts(x * x + white, white + others.max(0.0));
+            }
         }
     }
     Prediction { squares, expected: f64::from(count), drawn: Some(drawn), ..prediction }
@@ -105,21 +108,24 @@ mod tests {
     /// says nothing; ten that are off by six say that the model is wrong. A draw that is no number leaves a part open.
     #[test]
     fn one_prediction_that_went_the_other_way_is_no_error_and_ten_are() {
-        let off: [f64; DRAWS] = std::array::from_fn(|k| if k % 2 == 0 { 1.0 } else { -3.0 });
-        let of = |errors: &[f64], off: &[f64; DRAWS]| {
+        let off = |part: usize| -> [f64; DRAWS] {
+            std::array::from_fn(|k| if (k + part).is_multiple_of(2) { 1.0 } else { -3.0 })
+        };
+        let drawn: Vec<[f64; DRAWS]> = (0..20).map(off).collect();
+        let of = |errors: &[f64], drawn: &[[f64; DRAWS]]| {
             let empty = Prediction::new(Some(8.0));
             let prediction = Prediction { count: errors.len(), ..empty };
-            in_deviations(prediction, 0.0, errors.iter().map(|e| (*e, 1.0, off)))
+            in_deviations(prediction, 0.0, errors.iter().zip(drawn).map(|(e, off)| (*e, 1.0, off)))
         };
         let deviation = 5f64.sqrt();
         let mut errors = vec![deviation; 20];
-        assert!((of(&errors, &off).ratio() - 1.0).abs() < 1e-12);
+        assert!((of(&errors, &drawn).ratio() - 1.0).abs() < 1e-12);
         errors[7] = 1000.0;
-        let once = of(&errors, &off);
+        let once = of(&errors, &drawn);
         assert!((once.squares - 19.0 - 36.0).abs() < 1e-12 && !once.errs(12), "{once:?}");
         errors[..10].fill(6.0 * deviation);
-        assert!(of(&errors, &off).errs(12));
-        let lost = [f64::NAN; DRAWS];
+        assert!(of(&errors, &drawn).errs(12));
+        let lost = [[f64::NAN; DRAWS]; 20];
         assert_eq!(of(&errors, &lost).squares, 0.0);
         assert!(of(&[f64::NAN; 20], &lost).errs(12), "the model itself is lost");
     }

@@ -2,9 +2,13 @@
 //!
 //! ```text
 //! ratio = √(Σ (y − ŷ)² / Σ (c P cᵀ + R)),      n ratio²  ~  χ²(n)      n: errors that stand for themselves
+//! (ln Σ (y − ŷ)² − mean ln Σ draw²) / (std √(1 + 1/N))  ~  t(N − 1)    of N draws
 //! ```
+//!
+//! The sum of a vehicle that may turn either way has a longer tail than χ²: some of its predictions go to the other side. Its
+//! logarithm is near to normal, and a rank among draws alone would be beyond them once in N + 1.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 /// Draws by which it is found how far predictions spread.
 pub(super) const DRAWS: usize = 32;
@@ -83,7 +87,7 @@ impl Prediction {
         half.min(by_draws).max(1.0)
     }
 
-    /// Probability that chance makes such a ratio.
+    /// Probability that chance makes such a ratio: the larger of what χ² and the draws say.
     pub fn p_value(&self) -> f64 {
         let n = self.independent();
         if self.runs_away() {
@@ -91,8 +95,19 @@ impl Prediction {
         } else if self.count == 0 {
             1.0
         } else {
-            ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2)))
+            let plain = ChiSquared::new(n).map_or(1.0, |chi| chi.sf(n * self.ratio().powi(2)));
+            self.p_by_draws().map_or(plain, |by_draws| plain.max(by_draws))
         }
+    }
+
+    /// Probability that another draw errs as much; `None` where there are none, or all are alike.
+    fn p_by_draws(&self) -> Option<f64> {
+        let logs = self.drawn?.map(|draw| draw.max(f64::MIN_POSITIVE).ln());
+        let mean = logs.iter().sum::<f64>() / DRAWS as f64;
+        let std = (logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (DRAWS - 1) as f64).sqrt();
+        let t = (self.squares.ln() - mean) / (std * (1.0 + 1.0 / DRAWS as f64).sqrt());
+        let student = StudentsT::new(0.0, 1.0, (DRAWS - 1) as f64).ok()?;
+        t.is_finite().then(|| student.sf(t))
     }
 
     /// Whether it, of so many that are asked, errs by more than it should: by a fifth at least, beyond one chance in a
@@ -121,6 +136,15 @@ mod tests {
         assert!(prediction(9.0, None).errs(1));
         assert!(prediction(9.0, Some(2.0)).errs(1));
         assert!(!prediction(9.0, Some(10.0)).errs(1), "one draw in 32 errs as much");
+    }
+
+    #[test]
+    fn draws_that_spread_widely_leave_room_beyond_the_last_of_them() {
+        let spread = |k: usize| 40.0 * (0.7 * (k as f64 - 15.5) / 9.2).exp();
+        let of = |times: f64| Prediction { drawn: Some(std::array::from_fn(spread)), ..prediction(times, None) };
+        // beyond all of them and beyond χ², and what the next of them may well be
+        assert!(!of(4.0).errs(6), "{}", of(4.0).p_value());
+        assert!(of(40.0).errs(6), "{}", of(40.0).p_value());
     }
 
     #[test]

@@ -12,9 +12,7 @@ use crate::dynamics::Dynamics;
 use crate::model::Model;
 use crate::run::{Run, rounding};
 use crate::simd::{Machine, Wide, Widths as _, Work};
-use crate::simulate::{
-    Emission, QUICKEST, Stretch, Track, integrate, memory_start, quickest_time_constants, values_in_run,
-};
+use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, quickest_time_constants, values_in_run};
 
 /// Stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
@@ -110,21 +108,20 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Shortens the steps of the integrator to half the quickest time constant about each instant with the values of `model`,
-    /// where they are longer by a quarter or more; whether any was. A time constant that is quicker than the steps would be
-    /// found by their size.
+    /// Brings the steps of the integrator to half the quickest time constant about each instant with the values of `model`;
+    /// whether they have changed. A time constant that is quicker than the steps would be found by their size.
     pub(crate) fn follow(&mut self, model: &Model) -> bool {
         let Problem { dynamics, tracks, .. } = self;
-        let mut shortened = false;
+        let mut changed = false;
         for track in tracks {
             let theta = values_in_run(model, track.run);
             let constants = quickest_time_constants(dynamics, track, &theta);
-            if track.shorten(constants.into_iter().map(|constant| 0.5 * constant.max(QUICKEST))) {
+            if track.follow(constants.into_iter().map(|constant| 0.5 * constant)) {
                 track.read_inputs(dynamics, &theta);
-                shortened = true;
+                changed = true;
             }
         }
-        shortened
+        changed
     }
 
     /// Initial states of all segments from the log: a straight line through the first samples of each channel.
