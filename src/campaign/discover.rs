@@ -16,6 +16,17 @@ use crate::finding::Finding;
 use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
 
+/// How the campaign wants to be searched.
+pub(super) fn options(campaign: &Campaign) -> SearchOptions {
+    let table = &campaign.file.discover;
+    SearchOptions {
+        level: table.level,
+        most: table.max_effects,
+        families: table.families.clone(),
+        seed: table.seed.unwrap_or(campaign.options.seed),
+    }
+}
+
 /// Looks for what the baseline of a campaign lacks on its runs of free motion.
 ///
 /// # Errors
@@ -23,12 +34,7 @@ use crate::vehicle::Vehicle;
 pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let table = &campaign.file.discover;
     let usual = DiscoverTable::default();
-    let options = SearchOptions {
-        level: table.level,
-        most: table.max_effects,
-        families: table.families.clone(),
-        seed: table.seed.unwrap_or(campaign.options.seed),
-    };
+    let options = options(campaign);
     // a late thrust is among what is asked
     let mut runs = lead_in::settled(campaign.motion(None), &campaign.model);
     if let Some(finding) = unexcited::at_rest(&runs) {

@@ -14,7 +14,7 @@ use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, SearchOptions, Step, Task, search};
 use super::surrogate::{leave_out, surrogates};
-use super::verdict::{Verdict, sentence, verdict};
+use super::verdict::{Verdict, moved_otherwise, overwhelmed, sentence, verdict};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
@@ -203,14 +203,17 @@ pub fn discover(
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: sentence(
-            verdict,
-            &effects,
-            &found.behaves_like,
-            &fit.noise.forces,
-            better,
-            (&failing, changed_parameter.as_ref()),
-        ),
+        sentence: match found.hopeless {
+            true => moved_otherwise(&overwhelmed(&fit.noise.forces, &train)),
+            false => sentence(
+                verdict,
+                &effects,
+                &found.behaves_like,
+                &fit.noise.forces,
+                better,
+                (&failing, changed_parameter.as_ref()),
+            ),
+        },
         next_experiment: next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen),
         changed_parameter,
         residuals,

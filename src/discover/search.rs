@@ -21,13 +21,14 @@ use super::held_out::{HeldOut, agree};
 use super::refit::{Contender, anew, is_exchange, level, refitted};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
+use super::verdict::overwhelmed;
 use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::{moved_by_thrust, started};
 use crate::model::Model;
 use crate::progress;
-use crate::run::Run;
+use crate::run::{Run, commanded_rms};
 
 /// How the search is done.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,6 +126,8 @@ pub struct Search {
     pub behaves_like: Vec<BehavesLike>,
     /// Whether a fit from the log was better than one from the last model: that one was far from the truth.
     pub astray: bool,
+    /// Whether what moves the vehicle is not its commands: nothing is named then.
+    pub hopeless: bool,
     /// Candidates at the last step.
     pub candidates: Vec<Candidate>,
     /// Their scores.
@@ -172,10 +175,11 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         removed: Vec::new(),
         behaves_like: Vec::new(),
         astray: false,
+        hopeless: false,
         candidates: list,
         screen,
     };
-    while found.added.len() < task.options.most {
+    while found.added.len() < task.options.most && !is_hopeless(found.last_fit(), task) {
         let Some((added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
@@ -191,13 +195,24 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         same_signal(&mut found, &list, &screen);
         (found.candidates, found.screen) = (list, screen);
     }
-    refine(&mut found, task);
+    found.hopeless = is_hopeless(found.last_fit(), task);
+    if !found.hopeless {
+        refine(&mut found, task);
+    }
     found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.behaves_like.dedup_by(|a, b| a.id == b.id);
     let named: Vec<String> = found.added.iter().map(|a| a.candidate.name()).collect();
     found.behaves_like.retain(|b| !named.contains(&b.id));
     found.behaves_like.truncate(BEHAVES);
     Ok(found)
+}
+
+/// Whether what moves the vehicle is not its commands, in half of the degrees of freedom that are commanded or more: nothing
+/// tells a force from the inertia there, fits go astray for hours, and the verdict could not be that all is explained.
+fn is_hopeless(fit: &FilterErrorFit, task: &Task<'_>) -> bool {
+    let commanded = fit.model.dofs.iter().filter(|dof| commanded_rms(task.train, **dof).is_some()).count();
+    let lost = overwhelmed(&fit.noise.forces, task.train).len();
+    lost > 0 && 2 * lost >= commanded
 }
 
 pub(super) fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>) -> Result<Screen, OutputErrorError> {
@@ -218,7 +233,7 @@ pub(super) fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
 }
 
 /// Whether a parameter of a candidate has a value of its own in every run.
-fn has_own_values(candidate: &Candidate) -> bool {
+pub(super) fn has_own_values(candidate: &Candidate) -> bool {
     candidate.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
 }
 
@@ -339,7 +354,7 @@ fn name_among(
 
 /// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
 /// say: [`LEAST_P`] stands for all that is below it.
-fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
+pub(super) fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
     (level * (log_p - threshold).exp()).clamp(LEAST_P, 1.0)
 }
 

@@ -61,6 +61,15 @@ pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(String, 
     forces.iter().filter_map(beyond).collect()
 }
 
+/// What there is to say where nothing can be named for `overwhelmed`.
+pub(super) fn moved_otherwise(overwhelmed: &[(String, f64)]) -> String {
+    let most = overwhelmed.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    let most = most.map_or(String::new(), |(channel, times)| {
+        format!(": in `{channel}` a random force is {} times theirs", digits(*times))
+    });
+    format!("Nothing can be named: what moves the vehicle is not its commands{most}. Add runs that the commands drive.")
+}
+
 /// The verdict.
 pub(super) fn verdict(named: bool, passes: bool) -> Verdict {
     match (named, passes) {
@@ -145,6 +154,8 @@ mod tests {
         let of = |forces: &[RandomForce]| overwhelmed(forces, std::slice::from_ref(&run));
         assert_eq!(of(&[force(Dof::Yaw, 21.0)]), [("r".to_string(), 10.5)]);
         assert_eq!(of(&[force(Dof::Yaw, 19.0), force(Dof::Sway, 5.0)]), []);
+        let told = moved_otherwise(&of(&[force(Dof::Yaw, 190.0)]));
+        assert!(told.contains("in `r` a random force is 95 times theirs"), "{told}");
     }
 
     #[test]

@@ -29,7 +29,7 @@ impl Effect for SensorGyroLag {
     }
 
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
-        vec![ParameterSpec::shape("T_gyro_lag", Dimension::TIME, &[0.1, 0.2, 0.4, 0.8], 0.05, 5.0)]
+        vec![ParameterSpec::shape("T_gyro_lag", Dimension::TIME, &[0.05, 0.1, 0.2, 0.4, 0.8], 0.02, 5.0)]
     }
 
     fn sense<'g>(&self, at: &Instant<'g>, _: Place, _: &[Expr<'g>], memory: &[Expr<'g>], logged: &mut Logged<'g>) {

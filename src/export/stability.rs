@@ -10,11 +10,12 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Complex, DMatrix, Matrix6, Schur};
+use nalgebra::{Complex, DMatrix, Matrix6};
 
 use super::body::Parts;
 use super::coefficients::Coefficients;
 use super::number::number;
+use crate::eigenvalues::eigenvalues;
 use crate::frame::Dof;
 
 /// Speeds where the envelope of a model says none, m/s and rad/s.
@@ -33,7 +34,11 @@ pub(super) fn longest_step(found: &Coefficients, parts: &Parts, envelope: &BTree
     // the other half of the corners are these with all signs turned, whose products matter as much
     for corner in 0..64_u32 {
         let nu: [f64; 6] = std::array::from_fn(|i| if corner >> i & 1 == 1 { -reaches[i] } else { reaches[i] });
-        for value in (inverse * slope(found, &nu)).complex_eigenvalues().iter().filter(|value| value.re < -1e-9) {
+        let jacobian = inverse * slope(found, &nu);
+        // where they are not found: no eigenvalue is beyond the norm
+        let unknown = || vec![Complex::new(-jacobian.norm(), 0.0)];
+        let values = eigenvalues(&DMatrix::from_fn(6, 6, |i, j| jacobian[(i, j)])).unwrap_or_else(unknown);
+        for value in values.iter().filter(|value| value.re < -1e-9) {
             longest = longest.min(-2.0 * value.re / value.norm_sqr());
         }
     }
@@ -80,9 +85,6 @@ fn digits(x: f64) -> String {
     number(format!("{x:.2e}").parse().unwrap_or(x))
 }
 
-/// Steps of the search for eigenvalues; a few for each are enough.
-const SEARCH: usize = 10_000;
-
 /// What ẋ = A x does, by the eigenvalues of A (rows), in words.
 pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
     let matrix = DMatrix::from_fn(a.len(), a.len(), |i, j| a[i][j]);
@@ -90,10 +92,9 @@ pub(super) fn spectrum(a: &[Vec<f64>]) -> String {
     if a.is_empty() || size == 0.0 {
         return "A is 0: states stay where they are put".into();
     }
-    let Some(found) = Schur::try_new(matrix, f64::EPSILON, SEARCH) else {
+    let Some(mut values) = eigenvalues(&matrix) else {
         return "the eigenvalues of A were not found".into();
     };
-    let mut values: Vec<Complex<f64>> = found.complex_eigenvalues().iter().copied().collect();
     values.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
     // rounding of the eigenvalues of a defective matrix is that of its square root
     let still = size * 1e-8;

@@ -13,6 +13,7 @@ use super::free_run::with_jacobian_at;
 use super::{QUICKEST, Track};
 use crate::chain::StateId;
 use crate::dynamics::Dynamics;
+use crate::eigenvalues::eigenvalues;
 
 /// From one instant that is looked at to the next, s.
 const APART: f64 = 1.0;
@@ -43,11 +44,11 @@ pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]
                     jacobian[(row, column)] = *slope;
                 }
             }
-            // what is no number bounds no step
-            if block.is_empty() || jacobian.iter().any(|x| !x.is_finite()) {
-                return 0.0;
-            }
-            let quickest = jacobian.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max);
+            // no eigenvalue is beyond the norm; what is no number bounds no step
+            let norm = jacobian.norm();
+            let quickest = eigenvalues(&jacobian).map_or(if norm.is_finite() { norm } else { 0.0 }, |values| {
+                values.iter().map(|value| value.norm()).fold(0.0, f64::max)
+            });
             quickest.min(1.0 / least)
         };
         blocks.iter().map(of).fold(0.0, f64::max)

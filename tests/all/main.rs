@@ -1,7 +1,7 @@
 //! All integration tests in one binary: linked once, a module a topic. `cargo test --test all NAME` runs those of a topic.
 
 mod exported;
-#[path = "../../examples/findings"]
+#[path = "../../benches/tables/findings"]
 #[allow(dead_code)] // the page of the example shows more
 mod findings_table {
     pub mod faults;
@@ -9,10 +9,13 @@ mod findings_table {
     pub mod table;
 }
 mod ode_reference;
+#[path = "../../examples/own_effect.rs"]
+#[allow(dead_code)] // its `main`
+mod own_effect_example;
 mod shared;
 mod surge;
 mod swim;
-#[path = "../../examples/staged/table.rs"]
+#[path = "../../benches/tables/staged/table.rs"]
 #[allow(dead_code)] // the page of the example shows more
 mod table;
 
@@ -31,6 +34,7 @@ mod current;
 mod discovery;
 mod endless;
 mod escaping;
+mod examples;
 mod export;
 mod export_c_header;
 mod export_gazebo;

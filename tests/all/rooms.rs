@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// Rooms in order. Those in one line stand side by side: none of them reads the others.
 const FLOORS: &[&[&str]] = &[
-    &["units", "noise", "progress", "spreadsheet", "text_file", "atomic_file", "simd", "wording"],
+    &["units", "noise", "progress", "spreadsheet", "text_file", "atomic_file", "simd", "wording", "eigenvalues"],
     &["frame", "finding", "nearest", "least_squares"],
     &["symbolic", "vehicle"],
     &["thrust"],

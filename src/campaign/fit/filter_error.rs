@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::codes;
+use super::super::discover;
 use super::super::error::Error;
 use super::super::file::Estimator;
 use super::super::identifiability::of_covariance;
@@ -11,6 +12,7 @@ use super::super::noise;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust};
+use crate::discover::{Lacking, lacking};
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
 };
@@ -19,6 +21,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::progress::tell;
 use crate::run::{Role, Run};
+use crate::wording::p_value;
 
 /// What is said of a model whose predictions have no value any more.
 const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model runs away from where the vehicle was; \
@@ -56,7 +59,19 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         let at = (&others[..], &options.base);
         erring = errs(&with_all_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
     }
-    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring) };
+    let lacking = match fitted.converged && !lost && erring.is_empty() {
+        true => lacking(&fitted, runs, &campaign.candidates, &options, &discover::options(campaign))?,
+        false => None,
+    };
+    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, lacking) };
+    warnings.extend(lacking.map(|lacking| {
+        let text = format!(
+            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it; `hydrosysid discover` looks for its name",
+            p_value(lacking.p_value),
+            lacking.candidates
+        );
+        Finding::new(&codes::LACKING, text)
+    }));
     if lost {
         warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
     } else if !erring.is_empty() {
@@ -171,7 +186,7 @@ fn stages(
 }
 
 /// The verdict in words.
-fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) -> String {
+fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], lacking: Option<Lacking>) -> String {
     if !fitted.converged {
         let why = found.overwhelming().map_or(String::new(), |why| format!(" {why}"));
         return format!("Do not use these numbers: the fit did not converge.{why}");
@@ -181,6 +196,12 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String]) ->
         return format!(
             "The fit converged, but the model is incomplete: predictions 8 s ahead err more than expected, {}. {pushed}",
             erring.join(", ")
+        );
+    }
+    if lacking.is_some() {
+        return format!(
+            "The fit converged, but the model lacks an effect: predictions 8 s ahead err as much as expected, and yet the \
+             innovations follow one; `hydrosysid discover` looks for its name. {pushed}"
         );
     }
     let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
