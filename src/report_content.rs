@@ -21,6 +21,7 @@ pub use motion::motion_figure;
 #[cfg(feature = "view")]
 pub use origin::{Unhashed, origin};
 
+use crate::campaign::codes::LACKING;
 use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Noise, Published, Simulation};
 use crate::discover::{Discovery, Verdict};
 use crate::finding::{Finding, Severity};
@@ -139,9 +140,14 @@ fn verdict(results: &Results<'_>) -> String {
     let found = results.discovery.map(|d| Searched {
         sentence: &d.sentence,
         has_names: !d.effects.is_empty(),
-        is_closed: matches!(d.verdict, Verdict::NothingMissing | Verdict::Explained),
+        is_closed: is_closed(d),
     });
     spoken(results.fit.converged, &results.fit.sentence, &first, found, forces.map(Noise::sentence).as_deref())
+}
+
+/// Whether what a search leaves is noise.
+fn is_closed(found: &Discovery) -> bool {
+    matches!(found.verdict, Verdict::NothingMissing | Verdict::Explained)
 }
 
 /// What a search has said.
@@ -172,7 +178,10 @@ fn spoken(converged: bool, fit: &str, errors: &str, found: Option<Searched<'_>>,
 
 fn checks(results: &Results<'_>) -> Vec<Check> {
     let told = results.discovery.map(|d| d.warnings.as_slice()).unwrap_or_default();
-    let all = results.fit.warnings.iter().chain(&results.comparison.warnings).chain(told);
+    // the whole search has gone further than the scores that asked for it
+    let closed = results.discovery.is_some_and(is_closed);
+    let of_fit = results.fit.warnings.iter().filter(|f| !(closed && f.code == LACKING.code));
+    let all = of_fit.chain(&results.comparison.warnings).chain(told);
     // one line a code: what is said of every run need not be read for every run
     let mut seen: Vec<Vec<&Finding>> = Vec::new();
     for finding in all.filter(|f| f.severity != Severity::Note) {

@@ -239,6 +239,10 @@ fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> b
         (Family::Actuator, Some(dof)) => has(dof.force()),
         (Family::Actuator, None) => Dof::ALL.iter().any(|dof| has(dof.force())),
         (_, Some(dof)) if memory_count(&Graph::new(), model, effect, place) > 0 => has(dof.velocity()),
+        // what a sensor smooths or delays has to be logged
+        (Family::Sensor, None) if effect.pose().is_empty() && memory_count(&Graph::new(), model, effect, place) > 0 => {
+            acts_in(effect, place, model).into_iter().all(|dof| has(dof.velocity()))
+        }
         _ => true,
     };
     heard && effect.channels(place).iter().all(|name| has(name)) && effect.pose().iter().all(|name| has(name))

@@ -279,9 +279,10 @@ fn a_quick_lag_is_found_whatever_the_step() {
             let fit = output_error(&model, &[lagged_run(lag, 1e-4)], &options).unwrap();
             values.push(fit.model.value("thrust_lag").unwrap());
         }
-        // 1e-4 m/s of noise leaves some 1e-3 s; the scheme at half the time constant 3e-4 of it
+        // 1e-4 m/s of noise leaves some 1e-3 s; the scheme errs by (h/T)⁴/120, and h stays where it is until it is a quarter
+        // longer than half of T: 1.3e-3 of it
         assert!(values.iter().all(|t| (t - lag).abs() < 2e-3), "{values:?} for {lag}");
-        assert!((values[0] - values[1]).abs() < 5e-4 * lag.max(0.1), "{values:?} hang on the step");
+        assert!((values[0] - values[1]).abs() < 2e-3 * lag, "{values:?} hang on the step");
     }
 }
 

@@ -50,6 +50,7 @@ mod glider;
 mod held_commands;
 mod identifiability;
 mod init;
+mod lacking;
 mod laws;
 mod laws_of_motion;
 mod log_faults;

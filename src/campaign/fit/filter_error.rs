@@ -60,7 +60,8 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         erring = errs(&with_all_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
     }
     let lacking = match fitted.converged && !lost && erring.is_empty() {
-        true => lacking(&fitted, runs, &campaign.candidates, &options, &discover::options(campaign))?,
+        // a log in which the catalogue cannot be asked is told of by `discover`, and is fitted all the same
+        true => lacking(&fitted, runs, &campaign.candidates, &options, &discover::options(campaign)).unwrap_or(None),
         false => None,
     };
     let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, lacking) };
@@ -198,13 +199,14 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
             erring.join(", ")
         );
     }
+    let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
     if lacking.is_some() {
+        let strong = if found.is_more_than_turbulence() { " That is more than turbulence or a tether." } else { "" };
         return format!(
             "The fit converged, but the model lacks an effect: predictions 8 s ahead err as much as expected, and yet the \
-             innovations follow one; `hydrosysid discover` looks for its name. {pushed}"
+             innovations follow one; `hydrosysid discover` looks for its name. {pushed}{strong}{white}"
         );
     }
-    let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
     let strong = match found.is_more_than_turbulence() {
         true => " That is more than turbulence or a tether: `hydrosysid discover` looks for what is missing.",
         false => "",

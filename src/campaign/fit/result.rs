@@ -86,11 +86,11 @@ impl Fit {
         self.warnings.iter().any(|w| w.code == AT_REST.code)
     }
 
-    /// Whether something seems to be missing: predictions err by more than they should, or the random force is more than
-    /// water makes.
+    /// Whether something seems to be missing: predictions err by more than they should, innovations follow an effect, or the
+    /// random force is more than water makes.
     pub fn may_lack(&self) -> bool {
         let pushed = self.noise.as_ref().is_some_and(Noise::is_more_than_turbulence);
-        let asks = [codes::MORE_MISSING.code, codes::CONTRADICTED.code];
+        let asks = [codes::MORE_MISSING.code, codes::LACKING.code, codes::CONTRADICTED.code];
         pushed || self.warnings.iter().any(|w| asks.contains(&w.code))
     }
 }
