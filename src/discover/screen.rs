@@ -10,10 +10,10 @@
 //! drawn from N(0, C) of all columns, the candidates' own correlation. Rao, *Proceedings of the Cambridge Philosophical
 //! Society* 44 (1948) 50-57.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, Par, Side};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::ln_gamma;
@@ -178,23 +178,43 @@ fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
     Some(rest - solved.transpose() * solved)
 }
 
-/// Lower triangular root of a covariance, of which rows may be nothing, or others'.
+/// A root R of a covariance C = R Rᵀ, of which rows may be nothing, or others'; `None` where it holds what is no number.
+///
+/// Triangular where rounding allows it; else by eigenvalues, of which those below 0 are rounding.
 pub(super) fn root(c: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let m = c.nrows();
     let scale: Vec<f64> = (0..m).map(|k| c[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
     // columns that are others' are drawn as these but for a millionth of their own
     let correlation =
         DMatrix::from_fn(m, m, |i, j| c[(i, j)] / (scale[i] * scale[j]) + 1e-6 * f64::from(u8::from(i == j)));
-    let lower = correlation.cholesky()?.l();
-    Some(DMatrix::from_fn(m, m, |i, j| lower[(i, j)] * scale[i]))
+    let root = match correlation.clone().cholesky() {
+        Some(factor) => factor.l(),
+        None => by_eigenvalues(&correlation)?,
+    };
+    Some(DMatrix::from_fn(m, m, |i, j| root[(i, j)] * scale[i]))
+}
+
+/// U √Λ of a symmetric matrix U Λ Uᵀ.
+fn by_eigenvalues(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let m = matrix.nrows();
+    let eigen = Mat::from_fn(m, m, |i, j| matrix[(i, j)]).self_adjoint_eigen(Side::Lower).ok()?;
+    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+    let root = DMatrix::from_fn(m, m, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
+    root.iter().all(|x| x.is_finite()).then_some(root)
 }
 
 /// ln of the least p-value of all scores, drawn from N(0, C).
 ///
 /// Of scores with as many parameters the greatest z² is the least p-value: one probability a draw and number of them.
 fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noise: &mut Noise) -> Vec<f64> {
-    let m = c.nrows();
-    let Some(root) = root(c) else { return vec![0.0; DRAWS] };
+    // what the model's own columns leave of a column that no score reads is rounding
+    let read: BTreeSet<usize> = factors.iter().flat_map(|(at, _)| at.iter().copied()).collect();
+    let place: BTreeMap<usize, usize> = read.iter().enumerate().map(|(to, from)| (*from, to)).collect();
+    let read: Vec<usize> = read.into_iter().collect();
+    let m = read.len();
+    let c = DMatrix::from_fn(m, m, |i, j| c[(read[i], read[j])]);
+    // where nothing can be drawn, nothing is beyond chance
+    let Some(root) = root(&c) else { return vec![f64::NEG_INFINITY; DRAWS] };
     let root = Mat::from_fn(m, m, |i, j| root[(i, j)]);
     let normal = Mat::from_fn(m, DRAWS, |_, _| noise.normal());
     let mut drawn = Mat::<f64>::zeros(m, DRAWS);
@@ -202,7 +222,7 @@ fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noi
     let mut greatest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (at, factor) in factors {
         let most = greatest.entry(at.len()).or_insert_with(|| vec![0.0; DRAWS]);
-        let own = DMatrix::from_fn(at.len(), DRAWS, |i, d| drawn[(at[i], d)]);
+        let own = DMatrix::from_fn(at.len(), DRAWS, |i, d| drawn[(place[&at[i]], d)]);
         let Some(white) = factor.l_dirty().solve_lower_triangular(&own) else { continue };
         for (most, column) in most.iter_mut().zip(white.column_iter()) {
             *most = most.max(column.norm_squared());
@@ -222,6 +242,33 @@ mod tests {
             assert!((log_survival(x, 2) + 0.5 * x).abs() < 1e-9 * x, "{x}");
         }
         assert!(log_survival(1000.0, 1) < log_survival(1000.0, 3));
+    }
+
+    /// Columns that are others', one that is nothing and one that rounding has made a little less than nothing.
+    #[test]
+    fn a_root_of_what_is_hardly_a_covariance() {
+        let mut x = DMatrix::from_fn(6, 5, |i, j| ((3 * i + 7 * j) as f64).sin());
+        for i in 0..6 {
+            (x[(i, 3)], x[(i, 4)]) = (2.0 * x[(i, 0)] - x[(i, 1)], 0.0);
+        }
+        let mut c = x.transpose() * &x;
+        c[(3, 3)] *= 1.0 - 1e-4;
+        let found = root(&c).unwrap();
+        // as far as it is none, to a part in 10⁴ of its greatest, and to the millionth of its own
+        assert!((&found * found.transpose() - &c).norm() < 2e-4 * c.norm());
+        assert_eq!(root(&DMatrix::from_element(2, 2, f64::NAN)), None);
+    }
+
+    /// Where columns cannot be told from one another the threshold is still that of one score: ln 0.01 at the level of 1 %.
+    #[test]
+    fn chance_of_columns_that_are_the_same_is_that_of_one() {
+        let c = DMatrix::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 1.0 + 1e-4 });
+        let factors: Vec<_> = (0..3).map(|k| (vec![k], DMatrix::identity(1, 1).cholesky().unwrap())).collect();
+        let mut drawn = by_chance(&c, &factors, &mut Noise::new(1, 1));
+        drawn.sort_by(f64::total_cmp);
+        let at = drawn[DRAWS / 100];
+        // of 1000 draws the first hundredth is known to some 30 %
+        assert!((at - 0.01f64.ln()).abs() < 0.5, "{at}");
     }
 
     /// What is left of a column that is a multiple of the model's is nothing; of one at right angles everything.
