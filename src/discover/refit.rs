@@ -8,13 +8,14 @@ use super::candidate::Candidate;
 use super::focus::Start;
 use super::rules::is_nothing;
 use super::screen::Score;
-use super::search::{Search, TIE, Task};
+use super::search::{Search, TIE, Task, is_hopeless};
 use crate::effects::Scope;
 use crate::estimate::filter_error::{
     Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, RandomForce, filter_error, filter_error_from,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
+use crate::model::Model;
 use crate::run::commanded_rms;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
@@ -52,7 +53,7 @@ impl Contender {
 
 /// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
 /// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
-/// is true.
+/// is true. From the log alone where the last model is of a vehicle that its commands do not move.
 /// `None` where it has no hope of half of what `best`, the best one so far, has gained.
 pub(super) fn refitted(
     found: &mut Search,
@@ -65,26 +66,41 @@ pub(super) fn refitted(
     let Start { candidate, score } = start;
     let model = candidate.started(&here.model, &score)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
-    let near = filter_error_from(&model, task.train, afresh(&here.noise), &rough);
+    let near = || filter_error_from(&model, task.train, afresh(&here.noise), &rough);
+    let near = (!is_hopeless(here, task)).then(near);
     let far = match &near {
-        Ok(fit) => here.cost - fit.cost,
-        Err(OutputErrorError::GivenUp { cost, held: true, .. }) => here.cost - cost,
-        Err(OutputErrorError::GivenUp { cost, held: false, .. }) => here.plain.cost - cost,
-        Err(_) => f64::NEG_INFINITY,
+        Some(Ok(fit)) => here.cost - fit.cost,
+        Some(Err(OutputErrorError::GivenUp { cost, held: true, .. })) => here.cost - cost,
+        Some(Err(OutputErrorError::GivenUp { cost, held: false, .. })) => here.plain.cost - cost,
+        Some(Err(_)) | None => f64::NEG_INFINITY,
     };
+    let near = near.and_then(Result::ok);
     // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
     // the last model makes no use of the commands
-    let lost = near.as_ref().is_ok_and(|fit| is_nothing(&here.model, &fit.model));
-    let mut best = near.ok().map(won);
+    let lost = near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
+    let mut best = near.map(won);
     if far < PROMISE * score.statistic || lost || is_exchange(&candidate) {
-        let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
-        if let Some(anew) = anew.filter(|(gain, _)| *gain > far) {
+        let from_log = started(&model, task.train);
+        let anew = || filter_error(&from_log, task.train, &rough).ok().map(won);
+        if let Some(anew) = unheld(here, &from_log, task).or_else(anew).filter(|(gain, _)| *gain > far) {
             found.astray |= anew.0 > far + TIE;
             best = Some(anew);
         }
     }
     let (gain, fit) = best?;
     Some(Contender { score, fit, gain, held_out: 0.0 })
+}
+
+/// A model fitted from the log with every innovation as it is, where the last one held some back, and its gain; `None` where
+/// it leaves outliers, too. What the last model could not follow may be all that speaks for a name: held back, it says nothing.
+fn unheld(here: &FilterErrorFit, from_log: &Model, task: &Task<'_>) -> Option<(f64, FilterErrorFit)> {
+    if here.limit.is_infinite() {
+        return None;
+    }
+    let bar = Bar { plain: here.plain.cost, ..Bar::default() };
+    let whole = FilterErrorOptions { tolerance: ROUGH, bar, limit: Some(f64::INFINITY), ..level(task) };
+    let fit = filter_error(from_log, task.train, &whole).ok().filter(|fit| !fit.plain.outliers)?;
+    Some((here.plain.cost - fit.plain.cost, fit))
 }
 
 /// The model of `fit` fitted from the log, where a random force is left that is no turbulence; `None` where that is no better.

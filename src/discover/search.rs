@@ -179,7 +179,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         candidates: list,
         screen,
     };
-    while found.added.len() < task.options.most && !is_hopeless(found.last_fit(), task) {
+    while found.added.len() < task.options.most {
         let Some((added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
@@ -208,8 +208,9 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
 }
 
 /// Whether what moves the vehicle is not its commands, in half of the degrees of freedom that are commanded or more: nothing
-/// tells a force from the inertia there, fits go astray for hours, and the verdict could not be that all is explained.
-fn is_hopeless(fit: &FilterErrorFit, task: &Task<'_>) -> bool {
+/// tells a force from the inertia there, and fits go astray for hours. Only what is done with the commands may mend it: two
+/// thrusters that are exchanged make nonsense of them.
+pub(super) fn is_hopeless(fit: &FilterErrorFit, task: &Task<'_>) -> bool {
     let commanded = fit.model.dofs.iter().filter(|dof| commanded_rms(task.train, **dof).is_some()).count();
     let lost = overwhelmed(&fit.noise.forces, task.train).len();
     lost > 0 && 2 * lost >= commanded
@@ -273,7 +274,7 @@ fn name_among(
     own: bool,
 ) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
     let here = found.last_fit().clone();
-    let threshold = found.screen.threshold;
+    let (threshold, hopeless) = (found.screen.threshold, is_hopeless(&here, task));
     // of a candidate its best probe
     let mut best: Vec<&Score> = Vec::new();
     for score in &found.screen.scores {
@@ -283,7 +284,8 @@ fn name_among(
     }
     best.retain(|score| {
         let candidate = &found.candidates[score.candidate];
-        score.log_p < threshold + NEARLY && has_own_values(candidate) == own && candidate.is_possible(score)
+        let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);
+        score.log_p < threshold + NEARLY && of_kind && candidate.is_possible(score)
     });
     // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
     let (first, later) = best.split_at(best.len().min(REFITS));
