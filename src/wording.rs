@@ -32,6 +32,11 @@ pub fn digits(x: f64) -> String {
     format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
 }
 
+/// How many times one thing is another: `9.5 times`, `more than 100 times`.
+pub fn times(ratio: f64) -> String {
+    if ratio > 100.0 { "more than 100 times".into() } else { format!("{} times", digits(ratio)) }
+}
+
 /// A probability as a cell of a table: `0.045`, `3.1e-7`, `<1e-15`.
 pub fn probability(p: f64) -> String {
     match p {
@@ -67,6 +72,11 @@ mod tests {
     #[test]
     fn numbers_have_two_digits_and_all_before_the_point() {
         assert_eq!([0.0, 0.0312, 12.34, 123.4].map(digits), ["0", "0.031", "12", "123"]);
+    }
+
+    #[test]
+    fn ratios_end_at_a_hundred() {
+        assert_eq!([9.53, 95.0, 78073.0].map(times), ["9.5 times", "95 times", "more than 100 times"]);
     }
 
     #[test]

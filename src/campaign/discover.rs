@@ -13,6 +13,7 @@ use super::unexcited;
 use crate::discover::{self, Discovery, SearchOptions, Verdict};
 use crate::effects::Family;
 use crate::finding::Finding;
+use crate::frame::Dof;
 use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
 
@@ -88,7 +89,8 @@ const UNKNOWN: f64 = 0.3;
 /// beforehand: left free they would take up what is missing.
 ///
 /// Such are those of the baseline that have a wide deviation, and those that are below the dry mass, which no vehicle has,
-/// when the search is done: they are kept at or above it.
+/// when the search is done: they are kept at or above it. None is held where the commands do not move the vehicle in a degree
+/// of freedom of which the inertia is said to be known: that holding cannot mend.
 fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<Model>, Vec<Finding>) {
     let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) else { return (None, Vec::new()) };
     let inertia = |p: &&Parameter| p.effect == "inertia" && !p.fixed && p.prior.is_none();
@@ -101,7 +103,10 @@ fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<
         let at_last = last.fit.model.parameters.iter().find(|q| q.term == p.term && q.spec.name == p.spec.name);
         found.verdict == Verdict::Explained && at_last.is_some_and(|q| !loose(&q))
     };
-    let wide = first.fit.model.parameters.iter().filter(inertia).filter(loose);
+    let baseline = || first.fit.model.parameters.iter().filter(inertia);
+    let is_astray = |dof: &Dof| baseline().filter(|p| !loose(p)).any(|p| p.place.dof == Some(*dof));
+    let holds = !found.moved_otherwise.iter().any(is_astray);
+    let wide = baseline().filter(loose);
     let wide = wide.filter(|p| !known_at_last(p)).map(|p| (p, None));
     let below = last.fit.model.parameters.iter().filter(inertia).filter_map(|p| Some((p, Some(light(p)?))));
     for (p, dry) in wide.chain(below) {
@@ -118,7 +123,7 @@ fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<
             None => "; it needs motion that accelerates under a known force",
             Some(_) => " is below the dry mass, which no vehicle has",
         };
-        match (known.filter(|k| !k.fixed), dry) {
+        match (known.filter(|k| holds && !k.fixed), dry) {
             (Some(known), Some(dry)) => {
                 (known.min, known.value, any) = (dry, known.value.max(dry), true);
                 text += &format!("; it was kept at or above {dry:.4} {unit}");

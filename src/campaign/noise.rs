@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
 use crate::run::{Run, commanded_rms};
-use crate::wording::digits;
+use crate::wording::{digits, times};
 
 /// What is random in the runs of a fit, and whether the fit knows it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -44,11 +44,11 @@ impl Noise {
         let most = self.force.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
         (share(&most) > RandomForce::OVERWHELMING).then(|| {
             format!(
-                "What moves the vehicle is not its commands: in {} a random force of {} {} is {} times theirs.",
+                "What moves the vehicle is not its commands: in {} a random force of {} {} is {} theirs.",
                 most.dof,
                 digits(most.rms),
                 most.unit.replace('*', " "),
-                digits(share(&most))
+                times(share(&most))
             )
         })
     }

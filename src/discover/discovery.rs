@@ -77,6 +77,9 @@ pub struct Discovery {
     /// The fits of baseline and steps, for whoever goes on working with them.
     #[serde(skip)]
     pub steps: Vec<Step>,
+    /// Degrees of freedom that a random force moves and not the commands, where that left nothing to be named.
+    #[serde(skip)]
+    pub moved_otherwise: Vec<Dof>,
 }
 
 impl Discovery {
@@ -148,7 +151,8 @@ pub fn discover(
     let mut judged = Judged::new(&found, &task)?;
     progress::tell("whether parameters are the same at all times", 0, 0);
     let fit = found.last_fit().clone();
-    let mut changed_parameter = changed(&fit, &train, options.seed, |_| true);
+    // what a parameter does beside a force that is all there is means nothing
+    let mut changed_parameter = if found.hopeless { None } else { changed(&fit, &train, options.seed, |_| true) };
     let passes = judged.failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
     if !passes {
         let fallen = surrogates(&mut found, &judged.gap);
@@ -169,11 +173,13 @@ pub fn discover(
     let effects = found_effects(&found);
     let Judged { gap, training, failing } = judged;
     let fit = found.last_fit();
+    let is_hopeless = found.hopeless && effects.is_empty();
+    let otherwise = if is_hopeless { overwhelmed(&fit.noise.forces, &train) } else { Vec::new() };
     if effects.iter().any(|e| !e.also_possible.is_empty()) {
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
     warnings.extend(half_a_sample(&effects, &train));
-    if !passes {
+    if !passes && !is_hopeless {
         warnings.push(Finding::new(&NO_NAME, NO_NAME.meaning));
     }
     let verdict = verdict(!effects.is_empty(), passes);
@@ -200,11 +206,13 @@ pub fn discover(
         disagreement(&first.model, outputs, (&on_training(first), &training), &train)
     };
     let smallest_visible = smallest_visible(&found);
+    let dofs: Vec<Dof> = otherwise.iter().map(|(dof, _)| *dof).collect();
+    let more = next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen);
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: match found.hopeless {
-            true => moved_otherwise(&overwhelmed(&fit.noise.forces, &train)),
+        sentence: match is_hopeless {
+            true => moved_otherwise(&otherwise),
             false => sentence(
                 verdict,
                 &effects,
@@ -214,7 +222,8 @@ pub fn discover(
                 (&failing, changed_parameter.as_ref()),
             ),
         },
-        next_experiment: next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen),
+        next_experiment: next::driven(&dofs).or(more),
+        moved_otherwise: dofs,
         changed_parameter,
         residuals,
         places,

@@ -51,9 +51,9 @@ impl Judged {
             let allowed = with_all_open(fit, &estimated, last, (held, &fitting.base), task.options.seed)?;
             failing_in = failing(outputs, &allowed, &training);
         }
-        for (name, times) in overwhelmed(&fit.noise.forces, task.train) {
-            if failing_in.iter().all(|(known, _)| *known != name) {
-                failing_in.push((name, times));
+        for (dof, times) in overwhelmed(&fit.noise.forces, task.train) {
+            if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
+                failing_in.push((dof.velocity().to_string(), times));
             }
         }
         Ok(Judged { gap, training, failing: failing_in })

@@ -4,7 +4,7 @@
 use super::residual::Residual;
 use super::{ChangedParameter, FoundEffect, Verdict};
 use crate::effects::{Coriolis, catalogue};
-use crate::frame::Measured;
+use crate::frame::{Dof, Measured};
 
 /// Runs that separate effects which are often tied: the ids, and the run.
 const SEPARATING: &[(&[&str], &str)] = &[
@@ -122,6 +122,19 @@ fn look(open: &[Measured], residuals: &[Residual]) -> String {
     }
 }
 
+/// What to do where the commands do not move the vehicle in `dofs`; `None` where they do.
+pub(super) fn driven(dofs: &[Dof]) -> Option<String> {
+    let names: Vec<String> = dofs.iter().map(ToString::to_string).collect();
+    (!dofs.is_empty()).then(|| {
+        format!(
+            "Drive {} by commands of their own, both ways and up to full thrust, in calm water and with a slack tether. If \
+             the log holds such runs, its commands are not those that the thrusters had: look at their columns, order, signs \
+             and scale.",
+            names.join(", ")
+        )
+    })
+}
+
 /// What to do where a parameter is not the same at all times.
 fn apart(changed: &ChangedParameter) -> String {
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
@@ -153,6 +166,13 @@ fn reveal(unseen: &[String]) -> Option<String> {
 mod tests {
     use super::*;
 
+    #[test]
+    fn what_commands_do_not_move_is_to_be_driven() {
+        assert_eq!(driven(&[]), None);
+        let told = driven(&[Dof::Surge, Dof::Yaw]).unwrap();
+        assert!(told.starts_with("Drive surge, yaw by commands") && !told.contains("  "), "{told}");
+    }
+
     fn tied(id: &str, rivals: &[&str]) -> FoundEffect {
         FoundEffect {
             id: id.into(),
@@ -172,7 +192,7 @@ mod tests {
         assert!(said.contains("constant speeds"), "{said}");
         let odd = [tied("wave@sway", &["sail@sway"])];
         assert!(experiment(Verdict::Explained, &odd, None, (&[], &[]), &[]).unwrap().contains("wave@sway shows by"));
-        let open = [Measured::Velocity(crate::frame::Dof::Yaw)];
+        let open = [Measured::Velocity(Dof::Yaw)];
         assert!(experiment(Verdict::Unexplained, &[], None, (&open, &[]), &[]).unwrap().contains("yaw repeats"));
         let unseen = ["drag_asymmetry@surge".to_string()];
         let said = experiment(Verdict::NothingMissing, &[], None, (&[], &[]), &unseen).unwrap();

@@ -10,9 +10,9 @@ use super::search::BehavesLike;
 use super::{ChangedParameter, FoundEffect};
 use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
-use crate::frame::Measured;
+use crate::frame::{Dof, Measured};
 use crate::run::{Run, commanded_rms};
-use crate::wording::digits;
+use crate::wording::{digits, times};
 
 /// The four answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -52,22 +52,21 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
     failing
 }
 
-/// Channels of degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many
-/// times that of the command it is.
-pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(String, f64)> {
+/// Degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many times that of
+/// the command it is.
+pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
     let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
-    let beyond =
-        |f: &RandomForce| Some((f.dof.velocity().to_string(), ratio(f).filter(|r| *r > RandomForce::OVERWHELMING)?));
+    let beyond = |f: &RandomForce| Some((f.dof, ratio(f).filter(|r| *r > RandomForce::OVERWHELMING)?));
     forces.iter().filter_map(beyond).collect()
 }
 
 /// What there is to say where nothing can be named for `overwhelmed`.
-pub(super) fn moved_otherwise(overwhelmed: &[(String, f64)]) -> String {
+pub(super) fn moved_otherwise(overwhelmed: &[(Dof, f64)]) -> String {
     let most = overwhelmed.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-    let most = most.map_or(String::new(), |(channel, times)| {
-        format!(": in `{channel}` a random force is {} times theirs", digits(*times))
+    let most = most.map_or(String::new(), |(dof, ratio)| {
+        format!(": in `{}` a random force is {} theirs", dof.velocity(), times(*ratio))
     });
-    format!("Nothing can be named: what moves the vehicle is not its commands{most}. Add runs that the commands drive.")
+    format!("Nothing can be named: what moves the vehicle is not its commands{most}.")
 }
 
 /// The verdict.
@@ -142,7 +141,6 @@ pub(super) fn sentence(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Dof;
 
     /// A yaw of 2 N·m is commanded: 21 N·m by chance is no disturbance of it, 19 may be; nobody commands sway.
     #[test]
@@ -152,7 +150,7 @@ mod tests {
         run.signals.insert("tau_v".into(), crate::run::Signal::new(vec![0.0, 1.0].into(), vec![0.0, 0.0]));
         let force = |dof, rms| RandomForce { dof, rms, time: 1.0 };
         let of = |forces: &[RandomForce]| overwhelmed(forces, std::slice::from_ref(&run));
-        assert_eq!(of(&[force(Dof::Yaw, 21.0)]), [("r".to_string(), 10.5)]);
+        assert_eq!(of(&[force(Dof::Yaw, 21.0)]), [(Dof::Yaw, 10.5)]);
         assert_eq!(of(&[force(Dof::Yaw, 19.0), force(Dof::Sway, 5.0)]), []);
         let told = moved_otherwise(&of(&[force(Dof::Yaw, 190.0)]));
         assert!(told.contains("in `r` a random force is 95 times theirs"), "{told}");

@@ -237,6 +237,7 @@ mod tests {
             seed: 1,
             warnings: Vec::new(),
             steps: Vec::new(),
+            moved_otherwise: Vec::new(),
         };
         let table = effects(&found);
         assert_eq!(table.rows.len(), 2);

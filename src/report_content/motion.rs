@@ -73,17 +73,19 @@ fn side_by_side(results: &Results<'_>, runs: &[&Simulated], dof: Dof) -> Option<
 /// what the model without the names made of it.
 pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
     let run_of = |r: &Disagreement| results.simulation.runs.iter().find(|run| run.run == r.run);
-    let is_moving = |r: &&Disagreement| {
-        let measured = |run, dof| samples(run, measured_motion(run, dof).0).iter().map(|s| s.1).collect::<Vec<f64>>();
-        run_of(r).zip(r.dof.dof()).is_some_and(|(run, dof)| moves(&measured(run, dof), Some(r.noise_floor)))
+    let is_moving = |r: &Disagreement, of: fn(&(f64, f64, f64)) -> f64| {
+        let motion = |run, dof| samples(run, measured_motion(run, dof).0).iter().map(of).collect::<Vec<f64>>();
+        run_of(r).zip(r.dof.dof()).is_some_and(|(run, dof)| moves(&motion(run, dof), Some(r.noise_floor)))
     };
     let missing = results.discovery.filter(|found| !found.effects.is_empty()).and_then(widest);
     let rank = |r: &Disagreement| {
         let times_noise = r.rms / r.noise_floor.max(f64::MIN_POSITIVE);
-        (r.role == Role::Validate, missing.as_ref() == Some(&r.dof), times_noise)
+        // what the water alone moves says nothing of the model
+        let is_driven = is_moving(r, |s| s.2);
+        ((r.role == Role::Validate, missing.as_ref() == Some(&r.dof), is_driven), times_noise)
     };
-    let moving = results.comparison.runs.iter().filter(is_moving).map(|r| (rank(r), r));
-    let (_, worst) = moving.max_by(|(a, _), (b, _)| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)))?;
+    let moving = results.comparison.runs.iter().filter(|r| is_moving(r, |s| s.1)).map(|r| (rank(r), r));
+    let (_, worst) = moving.max_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
     let (run, dof) = run_of(worst).zip(worst.dof.dof())?;
     let mut figure = motion_figure(run, dof, Some(worst.noise_floor))?;
     figure.title = format!("The worst run: {}", figure.title);

@@ -39,6 +39,17 @@ fn blind_nothing_hidden_is_nothing_missing_beyond_a_random_force() {
     assert!(!found.smallest_visible.is_empty(), "a null says what it could have shown");
 }
 
+/// Where a random force is a hundred times what is commanded nothing is named, and it is said what to do about it.
+#[test]
+fn blind_a_vehicle_that_its_commands_do_not_move_has_no_names() {
+    let found = answer("adrift", &sea("laurs", 100.0, &[], 209));
+    assert_eq!((names(&found), found.verdict), (vec![], Verdict::Unexplained), "{}", found.sentence);
+    assert!(found.sentence.starts_with("Nothing can be named: what moves the vehicle is not"), "{}", found.sentence);
+    let next = found.next_experiment.as_deref().unwrap_or_default();
+    assert!(next.starts_with("Drive ") && !found.moved_otherwise.is_empty(), "{next}");
+    assert!(found.warnings.iter().all(|w| w.code != "D107") && found.changed_parameter.is_none());
+}
+
 /// A Munk moment under a random force of 2 %, on the vehicle that it makes unstable: named, within four deviations of the
 /// truth, and the random force falls once it is known.
 #[test]
