@@ -13,6 +13,7 @@ use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::fit::{Fit, Raw, assembled, of_rows};
 use super::load::{Campaign, LoadOptions, assemble, moves, names};
 use super::logs::{Logged, needed};
+use super::unexcited::Seen;
 use crate::effects::channel;
 use crate::envelope::{self, Envelope};
 use crate::estimate::{RegressorOptions, Span, Streamed};
@@ -74,7 +75,15 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
     let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
     let file = CampaignFile::read(path, &read)?;
     let names = names(&file.runs);
-    let mut folding = Folding { file: &file, first: None, streamed: None, envelope: Envelope::new(), rows: 0, length };
+    let mut folding = Folding {
+        file: &file,
+        first: None,
+        streamed: None,
+        envelope: Envelope::new(),
+        seen: Seen::default(),
+        rows: 0,
+        length,
+    };
     let mut fitted_runs = Vec::new();
     for (table, name) in trained(&file, &names) {
         refuse_what_needs_all(&file, table, name)?;
@@ -85,6 +94,7 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
         let text = "no run of free motion has role = \"train\"";
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
     };
+    folding.seen.refuse(&campaign.model)?;
     let (model, fits) = streamed.fit()?;
     let method = match campaign.curves.as_slice() {
         [] => "clusters of rows",
@@ -111,6 +121,7 @@ struct Folding<'a> {
     first: Option<Campaign>,
     streamed: Option<Streamed>,
     envelope: Envelope,
+    seen: Seen,
     rows: usize,
     /// Rows of a piece.
     length: usize,
@@ -161,6 +172,7 @@ impl Folding<'_> {
             Err(other) => return Err(other),
         };
         let Some(run) = campaign.runs.pop() else { return Ok(()) };
+        self.seen.look(&campaign, &run);
         for (name, [low, high]) in envelope::of([&run]) {
             // Keulegan-Carpenter numbers are of whole runs
             if !Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == name) {
@@ -205,7 +217,7 @@ fn refuse_what_needs_all(file: &CampaignFile, table: &RunTable, name: &str) -> R
 
 #[cfg(test)]
 mod tests {
-    use super::super::fit::{FitOptions, fit};
+    use super::super::fit::{FitOptions, FitParameter, fit};
     use super::*;
     use crate::tank::{BlindOptions, write_blind};
 
@@ -237,6 +249,64 @@ mod tests {
             assert!((a.std.unwrap() / b.std.unwrap()).ln().abs() < 1.0, "{}: {:?} {:?}", a.name, a.std, b.std);
         }
         std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// Bounds hold in a stream as they do in memory, and a degree of freedom that nothing moves is refused.
+    #[test]
+    fn a_stream_keeps_bounds_and_refuses_what_rests() {
+        let folder = folder("bounds");
+        write_blind(&folder, &BlindOptions { duration: 60.0, ..BlindOptions::default() }).unwrap();
+        let path = folder.join("campaign.toml");
+        let text = std::fs::read_to_string(&path).unwrap().replace("coriolis = \"tied\"", "coriolis = \"free\"");
+        let fits = || {
+            let kept = Campaign::load(&path, LoadOptions::default()).unwrap();
+            let options = FitOptions { estimator: Some(Estimator::Integral) };
+            (fit(&kept, options).unwrap(), in_pieces(&path, LoadOptions::default(), 70).unwrap().1)
+        };
+        std::fs::write(&path, &text).unwrap();
+        let free = fits().1;
+        // a drag and an inertia that have to be larger than these rows have them
+        let mut bounded = text.clone();
+        for name in ["linear_drag@surge", "inertia@yaw"] {
+            let (effect, dof) = name.split_once('@').unwrap();
+            let own = |p: &&FitParameter| p.effect == effect && p.dof.is_some_and(|d| d.name() == dof);
+            let value = 1.5 * free.parameters.iter().find(own).unwrap().value;
+            bounded += &format!("\n[[parameter]]\neffect = \"{name}\"\nvalue = {value}\nmin = {value}\n");
+        }
+        std::fs::write(&path, bounded).unwrap();
+        let (kept, streamed) = fits();
+        let unphysical = |fit: &Fit| fit.warnings.iter().filter(|w| w.code == codes::UNPHYSICAL.code).count();
+        assert_eq!((unphysical(&kept), unphysical(&streamed)), (2, 2));
+        for (a, b) in streamed.parameters.iter().zip(&kept.parameters) {
+            assert!((a.value - b.value).abs() <= 1e-8 * b.value.abs(), "{}: {} {}", a.name, a.value, b.value);
+            assert_eq!(a.std.is_some(), b.std.is_some(), "{}", a.name);
+        }
+
+        std::fs::write(&path, &text).unwrap();
+        let file = CampaignFile::read(&path, &ReadOptions::default()).unwrap();
+        for table in &file.runs {
+            at_rest(&file.path_of(&table.files[0]), &["v", "tau_v"]);
+        }
+        let refused = in_pieces(&path, LoadOptions::default(), 70).unwrap_err().to_string();
+        assert!(refused.contains("sway: in no run of the fit"), "{refused}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// Writes 0 into columns of a log.
+    fn at_rest(log: &Path, columns: &[&str]) {
+        let mut rows = csv::ReaderBuilder::new().has_headers(false).from_path(log).unwrap();
+        let rows: Vec<Vec<String>> = rows.records().map(|row| row.unwrap().iter().map(Into::into).collect()).collect();
+        let mut to = csv::Writer::from_path(log).unwrap();
+        for (i, row) in rows.iter().enumerate() {
+            let cell = |(name, cell): (&String, &String)| match i > 0
+                && columns.contains(&name.split(' ').next().unwrap_or(name))
+            {
+                true => "0".to_string(),
+                false => cell.clone(),
+            };
+            to.write_record(rows[0].iter().zip(row).map(cell)).unwrap();
+        }
+        to.flush().unwrap();
     }
 
     /// Only the size on disk is asked for: a log of nothing but zeros behind its rows is as large as any.

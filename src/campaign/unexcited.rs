@@ -8,6 +8,8 @@
 //! What such a degree of freedom gets for inertia and drag is made of noise. Slow motion, a coloured noise and a bias all
 //! lie above 1.5 σ: only what is surely at rest is refused.
 
+use std::collections::BTreeSet;
+
 use super::codes;
 use super::error::Error;
 use super::load::Campaign;
@@ -27,15 +29,40 @@ const STILL: f64 = 1.5;
 /// # Errors
 /// [`Error::Refused`] with the `dofs` to write instead.
 pub(super) fn refuse(campaign: &Campaign, runs: &[Run]) -> Result<(), Error> {
-    let stated = |channel: &str| campaign.file.noise.sensors.get(channel).copied();
-    let (resting, moved): (Vec<Dof>, Vec<Dof>) =
-        campaign.model.dofs.iter().partition(|dof| runs.iter().all(|run| rests(run, **dof, &stated)));
-    let resting: Vec<Dof> = resting.into_iter().filter(|dof| is_free(&campaign.model, *dof)).collect();
-    if resting.is_empty() || moved.is_empty() {
-        return Ok(());
+    let mut seen = Seen::default();
+    runs.iter().for_each(|run| seen.look(campaign, run));
+    seen.refuse(&campaign.model)
+}
+
+/// What moves in runs that come one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Seen {
+    moved: BTreeSet<Dof>,
+}
+
+impl Seen {
+    /// Looks at a run, or at a piece of one.
+    pub fn look(&mut self, campaign: &Campaign, run: &Run) {
+        let stated = |channel: &str| campaign.file.noise.sensors.get(channel).copied();
+        for dof in &campaign.model.dofs {
+            if !self.moved.contains(dof) && !rests(run, *dof, &stated) {
+                self.moved.insert(*dof);
+            }
+        }
     }
-    let kept: Vec<Dof> = campaign.model.dofs.iter().copied().filter(|dof| !resting.contains(dof)).collect();
-    Err(Error::Refused { findings: vec![Finding::new(&codes::NOT_EXCITED, told(&resting, &kept))] })
+
+    /// As [`refuse`], of all runs that were looked at.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the `dofs` to write instead.
+    pub fn refuse(&self, model: &Model) -> Result<(), Error> {
+        let rests = |dof: &Dof| !self.moved.contains(dof) && is_free(model, *dof);
+        let (resting, kept): (Vec<Dof>, Vec<Dof>) = model.dofs.iter().partition(|dof| rests(dof));
+        if resting.is_empty() || self.moved.is_empty() {
+            return Ok(());
+        }
+        Err(Error::Refused { findings: vec![Finding::new(&codes::NOT_EXCITED, told(&resting, &kept))] })
+    }
 }
 
 /// What there is to say where nothing moves in any of the runs.

@@ -235,10 +235,21 @@ pub fn integral_least_squares(
     model: &Model,
     options: IntegralOptions,
 ) -> Result<(Model, Vec<RowFit>), IntegralError> {
+    within_bounds(model, |model| balances(runs, model, &model.dofs, options))
+}
+
+/// Fits by `fit`, holding at its bound what it takes outside of it.
+///
+/// # Errors
+/// Those of `fit`.
+pub(super) fn within_bounds(
+    model: &Model,
+    mut fit: impl FnMut(&Model) -> Result<(Model, Vec<RowFit>), IntegralError>,
+) -> Result<(Model, Vec<RowFit>), IntegralError> {
     let mut within = model.clone();
     let mut held: Vec<AtBound> = Vec::new();
     loop {
-        let (mut fitted, mut fits) = balances(runs, &within, &model.dofs, options)?;
+        let (mut fitted, mut fits) = fit(&within)?;
         let Some(at_bound) = farthest_outside(&fitted) else {
             for known in &held {
                 fitted.parameters[known.parameter].fixed = false;

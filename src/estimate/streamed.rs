@@ -5,13 +5,14 @@
 //! ```
 //!
 //! What [`super::integral_least_squares`] finds follows from the factors alone: per unit of the inertia by an exchange of
-//! two columns, shared parameters by stacking weighed factors; balances that share inertias (tied Coriolis) are refused. Standard deviations are those of clusters: b is a stretch
+//! two columns, shared parameters by stacking weighed factors, a parameter at its bound by taking its column to the other
+//! side; balances that share inertias (tied Coriolis) are refused. Standard deviations are those of clusters: b is a stretch
 //! of consecutive rows, g_b = H_bᵀ e_b, c = B/(B − 1) · n/(n − p). At most [`BLOCKS`] factors are kept; neighbours then
 //! merge, and the clusters grow.
 
 use std::collections::BTreeSet;
 
-use super::integral::{IntegralError, RowFit, own_inertia};
+use super::integral::{IntegralError, RowFit, own_inertia, within_bounds};
 use super::{Column, Folded, RegressorError, RegressorOptions, folded};
 use crate::frame::Dof;
 use crate::least_squares::{LeastSquaresError, StreamingQr};
@@ -74,24 +75,34 @@ impl Streamed {
         Ok(())
     }
 
-    /// The model with estimates and standard deviations written in, and what is known of each fit.
+    /// The model with estimates within their bounds and standard deviations written in, and what is known of each fit.
     ///
     /// # Errors
     /// [`IntegralError`] where the rows do not determine the parameters.
     pub fn fit(&self) -> Result<(Model, Vec<RowFit>), IntegralError> {
-        let mut fitted = self.model.clone();
+        within_bounds(&self.model, |model| self.fit_free(model))
+    }
+
+    /// Fits the parameters that are free in `model`, whatever their bounds; what was folded as free and is fixed there has
+    /// its value.
+    fn fit_free(&self, model: &Model) -> Result<(Model, Vec<RowFit>), IntegralError> {
+        let mut fitted = model.clone();
         let mut fits = Vec::new();
-        for group in groups(&self.systems) {
+        let mut systems = Vec::new();
+        for system in &self.systems {
+            let linear = |source| IntegralError::Linear { dofs: system.dof.name().into(), source };
+            systems.extend(system.holding(model).map_err(linear)?);
+        }
+        for group in groups(&systems) {
             let dofs = group.iter().map(|s| s.dof.name()).collect::<Vec<_>>().join(", ");
             let fit = match group.as_slice() {
                 [one] => {
-                    let own = self.model.parameter_of(&format!("inertia@{}", one.dof));
-                    let own = own.filter(|p| !self.model.parameters[*p].fixed);
+                    let own = own_inertia(model, one.dof);
                     let at = own.and_then(|p| one.parameters.iter().position(|c| c.parameter == p));
                     solve(&one.blocks, at, &one.parameters, &[one.dof])
                 }
                 // the factors alone would give the solution as forces, with inertias that noise shrinks
-                several if several.iter().any(|s| own_inertia(&self.model, s.dof).is_some()) => {
+                several if several.iter().any(|s| own_inertia(model, s.dof).is_some()) => {
                     return Err(IntegralError::SharedInStream { dofs });
                 }
                 several => together(several),
@@ -106,6 +117,20 @@ impl Streamed {
 }
 
 impl System {
+    /// The rows with what is fixed in `model` on the other side; `None` where nothing is free.
+    fn holding(&self, model: &Model) -> Result<Option<System>, LeastSquaresError> {
+        let mut left = self.clone();
+        while let Some(at) = left.parameters.iter().position(|c| model.parameters[c.parameter].fixed) {
+            let held = left.parameters.remove(at);
+            if left.parameters.is_empty() {
+                return Ok(None);
+            }
+            let value = model.parameters[held.parameter].value;
+            left.blocks = left.blocks.iter().map(|block| block.held(at, value)).collect::<Result<_, _>>()?;
+        }
+        Ok(Some(left))
+    }
+
     /// Merges neighbours two by two.
     fn halve(&mut self) {
         let mut merged: Vec<StreamingQr> = Vec::with_capacity(self.blocks.len().div_ceil(2));

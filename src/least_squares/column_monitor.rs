@@ -93,6 +93,19 @@ impl ColumnMonitor {
         placed
     }
 
+    /// What is known of the columns `kept`, before a right-hand side of which nothing is known.
+    pub fn kept(&self, kept: &[usize]) -> ColumnMonitor {
+        let mut left = ColumnMonitor::new(kept.len() + 1);
+        left.varies.fill(true);
+        for (k, j) in kept.iter().enumerate() {
+            (left.constant[k], left.varies[k]) = (self.constant[*j], self.varies[*j]);
+            for (m, i) in kept[..k].iter().enumerate() {
+                left.pairs[k * k.saturating_sub(1) / 2 + m] = self.pairs[j * (j - 1) / 2 + i];
+            }
+        }
+        left
+    }
+
     /// Takes in what another has seen of further rows.
     pub fn merge(&mut self, other: &ColumnMonitor) {
         for j in 0..self.varies.len() {

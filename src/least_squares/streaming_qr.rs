@@ -268,6 +268,29 @@ impl StreamingQr {
         wide
     }
 
+    /// The same rows with the unknown of column `column` known to be `value`: it goes to the right-hand side.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError::NoColumns`] where no other column is left.
+    pub fn held(&self, column: usize, value: f64) -> Result<StreamingQr, LeastSquaresError> {
+        let p = self.columns();
+        let kept: Vec<usize> = (0..p).filter(|j| *j != column).collect();
+        let names = Names { columns: kept.iter().map(|j| self.names.column(*j)).collect(), ..self.names.clone() };
+        let mut held = StreamingQr::new(kept.len(), names)?;
+        let alone: Vec<f64> = (0..p).map(|j| if j == column { value } else { 0.0 }).collect();
+        let rest = self.residual_rows(&alone);
+        let top = rest.iter().fold(0.0, |top: f64, x| top.max(x.abs()));
+        held.exponents = kept.iter().map(|j| self.exponents[*j]).chain([(top > 0.0).then(|| exponent(top))]).collect();
+        let scale = -held.exponents[p - 1].unwrap_or(0);
+        let row = |i: usize| -> Vec<f64> {
+            kept.iter().map(|j| self.triangle.at(i, *j)).chain([times_power_of_two(rest[i], scale)]).collect()
+        };
+        held.triangle = Triangle::of_rows(p, &(0..=p).map(row).collect::<Vec<_>>());
+        held.watch = self.watch.kept(&kept);
+        held.rows = self.rows;
+        Ok(held)
+    }
+
     fn placed(&self, places: &[usize], width: usize, power: i32) -> StreamingQr {
         let mut exponents = vec![None; width];
         let mut rows = vec![vec![0.0; width]; self.triangle.width()];
@@ -392,6 +415,26 @@ mod tests {
             pool.install(|| StreamingQr::of(&slices(&h), &y, &Names::default()).unwrap().fit().unwrap())
         };
         assert_eq!(with(1), with(2));
+    }
+
+    /// What is known goes to the other side: as a fit of the rows without that column. Two ways of one sum, to rounding.
+    #[test]
+    fn a_held_unknown_is_one_of_the_right_hand_side() {
+        let (h, y) = system(5_000);
+        let tall = StreamingQr::of(&slices(&h), &y, &Names::default()).unwrap();
+        let held = tall.held(1, 2.5).unwrap();
+        let rest: Vec<f64> = y.iter().zip(&h[1]).map(|(y, u)| y - 2.5 * u).collect();
+        let two = [h[0].clone(), h[2].clone()];
+        let straight = StreamingQr::of(&slices(&two), &rest, &Names::default()).unwrap();
+        held.judge().unwrap();
+        let (a, b) = (held.fit().unwrap(), straight.fit().unwrap());
+        for j in 0..2 {
+            assert!((a.coefficients[j] / b.coefficients[j] - 1.0).abs() < 1e-10);
+            assert!((a.standard_errors[j] / b.standard_errors[j] - 1.0).abs() < 1e-10);
+        }
+        assert_eq!((held.rows(), held.columns()), (5_000, 2));
+        let last = held.held(0, 1.0).unwrap().held(0, 1.0);
+        assert!(matches!(last, Err(LeastSquaresError::NoColumns)));
     }
 
     #[test]

@@ -79,7 +79,7 @@ def test_the_first_screen_answers(browser, report):
     assert all(y < 1000 for y in begin), begin
     titles = browser.run("[...document.querySelectorAll('.first .title')].map(e => e.textContent)")
     assert titles[0].startswith("The gap in ") and titles[1].startswith("The worst run: "), titles
-    assert titles[2:] == ["Parameters", "Noise of the sensors"]
+    assert titles[2:] == ["Parameters", "Random force", "Noise of the sensors"]
     legend = browser.run("[...document.querySelectorAll('.first .chart-figure')][1].querySelector('.wide').textContent")
     assert "measured" in legend and "without what was missing" in legend
     links = browser.run("[...document.querySelectorAll('nav a')].map(a => [a.textContent, a.getAttribute('href')])")
