@@ -98,14 +98,19 @@ class Page:
 
     def open(self, file: Path | str, width: int = 1000, height: int = 900, dark: bool = False, script: bool = True) -> None:
         """Opens a file or an address and waits until it is loaded."""
+        # The page before may have lost its server and complain of it for as long as it is open: it is left first.
+        self._go("about:blank")
         self.errors.clear()
         self.urls.clear()
         self.call("Emulation.setScriptExecutionDisabled", value=not script)
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         feature = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[feature])
+        self._go(file if isinstance(file, str) else file.resolve().as_uri())
+
+    def _go(self, url: str) -> None:
         self._heard.clear()
-        self.call("Page.navigate", url=file if isinstance(file, str) else file.resolve().as_uri())
+        self.call("Page.navigate", url=url)
         self.wait_for("Page.loadEventFired")
 
     def run(self, expression: str):
