@@ -1,6 +1,7 @@
 """The Python package beside its core called from Rust: least squares, a simulation, and a fit from arrays.
 
-python door.py FOLDER, under the Python that has the wheel, does the works that it is asked for on standard input.
+python door.py FOLDER, under the Python that has the wheel, does the works that it is asked for on standard input;
+python door.py PARTNER PYTHON PAGE measures them and renews their section of the page: `make bench-door`.
 """
 
 import json
@@ -21,6 +22,8 @@ WORKS = [
     ("campaign and fit from arrays, 1e5 x 6, integral", "fit", "core_fit", "1.1"),
 ]
 PAIRS = 9
+HEADING = "## The door to Python"
+ALONE = "Measured apart from the rest of this page, by `make bench-door`."
 
 
 def works(folder: Path) -> dict[str, Callable[[], float]]:
@@ -59,7 +62,7 @@ def serve(folder: Path) -> None:
 def section(core: Partner, python: str) -> list[str]:
     """Both sides in turn, each a process of its own; the first pair is not counted."""
     lines = [
-        "## The door to Python",
+        HEADING,
         "",
         "The same work on the same arrays, called from Python and from Rust (process CPU, medians; the ratio is the",
         "median of the pairs' ratios, Python's over Rust's: at 1 the door costs nothing).",
@@ -88,5 +91,24 @@ def agree(work: str, core: dict[str, Any], door: dict[str, Any]) -> None:
         raise RuntimeError(f"{work}: {inside} from Rust, {outside} from Python")
 
 
+def renewed(page: str, lines: list[str]) -> str:
+    """The page with these lines for the section; where there was none they come before the first of the others."""
+    start = page.index(HEADING) if HEADING in page else page.index("## ")
+    end = page.find("\n## ", start + 1) + 1 if HEADING in page else start
+    return page[:start] + "\n".join(lines) + "\n" + page[end or len(page) :]
+
+
+def main() -> None:
+    """Serves, or measures and renews the page."""
+    if len(sys.argv) == 2:
+        return serve(Path(sys.argv[1]))
+    executable, python, page = sys.argv[1:]
+    with Partner([executable, "--bench"]) as core:
+        lines = section(core, python)
+    text = Path(page).read_text()
+    Path(page).write_text(renewed(text, [*lines[:-1], "", ALONE, ""]))
+    return None
+
+
 if __name__ == "__main__":
-    serve(Path(sys.argv[1]))
+    main()
