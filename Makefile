@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 # other packages, in an environment of their own
 PEERS  := target/peers
 
-.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage findings staged bench pictures clean
+.PHONY: test test-rust test-python test-browser lint deny fuzz wheel blind blind-short plan coverage findings staged bench bench-door pictures clean
 
 # The wheel of the tests is made of the objects that the Rust tests have built; that of the benches as users get it.
 test test-python test-browser: PROFILE := dev
@@ -93,6 +93,12 @@ bench: wheel $(PEERS)/bin/python
 	built() { sed -n "s/.*\"name\":\"$$1\".*\"executable\":\"\([^\"]*\)\".*/\1/p" target/benches.json; } && \
 	$(PEERS)/bin/python benches/peers/run.py "$$(built partner)" "$$(built growth)" target/release/hydrosysid $(BIN)/python \
 		--parts target/parts.txt --write docs/benchmarks.md
+
+# The section of the Python package alone, put into the same page.
+bench-door: wheel
+	cargo bench --no-run --bench partner --message-format=json > target/benches.json
+	partner=$$(sed -n 's/.*"name":"partner".*"executable":"\([^"]*\)".*/\1/p' target/benches.json) && \
+	$(BIN)/python benches/peers/door.py "$$partner" $(BIN)/python docs/benchmarks.md
 
 # The pictures of the book: terminal, report, page, notebook; see docs/pictures/make.py. Needs Chromium.
 pictures: wheel

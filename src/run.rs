@@ -40,7 +40,12 @@ const ROUNDING: f64 = 1e-9;
 
 /// Forces and moments below this are rounding of what shares them out to thrusters, N or N·m.
 pub fn rounding_of_commands(runs: &[Run]) -> f64 {
-    ROUNDING * Dof::ALL.into_iter().map(|dof| greatest(runs, dof.force())).fold(0.0, f64::max)
+    rounding_of(Dof::ALL.into_iter().map(|dof| greatest(runs, dof.force())))
+}
+
+/// The same of the greatest magnitude in each degree of freedom.
+pub fn rounding_of(greatest: impl Iterator<Item = f64>) -> f64 {
+    ROUNDING * greatest.fold(0.0, f64::max)
 }
 
 /// Whether a force or moment is commanded in a degree of freedom, beyond rounding.

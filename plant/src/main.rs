@@ -18,7 +18,7 @@ vehicle
 runs
   --runs N  --duration S  --lead-in S  --pilots open|closed|mixed  --bollard
   --manoeuvres LIST             in turn: a degree of freedom, zigzag, multisine, random, steps, constant, controlled,
-                                bollard   (each alone, a zig-zag, all at once; the last third validates)
+                                constant:DOF=SHARE, bollard   (each alone, a zig-zag, all at once; the last third validates)
   --command-rate HZ  --input hold|linear  --commands wrench|thrusters
 random force
   --force PERCENT               root mean square, of that of the command   (0)

@@ -64,8 +64,8 @@ pub enum Manoeuvre {
     Random,
     /// Steps in each degree of freedom, one after the other.
     Steps,
-    /// A constant force ahead: constant velocity after a while.
-    Constant(f64),
+    /// A constant share of the rated force in one degree of freedom: constant velocity after a while.
+    Constant(Dof, f64),
     /// PID on what is measured.
     Controlled,
     /// Held, on load cells.
@@ -73,15 +73,18 @@ pub enum Manoeuvre {
 }
 
 impl Manoeuvre {
-    /// The manoeuvre of this name: a degree of freedom, `zigzag`, `multisine`, `random`, `steps`, `constant`,
-    /// `controlled`, `bollard`.
+    /// The manoeuvre of this name: a degree of freedom, `zigzag`, `multisine`, `random`, `steps`, `constant` (ahead),
+    /// `constant:yaw=-0.4` (share of the rated force), `controlled`, `bollard`.
     pub fn named(name: &str) -> Option<Manoeuvre> {
+        if let Some((dof, share)) = name.strip_prefix("constant:").and_then(|rest| rest.split_once('=')) {
+            return Some(Manoeuvre::Constant(Dof::from_name(dof)?, share.parse().ok()?));
+        }
         Some(match name {
             "zigzag" => Manoeuvre::Zigzag(0.65),
             "multisine" => Manoeuvre::Multisine,
             "random" => Manoeuvre::Random,
             "steps" => Manoeuvre::Steps,
-            "constant" => Manoeuvre::Constant(0.6),
+            "constant" => Manoeuvre::Constant(Dof::Surge, 0.6),
             "controlled" => Manoeuvre::Controlled,
             "bollard" => Manoeuvre::Bollard,
             _ => Manoeuvre::Alone(Dof::from_name(name)?, 0.6, 0.0),
@@ -166,8 +169,8 @@ fn laws(manoeuvre: Manoeuvre, campaign: &Campaign, vehicle: &Vehicle, random: &m
         }
         Manoeuvre::Multisine => (Kind::Free, everything(campaign, vehicle, random)),
         Manoeuvre::Steps => (Kind::Free, steps(campaign, vehicle, random)),
-        Manoeuvre::Constant(share) => {
-            (Kind::ConstantVelocity, vec![(Dof::Surge, Law::Sines(share * rated[0], Vec::new()))])
+        Manoeuvre::Constant(dof, share) => {
+            (Kind::ConstantVelocity, vec![(dof, Law::Sines(share * rated[dof.index()], Vec::new()))])
         }
         Manoeuvre::Controlled => (Kind::Free, controlled(campaign, vehicle, random)),
         Manoeuvre::Bollard => (Kind::Bollard, everything(campaign, vehicle, random)),

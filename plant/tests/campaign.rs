@@ -1,7 +1,7 @@
 //! What a campaign is told to do, its logs show.
 
 use hydrosysid_plant::log::Log;
-use hydrosysid_plant::{Campaign, Dof, Pilots, RandomForce, Sailed, Suite, Vehicle};
+use hydrosysid_plant::{Campaign, Dof, Manoeuvre, Pilots, RandomForce, Sailed, Suite, Vehicle};
 
 fn campaign(vehicle: &str, dofs: &[Dof]) -> Campaign {
     let mut campaign = Campaign::new(Vehicle::named(vehicle).expect("it exists"), dofs);
@@ -119,4 +119,27 @@ fn forces_that_are_given_are_commanded() {
     let logged = values(&sailed.logs[0], "tau_v");
     assert!(logged.iter().zip(&ramp).all(|(a, b)| (a - b).abs() < 1e-12) && logged.len() >= ramp.len(), "{logged:?}");
     assert!(values(&sailed.logs[0], "tau_u").iter().all(|f| f.abs() < 1e-12));
+}
+
+/// A constant share of the rated force has its degree of freedom in its name, and ends at the speed where drag balances it.
+#[test]
+fn a_constant_force_in_any_degree_of_freedom() {
+    assert_eq!(Manoeuvre::named("constant"), Some(Manoeuvre::Constant(Dof::Surge, 0.6)));
+    assert_eq!(Manoeuvre::named("constant:yaw=-0.4"), Some(Manoeuvre::Constant(Dof::Yaw, -0.4)));
+    for wrong in ["constant:up=1", "constant:yaw=fast", "constant:yaw"] {
+        assert_eq!(Manoeuvre::named(wrong), None, "{wrong}");
+    }
+    let mut sea = Campaign::new(Vehicle::named("laurs").expect("it exists"), &Dof::PLANE);
+    (sea.runs, sea.spread, sea.duration) = (1, 0.0, 120.0);
+    sea.manoeuvres = vec![Manoeuvre::Constant(Dof::Yaw, -0.4)];
+    sea.instruments = Suite { noise: 0.0, ..Suite::default() }.instruments(&Dof::PLANE);
+    let sailed = sea.sail().expect("it sails");
+    let last =
+        |channel: &str| *sailed.logs[0].signal(channel).expect("it is logged").values.last().expect("it has samples");
+    let of = |effect: &str| sailed.truth.values.iter().find(|v| v.effect == effect).expect("it is known").value;
+    let (moment, rate) = (last("tau_r"), last("r"));
+    assert!(moment < 0.0 && rate < 0.0, "{moment} {rate}");
+    // τ = k r + k |r| r, at rest of all else
+    let balance = of("linear_drag@yaw") * rate + of("quadratic_drag@yaw") * rate * rate.abs();
+    assert!((balance / moment - 1.0).abs() < 1e-6, "{balance} for {moment}");
 }

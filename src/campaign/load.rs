@@ -252,6 +252,7 @@ pub(super) fn assemble(
     model.input = if !mixed && held.first() == Some(&true) { Interpolation::Hold } else { Interpolation::Linear };
     let thrusters::Curves { curves, mut findings, sources: tables_of_thrust } = thrusters::fit(&mut file)?;
     sources.extend(tables_of_thrust);
+    own_formulas::check_observed_units(&file, &logged)?;
     let (mut runs, mut benches, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     let mut position = true;
     let driven = baseline::driven_by_formulas(&file);
@@ -303,10 +304,7 @@ pub(super) fn assemble(
     if position {
         findings.extend(heading::finding(&model, &runs));
     }
-    if !runs.iter().any(|run| run.role == Role::Validate) {
-        let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
-        findings.push(Finding::new(&codes::NO_VALIDATION, text));
-    }
+    findings.extend(unjudged(runs.iter().map(|run| run.role)));
     let output_error = OutputErrorOptions {
         segment: file.fit.segment,
         longest_step: file.fit.longest_step,
@@ -368,6 +366,12 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
     }
     logged.run.signals.retain(|_, signal| !signal.is_empty());
     Ok(())
+}
+
+/// Says so where every run takes part in the fit.
+pub(super) fn unjudged(mut roles: impl Iterator<Item = Role>) -> Option<Finding> {
+    let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
+    (!roles.any(|role| role == Role::Validate)).then(|| Finding::new(&codes::NO_VALIDATION, text))
 }
 
 /// Channels that hold functions of the states: they are cut as those of motion are.

@@ -20,7 +20,7 @@ use crate::run::{Run, RunKind, Signal, WALL_CLOCK, thruster_of};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Logged {
     pub run: Run,
-    /// Unit of each command as it was logged: `V`, `1` or `us`.
+    /// Unit of each channel that has one: a command's as it was logged (`V`, `1` or `us`), else that of SI.
     pub units: BTreeMap<String, &'static str>,
     /// Warnings and notes of the reader.
     pub findings: Vec<Finding>,

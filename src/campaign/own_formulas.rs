@@ -4,13 +4,19 @@
 //! [formula] · [unit of the parameter] = N, N·m in rotation
 //! ```
 //!
+//! ```text
+//! [observed formula] = [column of the log]
+//! ```
+//!
 //! A formula of states, forces and time alone has a unit; a further column of a log has none that is known, and a sum of
-//! unlike units has numbers with hidden units in it: neither is judged.
+//! unlike units has numbers with hidden units in it: neither is judged. The number in an observed `0.3*q` is perhaps a lever
+//! arm in m; a force has a parameter that takes such a unit.
 
 use super::baseline::wrong;
 use super::error::Error;
 use super::file::{CampaignFile, EffectTable};
 use super::load::moves;
+use super::logs::Logged;
 use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -47,6 +53,29 @@ pub(super) fn check(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<
     Ok(())
 }
 
+/// Refuses an observed formula in another unit than the header of its column gives in a log.
+///
+/// # Errors
+/// [`Error::File`] with the place in the campaign file.
+pub(super) fn check_observed_units(file: &CampaignFile, logged: &[Logged]) -> Result<(), Error> {
+    for (i, table) in file.observed.iter().enumerate() {
+        let formula = Formula::parse(&table.formula).ok().filter(|formula| !formula.has_numbers());
+        let Some(predicted) = formula.as_ref().and_then(dimension) else { continue };
+        for log in logged {
+            let Some(unit) = log.units.get(&table.channel) else { continue };
+            if unit.parse().is_ok_and(|measured: Dimension| measured != predicted) {
+                let text = format!(
+                    "`{}` is in {predicted}, and run `{}` has `{}` in {unit}: they must have the same unit; correct the \
+                     formula, or the unit of the column by columns.{} = {{ name, unit }}",
+                    table.formula, log.run.name, table.channel, table.channel
+                );
+                return Err(wrong(file, &format!("observe[{i}].formula"), &text));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Where a formula gives no finite number along a log; `None` where it does everywhere, or reads what is not logged.
 fn no_number(formula: &Formula, run: &Run) -> Option<String> {
     let read: Vec<&Signal> = formula.names().into_iter().filter_map(|name| run.signal(name)).collect();
@@ -70,15 +99,7 @@ fn no_number(formula: &Formula, run: &Run) -> Option<String> {
 
 /// Why formula and unit make no force; `None` where they do or where nobody can tell.
 fn wrong_unit(table: &EffectTable) -> Option<String> {
-    let formula = Formula::parse(&table.formula).ok()?;
-    let graph = Graph::new();
-    let names: Vec<&str> = formula.names().into_iter().collect();
-    let units: Vec<Dimension> = names.iter().map(|name| known_unit(name)).collect::<Option<_>>()?;
-    let leaf = |name: &str| {
-        let k = names.iter().position(|n| *n == name).unwrap_or_default();
-        graph.leaf(Leaf::Input(k as u16), units.get(k).copied().unwrap_or(Dimension::ONE))
-    };
-    let found = formula.lower(&graph, &leaf).dimension().ok()?;
+    let found = dimension(&Formula::parse(&table.formula).ok()?)?;
     let force = if table.dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE };
     let wanted = force.over(found);
     (wanted != table.unit).then(|| {
@@ -89,6 +110,18 @@ fn wrong_unit(table: &EffectTable) -> Option<String> {
             found.times(table.unit)
         )
     })
+}
+
+/// Unit of a formula; `None` where it reads a column of the log or has hidden units in it.
+fn dimension(formula: &Formula) -> Option<Dimension> {
+    let graph = Graph::new();
+    let names: Vec<&str> = formula.names().into_iter().collect();
+    let units: Vec<Dimension> = names.iter().map(|name| known_unit(name)).collect::<Option<_>>()?;
+    let leaf = |name: &str| {
+        let k = names.iter().position(|n| *n == name).unwrap_or_default();
+        graph.leaf(Leaf::Input(k as u16), units.get(k).copied().unwrap_or(Dimension::ONE))
+    };
+    formula.lower(&graph, &leaf).dimension().ok()
 }
 
 /// Unit of a state, a force or the time; `None` for a column of the log.

@@ -7,12 +7,14 @@ use std::path::Path;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
+use super::baseline;
 use super::codes;
 use super::error::Error;
 use super::file::{CampaignFile, Estimator, ReadOptions, RunTable};
 use super::fit::{Fit, Raw, assembled, of_rows};
-use super::load::{Campaign, LoadOptions, assemble, moves, names};
+use super::load::{Campaign, LoadOptions, assemble, moves, names, unjudged};
 use super::logs::{Logged, needed};
+use super::scale;
 use super::unexcited::Seen;
 use crate::effects::channel;
 use crate::envelope::{self, Envelope};
@@ -81,6 +83,7 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
         streamed: None,
         envelope: Envelope::new(),
         seen: Seen::default(),
+        met: Vec::new(),
         rows: 0,
         length,
     };
@@ -90,11 +93,13 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
         folding.run(table, name)?;
         fitted_runs.push(name.clone());
     }
-    let (Some(campaign), Some(streamed)) = (folding.first, folding.streamed) else {
+    let (Some(mut campaign), Some(streamed)) = (folding.first, folding.streamed) else {
         let text = "no run of free motion has role = \"train\"";
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
     };
     folding.seen.refuse(&campaign.model)?;
+    campaign.findings.append(&mut folding.met);
+    campaign.findings.extend(of_all_pieces(&campaign, &folding.seen));
     let (model, fits) = streamed.fit()?;
     let method = match campaign.curves.as_slice() {
         [] => "clusters of rows",
@@ -122,6 +127,8 @@ struct Folding<'a> {
     streamed: Option<Streamed>,
     envelope: Envelope,
     seen: Seen,
+    /// What was met in the logs.
+    met: Vec<Finding>,
     rows: usize,
     /// Rows of a piece.
     length: usize,
@@ -151,7 +158,10 @@ impl Folding<'_> {
             let folded = receive.into_iter().try_for_each(|piece| self.piece(table, name, options, piece));
             let read = reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             // a row that is not sound comes first: what is folded behind it does not count
-            read.map_err(wrong)?;
+            if let Some(passage) = read.map_err(wrong)? {
+                let file = self.file.path_of(&table.files[0]).display().to_string();
+                self.met.extend(passage.findings(&file).into_iter().map(|found| found.of_run(name)));
+            }
             folded
         })
     }
@@ -184,16 +194,30 @@ impl Folding<'_> {
         let regressor = RegressorOptions { span: Span::Samples(window), ..RegressorOptions::default() };
         let streamed = self.streamed.get_or_insert_with(|| Streamed::new(&campaign.model, regressor));
         streamed.push(&run)?;
-        self.first.get_or_insert(campaign);
+        if self.first.is_none() {
+            // of these a piece tells nothing: the other pieces may have commands, other tables another role
+            let of_all = [codes::NO_SCALE.code, codes::NO_VALIDATION.code];
+            campaign.findings.retain(|finding| !of_all.contains(&finding.code));
+            self.first = Some(campaign);
+        }
         Ok(())
     }
+}
+
+/// What only all pieces together tell: degrees of freedom without a known force, and whether some run validates.
+fn of_all_pieces(campaign: &Campaign, seen: &Seen) -> Vec<Finding> {
+    let formulas = baseline::driven_by_formulas(&campaign.file);
+    let undriven: Vec<Dof> =
+        seen.uncommanded(&campaign.model).into_iter().filter(|dof| !formulas.contains(dof)).collect();
+    let roles = campaign.file.runs.iter().map(|table| table.role);
+    scale::finding(&campaign.model, &undriven).into_iter().chain(unjudged(roles)).collect()
 }
 
 /// What cannot be done with pieces.
 fn refuse_what_needs_all(file: &CampaignFile, table: &RunTable, name: &str) -> Result<(), Error> {
     let own = table.files.first().and_then(|file| file.log.as_ref());
     let options = own.or(table.log.as_ref()).unwrap_or(&file.log);
-    let (model, _): (Model, _) = super::baseline::build(file)?;
+    let (model, _): (Model, _) = baseline::build(file)?;
     let whole = |channel: &str| {
         let amplitude = Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == channel);
         amplitude || [channel::SUPPLY_RATIO, channel::ANCHOR_NORTH, channel::ANCHOR_EAST].contains(&channel)
@@ -289,6 +313,39 @@ mod tests {
         }
         let refused = in_pieces(&path, LoadOptions::default(), 70).unwrap_err().to_string();
         assert!(refused.contains("sway: in no run of the fit"), "{refused}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// Warnings are those of all pieces: a sway that later runs drive has a known force, a run that validates counts, and
+    /// rows that the options drop are told.
+    #[test]
+    fn a_stream_warns_as_logs_in_memory_do() {
+        let folder = folder("warns");
+        write_blind(&folder, &BlindOptions { duration: 60.0, ..BlindOptions::default() }).unwrap();
+        let path = folder.join("campaign.toml");
+        let text = std::fs::read_to_string(&path).unwrap().replace("coriolis = \"tied\"", "coriolis = \"free\"");
+        std::fs::write(&path, text.replacen("[log]", "[log]\nmissing = \"drop\"", 1)).unwrap();
+        let file = CampaignFile::read(&path, &ReadOptions::default()).unwrap();
+        // a cell of the last row is empty
+        let log = file.path_of(&file.runs[0].files[0]);
+        let rows = std::fs::read_to_string(&log).unwrap();
+        let last = rows.trim_end().rsplit_once(',').unwrap().0;
+        std::fs::write(&log, format!("{last},\n")).unwrap();
+        // the first run, and with it the first piece, drives no sway
+        at_rest(&log, &["tau_v"]);
+        let codes = |fit: &Fit| -> Vec<&str> {
+            let of_the_log =
+                |code: &&str| code.starts_with('L') || [codes::NO_SCALE.code, codes::NO_VALIDATION.code].contains(code);
+            let mut codes: Vec<&str> = fit.warnings.iter().map(|w| w.code).filter(of_the_log).collect();
+            codes.sort_unstable();
+            codes
+        };
+        let kept = Campaign::load(&path, LoadOptions::default()).unwrap();
+        let kept = fit(&kept, FitOptions { estimator: Some(Estimator::Integral) }).unwrap();
+        let streamed = in_pieces(&path, LoadOptions::default(), 70).unwrap().1;
+        assert_eq!(codes(&streamed), codes(&kept), "{:?} {:?}", streamed.warnings, kept.warnings);
+        let dropped = streamed.warnings.iter().find(|w| w.message.contains("1 row dropped")).unwrap();
+        assert_eq!(dropped.run.as_deref(), Some(file.runs[0].files[0].file.as_str()));
         std::fs::remove_dir_all(folder).unwrap();
     }
 

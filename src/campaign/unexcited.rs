@@ -8,7 +8,7 @@
 //! What such a degree of freedom gets for inertia and drag is made of noise. Slow motion, a coloured noise and a bias all
 //! lie above 1.5 σ: only what is surely at rest is refused.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::codes;
 use super::error::Error;
@@ -19,7 +19,7 @@ use crate::check::samples::Samples;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::{Run, is_commanded};
+use crate::run::{Run, greatest, is_commanded, rounding_of};
 
 /// Root mean square of a velocity at rest, in units of its noise.
 const STILL: f64 = 1.5;
@@ -38,6 +38,8 @@ pub(super) fn refuse(campaign: &Campaign, runs: &[Run]) -> Result<(), Error> {
 #[derive(Debug, Default)]
 pub(super) struct Seen {
     moved: BTreeSet<Dof>,
+    /// Greatest force or moment that was commanded, N or N·m.
+    commanded: BTreeMap<Dof, f64>,
 }
 
 impl Seen {
@@ -49,6 +51,17 @@ impl Seen {
                 self.moved.insert(*dof);
             }
         }
+        for dof in Dof::ALL {
+            let most = self.commanded.entry(dof).or_default();
+            *most = most.max(greatest(std::slice::from_ref(run), dof.force()));
+        }
+    }
+
+    /// Degrees of freedom that are modelled and in which nothing was commanded beyond rounding.
+    pub fn uncommanded(&self, model: &Model) -> Vec<Dof> {
+        let rounding = rounding_of(self.commanded.values().copied());
+        let none = |dof: &Dof| self.commanded.get(dof).is_none_or(|most| *most <= rounding);
+        model.dofs.iter().copied().filter(none).collect()
     }
 
     /// As [`refuse`], of all runs that were looked at.

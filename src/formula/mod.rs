@@ -55,6 +55,11 @@ impl Formula {
         self.names.iter().map(|n| n.text.as_str()).collect()
     }
 
+    /// Whether a number stands in it that is no exponent: it may have a unit of its own, as a lever arm in `0.3*q` has.
+    pub fn has_numbers(&self) -> bool {
+        has_numbers(&self.syntax)
+    }
+
     /// Refuses a name that is none of `known`.
     ///
     /// # Errors
@@ -142,6 +147,19 @@ impl Formula {
             values.extend_from_slice(&plan.output(&registers, 0)[..LANES.min(time.len() - first)]);
         }
         Ok(values)
+    }
+}
+
+fn has_numbers(syntax: &Syntax) -> bool {
+    match syntax {
+        Syntax::Number(_) => true,
+        Syntax::Name(_) => false,
+        Syntax::Binary(Operator::Power, base, exponent) => {
+            has_numbers(base) || !matches!(**exponent, Syntax::Number(_)) && has_numbers(exponent)
+        }
+        Syntax::Minus(a) | Syntax::Not(a) => has_numbers(a),
+        Syntax::Binary(_, a, b) => has_numbers(a) || has_numbers(b),
+        Syntax::Call(_, arguments) => arguments.iter().any(has_numbers),
     }
 }
 

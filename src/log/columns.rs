@@ -137,6 +137,13 @@ pub fn any_unit(name: &str) -> Option<Unit> {
     [Position, Angle, Velocity, Rate, Force, Moment].into_iter().find_map(|q| q.unit(name))
 }
 
+/// SI unit of what is read in `unit`: `m/s` for `cm/s`.
+pub fn si_name(unit: Unit) -> &'static str {
+    use Quantity::{Angle, Force, Moment, Position, Rate, Velocity};
+    let same = |q: &Quantity| q.unit(unit.name).is_some();
+    [Position, Angle, Velocity, Rate, Force, Moment].into_iter().find(same).map_or("", |q| q.units()[0].name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -309,7 +309,8 @@ fn si_unit(quantity: Option<Quantity>, unit: Option<Unit>) -> &'static str {
     match (quantity, unit) {
         (Some(Quantity::Command), Some(unit)) => unit.name,
         (Some(quantity), _) => quantity.units().first().map_or("", |u| u.name),
-        (None, _) => "",
+        (None, Some(unit)) => columns::si_name(unit),
+        (None, None) => "",
     }
 }
 

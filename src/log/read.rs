@@ -181,8 +181,7 @@ fn collect<R: Read>(
         for seen in check::all(&time, &log.signals, &log.units) {
             let line = seen.time.map(|t| table.lines.line(time.partition_point(|s| *s < t)));
             let column = if let [only] = &seen.channels[..] { Some(only.as_str()) } else { None };
-            let finding = Finding::at(&seen.code, &log.file, line, column, &seen.text);
-            if finding.severity == Severity::Note { log.notes.push(finding) } else { log.warnings.push(finding) }
+            log.add(Finding::at(&seen.code, &log.file, line, column, &seen.text));
         }
     }
     Ok(log)
@@ -258,29 +257,8 @@ fn keep_signals(log: &mut LogFile, plan: &Plan, passage: &Passage, values: Vec<V
 
 /// What was met while reading, in words.
 fn passage_findings(log: &mut LogFile, passage: &Passage, options: &LogOptions) {
-    let rows = |n: u64| if n == 1 { "1 row".to_string() } else { format!("{n} rows") };
-    for (count, why) in [
-        (passage.missing, "for a missing value (missing = \"drop\")"),
-        (passage.duplicates, "for a repeated time stamp (duplicates = \"first\")"),
-        (passage.truncated, "because the log ends inside it (truncated = \"drop\")"),
-    ] {
-        if count > 0 {
-            log.warn(&codes::ROWS_DROPPED, None, None, &format!("{} dropped {why}", rows(count)));
-        }
-    }
-    if let Some((line, count)) = passage.blank {
-        let more = if count > 1 { format!(" ({count} such places)") } else { String::new() };
-        log.warn(&codes::BLANK_LINE, Some(line), None, &format!("a blank line was skipped{more}"));
-    }
-    match (passage.open_end, passage.short_field) {
-        (Some(line), Some((decimals, others))) => {
-            let text = format!(
-                "the file ends without a line end and its last number has {decimals} decimals where all others have {others} or more: it may be cut"
-            );
-            log.warn(&codes::SHORT_LAST_FIELD, Some(line), None, &text);
-        }
-        (Some(line), None) => log.note(&codes::NO_FINAL_NEWLINE, Some(line), "the last row is without its line end"),
-        _ => {}
+    for finding in passage.findings(&log.file) {
+        log.add(finding);
     }
     if !log.ignored.is_empty() {
         let mut shown: Vec<String> = log.ignored.iter().take(20).map(|h| super::header::quoted(h)).collect();
@@ -294,6 +272,11 @@ fn passage_findings(log: &mut LogFile, passage: &Passage, options: &LogOptions) 
 }
 
 impl LogFile {
+    fn add(&mut self, finding: Finding) {
+        let list = if finding.severity == Severity::Note { &mut self.notes } else { &mut self.warnings };
+        list.push(finding);
+    }
+
     fn warn(&mut self, code: &Code, line: Option<u64>, column: Option<&str>, text: &str) {
         self.warnings.push(Finding::at(code, &self.file, line, column, text));
     }

@@ -16,6 +16,7 @@ use super::header::Plan;
 use super::number;
 use super::options::{Duplicates, LogOptions, Missing, Truncated};
 use super::records::{Broken, Records};
+use crate::finding::Finding;
 use crate::progress;
 
 /// Rows from one look at whether the work is still wanted to the next: some milliseconds.
@@ -53,6 +54,41 @@ pub struct Passage {
     pub given_up: Vec<(String, u64)>,
     /// What was subtracted from the time stamps, s.
     pub origin: Option<f64>,
+}
+
+impl Passage {
+    /// What was met, in words: rows that were dropped, blank lines, a last row that may be cut.
+    pub fn findings(&self, file: &str) -> Vec<Finding> {
+        let mut found = Vec::new();
+        let mut tell = |code, line, text: &str| found.push(Finding::at(code, file, line, None, text));
+        let rows = |n: u64| if n == 1 { "1 row".to_string() } else { format!("{n} rows") };
+        for (count, why) in [
+            (self.missing, "for a missing value (missing = \"drop\")"),
+            (self.duplicates, "for a repeated time stamp (duplicates = \"first\")"),
+            (self.truncated, "because the log ends inside it (truncated = \"drop\")"),
+        ] {
+            if count > 0 {
+                tell(&codes::ROWS_DROPPED, None, &format!("{} dropped {why}", rows(count)));
+            }
+        }
+        if let Some((line, count)) = self.blank {
+            let more = if count > 1 { format!(" ({count} such places)") } else { String::new() };
+            tell(&codes::BLANK_LINE, Some(line), &format!("a blank line was skipped{more}"));
+        }
+        match (self.open_end, self.short_field) {
+            (Some(line), Some((decimals, others))) => {
+                let text = format!(
+                    "the file ends without a line end and its last number has {decimals} decimals where all others have {others} or more: it may be cut"
+                );
+                tell(&codes::SHORT_LAST_FIELD, Some(line), &text);
+            }
+            (Some(line), None) => {
+                tell(&codes::NO_FINAL_NEWLINE, Some(line), "the last row is without its line end");
+            }
+            _ => {}
+        }
+        found
+    }
 }
 
 /// Reads rows from a source.

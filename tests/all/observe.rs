@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::surge::surge;
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, FitOptions};
+use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
 
@@ -106,4 +106,29 @@ fn what_cannot_be_observed_is_told() {
     assert!(refuse(&observe("u", "sin(theta)")).contains("the model predicts `u`"));
     let absent = Campaign::from_runs(file(&format!("{MODEL}{}", observe("climb", "u"))), runs()).unwrap_err();
     assert_eq!(absent.findings()[0].column.as_deref(), Some("climb"));
+}
+
+/// The header of the column has a unit, and the formula must have the same; a number in it may hold one.
+#[test]
+fn a_formula_in_another_unit_than_its_column_is_refused() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("observed_units");
+    std::fs::create_dir_all(&folder).unwrap();
+    let load = |unit: &str, formula: &str| {
+        let rows: String = (0..50).map(|k| format!("{},0.1,20,{},0.01\n", 0.1 * f64::from(k), 0.2 + 0.01)).collect();
+        std::fs::write(folder.join("a.csv"), format!("t,theta,tau_u,u,depth_rate{unit}\n{rows}")).unwrap();
+        let observe = format!("[[observe]]\nchannel = 'depth_rate'\nformula = '{formula}'\n");
+        let file = folder.join("campaign.toml");
+        std::fs::write(&file, format!("{MODEL}{observe}[[run]]\nfile = 'a.csv'\n")).unwrap();
+        Campaign::load(&file, LoadOptions::default()).map(|_| ()).map_err(|e| e.to_string())
+    };
+    let told = load(" [rad/s]", "-u*sin(theta)").unwrap_err();
+    assert!(told.contains("`-u*sin(theta)` is in m/s, and run `a.csv` has `depth_rate` in rad/s"), "{told}");
+    assert!(told.contains("campaign.toml:9"), "{told}");
+    let told = load(" [cm/s]", "u^2").unwrap_err();
+    assert!(told.contains("is in m2/s2, and run `a.csv` has `depth_rate` in m/s"), "{told}");
+    for (unit, formula) in
+        [("", "u^2"), (" [cm/s]", "-u*sin(theta)"), (" [rad/s]", "0.3*u"), (" [Pa]", "u^2"), (" [deg]", "theta*u/u")]
+    {
+        assert_eq!(load(unit, formula), Ok(()), "{unit} {formula}");
+    }
 }
