@@ -8,7 +8,7 @@ mod timed;
 
 use std::hint::black_box;
 
-use hydrosysid::estimate::{Blocks, LeastSquaresOptions, Names, Refinement, least_squares, least_squares_with};
+use hydrosysid::estimate::{Blocks, Names, least_squares};
 
 /// Rows of a block of the bootstrap.
 const BLOCK: usize = 100;
@@ -28,10 +28,6 @@ fn main() {
             let h: Vec<&[f64]> = h.iter().map(Vec::as_slice).collect();
             report("least squares, std, both conditions", n, repeats, || {
                 black_box(least_squares(&h, &y).expect("full rank"));
-            });
-            let always = LeastSquaresOptions { refinement: Refinement::Always, ..LeastSquaresOptions::default() };
-            report("the same, refined to the last digit", n, repeats.min(3), || {
-                black_box(least_squares_with(&h, &y, &always).expect("full rank"));
             });
             let cut: Vec<&[f64]> = h.iter().map(|c| &c[..small]).collect();
             report("block bootstrap, factors and refits", small, repeats, || {

@@ -22,7 +22,7 @@ use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::filter_error::FilterErrorOptions;
 use hydrosysid::estimate::output_error::{OutputErrorOptions, output_error};
-use hydrosysid::estimate::{Blocks, Names, Refinement, RegressorOptions, folded, regressors_of, started};
+use hydrosysid::estimate::{Blocks, Names, RegressorOptions, folded, regressors_of, started};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model};
 use hydrosysid::run::{Run, Signal};
@@ -44,8 +44,7 @@ fn main() {
     if !std::env::args().any(|a| a == "--bench") {
         let works = Works::new(&Sizes { rows: 1_000, steps: 100, seconds: 24.0, sailed: 601 });
         let door = ["core_least_squares", "core_simulate", "core_fit"];
-        for name in ["least_squares", "refined", "bootstrap", "rk4", "ensemble", "output_error"].into_iter().chain(door)
-        {
+        for name in ["least_squares", "bootstrap", "rk4", "ensemble", "output_error"].into_iter().chain(door) {
             works.run(name).expect("a known work");
         }
         return;
@@ -95,8 +94,7 @@ impl Works {
     /// Does one work; what is returned says what came out, so that both sides can be seen to agree.
     fn run(&self, name: &str) -> Result<String, String> {
         match name {
-            "least_squares" => Ok(self.regress(Refinement::Never)),
-            "refined" => Ok(self.regress(Refinement::Always)),
+            "least_squares" => Ok(self.regress()),
             "bootstrap" => Ok(self.resample()),
             "rk4" => Ok(self.sail()),
             "ensemble" => Ok(self.sail_together()),
@@ -110,14 +108,11 @@ impl Works {
         self.door.get_or_init(|| Door::new(&self.columns, sailed(&planar::model(false), self.sailed, 0)))
     }
 
-    /// Rows folded as they are made; where every digit is asked for they are made twice.
-    fn regress(&self, refinement: Refinement) -> String {
+    /// Rows folded as they are made.
+    fn regress(&self) -> String {
         let ((model, run), options) = (&self.columns, RegressorOptions::default());
         let rows = folded(Dof::Surge, run, model, options).expect("surge is linear");
-        let fit = match refinement {
-            Refinement::Always => rows.refined(run, model, options).expect("full rank"),
-            _ => rows.tall.fit().expect("full rank"),
-        };
+        let fit = rows.tall.fit().expect("full rank");
         format!("{:?} cond {:e}", fit.coefficients, fit.condition_number)
     }
 

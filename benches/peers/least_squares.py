@@ -65,4 +65,3 @@ def rows(partner: Partner) -> Iterator[Row]:
     yield paired(partner, work, "least_squares", "NumPy lstsq", lambda: lstsq(data), goal="8")
     yield paired(partner, work, "least_squares", "statsmodels OLS", lambda: ols(data), goal="25")
     yield paired(partner, work, "least_squares", "NumPy normal equations", lambda: normal_equations(data), goal="1")
-    yield paired(partner, work + ", refined", "refined", "NumPy lstsq", lambda: lstsq(data), goal="2.7")

@@ -261,7 +261,6 @@ pub(super) fn with_thruster_value(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::thrust::allocation::Allocation;
 
     #[test]
     fn every_vehicle_is_whole_and_says_where_its_numbers_come_from() {
@@ -297,9 +296,8 @@ mod tests {
             [-1., 1., 0., -1., 0., 0.],
         ];
         let vehicle = vehicle("bluerov2-heavy").unwrap();
-        let allocation = Allocation::new(&vehicle.file.thrusters).unwrap();
         for (k, factors) in heavy.iter().enumerate() {
-            let w = allocation.columns()[k];
+            let w = vehicle.file.thrusters[k].unit_wrench();
             let [roll, pitch, yaw, up, forward, lateral] = *factors;
             // the horizontal ones stand off the plane of the origin and turn in roll and pitch a little; the mixer does not say so
             let pairs = [(w[0], forward), (w[1], lateral), (w[2], -up), (w[5], yaw)];

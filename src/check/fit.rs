@@ -19,8 +19,6 @@ pub struct Fit {
     pub theta: Vec<f64>,
     /// Their standard deviations.
     pub std: Vec<f64>,
-    /// Covariance of the estimates.
-    pub covariance: DMatrix<f64>,
     /// Sum of squared residuals.
     pub cost: f64,
     /// Part of the sum of squares of the target that the fit explains.
@@ -68,13 +66,10 @@ pub fn fit(columns: &[&[f64]], target: &[f64]) -> Option<Fit> {
     let robust = &inverse * meat * inverse.transpose() * (groups as f64 / (groups - 1) as f64);
     // an exact fit leaves nothing to spread
     let wider = |i: usize| if white[(i, i)] > 0.0 { (robust[(i, i)] / white[(i, i)]).max(1.0).sqrt() } else { 1.0 };
-    let spread: Vec<f64> = (0..width).map(wider).collect();
-    let covariance =
-        DMatrix::from_fn(width, width, |i, j| white[(i, j)] * spread[i] * spread[j] / (scale[i] * scale[j]));
+    let std = |i: usize| white[(i, i)].sqrt() * wider(i) / scale[i];
     Some(Fit {
         theta: scaled.iter().zip(&scale).map(|(x, s)| x / s).collect(),
-        std: (0..width).map(|i| covariance[(i, i)].sqrt()).collect(),
-        covariance,
+        std: (0..width).map(std).collect(),
         cost,
         explained: 1.0 - cost / total,
         condition: condition(&r),

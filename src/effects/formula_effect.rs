@@ -30,11 +30,6 @@ impl FormulaEffect {
     pub fn new(id: &str, dof: Dof, formula: Formula, unit: Dimension) -> FormulaEffect {
         FormulaEffect { id: id.to_string(), dof, formula, unit }
     }
-
-    /// The formula.
-    pub fn formula(&self) -> &Formula {
-        &self.formula
-    }
 }
 
 impl Effect for FormulaEffect {

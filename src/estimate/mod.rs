@@ -21,7 +21,7 @@ pub use balance::RegressorError;
 pub use folded::{Folded, folded};
 pub use integral::{AtBound, IntegralError, IntegralOptions, RowFit, Together, fit_rows, integral_least_squares};
 pub use nodes::{Nodes, Span};
-pub use regressor::{Block, Column, Columns, RegressorOptions, regressors, regressors_of};
+pub use regressor::{Block, Column, Columns, RegressorOptions, regressors_of};
 pub(crate) use start::samples_in;
 pub(crate) use start::tame;
 pub use start::{moved_by_thrust, started};

@@ -152,21 +152,6 @@ fn check_scale(dof: Dof, known: &[f64], runs: &[&Run]) -> Result<(), RegressorEr
     Ok(())
 }
 
-/// The regressors of all modelled degrees of freedom, stacked: first all runs of the first one, and so on.
-/// Forces and moments stand below each other in their own units; weigh the blocks before solving.
-///
-/// # Errors
-/// As [`regressors_of`].
-pub fn regressors(runs: &[&Run], model: &Model, options: RegressorOptions) -> Result<Columns, RegressorError> {
-    let mut columns = Columns::default();
-    for dof in &model.dofs {
-        let first = columns.rows();
-        stack(&mut columns, *dof, runs, model, options)?;
-        check_scale(*dof, &columns.rhs[first..], runs)?;
-    }
-    Ok(columns)
-}
-
 fn stack(
     columns: &mut Columns,
     dof: Dof,

@@ -48,27 +48,6 @@ pub struct Restoring {
     pub trim: [f64; 2],
 }
 
-impl Restoring {
-    /// Restoring wrench at an attitude (φ, θ), N and N·m.
-    pub fn wrench(&self, roll: f64, pitch: f64) -> [f64; 6] {
-        let down = [-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos()];
-        let [x, y] = self.trim;
-        [
-            self.net_weight[0] * down[0],
-            self.net_weight[1] * down[1],
-            self.net_weight[2] * down[2],
-            -self.righting[0] * down[1] + y * down[2],
-            self.righting[1] * down[0] - x * down[2],
-            x * down[1] - y * down[0],
-        ]
-    }
-
-    /// Whether there is any.
-    pub fn is_zero(&self) -> bool {
-        *self == Restoring::default()
-    }
-}
-
 /// The coefficients of a model, body axes forward-starboard-down.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coefficients {
@@ -342,7 +321,17 @@ mod tests {
         six.set("trim_offset", 0.02);
         let found = coefficients(&six).restoring;
         // (φ, θ) = (0.1, 0.2): −(W−B) sin θ, …, as EFFECTS.md has them
-        let w = found.wrench(0.1, 0.2);
+        let (roll, pitch) = (0.1_f64, 0.2_f64);
+        let down = [-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos()];
+        let [x, y] = found.trim;
+        let w = [
+            found.net_weight[0] * down[0],
+            found.net_weight[1] * down[1],
+            found.net_weight[2] * down[2],
+            -found.righting[0] * down[1] + y * down[2],
+            found.righting[1] * down[0] - x * down[2],
+            x * down[1] - y * down[0],
+        ];
         let expected = [
             3.0 * 0.2_f64.sin(),
             0.0,

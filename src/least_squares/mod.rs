@@ -11,7 +11,6 @@ pub(crate) mod clusters;
 mod column_monitor;
 mod double_double;
 mod factor;
-mod gram;
 mod pivoted;
 mod refine;
 mod resample;
@@ -24,7 +23,6 @@ mod system;
 mod triangle;
 mod whitened;
 
-pub(crate) use gram::Products;
 pub use resample::{Blocks, Draws};
 pub(crate) use resample::{REFITTING, resample};
 pub use sandwich::StdMethod;

@@ -14,9 +14,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::factor::{factor_of, solve};
-use super::solve::Fit;
-use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values, is_constant};
+use super::factor::factor_of;
+use super::system::{LeastSquaresError, Names, check_apart, check_shape, check_values};
 use super::triangle::Triangle;
 use super::whitened::Whitened;
 use crate::noise::Noise;
@@ -77,12 +76,8 @@ impl Draws {
 /// A system H θ = y whose blocks of rows are factored apart.
 #[derive(Debug, Clone)]
 pub struct Blocks {
-    names: Names,
     factors: Vec<Triangle>,
-    rows: Vec<usize>,
-    exponents: Vec<Option<i32>>,
-    /// The column that holds one value in all rows.
-    constant: Option<usize>,
+    exponents: Vec<i32>,
 }
 
 impl Blocks {
@@ -106,40 +101,14 @@ impl Blocks {
             .into_par_iter()
             .map_init(Vec::new, |buffer, b| factor_of(&columns, range(b), &exponents, buffer))
             .collect();
-        let rows = (0..count).map(|b| range(b).len()).collect();
-        let constant = h.iter().position(|c| is_constant(c));
-        let exponents = exponents.into_iter().map(Some).collect();
-        Ok(Blocks { names: names.clone(), factors, rows, exponents, constant })
-    }
-
-    /// Number of blocks.
-    pub fn count(&self) -> usize {
-        self.factors.len()
-    }
-
-    /// The solution of the blocks listed; one that is listed twice counts twice.
-    ///
-    /// # Errors
-    /// [`LeastSquaresError`] where these blocks do not determine the unknowns.
-    pub fn fit(&self, blocks: &[usize]) -> Result<Fit, LeastSquaresError> {
-        let width = self.exponents.len();
-        let mut counts = vec![0; self.count()];
-        for block in blocks {
-            counts[*block] += 1;
-        }
-        let rows = blocks.iter().map(|b| self.rows[*b]).sum();
-        if rows < width {
-            return Err(LeastSquaresError::TooFewRows { rows, columns: self.names.all(width - 1) });
-        }
-        let factor = stacked(&Triangle::new(width), &self.factors, &counts, &mut Vec::new());
-        solve(&factor, &self.exponents, rows, self.constant, &self.names)
+        Ok(Blocks { factors, exponents })
     }
 
     /// θ of `draws` refits, each on as many blocks as there are, drawn with replacement.
     pub fn bootstrap(&self, draws: usize, seed: u64) -> Draws {
         let p = self.exponents.len() - 1;
         let mut found = resample(&Triangle::new(p + 1), &self.factors, 0..draws as u64, seed);
-        let unit = |j: usize| self.exponents[p].unwrap_or(0) - self.exponents[j].unwrap_or(0);
+        let unit = |j: usize| self.exponents[p] - self.exponents[j];
         for value in &mut found.values {
             for (j, x) in value.iter_mut().enumerate() {
                 *x = super::scale::times_power_of_two(*x, unit(j));
@@ -208,16 +177,16 @@ mod tests {
         let one = vec![1.0; n];
         let y: Vec<f64> = (0..n).map(|k| 2.0 - 3.0 * x[k] + uniform(k)).collect();
         let blocks = Blocks::of(&[&one, &x], &y, 20, &Names::default()).unwrap();
-        assert_eq!(blocks.count(), 5);
+        assert_eq!(blocks.factors.len(), 5);
         let rows: Vec<usize> = (20..40).chain(20..40).chain(80..90).collect();
         let pick = |v: &[f64]| rows.iter().map(|k| v[*k]).collect::<Vec<f64>>();
         let direct = least_squares(&[&pick(&one), &pick(&x)], &pick(&y)).unwrap();
-        let found = blocks.fit(&[1, 4, 1]).unwrap();
+        let factor = stacked(&Triangle::new(3), &blocks.factors, &[0, 2, 0, 0, 1], &mut Vec::new());
+        let found = factor.solution().unwrap();
         for j in 0..2 {
-            assert!((found.coefficients[j] / direct.coefficients[j] - 1.0).abs() < 1e-12);
-            assert!((found.standard_errors[j] / direct.standard_errors[j] - 1.0).abs() < 1e-11);
+            let unit = 2.0_f64.powi(blocks.exponents[2] - blocks.exponents[j]);
+            assert!((unit * found[j] / direct.coefficients[j] - 1.0).abs() < 1e-12);
         }
-        assert_eq!(found.rows, 50);
     }
 
     #[test]

@@ -13,7 +13,6 @@ use std::ops::Range;
 
 use faer::Mat;
 
-use super::gram::{Gram, WELL_CONDITIONED};
 use super::pivoted::{Dependence, Pivoted};
 use super::refine::refine;
 use super::scale::{length_exponent, times_power_of_two};
@@ -118,61 +117,6 @@ impl Fit {
         }
         Ok(residuals)
     }
-
-    /// The same to the last digit, by the products of the columns; `None` where the columns are too near to dependent.
-    fn refined_by_products(&self, h: &[&[f64]], y: &[f64]) -> Option<Fit> {
-        if self.condition_number_scaled > WELL_CONDITIONED {
-            return None;
-        }
-        let columns: Vec<&[f64]> = h.iter().copied().chain([y]).collect();
-        self.refined_with(&Gram::of(&columns, &self.all_exponents()), h.iter().position(|c| is_constant(c)))
-    }
-
-    /// The powers of two by which columns and right-hand side are scaled.
-    pub(super) fn all_exponents(&self) -> Vec<i32> {
-        self.frame.exponents.iter().copied().chain([self.frame.y_exponent]).collect()
-    }
-
-    /// The same to the last digit, by products of the rows that `tall` has folded, scaled as here; `None` where the columns
-    /// are too near to dependent.
-    pub(crate) fn refined_by(&self, gram: &Gram, tall: &StreamingQr) -> Option<Fit> {
-        if self.condition_number_scaled > WELL_CONDITIONED {
-            return None;
-        }
-        self.refined_with(gram, tall.constant())
-    }
-
-    fn refined_with(&self, gram: &Gram, constant: Option<usize>) -> Option<Fit> {
-        let Frame { w, exponents, y_exponent } = &self.frame;
-        let p = w.len();
-        // W Wᵀ g
-        let correct = |g: &[f64]| -> Vec<f64> {
-            let along: Vec<f64> = (0..p).map(|k| (0..p).map(|i| w[i][k] * g[i]).sum()).collect();
-            w.iter().map(|row| row.iter().zip(&along).map(|(w, a)| w * a).sum()).collect()
-        };
-        let (coefficients, inverse, square) = gram.refined(correct)?;
-        let total = gram.total(constant.filter(|_| self.r_squared_kind == RSquared::Centred));
-        let unit = |j: usize, x: f64| times_power_of_two(x, y_exponent - exponents[j]);
-        let sigma = (square / (self.rows - p) as f64).sqrt();
-        let entry = |i: usize, j: usize| unit(i, unit(j, inverse[i][j] * sigma * sigma));
-        Some(Fit {
-            coefficients: coefficients.iter().enumerate().map(|(j, x)| unit(j, *x)).collect(),
-            standard_errors: (0..p).map(|j| unit(j, inverse[j][j].sqrt() * sigma)).collect(),
-            covariance: (0..p).map(|i| (0..p).map(|j| entry(i, j)).collect()).collect(),
-            residual_std: times_power_of_two(sigma, *y_exponent),
-            r_squared: 1.0 - square / total,
-            refined: true,
-            ..self.clone()
-        })
-    }
-
-    /// Correlation of the estimates by eq. 14, (p, p).
-    pub fn correlation(&self) -> Vec<Vec<f64>> {
-        let w = &self.frame.w;
-        let product = |i: usize, j: usize| w[i].iter().zip(&w[j]).map(|(a, b)| a * b).sum::<f64>();
-        let p = w.len();
-        (0..p).map(|i| (0..p).map(|j| product(i, j) / (product(i, i) * product(j, j)).sqrt()).collect()).collect()
-    }
 }
 
 /// A solution in scaled coordinates.
@@ -243,19 +187,11 @@ pub fn least_squares(h: &[&[f64]], y: &[f64]) -> Result<Fit, LeastSquaresError> 
 pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, LeastSquaresError> {
     let names = &options.names;
     check_shape(h, y, names)?;
-    if h.len() * y.len() > TALL {
-        let fit = StreamingQr::of(h, y, names)?.fit();
-        // what the fold cannot resolve is for the whole system to say, where every digit is asked for
-        if let (Err(error), false) = (&fit, options.refinement == Refinement::Always) {
-            return Err(error.clone());
-        }
-        if let Ok(fit) = fit {
-            if !options.refinement.is_due(h.len() * y.len(), fit.condition_number_scaled) {
-                return Ok(fit);
-            }
-            if let Some(refined) = fit.refined_by_products(h, y) {
-                return Ok(refined);
-            }
+    let entries = h.len() * y.len();
+    if entries > TALL && options.refinement != Refinement::Always {
+        let fit = StreamingQr::of(h, y, names)?.fit()?;
+        if !options.refinement.is_due(entries, fit.condition_number_scaled) {
+            return Ok(fit);
         }
     }
     whole(h, y, options)
@@ -381,7 +317,6 @@ mod tests {
         close(fit.standard_errors[1], 0.12_f64.sqrt());
         close(fit.covariance[0][1], -0.24);
         close(fit.r_squared, 0.64);
-        close(fit.correlation()[0][1], -10.0 / 150.0_f64.sqrt());
         let root = 1025.0_f64.sqrt();
         close(fit.condition_number, (35.0 + root) / (35.0 - root));
         assert_eq!((fit.rank, fit.rows, fit.r_squared_kind), (2, 5, RSquared::Centred));
@@ -402,34 +337,6 @@ mod tests {
         assert_eq!(least_squares_rows(&long, 3, &y, &options), least_squares(&slices, &y));
         let wrong = least_squares_rows(&flat[1..], 2, &Y, &options).unwrap_err();
         assert_eq!(wrong, LeastSquaresError::Width { found: 9, expected: 2 });
-    }
-
-    /// Both are right to the last digit, by different ways.
-    #[test]
-    fn law_tall_and_small_refinement_agree() {
-        let n = 9_000;
-        let wave = |rate: f64, k: usize| (rate * k as f64).sin();
-        let h: Vec<Vec<f64>> = (0..4)
-            .map(|j| (0..n).map(|k| 1e3_f64.powi(j - 1) * (wave(0.37 + 1e-4 * f64::from(j), k) + 0.1)).collect())
-            .chain([vec![3.0; n]])
-            .collect();
-        let y: Vec<f64> = (0..n).map(|k| h.iter().map(|c| c[k]).sum::<f64>() + 1e2 * wave(1.3, k * k % 97)).collect();
-        let slices: Vec<&[f64]> = h.iter().map(Vec::as_slice).collect();
-        let plain = LeastSquaresOptions { refinement: Refinement::Never, ..LeastSquaresOptions::default() };
-        let plain = least_squares_with(&slices, &y, &plain).unwrap();
-        let tall = plain.refined_by_products(&slices, &y).unwrap();
-        let small = whole(&slices, &y, &LeastSquaresOptions { refinement: Refinement::Always, ..Default::default() });
-        let small = small.unwrap();
-        assert!(tall.refined && small.refined && !plain.refined);
-        // a figure is a few roundings away from a solution that is right to the last digit
-        let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-15 * b.abs(), "{a} {b}");
-        for j in 0..5 {
-            close(tall.coefficients[j], small.coefficients[j]);
-            close(tall.standard_errors[j], small.standard_errors[j]);
-        }
-        close(tall.residual_std, small.residual_std);
-        close(1.0 - tall.r_squared, 1.0 - small.r_squared);
-        assert!(plain.coefficients.iter().zip(&small.coefficients).any(|(a, b)| (a - b).abs() > 1e-15 * b.abs()));
     }
 
     #[test]

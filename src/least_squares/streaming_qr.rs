@@ -57,11 +57,6 @@ impl StreamingQr {
         })
     }
 
-    /// Number of rows so far.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
     /// Folds further rows: `h` holds p columns, each as long as `y`.
     ///
     /// # Errors
@@ -432,7 +427,7 @@ mod tests {
             assert!((a.coefficients[j] / b.coefficients[j] - 1.0).abs() < 1e-10);
             assert!((a.standard_errors[j] / b.standard_errors[j] - 1.0).abs() < 1e-10);
         }
-        assert_eq!((held.rows(), held.columns()), (5_000, 2));
+        assert_eq!((held.rows, held.columns()), (5_000, 2));
         let last = held.held(0, 1.0).unwrap().held(0, 1.0);
         assert!(matches!(last, Err(LeastSquaresError::NoColumns)));
     }

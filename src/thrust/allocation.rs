@@ -92,11 +92,6 @@ impl Allocation {
         self.columns.is_empty()
     }
 
-    /// Columns of B, one a thruster: the wrench of 1 N.
-    pub fn columns(&self) -> &[Vector6<f64>] {
-        &self.columns
-    }
-
     /// Rank of B: how many independent wrenches the thrusters can give, up to 6.
     pub fn rank(&self) -> usize {
         self.rank
@@ -105,12 +100,6 @@ impl Allocation {
     /// Wrench τ = B F of the n thruster forces (N), in N and N·m.
     pub fn wrench(&self, forces: &[f64]) -> Vector6<f64> {
         self.columns.iter().zip(forces).map(|(column, force)| column * *force).sum()
-    }
-
-    /// Wrench of the n commands (as V) at the reference supply, N and N·m.
-    pub fn wrench_of_commands(&self, commands: &[f64]) -> Vector6<f64> {
-        let forces: Vec<f64> = self.curves.iter().zip(commands).map(|(curve, v)| curve.force(*v)).collect();
-        self.wrench(&forces)
     }
 
     /// Forces and commands for a wanted wrench (N, N·m): F = B⁺ τ, each cut to what its thruster can give.
@@ -188,7 +177,8 @@ mod tests {
             prop_assert!(!out.saturated.iter().any(|s| *s) && (out.part - 1.0).abs() <= 0.0);
             // condition of B about 5: rounding only
             prop_assert!((out.wrench - wanted).amax() < 1e-11);
-            prop_assert!((allocation.wrench_of_commands(&out.commands) - wanted).amax() < 1e-11);
+            let pushed: Vec<f64> = allocation.curves.iter().zip(&out.commands).map(|(c, v)| c.force(*v)).collect();
+            prop_assert!((allocation.wrench(&pushed) - wanted).amax() < 1e-11);
         }
 
         #[test]

@@ -213,12 +213,12 @@ mod tests {
 
     #[test]
     fn law_by_thruster_and_by_degree_of_freedom_agree_in_straight_surge() {
-        let laurs = laurs::laurs();
+        let thrusters = laurs::thrusters();
         let efficiency: Efficiency = toml::from_str(TEXT).unwrap();
         let forces: Vec<f64> =
-            laurs.thrusters.iter().map(|t| if ["T5", "T6"].contains(&t.name.as_str()) { 100.0 } else { 0.0 }).collect();
+            thrusters.iter().map(|t| if ["T5", "T6"].contains(&t.name.as_str()) { 100.0 } else { 0.0 }).collect();
         let nu = Vector6::new(0.6, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let acting = efficiency.wrench(&laurs.thrusters, &forces, &nu);
+        let acting = efficiency.wrench(&thrusters, &forces, &nu);
         let nominal = 200.0 * 36.0_f64.to_radians().cos();
         let whole = efficiency.force(Dof::Surge, &["T5", "T6"], nominal, 0.6);
         assert!((acting.force[0] - whole.force).abs() < 1e-10, "rounding only");
@@ -227,8 +227,8 @@ mod tests {
 
     #[test]
     fn the_thrusters_own_axis_sees_less_speed() {
-        let laurs = laurs::laurs();
-        let front = laurs.thrusters.iter().find(|t| t.name == "T5").unwrap();
+        let thrusters = laurs::thrusters();
+        let front = thrusters.iter().find(|t| t.name == "T5").unwrap();
         let own = Efficiency { advance_speed: AdvanceSpeed::ThrusterAxis, ..Efficiency::default() };
         let nu = Vector6::new(0.6, 0.0, 0.0, 0.0, 0.0, 0.0);
         let along = 0.6 * 36.0_f64.to_radians().cos();

@@ -213,15 +213,6 @@ fn minimum(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     [a, b, grid[best]].into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(low, |(_, x)| x)
 }
 
-/// Fits one direction alone with a held dead band (as V), at the supply voltages as they were.
-///
-/// # Errors
-/// As [`fit_curve`].
-pub fn fit_direction(table: &Bollard<'_>, direction: Direction, deadband: f64) -> Result<DirectionFit, FitError> {
-    check(table, &CurveOptions { deadband: DeadBand::Given(deadband), ..CurveOptions::default() })?;
-    Side::new(table, direction, 1.0, f64::INFINITY)?.fit(deadband, 0.0, false)
-}
-
 /// Fits the whole curve to a bollard table. The exponent n is fitted when the table holds more than one supply voltage.
 ///
 /// # Errors
@@ -325,9 +316,6 @@ mod tests {
             assert_eq!(side.rows, 40);
         }
         assert_eq!(found.exponent, None);
-        let rows = Bollard { command: &table[0], force: &table[1], supply: None };
-        let alone = fit_direction(&rows, Direction::Reverse, 0.0).unwrap();
-        assert!((alone.a.value - 7.87).abs() < 1e-11);
     }
 
     #[test]
@@ -405,7 +393,7 @@ mod tests {
         let error = fit_curve(&few, &CurveOptions::default()).unwrap_err();
         assert_eq!(error, FitError::TooFewRows { direction: "reverse", rows: 1 });
         let same = Bollard { command: &[2.0; 4], force: &[4.0, 4.1, 3.9, 4.0], supply: None };
-        let error = fit_direction(&same, Direction::Forward, 0.0).unwrap_err();
+        let error = Side::new(&same, Direction::Forward, 1.0, f64::INFINITY).unwrap().fit(0.0, 0.0, false).unwrap_err();
         assert_eq!(error, FitError::NotIdentifiable { direction: "forward" });
     }
 }

@@ -17,7 +17,8 @@ pub mod curve;
 pub mod efficiency;
 pub mod fit;
 pub mod interaction;
-pub mod laurs;
+#[cfg(test)]
+mod laurs;
 pub mod measured;
 #[cfg(test)]
 mod noise;

@@ -185,7 +185,7 @@ fn short_campaign() -> (Model, Vec<Run>, OutputErrorFit) {
 fn law_bootstrap_and_monte_carlo_scatter_as_the_information_says() {
     let (_, _, fit) = short_campaign();
     let boot = fit.bootstrap(0..500, 1, 24.0).unwrap();
-    let monte = fit.monte_carlo(&options(), 0..40, 1);
+    let monte = fit.monte_carlo_under(&options(), 0..40, 1, |_| None);
     assert_eq!((boot.values.len(), monte.values.len(), monte.failed), (500, 40, 0));
     for (k, parameter) in fit.model.parameters.iter().enumerate() {
         let std = parameter.std.unwrap();

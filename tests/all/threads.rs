@@ -6,9 +6,7 @@ use hydrosysid::discover::{SearchOptions, discover};
 use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::filter_error::FilterErrorOptions;
 use hydrosysid::estimate::output_error::{OutputErrorFit, OutputErrorOptions, output_error};
-use hydrosysid::estimate::{
-    LeastSquaresOptions, Refinement, RegressorOptions, least_squares_with, regressors_of, started,
-};
+use hydrosysid::estimate::{RegressorOptions, least_squares, regressors_of, started};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::Model;
 use hydrosysid::run::{Run, Signal};
@@ -39,7 +37,7 @@ fn campaign(duration: f64) -> (Blind, Model, OutputErrorOptions) {
 
 #[test]
 fn exact_regressors_and_tall_least_squares() {
-    // long enough for several parts of columns, of the fold and of the products
+    // long enough for several parts of columns and of the fold
     const ROWS: usize = 80_000;
     let time: Arc<[f64]> = (0..ROWS).map(|k| 0.1 * k as f64).collect();
     let mut run = Run::default();
@@ -54,13 +52,10 @@ fn exact_regressors_and_tall_least_squares() {
         let columns = regressors_of(Dof::Surge, &[&run], &model, RegressorOptions::default()).expect("surge is linear");
         assert_eq!(columns.rows(), ROWS - 1);
         let mut all = columns.columns.iter().map(|c| bits(&c[..c.len().min(20_000)])).collect::<String>();
-        for refinement in [Refinement::Never, Refinement::Always] {
-            let options = LeastSquaresOptions { refinement, ..LeastSquaresOptions::default() };
-            let fit = least_squares_with(&columns.slices(), &columns.rhs, &options).expect("full rank");
-            all += &bits(&fit.coefficients);
-            all += &bits(&fit.standard_errors);
-            all += &bits(&[fit.residual_std, fit.r_squared, fit.condition_number]);
-        }
+        let fit = least_squares(&columns.slices(), &columns.rhs).expect("full rank");
+        all += &bits(&fit.coefficients);
+        all += &bits(&fit.standard_errors);
+        all += &bits(&[fit.residual_std, fit.r_squared, fit.condition_number]);
         all
     });
     assert!(found.len() > 1_000);
@@ -77,7 +72,7 @@ fn exact_output_error_bootstrap_and_monte_carlo() {
     let found = alike(|| {
         let fit = output_error(&model, &campaign.runs, &options).expect("a fit");
         let drawn = fit.bootstrap(0..40, 3, 8.0).expect("enough clusters");
-        let refits = fit.monte_carlo(&options, 0..4, 5);
+        let refits = fit.monte_carlo_under(&options, 0..4, 5, |_| None);
         let draws = [drawn, refits].iter().flat_map(|d| &d.values).map(|x| bits(x)).collect::<String>();
         describe(&fit) + &draws
     });

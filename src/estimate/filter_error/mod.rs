@@ -197,14 +197,6 @@ pub fn filter_error(
     }
 }
 
-/// Noise from which [`filter_error`] starts.
-///
-/// # Errors
-/// As [`filter_error`].
-pub fn start_noise(model: &Model, runs: &[Run], options: &FilterErrorOptions) -> Result<NoiseModel, OutputErrorError> {
-    Ok(start::noise(&Filtered::new(model, runs, &options.base)?, model, runs, &options.forces))
-}
-
 /// [`filter_error`] from a noise that is known roughly, as of a fit of nearly the same model.
 ///
 /// # Errors

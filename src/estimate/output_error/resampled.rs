@@ -78,13 +78,8 @@ impl OutputErrorFit {
     }
 
     /// Estimates of the unknowns from `draws` sets of data that the fitted model made, with white noise of the size of
-    /// the residuals.
-    pub fn monte_carlo(&self, options: &OutputErrorOptions, draws: Range<u64>, seed: u64) -> Draws {
-        self.monte_carlo_under(options, draws, seed, |_| None)
-    }
-
-    /// [`OutputErrorFit::monte_carlo`] in which the refit of a draw reads its inputs from the runs that `inputs` gives for
-    /// it, as when the thrust is not known for certain; from those of the fit where it gives none.
+    /// the residuals. The refit of a draw reads its inputs from the runs that `inputs` gives for it, as when the thrust is
+    /// not known for certain; from those of the fit where it gives none.
     pub fn monte_carlo_under(
         &self,
         options: &OutputErrorOptions,
