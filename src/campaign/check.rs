@@ -132,7 +132,13 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
                 });
                 count.one_done();
             }
-            check.warnings.extend(never_shown(&campaign, &check.logs));
+            let resting: Vec<String> = check
+                .warnings
+                .iter()
+                .filter(|f| f.code == check::codes::AT_REST.code)
+                .filter_map(|f| f.run.clone())
+                .collect();
+            check.warnings.extend(never_shown(&campaign, &check.logs, &resting));
         }
         Err(error) if error.is_wrong_use() => return Err(error),
         Err(error) => {
@@ -165,10 +171,12 @@ fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     check::run(&logged(run, campaign), &options)
 }
 
-/// Modelled degrees of freedom of which no run of the fit can show inertia and drag.
-fn never_shown(campaign: &Campaign, logs: &[CheckedLog]) -> Vec<Finding> {
-    let free: Vec<&CheckedLog> =
-        logs.iter().filter(|log| log.role == Some(Role::Train) && log.kind.is_some_and(moves)).collect();
+/// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.
+fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> Vec<Finding> {
+    let free: Vec<&CheckedLog> = logs
+        .iter()
+        .filter(|log| log.role == Some(Role::Train) && log.kind.is_some_and(moves) && !resting.contains(&log.file))
+        .collect();
     if free.is_empty() {
         return Vec::new();
     }

@@ -13,7 +13,7 @@ use crate::effects::Family;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
-use crate::run::{Run, is_commanded};
+use crate::run::{Run, RunKind, is_commanded};
 
 /// One sentence on the degrees of freedom in which no force is known absolutely; none where all are.
 ///
@@ -41,6 +41,10 @@ pub(super) fn finding(model: &Model, undriven: &[Dof]) -> Option<Finding> {
 /// Degrees of freedom that are modelled and in which no run has a command; `formulas` are those in which a formula of the
 /// user's acts.
 pub(super) fn undriven(model: &Model, runs: &[Run], formulas: &[Dof]) -> Vec<Dof> {
+    // a campaign of bench runs has no vehicle that moves
+    if runs.iter().all(|run| run.kind == RunKind::Bench) {
+        return Vec::new();
+    }
     model.dofs.iter().copied().filter(|dof| !is_commanded(runs, *dof) && !formulas.contains(dof)).collect()
 }
 

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! over windows [a, b] by the trapezoid; all terms are accelerations: g = 1/m for a force. The velocity's noise stands on
-//! the left, where it does no harm; what is on the right is averaged. It serves to see signs, lags and what a run can
+//! the left, where it does no harm; what is on the right is averaged. Of a control voltage the force is the power of it that fits
+//! best, V |V|ᵖ⁻¹ with p = 1, 1.5 or 2, as large as V at the greatest V: the curve of a thruster is not known here. It serves to see signs, lags and what a run can
 //! show; its estimates are not ones to use.
 
 use super::fit::{Fit, fit};
@@ -18,6 +19,8 @@ use crate::run::Run;
 
 /// Shortest window, s.
 pub const WINDOW: f64 = 0.5;
+/// Powers of a control voltage that its thrust may grow with, beside 1.
+const POWERS: [f64; 2] = [1.5, 2.0];
 
 /// What a column stands for.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,9 +97,30 @@ impl Balance {
 
     /// The same over windows of `width` s, or of two steps of the slowest channel where that is longer.
     pub fn over(run: &Run, dof: Dof, width: f64) -> Option<Balance> {
+        let straight = Balance::by_power(run, dof, width, 1.0)?;
+        if !straight.commands_are_voltages() {
+            return Some(straight);
+        }
+        let curved = POWERS.into_iter().filter_map(|power| Balance::by_power(run, dof, width, power));
+        let cost = |b: &Balance| b.fit(0.0).map_or(f64::INFINITY, |f| f.cost);
+        std::iter::once(straight).chain(curved).min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    }
+
+    /// Whether the commands are voltages or normalised commands that go both ways: pulses have their zero elsewhere.
+    fn commands_are_voltages(&self) -> bool {
+        let voltages = self.channels().iter().all(|n| n.starts_with('V') && number_of(n).is_some());
+        voltages && self.commands.iter().all(|c| c.values().iter().all(|x| x.abs() < 100.0))
+    }
+
+    fn by_power(run: &Run, dof: Dof, width: f64, power: f64) -> Option<Balance> {
         let nu = velocity(run, dof)?;
         let names = commands(run, dof);
-        let of_command = |n: &String| run.signal(n).and_then(|s| Samples::new(s.time().to_vec(), s.values().to_vec()));
+        let of_command = |n: &String| {
+            let samples = run.signal(n).and_then(|s| Samples::new(s.time().to_vec(), s.values().to_vec()))?;
+            let most = samples.values().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            let straight = power.to_bits() == 1f64.to_bits() || most <= 0.0;
+            Some(if straight { samples } else { samples.map(|_, x| x * (x.abs() / most).powf(power - 1.0)) })
+        };
         let commands: Vec<Samples> = names.iter().filter_map(of_command).collect();
         if commands.is_empty() || commands.len() != names.len() {
             return None;

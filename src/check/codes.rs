@@ -20,6 +20,8 @@ placed! {
     CLOCK_DRIFT = "K104" "clock-drift" Warning Clock Amber "A second column of time runs at another rate than t: one of the two is nominal and not measured.";
     CLOCK_STEP = "K105" "clock-step" Warning Clock Amber "The clock was set: t steps unlike its usual steps, or a second column of time jumps against it.";
 
+    SMOOTHED = "K106" "smoothed" Warning Sampling Amber "An estimator has smoothed an angle: its error lasts for many samples, and these are worth few measurements.";
+
     UNIT = "K111" "unit" Warning Consistency Red "Two channels that say the same differ by the factor of a unit.";
     SIGN = "K112" "sign" Warning Consistency Red "Two channels that say the same have opposite signs.";
     SCALE = "K113" "scale" Warning Consistency Amber "Two channels that say the same differ by a factor that is no unit's.";

@@ -26,6 +26,7 @@ pub mod pose_velocity;
 pub mod rates;
 pub mod report;
 pub mod samples;
+pub mod smoothed;
 pub mod values;
 
 pub use options::{CheckOptions, Geodetic};
@@ -55,6 +56,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let geodetic = Geodetic::of(run, options);
     let mut agreements = attitude::measure(run);
     found.extend(attitude::judge(&agreements, steps));
+    found.extend(smoothed::judge(&smoothed::measure(run, &agreements)));
     dead_rates(run, &mut found);
     let position = [&geodetic.north, &geodetic.east].map(|n| n.clone().unwrap_or_default());
     if let Some(path) = path::measure(run, position.each_ref().map(String::as_str)) {

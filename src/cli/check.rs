@@ -10,6 +10,7 @@ use super::output::Output;
 use super::table::{measured, number, table};
 use super::verbs::reading;
 use crate::campaign::{self, Check, CheckedLog, LoadOptions};
+use crate::check::codes::AT_REST;
 use crate::check::lag::Lag;
 use crate::check::rates::ChannelRate;
 use crate::check::{Light, Topic};
@@ -45,6 +46,11 @@ pub(super) fn check(a: &typed::Check, output: &Output) -> Result<(), Failure> {
 fn next(a: &typed::Check, found: &Check, is_campaign: bool) -> String {
     let worst = found.errors.iter().chain(found.warnings.iter().filter(|w| w.severity != Severity::Note)).next();
     let files: Vec<String> = a.files.iter().map(|file| file.display().to_string()).collect();
+    // where nothing moves a fit is no help
+    let resting: Vec<&Finding> = found.warnings.iter().filter(|w| w.code == AT_REST.code).collect();
+    if let Some(at_rest) = resting.first().filter(|_| resting.len() >= found.logs.len()) {
+        return format!("hydrosysid explain {}", at_rest.code);
+    }
     match worst.filter(|_| found.verdict == Light::Red) {
         Some(worst) => format!("hydrosysid explain {}", worst.code),
         None if is_campaign => format!("hydrosysid fit {}", files.concat()),
@@ -80,6 +86,9 @@ fn print_check(found: &Check, output: &Output) {
 fn verdict(found: &Check) -> String {
     let of = |light: Light| found.logs.iter().filter(|log| log.verdict == light).count();
     let logs = count(found.logs.len(), "log");
+    if found.logs.is_empty() && found.verdict != Light::Red {
+        return "no run of a moving vehicle to look at: runs on a bench are judged by `fit`".into();
+    }
     match (of(Light::Red), of(Light::Amber), found.verdict) {
         (0, 0, Light::Green) => format!("nothing in {logs} speaks against a fit"),
         (0, 0, Light::Amber) => {

@@ -4,6 +4,7 @@ mod exported;
 #[path = "../../benches/tables/findings"]
 #[allow(dead_code)] // the page of the example shows more
 mod findings_table {
+    pub mod estimates;
     pub mod faults;
     pub mod judge;
     pub mod table;
@@ -24,6 +25,7 @@ mod answers;
 mod any_bytes;
 mod attitude;
 mod badlogs;
+mod bench_vehicle;
 mod bollard_tables;
 mod book;
 mod campaign_file;

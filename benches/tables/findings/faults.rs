@@ -9,6 +9,8 @@ pub enum Log {
     Moving,
     /// A controller holds heading and speed.
     Controlled,
+    /// As `Moving`, the heading smoothed over the time constant of this number.
+    Smoothed(usize),
 }
 
 /// A fault.

@@ -12,11 +12,15 @@ use hydrosysid::log::LogOptions;
 use hydrosysid_plant::{Campaign, Commands, Dof, Pilots, RandomForce, Suite, Vehicle};
 use rayon::prelude::*;
 
+use super::estimates::SMOOTHINGS;
 use super::faults::{Fault, Log};
 use super::table::Table;
 
 /// What is changed of an ordinary campaign.
 pub type Sailing = fn(Campaign) -> Campaign;
+
+/// The same with what it captures.
+type Way<'a> = &'a (dyn Fn(Campaign) -> Campaign + Sync);
 
 /// Ways of sailing whose logs are sound.
 pub const SOUND: [(&str, Sailing); 5] = [
@@ -37,7 +41,7 @@ pub const SOUND: [(&str, Sailing); 5] = [
 ///
 /// # Errors
 /// What the plant says.
-pub fn logs(seed: u64, way: Sailing) -> Result<Vec<String>, String> {
+pub fn logs(seed: u64, way: Way<'_>) -> Result<Vec<String>, String> {
     let name = if seed.is_multiple_of(2) { "laurs" } else { "small" };
     let vehicle = Vehicle::named(name).ok_or("the plant has this vehicle")?;
     let sailed = way(Campaign { seed, ..Campaign::new(vehicle, &Dof::PLANE) }).sail().map_err(|e| e.to_string())?;
@@ -49,6 +53,7 @@ pub fn logs(seed: u64, way: Sailing) -> Result<Vec<String>, String> {
 pub struct Base {
     moving: Vec<String>,
     controlled: Vec<String>,
+    smoothed: Vec<Vec<String>>,
 }
 
 impl Base {
@@ -57,11 +62,19 @@ impl Base {
     /// # Errors
     /// What the plant says.
     pub fn sail(seeds: std::ops::Range<u64>) -> Result<Base, String> {
-        let last = |way: Sailing| -> Result<Vec<String>, String> {
+        let last = |way: Way<'_>| -> Result<Vec<String>, String> {
             let all: Result<Vec<_>, String> = seeds.clone().into_par_iter().map(|seed| logs(seed, way)).collect();
             Ok(all?.into_iter().filter_map(|mut logs| logs.pop()).collect())
         };
-        Ok(Base { moving: last(|c| c)?, controlled: last(|c| Campaign { pilots: Pilots::Closed, ..c })? })
+        let smoothed = |smoothing: &f64| {
+            let suite = Suite { smoothing: *smoothing, ..Suite::default() };
+            last(&|c| Campaign { instruments: suite.instruments(&Dof::PLANE), ..c })
+        };
+        Ok(Base {
+            moving: last(&|c| c)?,
+            controlled: last(&|c| Campaign { pilots: Pilots::Closed, ..c })?,
+            smoothed: SMOOTHINGS.iter().map(smoothed).collect::<Result<_, _>>()?,
+        })
     }
 
     /// Hits of a fault, of how many, and the codes of the misses with their number.
@@ -72,6 +85,7 @@ impl Base {
         let logs = match fault.log {
             Log::Moving => &self.moving,
             Log::Controlled => &self.controlled,
+            Log::Smoothed(number) => &self.smoothed[number],
         };
         let one = |(k, csv): (usize, &String)| {
             let spoilt = (fault.inject)(Table::read(csv), k + 31 * number);
@@ -92,7 +106,7 @@ impl Base {
 /// # Errors
 /// What the plant says; a log that cannot be written.
 pub fn of_sound(seeds: std::ops::Range<u64>, way: Sailing, name: &str) -> Result<Vec<Vec<String>>, String> {
-    let logs: Result<Vec<_>, String> = seeds.into_par_iter().map(|seed| logs(seed, way)).collect();
+    let logs: Result<Vec<_>, String> = seeds.into_par_iter().map(|seed| logs(seed, &way)).collect();
     let logs: Vec<String> = logs?.into_iter().flatten().collect();
     let options: LogOptions =
         serde_json::from_value(serde_json::json!({"missing": "no_sample"})).map_err(|e| e.to_string())?;

@@ -4,6 +4,7 @@
 //!
 //! The logs are those of the plant (`plant/`), which shares no code with the checks. How a row is judged: `judge.rs`.
 
+mod estimates;
 mod faults;
 mod judge;
 #[path = "../over_seeds/mod.rs"]
@@ -13,6 +14,7 @@ mod table;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use estimates::ESTIMATES;
 use faults::FAULTS;
 use judge::{Base, SOUND, of_sound};
 use over_seeds::Arguments;
@@ -28,7 +30,7 @@ fn main() -> Result<(), String> {
         asked.seeds, asked.first
     );
     let (mut section, mut all, mut hit) = ("", 0, 0);
-    for (number, fault) in FAULTS.iter().enumerate().filter(|(_, f)| f.name.contains(&asked.only)) {
+    for (number, fault) in FAULTS.iter().chain(&ESTIMATES).enumerate().filter(|(_, f)| f.name.contains(&asked.only)) {
         if fault.section != section {
             section = fault.section;
             let _ = write!(text, "\n## {section}\n\n| fault | right are | hits |\n|---|---|---|\n");

@@ -65,10 +65,14 @@ const LETTERS: &[&str] = &["v", "f", "t", "m", "c", "ch", "chan", "channel", "u"
 const SIDES: &[&str] = &[
     "left",
     "port",
+    "links",
+    "backbord",
     "l",
     "right",
     "starboard",
     "stbd",
+    "rechts",
+    "steuerbord",
     "r",
     "fl",
     "fr",
@@ -135,9 +139,16 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
     let number = w.iter().rposition(|word| word.bytes().all(|b| b.is_ascii_digit()));
     let side = w.iter().position(|word| SIDES.contains(word) && (drive || word.len() > 1));
     let lettered = number.is_some() && w.len() == 2 && LETTERS.contains(&w[0]);
+    // `u_left` of a paper, `field.data0` of an array that rostopic writes
+    let sided = side.is_some() && w.len() == 2 && ["u", "f", "n"].contains(&w[0]);
+    let is_number = |word: &&str| word.bytes().all(|b| b.is_ascii_digit());
+    let arrayed =
+        w.contains(&"data") && w.iter().all(|word| ["field", "msg", "data"].contains(word) || is_number(word));
     let by_unit = matches!(words.unit.as_deref(), Some("us" | "rpm" | "%"));
     let at = match (drive, lettered, number, side) {
         (true, _, Some(k), _) | (_, true, Some(k), _) => k,
+        (false, _, Some(k), _) if arrayed => k,
+        (false, _, None, Some(k)) if sided => k,
         (true, _, None, Some(k)) => k,
         (false, false, Some(k), _) if by_unit => k,
         (false, false, None, Some(k)) if by_unit => k,
@@ -286,11 +297,25 @@ mod tests {
             ("F1", "1", Some(Kind::Force)),
             ("servo4_raw", "4", None),
             ("thrust_1 [N]", "1", Some(Kind::Force)),
+            ("u_left", "left", None),
+            ("field.data0", "0", None),
+            ("Motor rechts [%]", "rechts", Some(Kind::Percent)),
         ] {
             let found = column(header).unwrap_or_else(|| panic!("{header}"));
             assert_eq!((found.label.as_str(), found.kind), (label, kind), "{header}");
         }
-        for other in ["motor1_temp", "yaw_cmd", "heading", "u", "t", "current_2", "x1"] {
+        for other in [
+            "motor1_temp",
+            "yaw_cmd",
+            "heading",
+            "u",
+            "t",
+            "current_2",
+            "x1",
+            "field.data",
+            "vel_left",
+            "field.pose.covariance0",
+        ] {
             assert_eq!(column(other), None, "{other}");
         }
     }

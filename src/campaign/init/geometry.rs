@@ -16,8 +16,8 @@ fn placed(commands: &[Column]) -> (Vec<([f64; 3], [f64; 3])>, String) {
     };
     let ahead = [1.0, 0.0, 0.0];
     let side = |c: &Column| match c.label.as_str() {
-        "left" | "port" | "l" => Some(-0.2),
-        "right" | "starboard" | "stbd" | "r" => Some(0.2),
+        "left" | "port" | "links" | "backbord" | "l" => Some(-0.2),
+        "right" | "starboard" | "stbd" | "rechts" | "steuerbord" | "r" => Some(0.2),
         _ => None,
     };
     match commands.len() {

@@ -36,7 +36,7 @@ const PHRASES: &[Phrases] = &[
         "z, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
          tiefe",
     ),
-    ("z", -1, "altitude, alt, height, up, pos up, elevation"),
+    ("z", -1, "height, up, pos up, elevation"),
     ("phi", 1, "phi, roll, roll angle, bank"),
     ("theta", 1, "theta, pitch, pitch angle"),
     (
@@ -51,15 +51,17 @@ const PHRASES: &[Phrases] = &[
         "u, surge, surge vel, surge velocity, surge speed, vel surge, velocity surge, forward vel, \
          forward velocity, forward speed, vel forward, vx, v x, vel x, x vel, velocity x, x velocity, \
          speed x, linear x, linear velocity x, twist linear x, longitudinal velocity, longitudinal \
-         speed, speed through water, stw",
+         speed, speed through water, stw, fwd vel, fwd velocity, fwd speed, vel fwd",
     ),
     (
         "v",
         1,
         "v, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
          velocity, lateral speed, vy, v y, vel y, y vel, velocity y, y velocity, speed y, linear y, \
-         linear velocity y, twist linear y, starboard velocity",
+         linear velocity y, twist linear y, starboard velocity, lat vel, lat velocity, \
+         lat speed, vel lat",
     ),
+    ("v", -1, "vel left, left vel, left velocity, vel port, port velocity"),
     (
         "w",
         1,
@@ -70,22 +72,23 @@ const PHRASES: &[Phrases] = &[
     (
         "p",
         1,
-        "p, roll rate, rollrate, roll speed, rollspeed, roll vel, gyro x, gyr x, gyrx, wx, w x, omega \
+        "p, roll rate, rollrate, roll speed, rollspeed, roll vel, gyro x, gyr x, gyrx, gx, wx, w x, omega \
          x, angular x, angular velocity x, angular rate x, rate x, twist angular x, phi dot",
     ),
     (
         "q",
         1,
-        "q, pitch rate, pitchrate, pitch speed, pitchspeed, pitch vel, gyro y, gyr y, gyry, wy, w y, \
+        "q, pitch rate, pitchrate, pitch speed, pitchspeed, pitch vel, gyro y, gyr y, gyry, gy, wy, w y, \
          omega y, angular y, angular velocity y, angular rate y, rate y, twist angular y, theta dot",
     ),
     (
         "r",
         1,
         "r, yaw rate, yawrate, yaw speed, yawspeed, yaw vel, yaw velocity, heading rate, turn rate, \
-         rate of turn, rot, gyro z, gyr z, gyrz, wz, w z, omega z, angular z, angular velocity z, \
+         rate of turn, rot, gyro z, gyr z, gyrz, gz, drehrate, gierrate, wz, w z, omega z, angular z, angular velocity z, \
          angular rate z, rate z, twist angular z, psi dot",
     ),
+    ("r", -1, "yaw rate ccw, yawrate ccw"),
     (
         "tau_u",
         1,
@@ -120,7 +123,9 @@ const PHRASES: &[Phrases] = &[
 
 /// Names that may mean a channel, and may mean something else: only where nothing better is there.
 const DOUBTFUL: &[Phrases] = &[
-    ("u", 1, "speed, sog, speed over ground, ground speed, gps speed, velocity, log speed"),
+    ("u", 1, "speed, sog, speed over ground, ground speed, gps speed, velocity, log speed, geschwindigkeit, fahrt"),
+    // of a DVL that is the height above the bottom
+    ("z", -1, "altitude, alt"),
     ("psi", 1, "course, cog, course over ground, track"),
 ];
 
@@ -136,11 +141,18 @@ const OTHERS: &str = "setpoint sp desired des demand target ref reference goal c
 
 /// What the words of a header may mean, best first.
 pub fn of(words: &Words) -> Vec<Meaning> {
-    if words.words.iter().any(|w| has(OTHERS, w)) {
+    // a speed that is "lat" is lateral, and no latitude
+    let speed = words.words.iter().any(|w| ["speed", "vel", "velocity"].contains(&w.as_str()));
+    if words.words.iter().any(|w| has(OTHERS, w) && !(speed && w == "lat")) {
         return Vec::new();
     }
-    let whole = words.words.join(" ");
-    let bare: Vec<&str> = words.words.iter().map(String::as_str).filter(|w| !has(FILLERS, w)).collect();
+    let mut list = words.words.clone();
+    // `pos_n` is north, and no newton
+    if words.unit.as_deref() == Some("N") && list.last().is_some_and(|w| ["pos", "position"].contains(&w.as_str())) {
+        list.push("n".into());
+    }
+    let whole = list.join(" ");
+    let bare: Vec<&str> = list.iter().map(String::as_str).filter(|w| !has(FILLERS, w)).collect();
     let bare = bare.join(" ");
     let mut found: Vec<Meaning> = Vec::new();
     for (table, off) in [(PHRASES, 0), (DOUBTFUL, 40)] {
@@ -198,11 +210,18 @@ mod tests {
             ("sog_mps", "u"),
             ("battery_voltage", "supply_V"),
             ("surge_force [N]", "tau_u"),
+            ("Fwd speed (kn)", "u"),
+            ("Lat speed (kn)", "v"),
+            ("vel_left", "v"),
+            ("gz", "r"),
+            ("pos_n", "x"),
+            ("Drehrate [°/s]", "r"),
         ] {
             assert_eq!(of(&words::of(header)).first().map(|m| m.channel), Some(channel), "{header}");
         }
         assert_eq!(of(&words::of("altitude"))[0].sign, -1);
-        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq", "latitude"] {
+        assert_eq!(of(&words::of("vel_left"))[0].sign, -1);
+        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq", "latitude", "lat"] {
             assert!(of(&words::of(other)).is_empty(), "{other}");
         }
     }

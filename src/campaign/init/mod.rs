@@ -3,6 +3,7 @@
 //! It always writes. What a log says plainly is taken; what names, units, ranges and relations of columns suggest is a
 //! guess, marked by a comment that begins with `# guessed:` and says why; what could not be placed stands in a comment.
 
+mod altitude;
 pub(super) mod commands;
 mod dives;
 mod drives;

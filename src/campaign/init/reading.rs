@@ -7,7 +7,7 @@ use super::commands::{self, Kind};
 use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
 use super::words::{self, Words};
-use super::{drives, units, values};
+use super::{altitude, drives, units, values};
 use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, TimeFormat, TimeUnit, Truncated};
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
 
@@ -67,6 +67,7 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
 /// Settles what the values of all logs tell together, and reads those again whose options it changes.
 pub fn settle(logs: &mut [Understood], paths: &[&Path], full_rpm: Option<f64>) {
     let before: Vec<LogOptions> = logs.iter().map(|log| log.options.clone()).collect();
+    altitude::settle(logs);
     logs.iter_mut().for_each(values::settle);
     values::agree(logs);
     drives::settle(logs, full_rpm);
@@ -147,6 +148,7 @@ impl Understood {
             let why = if meaning.score >= 90 { "its name" } else { "its name, with doubt" };
             self.map(meaning.channel, &header, &words, meaning.sign, why);
         }
+        self.planar_theta(&own);
         self.time(layout, &mut own, &mut left);
         if !own.iter().any(|c| log::check::is_velocity(c) || log::check::is_measured(c)) {
             self.bench(&mut driven, &mut left);
@@ -167,6 +169,23 @@ impl Understood {
         }
         self.options.columns.insert(channel.to_string(), source);
         self.guess(format!("columns.{channel}"), format!("{header:?} is {channel} by {why}{how}"));
+    }
+
+    /// The "theta" of a log in the plane, which has x and y and no other angle, is the heading.
+    fn planar_theta(&mut self, own: &[String]) {
+        let has = |channel: &str| own.iter().any(|o| o == channel);
+        let said = self.given.columns.contains_key("theta");
+        if said || !["x", "y", "theta"].into_iter().all(has) || ["psi", "phi", "z", "q"].into_iter().any(has) {
+            return;
+        }
+        let source = self.options.columns.remove("theta").unwrap_or_else(|| ColumnSource::from("theta"));
+        if words::of(&source.name).words != ["theta"] {
+            self.options.columns.insert("theta".into(), source);
+            return;
+        }
+        self.reasons.remove("columns.theta");
+        self.guess("columns.psi", format!("{:?} stands beside x and y and no other angle: the heading", source.name));
+        self.options.columns.insert("psi".into(), source);
     }
 
     /// Finds the time, by its name or as the first column that grows in each row.

@@ -240,6 +240,15 @@ impl Draft<'_> {
         }
         let logged =
             |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
+        // fins whose angles are logged, of a vehicle of which nothing is known
+        if self.vehicle.is_none() {
+            for (fin, turns) in [("rudder", Dof::Yaw), ("stern_plane", Dof::Pitch)] {
+                if logged(fin) && has(turns) {
+                    effects.push(format!("{fin}_force"));
+                    effects.extend(has(Dof::Surge).then(|| format!("{fin}_drag")));
+                }
+            }
+        }
         if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
             let reads = |id: &str| match id {
                 id if id.starts_with("rudder") => logged("rudder"),
