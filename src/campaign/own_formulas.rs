@@ -10,7 +10,7 @@
 use super::baseline::wrong;
 use super::error::Error;
 use super::file::{CampaignFile, EffectTable};
-use super::load::moves;
+use super::moves::moves;
 use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::model::Model;
