@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::error::Error;
 use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, ObserveTable, ParameterTable, Problem};
 use super::single_thrusters;
+use super::single_thrusters::Own;
 use crate::chain::{acts_in, memory_count};
 use crate::effects::{Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place};
 use crate::formula::{Formula, FormulaError};
@@ -13,9 +14,6 @@ use crate::model::{Model, Parameter, Term, name_of};
 use crate::simulate::QUICKEST;
 use crate::symbolic::Graph;
 use crate::units::Dimension;
-
-/// An effect at a place, as the discovery tries it.
-pub type Own = (Arc<dyn Effect>, Place);
 
 /// The baseline with what is known of its parameters, and the user's own candidates.
 ///

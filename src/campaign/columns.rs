@@ -16,7 +16,7 @@
 
 use super::codes;
 use super::file::{CampaignFile, EffectRole, EffectTable};
-use super::load::moves;
+use super::moves::moves;
 use crate::finding::Finding;
 use crate::formula::Formula;
 use crate::frame::Dof;

@@ -37,7 +37,7 @@ pub(super) fn apply(
     efficiency: &Efficiency,
 ) -> Result<(), Vec<Finding>> {
     if logged.run.kind == RunKind::Bench {
-        return super::bench::commanded(logged, thrusters);
+        return super::bench_command::commanded(logged, thrusters);
     }
     let name = logged.run.name.clone();
     let refuse =

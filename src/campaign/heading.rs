@@ -13,7 +13,7 @@ use crate::run::Run;
 
 /// Says that the position takes no part where nothing tells where the vehicle heads.
 pub(super) fn finding(model: &Model, runs: &[Run]) -> Option<Finding> {
-    let moving: Vec<Run> = runs.iter().filter(|run| super::load::moves(run.kind)).cloned().collect();
+    let moving: Vec<Run> = runs.iter().filter(|run| super::moves::moves(run.kind)).cloned().collect();
     let logged = |name: &&str| moving.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
     let horizontal = [Dof::Surge, Dof::Sway].into_iter().filter(|dof| model.dofs.contains(dof));
     let lost: Vec<&str> = horizontal.map(Dof::position).filter(logged).collect();

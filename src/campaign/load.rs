@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::baseline::{self, Own, wrong};
+use super::baseline::{self, wrong};
 use super::codes;
 use super::columns;
 use super::derived;
@@ -16,6 +16,8 @@ use super::heading;
 use super::lead_in;
 use super::logs::{self, Logged};
 use super::model_noise::ModelNoise;
+pub(super) use super::moves::moves;
+use super::single_thrusters::Own;
 use super::steps_as_lines;
 use super::thrusters;
 use super::vertical;
@@ -210,11 +212,6 @@ pub(super) fn with_nominal_forces(mut runs: Vec<Run>) -> Vec<Run> {
         }
     }
     runs
-}
-
-/// Whether a vehicle moves freely in a run of this kind.
-pub(super) fn moves(kind: RunKind) -> bool {
-    !matches!(kind, RunKind::Bollard | RunKind::Towing | RunKind::Bench)
 }
 
 /// Names of the runs: their first file; a number behind it where two are of one file.

@@ -15,8 +15,12 @@
 use super::baseline::wrong;
 use super::error::Error;
 use super::file::{CampaignFile, EffectTable};
+<<<<<<< HEAD
 use super::load::moves;
 use super::logs::Logged;
+=======
+use super::moves::moves;
+>>>>>>> wt-d
 use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::model::Model;

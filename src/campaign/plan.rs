@@ -1,24 +1,19 @@
 //! The verb `plan`: runs that bring a model's parameters to wanted deviations, or what given runs will bring.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use nalgebra::Vector6;
 use serde::Serialize;
 
 use super::error::Error;
-use super::fit::{Fit, row_of};
-use super::load::Campaign;
-use super::model_file::{ModelFile, ModelFileError};
-use super::model_noise::ModelNoise;
+use super::fit::row_of;
 use super::plan_request::{PlanRequest, limits, sensors, wishes};
+use super::plan_source::PlanSource;
 use crate::effects::Scope;
 use crate::envelope::Envelope;
 use crate::estimate::filter_error::RandomForce;
-use crate::estimate::output_error::OutputErrorOptions;
 use crate::finding::Finding;
 use crate::frame::Dof;
-use crate::model::Model;
 use crate::plan::{
     Course, GridOptions, Instruments, Manoeuvre, PlanOptions, Proposal, Push, Rehearsal, codes, predict, propose,
     rehearse,
@@ -26,54 +21,6 @@ use crate::plan::{
 use crate::run::{Run, RunKind, Signal};
 use crate::thrust::allocation::Allocation;
 use crate::thrust::thruster::Thruster;
-use crate::vehicle::Vehicle;
-
-/// What a plan is made from: a model and what is known of its vehicle and sensors.
-#[derive(Debug, Clone)]
-pub struct PlanSource {
-    pub(super) model: Model,
-    pub(super) vehicle: Vehicle,
-    pub(super) envelope: Envelope,
-    pub(super) sensors: Instruments,
-    pub(super) thrusters: Vec<Thruster>,
-    pub(super) covariance: Vec<Vec<f64>>,
-    /// The random force that pushes the vehicle, where a filter was asked for it.
-    pub(super) forces: Option<Vec<RandomForce>>,
-    pub(super) fitting: OutputErrorOptions,
-}
-
-impl PlanSource {
-    /// From a model file; `path` is named in messages.
-    ///
-    /// # Errors
-    /// [`ModelFileError`] when this version has another idea of a term.
-    pub fn of_file(file: &ModelFile, path: &Path) -> Result<PlanSource, ModelFileError> {
-        Ok(PlanSource {
-            model: file.model(&[], path)?,
-            vehicle: file.vehicle.clone(),
-            envelope: file.envelope.clone(),
-            sensors: file.sensors.clone(),
-            thrusters: Vec::new(),
-            covariance: file.covariance.clone(),
-            forces: file.noise.as_ref().map(ModelNoise::forces),
-            fitting: OutputErrorOptions { join: true, ..OutputErrorOptions::default() },
-        })
-    }
-
-    /// From a campaign and its fit.
-    pub fn of_fit(campaign: &Campaign, fit: &Fit) -> PlanSource {
-        PlanSource {
-            model: fit.model.clone(),
-            vehicle: campaign.vehicle.clone(),
-            envelope: fit.envelope.clone(),
-            sensors: fit.instruments.clone(),
-            thrusters: campaign.file.thrusters.clone(),
-            covariance: fit.covariance.clone(),
-            forces: fit.model_noise().as_ref().map(ModelNoise::forces),
-            fitting: OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() },
-        }
-    }
-}
 
 /// A plan. Serialises as `hydrosysid plan --json`.
 #[derive(Debug, Clone, Serialize)]

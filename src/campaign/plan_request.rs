@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use serde::Deserialize;
 
 use super::error::Error;
-use super::plan::PlanSource;
+use super::plan_source::PlanSource;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};

@@ -8,12 +8,14 @@
 
 use std::sync::Arc;
 
-use super::baseline::Own;
 use super::file::CampaignFile;
 use crate::effects::{Effect, Place, SingleThruster, ThrusterLoss, ThrusterSwap};
 use crate::frame::Dof;
 use crate::procedure::{acting_thruster_force, thruster_force};
 use crate::thrust::thruster::Thruster;
+
+/// An effect at a place, as the discovery tries it.
+pub type Own = (Arc<dyn Effect>, Place);
 
 /// Why two thrusters that are there cannot be exchanged.
 pub(super) const UNLIKE: &str =

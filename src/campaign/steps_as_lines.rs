@@ -8,7 +8,7 @@
 //! smooth command also stays for some rows, but its changes are one quantum, far below its range.
 
 use super::codes;
-use super::load::moves;
+use super::moves::moves;
 use crate::check::rates::number_of;
 use crate::finding::Finding;
 use crate::frame::Dof;

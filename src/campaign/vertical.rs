@@ -5,7 +5,7 @@
 //! of a vehicle on its back.
 
 use super::codes;
-use super::load::moves;
+use super::moves::moves;
 use crate::chain::{Attitude, turns_freely};
 use crate::finding::Finding;
 use crate::frame::Dof;

@@ -10,7 +10,17 @@ use super::header::{Column, Plan};
 use super::number::{self, leading};
 use super::options::{LogOptions, Missing};
 use super::records::trim;
-use super::rows::Row;
+
+/// One row.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a> {
+    /// Physical line, from 1.
+    pub line: u64,
+    /// Time, s.
+    pub t: f64,
+    /// A value for each of [`Rows::names`](super::Rows::names), SI; NaN where this sensor has no sample.
+    pub values: &'a [f64],
+}
 
 /// What becomes of a field.
 #[derive(Debug, Clone, Copy)]

@@ -28,10 +28,11 @@ pub mod rows;
 mod write;
 
 pub use error::LogError;
+pub use fast_rows::Row;
 pub use options::{LogOptions, OptionsError};
 pub use pieces::{Piece, Pieces};
 pub use read::{LogFile, read, read_from};
-pub use rows::{Passage, Row, Rows};
+pub use rows::{Passage, Rows};
 pub use write::{WriteError, write, write_log, write_signals, write_to, write_wall_clock};
 
 use crate::frame::Dof;

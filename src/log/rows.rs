@@ -10,7 +10,7 @@ use super::LogError;
 use super::cells::{Cell, Cells, OtherWidth, add_time_order, comment_hint, decimals};
 use super::clock::Clock;
 use super::codes;
-use super::fast_rows::{Sheet, Way};
+use super::fast_rows::{Row, Sheet, Way};
 use super::faults::Faults;
 use super::header::Plan;
 use super::number;
@@ -21,17 +21,6 @@ use crate::progress;
 
 /// Rows from one look at whether the work is still wanted to the next: some milliseconds.
 const ROWS_A_LOOK: u64 = 4096;
-
-/// One row.
-#[derive(Debug, Clone, Copy)]
-pub struct Row<'a> {
-    /// Physical line, from 1.
-    pub line: u64,
-    /// Time, s.
-    pub t: f64,
-    /// A value for each of [`Rows::names`], SI; NaN where this sensor has no sample.
-    pub values: &'a [f64],
-}
 
 /// What was met on the way.
 #[derive(Debug, Clone, Default)]

@@ -11,12 +11,14 @@
 //! single fit drag and inertia of one run are nearly the same signal, as the [`direct_regression`] shows.
 
 mod advance;
+mod bench;
 mod bollard;
 pub mod codes;
 mod curves;
 pub mod direct_regression;
 mod drag;
 mod effective_thrust;
+mod error;
 mod inertia;
 pub mod numbers;
 mod options;
@@ -30,13 +32,14 @@ mod stages;
 
 use std::collections::BTreeMap;
 
-use thiserror::Error;
-
 pub use self::advance::{is_powered, towed_drag};
+pub use self::bench::Bench;
+use self::bench::{of_kind, parameters_at};
 pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;
 pub use self::drag::{steady_means, towed};
 pub use self::effective_thrust::{acting_forces, acting_thruster_force, thruster_force};
+pub use self::error::ProcedureError;
 use self::inertia::Kind;
 pub use self::numbers::DRAG;
 pub use self::numbers::FlowNumbers;
@@ -48,81 +51,13 @@ pub use self::prepare::shown;
 pub use self::result::{Estimate, Stage, StagedResult};
 use self::stage_covariance::Held;
 use self::stages::Stages;
-use crate::estimate::{IntegralError, LeastSquaresError, RegressorError};
-use crate::filter::FilterError;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Role, Run, RunKind};
-use crate::thrust::efficiency::{AdvanceSpeed, Efficiency, EfficiencyError};
-use crate::thrust::measured::MeasuredCurve;
+use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
 use crate::thrust::thruster::Thruster;
-use crate::vehicle::{Vehicle, Water};
-
-/// What is known of the vehicle apart from its model.
-#[derive(Debug, Clone, Copy)]
-pub struct Bench<'a> {
-    /// Dry figures.
-    pub vehicle: &'a Vehicle,
-    /// The water.
-    pub water: &'a Water,
-    /// Losses of thrust that are known beforehand; η_inter of bollard runs takes the place of what is absent.
-    pub efficiency: &'a Efficiency,
-    /// The thrusters, where they are described; runs that log each of them lose thrust one by one.
-    pub thrusters: &'a [Thruster],
-    /// Curves of thrusters that were found from bollard tables, with what is known of them.
-    pub curves: &'a [MeasuredCurve],
-}
-
-/// Why the procedure cannot be carried out.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum ProcedureError {
-    /// No run takes part in the fit.
-    #[error("no run takes part in the fit: at least one needs role = \"train\"")]
-    NoTrainingRun,
-    /// Losses along the thrusters' own axes need the forces of the thrusters.
-    #[error(
-        "[efficiency] advance_speed = \"thruster_axis\" needs [[thruster]] tables and the force or command of each thruster; run `{run}` has forces of the vehicle alone: log V1 … or F1 …, or use \"vehicle\""
-    )]
-    AdvanceByThruster {
-        /// A run without them.
-        run: String,
-    },
-    /// A velocity or an angle cannot be filtered.
-    #[error(transparent)]
-    Filter(#[from] FilterError),
-    /// A balance has no regressor.
-    #[error(transparent)]
-    Integral(#[from] IntegralError),
-    /// Efficiencies that cannot be found.
-    #[error(transparent)]
-    Efficiency(#[from] EfficiencyError),
-    /// A linear system without solution.
-    #[error("{stage}, {dof}: {source}")]
-    Linear {
-        /// The stage.
-        stage: &'static str,
-        /// Degree of freedom.
-        dof: Dof,
-        /// What is wrong.
-        source: LeastSquaresError,
-    },
-}
-
-impl ProcedureError {
-    /// What the data of one stage lacks is a finding, and the other stages go on; a model that has no regressor at all
-    /// is an error.
-    fn unless_data<T>(stage: &str, dof: Dof, result: Result<T, IntegralError>) -> Result<Result<T, Finding>, Self> {
-        use RegressorError as R;
-        match result {
-            Ok(value) => Ok(Ok(value)),
-            Err(IntegralError::Regressor(e @ (R::NeedsOutputError { .. } | R::Product { .. }))) => {
-                Err(IntegralError::Regressor(e).into())
-            }
-            Err(e) => Ok(Err(Finding::new(&codes::TOO_LITTLE, format!("{stage}, {dof}: {e}")))),
-        }
-    }
-}
+use crate::vehicle::Vehicle;
 
 /// The staged procedure: estimates the free parameters of `model` from the training runs.
 ///
@@ -273,19 +208,4 @@ fn judge(model: &Model, held: &Held, vehicle: &Vehicle, runs: &[Run], result: &m
     {
         result.warnings.push(Finding::new(&codes::GRAVITY, codes::GRAVITY.meaning));
     }
-}
-
-/// Runs of a kind that show `dof`: all zig-zags do, any other run shows one of `dofs`.
-fn of_kind<'a>(runs: &'a [Run], kind: RunKind, dof: Dof, dofs: &[Dof]) -> Vec<&'a Run> {
-    let shows = |run: &&Run| kind == RunKind::Zigzag || shown(run, dofs) == Some(dof);
-    runs.iter().filter(|run| run.kind == kind).filter(shows).collect()
-}
-
-/// Free linear parameters of the terms of these effects in `dof`.
-fn parameters_at(model: &Model, dof: Dof, effects: &[&str]) -> Vec<usize> {
-    let here = |p: &usize| {
-        let parameter = &model.parameters[*p];
-        parameter.place.dof == Some(dof) && effects.contains(&parameter.effect.as_str()) && parameter.spec.is_linear()
-    };
-    model.free().into_iter().filter(here).collect()
 }

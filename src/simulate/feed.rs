@@ -7,8 +7,19 @@
 //! Where all lanes sail the same stretch its table is read in place. Else each number goes to its lane one step ahead: a
 //! register that is read right after one of its numbers was written waits for it.
 
-use super::{Stretch, Track};
+use super::Track;
 use crate::simd::{Lanes, Wide};
+
+/// A stretch of a track: grid points `first` to `last`, both included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretch {
+    /// Index of the track.
+    pub track: usize,
+    /// First grid point.
+    pub first: usize,
+    /// Last grid point.
+    pub last: usize,
+}
 
 /// Instants of a step: its beginning, middle and end.
 const INSTANTS: usize = 3;

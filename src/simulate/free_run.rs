@@ -6,18 +6,7 @@ use crate::simd::Plain;
 use crate::symbolic::Registers;
 
 use super::single::sail_single;
-use super::{Stretch, Track, integrate_fast};
-
-/// A simulated run: one row a grid point.
-#[derive(Debug, Clone)]
-pub struct Trajectory {
-    /// Time stamps, s.
-    pub time: Vec<f64>,
-    /// Outputs, `time.len()` rows of one value an output of the dynamics.
-    pub outputs: Vec<f64>,
-    /// States, `time.len()` rows.
-    pub states: Vec<f64>,
-}
+use super::{Stretch, Track, Trajectory, integrate_fast};
 
 /// How far from a measurement a simulation counts, in the unit of the channel.
 const REACH: f64 = 1e3;

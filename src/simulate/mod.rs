@@ -17,14 +17,17 @@ mod rk4;
 mod single;
 mod time_constant;
 mod track;
+mod trajectory;
 
 pub(crate) use evaluator::{Evaluator, prepared};
 pub(crate) use feed::Feed;
-pub use free_run::{Trajectory, free_run, in_reach, memory_start, values_at, values_in_run};
+pub use feed::Stretch;
+pub use free_run::{free_run, in_reach, memory_start, values_at, values_in_run};
 pub use ode::{OdeError, rk4};
-pub use rk4::{Emission, Stretch, integrate, integrate_fast};
+pub use rk4::{Emission, integrate, integrate_fast};
 pub use time_constant::quickest_time_constants;
 pub use track::{NO_SAMPLE, Substep, Track, TrackError};
+pub use trajectory::Trajectory;
 
 /// Shortest time constant that a memory of the model may have, s. The scheme follows it in steps of half of it; what is
 /// quicker acts at once beside the samples of any log.

@@ -12,9 +12,9 @@
 //! Kutta, *Zeitschrift für Mathematik und Physik* 46 (1901) 435-453. Sensitivities S = ∂x/∂(x₀, θ) go through the same
 //! stages: Ṡ = A S + B is the derivative of the scheme itself, so that they are exact for the discrete solution.
 
-use super::Track;
 use super::evaluator::{Evaluator, prepared};
 use super::feed::Feed;
+use super::{Stretch, Track};
 use crate::dynamics::Dynamics;
 use crate::progress;
 use crate::simd::{Lanes, Machine, Wide, Widths, Work};
@@ -22,17 +22,6 @@ use crate::symbolic::Ends;
 
 /// Steps from one look at whether the work is still wanted to the next: some hundred microseconds.
 const STEPS_A_LOOK: usize = 64;
-
-/// A stretch of a track: grid points `first` to `last`, both included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
-    /// Index of the track.
-    pub track: usize,
-    /// First grid point.
-    pub first: usize,
-    /// Last grid point.
-    pub last: usize,
-}
 
 /// What is handed over at each grid point of each lane.
 #[derive(Debug)]

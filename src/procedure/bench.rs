@@ -1,0 +1,40 @@
+//! What every stage reads: the vehicle apart from its model, the runs of a kind, the parameters of effects.
+
+use super::prepare::shown;
+use crate::frame::Dof;
+use crate::model::Model;
+use crate::run::{Run, RunKind};
+use crate::thrust::efficiency::Efficiency;
+use crate::thrust::measured::MeasuredCurve;
+use crate::thrust::thruster::Thruster;
+use crate::vehicle::{Vehicle, Water};
+
+/// What is known of the vehicle apart from its model.
+#[derive(Debug, Clone, Copy)]
+pub struct Bench<'a> {
+    /// Dry figures.
+    pub vehicle: &'a Vehicle,
+    /// The water.
+    pub water: &'a Water,
+    /// Losses of thrust that are known beforehand; η_inter of bollard runs takes the place of what is absent.
+    pub efficiency: &'a Efficiency,
+    /// The thrusters, where they are described; runs that log each of them lose thrust one by one.
+    pub thrusters: &'a [Thruster],
+    /// Curves of thrusters that were found from bollard tables, with what is known of them.
+    pub curves: &'a [MeasuredCurve],
+}
+
+/// Runs of a kind that show `dof`: all zig-zags do, any other run shows one of `dofs`.
+pub(super) fn of_kind<'a>(runs: &'a [Run], kind: RunKind, dof: Dof, dofs: &[Dof]) -> Vec<&'a Run> {
+    let shows = |run: &&Run| kind == RunKind::Zigzag || shown(run, dofs) == Some(dof);
+    runs.iter().filter(|run| run.kind == kind).filter(shows).collect()
+}
+
+/// Free linear parameters of the terms of these effects in `dof`.
+pub(super) fn parameters_at(model: &Model, dof: Dof, effects: &[&str]) -> Vec<usize> {
+    let here = |p: &usize| {
+        let parameter = &model.parameters[*p];
+        parameter.place.dof == Some(dof) && effects.contains(&parameter.effect.as_str()) && parameter.spec.is_linear()
+    };
+    model.free().into_iter().filter(here).collect()
+}

@@ -1,0 +1,64 @@
+//! Why the procedure cannot be carried out, and what of it is only a finding.
+
+use thiserror::Error;
+
+use super::codes;
+use crate::estimate::{IntegralError, LeastSquaresError, RegressorError};
+use crate::filter::FilterError;
+use crate::finding::Finding;
+use crate::frame::Dof;
+use crate::thrust::efficiency::EfficiencyError;
+
+/// Why the procedure cannot be carried out.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ProcedureError {
+    /// No run takes part in the fit.
+    #[error("no run takes part in the fit: at least one needs role = \"train\"")]
+    NoTrainingRun,
+    /// Losses along the thrusters' own axes need the forces of the thrusters.
+    #[error(
+        "[efficiency] advance_speed = \"thruster_axis\" needs [[thruster]] tables and the force or command of each thruster; run `{run}` has forces of the vehicle alone: log V1 … or F1 …, or use \"vehicle\""
+    )]
+    AdvanceByThruster {
+        /// A run without them.
+        run: String,
+    },
+    /// A velocity or an angle cannot be filtered.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
+    /// A balance has no regressor.
+    #[error(transparent)]
+    Integral(#[from] IntegralError),
+    /// Efficiencies that cannot be found.
+    #[error(transparent)]
+    Efficiency(#[from] EfficiencyError),
+    /// A linear system without solution.
+    #[error("{stage}, {dof}: {source}")]
+    Linear {
+        /// The stage.
+        stage: &'static str,
+        /// Degree of freedom.
+        dof: Dof,
+        /// What is wrong.
+        source: LeastSquaresError,
+    },
+}
+
+impl ProcedureError {
+    /// What the data of one stage lacks is a finding, and the other stages go on; a model that has no regressor at all
+    /// is an error.
+    pub(super) fn unless_data<T>(
+        stage: &str,
+        dof: Dof,
+        result: Result<T, IntegralError>,
+    ) -> Result<Result<T, Finding>, Self> {
+        use RegressorError as R;
+        match result {
+            Ok(value) => Ok(Ok(value)),
+            Err(IntegralError::Regressor(e @ (R::NeedsOutputError { .. } | R::Product { .. }))) => {
+                Err(IntegralError::Regressor(e).into())
+            }
+            Err(e) => Ok(Err(Finding::new(&codes::TOO_LITTLE, format!("{stage}, {dof}: {e}")))),
+        }
+    }
+}
