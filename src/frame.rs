@@ -108,6 +108,22 @@ impl Measured {
             Measured::Function(_) => None,
         }
     }
+
+    /// The degree of freedom whose velocity, position or angle it is; `None` for another function of the states.
+    pub fn along(&self) -> Option<Dof> {
+        self.dof().or_else(|| Dof::ALL.into_iter().find(|dof| dof.position() == self.channel()))
+    }
+
+    /// Unit, SI: m/s, rad/s, m, rad; empty for a function of the states other than a position or an angle.
+    pub fn unit(&self) -> &'static str {
+        match (self.dof(), self.along()) {
+            (Some(dof), _) if dof.is_rotation() => "rad/s",
+            (Some(_), _) => "m/s",
+            (None, Some(dof)) if dof.is_rotation() => "rad",
+            (None, Some(_)) => "m",
+            (None, None) => "",
+        }
+    }
 }
 
 impl std::fmt::Display for Measured {

@@ -24,6 +24,12 @@ fn plural(thing: &str) -> String {
     format!("{thing}{}", if hisses { "es" } else { "s" })
 }
 
+/// A sentence that begins with a capital.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// A number of two digits: `0.031`, `12`, `123`.
 pub fn digits(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
@@ -72,6 +78,11 @@ mod tests {
     #[test]
     fn numbers_have_two_digits_and_all_before_the_point() {
         assert_eq!([0.0, 0.0312, 12.34, 123.4].map(digits), ["0", "0.031", "12", "123"]);
+    }
+
+    #[test]
+    fn sentences_begin_with_a_capital() {
+        assert_eq!(["surge: 3 N", "écart", ""].map(capitalised), ["Surge: 3 N", "Écart", ""]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use super::unexcited;
 
 use crate::discover::{self, Discovery, SearchOptions, Verdict};
 use crate::effects::Family;
+use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
@@ -58,10 +59,21 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         stands
     });
     let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
-    let mut found = search(&campaign.model)?;
-    let (held, said) = undetermined(&campaign.model, &found, &campaign.file.vehicle);
+    let mut model = campaign.model.clone();
+    let mut searched = search(&model);
+    if let Err(OutputErrorError::NotIdentified { parameters }) = &searched {
+        let said = hold(&mut model, parameters);
+        searched = search(&model);
+        if let Ok(found) = &mut searched {
+            found.warnings.push(said);
+        }
+    }
+    let mut found = searched?;
+    let (held, said) = undetermined(&model, &found, &campaign.file.vehicle);
     if let Some(held) = held {
+        let kept = std::mem::take(&mut found.warnings);
         found = search(&held)?;
+        found.warnings.extend(kept.into_iter().filter(|w| w.code == codes::UNSEEN.code));
     }
     found.warnings.extend(said);
     if table.families != usual.families {
@@ -79,6 +91,23 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     found.warnings.extend(faults.iter().map(mended));
     found.log_findings = faults.iter().flat_map(Fault::findings).collect();
     Ok(found)
+}
+
+/// Holds the parameters of which the runs of free motion show nothing, as a run of another kind may: `m_uq of
+/// added_mass_coupling@surge:pitch, …`. What there is to say of it.
+fn hold(model: &mut Model, unseen: &str) -> Finding {
+    let mut held = Vec::new();
+    for p in &mut model.parameters {
+        if unseen.split(", ").any(|name| name == format!("{} of {}", p.spec.name, p.term)) {
+            p.fixed = true;
+            held.push(format!("{} of `{}` at {} {}", p.spec.name, p.term, p.value, p.spec.dimension));
+        }
+    }
+    let text = format!(
+        "no run of free motion shows {unseen}: the search held {}; add a run that moves what it multiplies",
+        held.join(", ")
+    );
+    Finding::new(&codes::UNSEEN, text)
 }
 
 /// An inertia whose standard deviation is above this part of it is not known: in quasi-steady motion the force and the

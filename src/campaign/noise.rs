@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::estimate::filter_error::{
     Coordinate, FilterErrorFit, Filtered, Forecast, NoiseModel, Prediction, RandomForce,
 };
-use crate::frame::Dof;
+use crate::frame::{Dof, Measured};
 use crate::model::Model;
 use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
@@ -36,6 +36,14 @@ impl Noise {
             [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
             forces => format!("The vehicle is pushed by a random force of {}.", in_words(forces)),
         }
+    }
+
+    /// Unit of the predictions in a degree of freedom: of its velocity, or of its position or angle where no sensor gives the
+    /// velocity.
+    pub fn unit_in(&self, dof: Dof) -> &'static str {
+        let has_velocity = self.sensors.iter().any(|sensor| sensor.channel == dof.velocity());
+        let channel = if has_velocity { Measured::from(dof) } else { Measured::Function(dof.position().into()) };
+        channel.unit()
     }
 
     /// Where a random force moves the vehicle and the commands there hardly do: a sentence that says it.

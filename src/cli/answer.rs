@@ -11,7 +11,7 @@ const LINES: usize = 3;
 /// Most warnings that are named under a verdict.
 const NAMED: usize = 2;
 
-/// The verdict in plain words: as many of its sentences, in their order, as three lines hold; all with `--verbose`.
+/// The verdict in plain words: as many of its first sentences as three lines hold; all with `--verbose`.
 pub(super) fn verdict(text: &str, output: &Output) {
     output.print(&if output.is_verbose() { wrapped(text) } else { shortened(text, width()) });
 }
@@ -29,8 +29,8 @@ pub(super) fn worst(findings: &[Finding], output: &Output) {
             kinds.push(finding);
         }
     }
-    // errors before warnings, else in the order in which they were found
-    kinds.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    // errors before warnings, what is said of the model before what is said of a log; else in the order in which they were found
+    kinds.sort_by_key(|f| (std::cmp::Reverse(f.severity), !f.code.starts_with('M')));
     for finding in kinds.iter().take(NAMED) {
         output.print(&one_line(finding));
     }
@@ -53,15 +53,17 @@ pub(super) fn cut(text: &str, room: usize) -> String {
     format!("{}…", kept.trim_end())
 }
 
-/// The sentences that fit in [`LINES`] lines of this width, the first one always.
+/// The sentences up to the first that no longer fits in [`LINES`] lines of this width, the first one always: one behind it
+/// may refer to it.
 fn shortened(text: &str, width: Option<usize>) -> String {
     let Some(width) = width else { return text.to_string() };
     let mut kept = String::new();
     for sentence in sentences(text) {
         let longer = if kept.is_empty() { sentence.to_string() } else { format!("{kept} {sentence}") };
-        if kept.is_empty() || folded(&longer, width).lines().count() <= LINES {
-            kept = longer;
+        if !kept.is_empty() && folded(&longer, width).lines().count() > LINES {
+            break;
         }
+        kept = longer;
     }
     let lines = folded(&kept, width);
     if lines.lines().count() <= LINES {
@@ -95,9 +97,9 @@ mod tests {
 
     #[test]
     fn a_verdict_keeps_whole_sentences_in_three_lines() {
-        let text = "It fits. The force of run 1.5 is 3 N. This third one is much too long for what is left here. Yes.";
+        let text = "It fits. The force of run 1.5 is 3 N. This third one is much too long for what is left here. That is more.";
         assert_eq!(sentences(text).len(), 4);
-        assert_eq!(shortened(text, Some(20)), "It fits. The force\nof run 1.5 is 3 N.\nYes.");
+        assert_eq!(shortened(text, Some(20)), "It fits. The force\nof run 1.5 is 3 N.");
         assert_eq!(shortened(text, None), text);
         let long = shortened(&"word ".repeat(60), Some(20));
         assert!(long.lines().count() == 3 && long.ends_with('…'), "{long}");

@@ -5,8 +5,9 @@ use serde::Serialize;
 use super::answer;
 use super::arguments::{Effects, Explain};
 use super::failure::Failure;
+use super::message::hanging;
 use super::output::Output;
-use super::table::table;
+use super::table::{table, width};
 use crate::campaign::codes;
 use crate::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name, meant, search};
 use crate::frame::Dof;
@@ -167,7 +168,8 @@ pub(super) fn explain(arguments: &Explain, output: &Output) -> Result<(), Failur
         return Err(Failure::Argument(format!("no finding has the code `{code}`; `hydrosysid explain` lists them")));
     }
     for told in &meant {
-        output.print(&format!("{} {} ({})\n  {}", told.code, told.kind, severity(told), told.meaning));
+        let meaning = hanging(&format!("  {}", told.meaning), 0, width());
+        output.print(&format!("{} {} ({})\n{meaning}", told.code, told.kind, severity(told)));
     }
     output.json(&meant)
 }

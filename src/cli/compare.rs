@@ -83,7 +83,7 @@ impl Row<'_> {
 fn worst_of_each_run<'a>(rows: &'a [Disagreement], found: Option<&Noise>) -> Vec<Row<'a>> {
     let mut worst: Vec<Row<'a>> = Vec::new();
     for of in rows {
-        let row = Row { of, predicted: noise::expected(found, &of.run, of.dof.dof()) };
+        let row = Row { of, predicted: noise::expected(found, &of.run, of.dof.along()) };
         match worst.iter_mut().find(|known| known.of.run == of.run) {
             Some(known) if known.times() >= row.times() => {}
             Some(known) => *known = row,
@@ -177,7 +177,7 @@ fn every_degree_of_freedom(rows: &[Disagreement], found: Option<&Noise>) -> Stri
                 format!("{} ± {}", size(r.mean_abs), size(r.std_abs)),
                 size(r.rms),
                 size(r.noise_floor),
-                noise::expected(found, &r.run, r.dof.dof()).map_or("-".into(), size),
+                noise::expected(found, &r.run, r.dof.along()).map_or("-".into(), size),
                 format!("{:.1}", r.fit_percent),
                 r.pieces.to_string(),
                 r.unit.clone(),

@@ -31,7 +31,7 @@ pub(super) fn finding(finding: &Finding) -> String {
 }
 
 /// A text behind a word of this length in lines that the terminal holds, those that go on set in by two.
-fn hanging(text: &str, behind: usize, width: Option<usize>) -> String {
+pub(super) fn hanging(text: &str, behind: usize, width: Option<usize>) -> String {
     let Some(width) = width else { return text.to_string() };
     let text = "x".repeat(behind) + text;
     let fold = |line: &str| {
@@ -60,7 +60,10 @@ pub(super) fn grouped(findings: &[Finding], verbose: bool) -> Vec<String> {
     }
     let told = |group: &Vec<&Finding>| match group.len() - 1 {
         0 => in_full(group[0]),
-        more => format!("{}\n  and {more} more of this kind{}", in_full(group[0]), places(&group[1..])),
+        more => {
+            let others = format!("  and {more} more of this kind{}", places(&group[1..]));
+            format!("{}\n{}", in_full(group[0]), hanging(&others, 0, width()))
+        }
     };
     groups.iter().map(told).collect()
 }

@@ -70,9 +70,8 @@ fn row(noise: &Noise, dof: Dof, ahead: f64) -> Option<Vec<String>> {
     } else {
         "as expected".into()
     };
-    let unit = if dof.is_rotation() { "rad/s" } else { "m/s" };
-    (!of.is_empty())
-        .then(|| vec![format!("{ahead} s"), dof.to_string(), size(rms), size(expected), unit.into(), verdict])
+    let unit = noise.unit_in(dof).to_string();
+    (!of.is_empty()).then(|| vec![format!("{ahead} s"), dof.to_string(), size(rms), size(expected), unit, verdict])
 }
 
 /// The error of a free run that the noise lets expect, of one run and degree of freedom.
@@ -88,9 +87,11 @@ pub(super) fn by_run(noise: &Noise, output: &Output) {
         Some(0.0) => "1 sample".into(),
         Some(seconds) => format!("{seconds} s"),
     };
-    let row = |p: &Predicted| vec![p.run.clone(), p.dof.to_string(), ahead(p), size(p.rms), size(p.expected)];
+    let row = |p: &Predicted| {
+        vec![p.run.clone(), p.dof.to_string(), ahead(p), size(p.rms), size(p.expected), noise.unit_in(p.dof).into()]
+    };
     let rows: Vec<Vec<String>> = noise.prediction.iter().map(row).collect();
     if !rows.is_empty() {
-        output.print(&table(&["run", "dof", "ahead", "rms error", "expected"], &rows));
+        output.print(&table(&["run", "dof", "ahead", "rms error", "expected", "unit"], &rows));
     }
 }

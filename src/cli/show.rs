@@ -11,6 +11,7 @@ use crate::campaign::{self, Campaign, ModelFile, Published};
 use crate::check::codes::AT_REST;
 use crate::demo::{self, Demo, DemoOptions};
 use crate::discover::Discovery;
+use crate::effects::named;
 use crate::progress::tell;
 use crate::report::svg::standalone;
 use crate::report::{Document, render};
@@ -100,12 +101,14 @@ fn demo_verdict(made: &Demo) -> String {
         .filter(|off| off.is_finite())
         .collect();
     let near = known.iter().filter(|off| **off <= 2.0).count();
-    let found = made.hidden.iter().all(|hidden| made.discovery.effects.iter().any(|e| e.id == *hidden));
+    let is_found = |hidden: &String| made.discovery.effects.iter().any(|e| e.id == *hidden);
+    let names = made.hidden.iter().map(|id| named(id)).collect::<Vec<_>>().join(", ");
+    let found = match made.hidden.iter().all(is_found) {
+        true => format!("Hidden and found again: {names}."),
+        false => format!("Hidden and not found again: {names}. {}", made.discovery.sentence),
+    };
     format!(
-        "{} {}: {} Of {} of the staged procedure {near} lie within two standard deviations of the truth.",
-        made.hidden.join(", "),
-        if found { "was hidden and found again" } else { "was hidden and not found again" },
-        made.discovery.sentence,
+        "{found} {near} of {} of the staged procedure lie within two standard deviations of the truth.",
         count(known.len(), "estimate"),
     )
 }

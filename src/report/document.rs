@@ -157,6 +157,17 @@ pub enum Cell {
     },
 }
 
+impl Cell {
+    /// Whether nothing stands in it.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Cell::Empty => true,
+            Cell::Text(label) => label.text().is_empty(),
+            Cell::Number { .. } | Cell::Estimate { .. } => false,
+        }
+    }
+}
+
 impl From<&str> for Cell {
     fn from(text: &str) -> Cell {
         Cell::Text(text.into())

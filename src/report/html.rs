@@ -201,14 +201,16 @@ fn multiples_view(multiples: &Multiples, number: usize) -> MultiplesView<'_> {
 
 fn table_view(table: &Table, number: usize) -> TableView<'_> {
     let class = |k: usize| if table.is_numeric(k) { "num" } else { "" };
-    let heads = table.columns.iter().enumerate().map(|(k, column)| Head {
-        class: class(k),
-        html: column.name.html(),
-        unit: unit(&column.unit),
+    // a column in which nothing stands takes room from the others
+    let columns = table.filled();
+    let heads = columns.iter().map(|k| Head {
+        class: class(*k),
+        html: table.columns[*k].name.html(),
+        unit: unit(&table.columns[*k].unit),
     });
     let cell =
         |row: &[Cell], k: usize| CellView { class: class(k), html: cell_html(row.get(k).unwrap_or(&Cell::Empty)) };
-    let rows = table.rows.iter().map(|row| (0..table.columns.len()).map(|k| cell(row, k)).collect());
+    let rows = table.rows.iter().map(|row| columns.iter().map(|k| cell(row, *k)).collect());
     TableView {
         table,
         number,

@@ -41,27 +41,33 @@ impl Table {
 
     /// A `tabular` with rules of the booktabs package.
     pub fn latex(&self) -> String {
-        let columns = 0..self.columns.len();
-        let places: String = columns.clone().map(|k| if self.is_numeric(k) { 'r' } else { 'l' }).collect();
+        let columns = self.filled();
+        let places: String = columns.iter().map(|k| if self.is_numeric(*k) { 'r' } else { 'l' }).collect();
         let line = |cells: Vec<String>| format!("{} \\\\\n", cells.join(" & "));
         let head = |column: &Column| match column.unit.as_str() {
             "" => column.name.latex(),
             text => format!("{} ({})", column.name.latex(), Label::Plain(unit(text)).latex()),
         };
         let mut out = format!("\\begin{{tabular}}{{{places}}}\n\\toprule\n");
-        out.push_str(&line(self.columns.iter().map(head).collect()));
+        out.push_str(&line(columns.iter().map(|k| head(&self.columns[*k])).collect()));
         out.push_str("\\midrule\n");
         for row in &self.rows {
-            let cell = |k: usize| match row.get(k).unwrap_or(&Cell::Empty) {
+            let cell = |k: &usize| match row.get(*k).unwrap_or(&Cell::Empty) {
                 Cell::Empty => String::new(),
                 Cell::Text(label) => label.latex(),
                 Cell::Number { value, digits } => format!("${}$", number(*value, *digits, Style::Latex)),
                 Cell::Estimate { value, std } => format!("${}$", estimate(*value, *std, Style::Latex)),
             };
-            out.push_str(&line(columns.clone().map(cell).collect()));
+            out.push_str(&line(columns.iter().map(cell).collect()));
         }
         out.push_str("\\bottomrule\n\\end{tabular}\n");
         out
+    }
+
+    /// Numbers of the columns in which some row has content; all of them in a table without rows.
+    pub(super) fn filled(&self) -> Vec<usize> {
+        let holds = |k: &usize| self.rows.iter().filter_map(|row| row.get(*k)).any(|cell| !cell.is_empty());
+        (0..self.columns.len()).filter(|k| self.rows.is_empty() || holds(k)).collect()
     }
 
     /// Whether column `k` holds a number: those stand on the right.
@@ -116,6 +122,19 @@ mod tests {
         let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
         assert_eq!(rows[1].get(0), Some("'=HYPERLINK(\"x\",\"y\")"));
         assert!(rows.iter().all(|row| row.len() == 4));
+    }
+
+    #[test]
+    fn columns_without_content_are_not_shown() {
+        let mut table = table();
+        table.columns.push(Column::new("stated", ""));
+        table.columns.push(Column::new("also possible", ""));
+        table.rows[0].extend([Cell::Empty, "".into()]);
+        assert_eq!(table.filled(), [0, 1, 2]);
+        assert!(table.latex().contains(r"\begin{tabular}{lrr}") && table.csv().contains("n,stated,also possible"));
+        table.rows[1].extend([Cell::Empty, Cell::Empty, "k_uv".into()]);
+        assert_eq!(table.filled(), [0, 1, 2, 4]);
+        assert_eq!(Table { rows: vec![], ..table }.filled().len(), 5);
     }
 
     #[test]

@@ -3,11 +3,11 @@
 
 use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residual};
 use crate::effects::{common_name, named};
-use crate::frame::{Dof, Measured};
+use crate::frame::Measured;
 use crate::report::{
-    Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Table,
+    Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Style, Table, number,
 };
-use crate::wording::probability;
+use crate::wording::{capitalised, probability};
 
 /// Figures of the missing force a degree of freedom.
 const FIGURES: usize = 2;
@@ -17,9 +17,9 @@ const PLACES: usize = 12;
 /// The section of a report.
 pub(super) fn section(found: &Discovery) -> Section {
     let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
-    paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", named(&e.id), e.evidence)));
+    paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", capitalised(&named(&e.id)), e.evidence)));
     paragraphs.extend(found.behaves_like.iter().map(|like| format!("Something {}.", like.told())));
-    paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", r.sentence.replace("N*m", "N·m"))));
+    paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", capitalised(&r.sentence.replace("N*m", "N·m")))));
     paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
     let mut blocks = Vec::new();
     if !found.effects.is_empty() {
@@ -67,7 +67,7 @@ fn effects(found: &Discovery) -> Table {
     };
     let names = ["effect", "common name", "symbol", "value ± std", "unit", "p", "also possible"];
     let names: Vec<&str> = names.into_iter().filter(|name| !partly || *name != "p").collect();
-    let chance = "p: probability of as much by chance, over all candidates.";
+    let chance = "p: probability that noise alone makes any of the candidates look this likely.";
     Table {
         title: if partly { "What was missing, among other things" } else { "What was missing" }.into(),
         columns: columns(&names),
@@ -88,9 +88,9 @@ fn forces(residual: &Residual) -> Vec<Figure> {
         Figure {
             title: format!("The missing force in {} against {}", residual.dof, d.quantity),
             caption: format!(
-                "One point a second: what the balance of momentum lacks in the refitted baseline. Correlation {:.2}. \
-                 Shaded: what the noise of the velocity makes of it.",
-                d.correlation
+                "One point a second: the force that the momentum balance of the refitted baseline lacks. Correlation {}. \
+                 Shaded: the force that the noise of the velocity feigns.",
+                number(d.correlation, 2, Style::Text)
             ),
             chart: Chart::Curves(Curves {
                 x: Axis::new(Label::symbol(&d.quantity), ""),
@@ -137,7 +137,7 @@ fn smallest(found: &Discovery) -> Table {
         title: "What this data could have shown".into(),
         columns: columns(&["effect", "smallest size", "unit"]),
         rows: found.smallest_visible.iter().filter(|s| !s.id.contains(':')).map(row).collect(),
-        note: "The size of its first parameter from which on an effect that was not added would all but surely have been seen. \
+        note: "An effect that was not added and whose first parameter is at least this large would almost certainly have been found. \
                Couplings of two degrees of freedom are in the JSON."
             .into(),
     }
@@ -157,14 +157,6 @@ pub(super) fn widest(found: &Discovery) -> Option<Measured> {
 
 /// The held-out gap of what is measured, step by step, against the noise.
 fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
-    let pose = Dof::ALL.into_iter().find(|d| d.position() == dof.channel());
-    let unit = match (dof.dof(), pose) {
-        (Some(dof), _) if dof.is_rotation() => "rad/s",
-        (Some(_), _) => "m/s",
-        (None, Some(dof)) if dof.is_rotation() => "rad",
-        (None, Some(_)) => "m",
-        (None, None) => "",
-    };
     let mut bars: Vec<Bar> = Vec::new();
     let mut before: Option<f64> = None;
     for step in found.gap.iter().filter(|step| !step.dropped) {
@@ -183,17 +175,17 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     if noise > 100.0 * largest {
         return None;
     }
-    let axis = Axis::new("held-out rms", unit);
+    let axis = Axis::new("held-out rms", dof.unit());
     let chart = Chart::Bars(Bars { axis, bars, waterfall: true, reference: Some(("sensor noise".into(), noise)) });
     Some(Figure {
         title: format!("The gap in {dof}"),
         caption: format!(
-            "Root mean square of simulated less measured on runs that took no part, as effects are added.{}",
+            "Root mean square of simulated minus measured on runs that took no part, as effects are added.{}",
             match found.removed.as_slice() {
                 [] => String::new(),
                 ids => {
                     let names: Vec<String> = ids.iter().map(|id| named(id)).collect();
-                    format!(" Left out, since later ones made them needless: {}.", names.join(", "))
+                    format!(" Dropped again, because later effects explain the same: {}.", names.join(", "))
                 }
             }
         ),

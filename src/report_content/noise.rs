@@ -3,6 +3,7 @@
 
 use super::Results;
 use crate::campaign::{ForceFound, Noise, Predicted, SensorFound};
+use crate::frame::{Dof, Measured};
 use crate::report::{Cell, Column, Table};
 
 /// What is random: the forces, if there are any, and the sensors; nothing where the estimator knows nothing of noise.
@@ -46,6 +47,12 @@ fn forces(all: &[ForceFound], converged: bool) -> Option<Table> {
     })
 }
 
+/// Unit of a channel of a log.
+fn unit(channel: &str) -> &'static str {
+    let velocity = Dof::ALL.into_iter().find(|dof| dof.velocity() == channel);
+    velocity.map_or_else(|| Measured::Function(channel.into()), Measured::from).unit()
+}
+
 fn sensors(noise: &Noise) -> Table {
     let white = match noise.innovations_white {
         true => "Innovations are white: what the model leaves is what the noise can be.",
@@ -54,15 +61,16 @@ fn sensors(noise: &Noise) -> Table {
     let row = |s: &SensorFound| {
         let [low, high] = s.typical.map_or([None, None], |t| t.map(Some));
         let mut row = vec![Cell::from(s.channel.as_str())];
-        row.extend([Some(s.std), s.stated, low, high, s.coloured_std, s.correlation_time].map(number));
+        row.extend([Some(s.std), s.stated, low, high, s.coloured_std].map(number));
+        row.extend([Cell::from(unit(&s.channel)), number(s.correlation_time)]);
         row
     };
-    let names = ["channel", "found", "stated", "typical from", "to", "correlated part", "correlation time, s"];
+    let names = ["channel", "found", "stated", "typical from", "to", "correlated part", "unit", "correlation time, s"];
     Table {
         title: "Noise of the sensors".into(),
         columns: columns(&names),
         rows: noise.sensors.iter().map(row).collect(),
-        note: format!("Standard deviations in SI units. {white}"),
+        note: format!("Standard deviations. {white}"),
     }
 }
 
@@ -76,13 +84,14 @@ pub(super) fn predictions(noise: &Noise) -> Option<Table> {
             Cell::from(ahead.as_str()),
             number(Some(p.rms)),
             number(Some(p.expected)),
+            Cell::from(noise.unit_in(p.dof)),
         ]
     };
     let rows: Vec<Vec<Cell>> = noise.prediction.iter().filter(|p| p.ahead != Some(0.0)).map(row).collect();
     (!rows.is_empty()).then(|| Table {
         title: "Whether predictions err as predicted".into(),
-        columns: columns(&["run", "degree of freedom", "ahead", "rms error", "expected"]),
+        columns: columns(&["run", "degree of freedom", "ahead", "rms error", "expected", "unit"]),
         rows,
-        note: "In m/s and rad/s. Far more than expected: the model lacks something that no noise makes up for.".into(),
+        note: "An error far above the expected one: the model lacks something that no noise makes up for.".into(),
     })
 }

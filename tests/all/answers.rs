@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use hydrosysid::tank::{BlindOptions, CraftKind, Hidden, write_blind};
 
 /// Width of the terminal that all answers have to fit.
-const COLUMNS: usize = 80;
+pub(crate) const COLUMNS: usize = 80;
 
 /// A campaign of the tank whose model lacks the Munk moment, in a folder that goes with it.
 struct Folder(PathBuf);
@@ -70,7 +70,7 @@ fn before_the_table(told: &str) -> Vec<&str> {
     lines[..rule.map_or(lines.len(), |at| at - 1)].to_vec()
 }
 
-fn holds_the_form(words: &[&str], told: &str) {
+pub(crate) fn holds_the_form(words: &[&str], told: &str) {
     let wide: Vec<&str> = told.lines().filter(|line| line.chars().count() > COLUMNS).collect();
     assert!(wide.is_empty() || wide.iter().all(|line| line.starts_with("next: ")), "{words:?}: {wide:#?}\n{told}");
     let first = before_the_table(told);
@@ -124,6 +124,9 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     assert!(
         told.contains("written: page.html") && told.lines().last().is_some_and(|l| l.starts_with("next: hydrosysid"))
     );
+    // what a code means is no table either
+    let told = folder.told(&["explain", "M144"]);
+    assert!(told.lines().count() > 3 && told.lines().all(|line| line.chars().count() <= COLUMNS), "{told}");
     // the long tables are there for who asks
     for words in [&["fit", "."][..], &["compare", ".", "--model", "model.toml"], &["check", "."], &["discover", "."]] {
         let long = folder.told(&[words, &["-v"]].concat());

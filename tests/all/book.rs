@@ -14,6 +14,8 @@ use hydrosysid::finding::Severity;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::places_of;
 
+use crate::answers;
+
 fn book() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
@@ -188,14 +190,30 @@ fn the_commands_of_the_tutorial_run_as_they_stand() {
     std::fs::create_dir_all(&folder).unwrap();
     let command = Path::new(env!("CARGO_BIN_EXE_hydrosysid")).parent().unwrap();
     let path = format!("{}:{}", command.display(), std::env::var("PATH").unwrap_or_default());
-    let run = Command::new("sh")
-        .args(["-e", "-c", &blocks.concat()])
-        .current_dir(&folder)
-        .env("PATH", path)
-        .output()
-        .unwrap();
+    let shell = |script: &str, columns: Option<usize>| {
+        let mut shell = Command::new("sh");
+        shell.args(["-e", "-c", script]).current_dir(&folder).env("PATH", &path).env("NO_COLOR", "1");
+        let run = shell.envs(columns.map(|columns| ("COLUMNS", columns.to_string()))).output().unwrap();
+        assert!(
+            run.status.success(),
+            "{}\n{}",
+            String::from_utf8_lossy(&run.stderr),
+            String::from_utf8_lossy(&run.stdout)
+        );
+        run
+    };
+    let commands = blocks.concat();
+    let (demo, rest) = commands.split_once('\n').unwrap();
+    assert!(demo.starts_with("hydrosysid demo "), "{demo}");
+    let shown = shell(demo, Some(answers::COLUMNS)).stdout;
+    let shown = String::from_utf8_lossy(&shown);
+    answers::holds_the_form(&["demo"], &shown);
+    assert!(shown.starts_with("Hidden and found again: the Munk moment (coriolis_yaw)."), "{shown}");
+    for row in ["random  yaw    rms", "steady  surge  k_u|u|"] {
+        assert!(shown.contains(row), "{row}: {shown}");
+    }
+    let run = shell(rest, None);
     let told = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert!(run.status.success(), "{told}\n{}", String::from_utf8_lossy(&run.stdout));
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let printed = words(&(String::from_utf8_lossy(&run.stdout).into_owned() + &told));
     for shown in text.split("```text\n").skip(1).filter_map(|rest| rest.split("```").next()).flat_map(str::lines) {

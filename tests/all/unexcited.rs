@@ -46,9 +46,12 @@ fn run(steps: bool) -> Run {
 }
 
 fn campaign(dofs: &str, more: &str, run: Run) -> Campaign {
-    let text = format!(
-        "format = 1\n[model]\ndofs = [{dofs}]\neffects = ['inertia', 'linear_drag']\n{more}\n[[run]]\nfile = 'surge.csv'\n"
-    );
+    campaign_of("'inertia', 'linear_drag'", dofs, more, run)
+}
+
+fn campaign_of(effects: &str, dofs: &str, more: &str, run: Run) -> Campaign {
+    let text =
+        format!("format = 1\n[model]\ndofs = [{dofs}]\neffects = [{effects}]\n{more}\n[[run]]\nfile = 'surge.csv'\n");
     let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
     let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("rest.toml"), &options);
     Campaign::from_runs(file.unwrap_or_else(|e| panic!("{e}")), vec![run]).unwrap_or_else(|e| panic!("{e}"))
@@ -70,6 +73,21 @@ fn surge_alone_is_no_campaign_of_three_degrees_of_freedom() {
     let fit = campaign::fit(&one, FitOptions { estimator: Some(Estimator::OutputError) }).expect("the line to write");
     let mass = &fit.parameters[0];
     assert!((mass.value - MASS).abs() < 5.0, "{}", mass.value);
+}
+
+/// Pitch is neither modelled nor logged: a fit refuses its coupling, as it has to; a search goes on without it and says so.
+#[test]
+fn a_search_holds_what_no_run_shows() {
+    let coupled = campaign_of("'inertia', 'linear_drag', 'added_mass_coupling@surge:pitch'", "'surge'", "", run(false));
+    let refused = campaign::fit(&coupled, FitOptions { estimator: Some(Estimator::FilterError) });
+    assert!(refused.is_err_and(|e| e.to_string().contains("m_uq of added_mass_coupling@surge:pitch")));
+    let found = campaign::discover(&coupled).expect("the coupling is held");
+    let told: Vec<_> = found.warnings.iter().filter(|w| w.code == campaign::codes::UNSEEN.code).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.warnings);
+    assert!(told[0].message.contains("held m_uq of `added_mass_coupling@surge:pitch` at "), "{}", told[0].message);
+    let model = found.model().expect("a baseline");
+    let mass = model.value("inertia@surge").expect("it is fitted");
+    assert!((mass - MASS).abs() < 5.0, "{mass}");
 }
 
 #[test]

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use hydrosysid::campaign::{Campaign, Estimator, FitOptions, LoadOptions, fit, simulate};
 use hydrosysid::log;
-use hydrosysid::tank::{BlindOptions, blind};
+use hydrosysid::tank::{BlindOptions, Hidden, blind, write_blind};
 use hydrosysid::view::{View, ViewError, ViewOptions};
 use serde_json::{Value, json};
 
@@ -257,6 +258,48 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
     assert_eq!(served.text(), text);
     served.done("/api/effect", &json!({"name": "coriolis_yaw", "on": false}));
     assert!(!served.text().contains("coriolis_yaw") && served.text().contains("# of course"));
+}
+
+/// Most simulations of all runs whose time a first look may take, its overlay included. The demo's nine runs are simulated in
+/// 9 ms by a release build, so that fit and overlay follow a switch within a fraction of a second.
+const SIMULATIONS: f64 = 20.0;
+
+/// What a switch of an effect costs until fit and overlay follow, in simulations of the same runs beside it: a number that
+/// does not depend on the machine. The quickest of several, since others work there, too.
+#[test]
+fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
+    let options =
+        BlindOptions { hidden: vec![Hidden::new("coriolis_yaw".to_string(), 1.0)], ..BlindOptions::default() };
+    let served = Served::new("first", |folder| {
+        write_blind(folder, &options).expect("the tank sails");
+    });
+    let campaign = Campaign::load(&served.folder.join("campaign.toml"), LoadOptions::default()).expect("it loads");
+    let fitted = fit(&campaign, FitOptions { estimator: Some(Estimator::Integral) }).expect("it fits");
+    let (mut follows, mut simulates) = (f64::INFINITY, f64::INFINITY);
+    for switched in 0..4 {
+        served.done("/api/effect", &json!({"name": "coriolis_yaw", "on": switched % 2 == 0}));
+        let stamp = served.get("/api/progress").json()["stamp"].clone();
+        served.done("/api/fit", &json!({}));
+        let looked = loop {
+            let fit = served.get("/api/fit").json();
+            if fit["stamp"] == stamp {
+                break fit;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        };
+        assert_eq!((&looked["first_look"], &looked["estimator"]), (&json!(true), &json!("integral")), "{looked}");
+        let names: Vec<&str> =
+            looked["parameters"].as_array().unwrap().iter().filter_map(|p| p["effect"].as_str()).collect();
+        assert_eq!(names.contains(&"coriolis_yaw"), switched % 2 == 0, "{names:?}");
+        let overlay = served.get("/api/overlay?run=run05.csv").json();
+        assert_eq!(overlay["figures"].as_array().map(Vec::len), Some(3));
+        served.done("/api/stop", &json!({"name": "fit"}));
+        follows = f64::min(follows, looked["seconds"].as_f64().unwrap());
+        let begun = Instant::now();
+        simulate(&campaign, &fitted.model, &fitted.envelope).expect("it is simulated");
+        simulates = f64::min(simulates, begun.elapsed().as_secs_f64());
+    }
+    assert!(follows < SIMULATIONS * simulates, "{follows} s, a simulation {simulates} s: {}", follows / simulates);
 }
 
 #[test]
