@@ -15,12 +15,8 @@
 use super::baseline::wrong;
 use super::error::Error;
 use super::file::{CampaignFile, EffectTable};
-<<<<<<< HEAD
-use super::load::moves;
 use super::logs::Logged;
-=======
 use super::moves::moves;
->>>>>>> wt-d
 use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::model::Model;
