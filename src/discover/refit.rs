@@ -64,7 +64,7 @@ pub(super) fn refitted(
     best: Option<&Contender>,
     task: &Task<'_>,
 ) -> Option<Contender> {
-    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar((here, begun), best, task), ..beside(here, task) };
+    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar((here, begun), best), ..beside(here, task) };
     let Start { candidate, score } = start;
     let model = candidate.started(&here.model, &score)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
@@ -119,29 +119,22 @@ fn unheld(here: &FilterErrorFit, from_log: &Model, task: &Task<'_>) -> Option<(f
 /// A fit that began at the values of a model that lacked a name may end on a hill of its own, and what is left there is given
 /// other names.
 pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
-    if !leaves_much(fit, task) {
+    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
+    if !fit.noise.forces.iter().any(much) {
         return None;
     }
     let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;
     (anew.plain.cost < fit.plain.cost - TIE).then_some(anew)
 }
 
-/// Whether a fit leaves a random force that is no turbulence.
-fn leaves_much(fit: &FilterErrorFit, task: &Task<'_>) -> bool {
-    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
-    fit.noise.forces.iter().any(much)
-}
-
 /// −2 ln L that a candidate has to come below. Where innovations are held back, those that are not are compared only if the
 /// best one leaves no outlier: an outlier of a sensor would decide.
-fn bar((here, begun): (&FilterErrorFit, f64), best: Option<&Contender>, task: &Task<'_>) -> Bar {
+fn bar((here, begun): (&FilterErrorFit, f64), best: Option<&Contender>) -> Bar {
     let Some(best) = best.filter(|b| b.gain > 0.0) else { return Bar::default() };
     let share = |from: f64, to: f64| from - HOPEFUL * (from - to);
     let compared = here.limit.is_infinite() || !best.fit.plain.outliers;
     let plain = if compared { share(here.plain.cost, best.fit.plain.cost) } else { f64::INFINITY };
-    // one that leaves much is itself far from the truth, and what is right may have to be begun from the log
-    let first = best.first.filter(|_| !leaves_much(&best.fit, task));
-    let first = first.map_or(f64::INFINITY, |first| share(begun, first));
+    let first = best.first.map_or(f64::INFINITY, |first| share(begun, first));
     Bar { first, plain, held: share(here.cost, best.fit.cost) }
 }
 
