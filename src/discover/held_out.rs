@@ -137,7 +137,7 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
         }
     };
     let with = cost(with, Bar::default()).ok()?;
-    let without = cost(without, Bar { plain: with, held: with, ..Bar::default() });
+    let without = cost(without, Bar { plain: with, held: with });
     without.map(|without| without - with).ok()
 }
 

@@ -11,9 +11,9 @@ use super::screen::Score;
 use super::search::{Search, TIE, Task, is_hopeless};
 use crate::effects::Scope;
 use crate::estimate::filter_error::{
-    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, RandomForce, cost_of, filter_error, filter_error_from,
+    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, RandomForce, filter_error, filter_error_from,
 };
-use crate::estimate::output_error::{GivenUpAt, OutputErrorError};
+use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::Model;
 use crate::run::commanded_rms;
@@ -43,8 +43,6 @@ pub(super) struct Contender {
     pub gain: f64,
     /// Fall of −2 ln L on runs that took no part.
     pub held_out: f64,
-    /// −2 ln L after the first steps of the parameters, where it began at the last model.
-    first: Option<f64>,
 }
 
 impl Contender {
@@ -56,15 +54,15 @@ impl Contender {
 /// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
 /// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
 /// is true. From the log alone where the last model is of a vehicle that its commands do not move.
-/// `None` where it has no hope of half of what `best`, the best one so far, has gained. `begun`: [`begun`].
+/// `None` where it has no hope of half of what `best`, the best one so far, has gained.
 pub(super) fn refitted(
     found: &mut Search,
-    (here, begun): (&FilterErrorFit, f64),
+    here: &FilterErrorFit,
     start: Start,
     best: Option<&Contender>,
     task: &Task<'_>,
 ) -> Option<Contender> {
-    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar((here, begun), best), ..beside(here, task) };
+    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best), ..beside(here, task) };
     let Start { candidate, score } = start;
     let model = candidate.started(&here.model, &score)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
@@ -72,35 +70,25 @@ pub(super) fn refitted(
     let near = (!is_hopeless(here, task)).then(near);
     let far = match &near {
         Some(Ok(fit)) => here.cost - fit.cost,
-        Some(Err(OutputErrorError::GivenUp { cost, at, .. })) => match at {
-            GivenUpAt::First => begun - cost,
-            GivenUpAt::Plain => here.plain.cost - cost,
-            GivenUpAt::Held => here.cost - cost,
-        },
+        Some(Err(OutputErrorError::GivenUp { cost, held: true, .. })) => here.cost - cost,
+        Some(Err(OutputErrorError::GivenUp { cost, held: false, .. })) => here.plain.cost - cost,
         Some(Err(_)) | None => f64::NEG_INFINITY,
     };
     let near = near.and_then(Result::ok);
     // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
     // the last model makes no use of the commands
     let lost = near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
-    let first = near.as_ref().map(|fit| fit.plain.first);
-    let mut best = near.map(|fit| (won(fit), first));
+    let mut best = near.map(won);
     if far < PROMISE * score.statistic || lost || is_exchange(&candidate) {
         let from_log = started(&model, task.train);
         let anew = || filter_error(&from_log, task.train, &rough).ok().map(won);
         if let Some(anew) = unheld(here, &from_log, task).or_else(anew).filter(|(gain, _)| *gain > far) {
             found.astray |= anew.0 > far + TIE;
-            best = Some((anew, None));
+            best = Some(anew);
         }
     }
-    let ((gain, fit), first) = best?;
-    Some(Contender { score, fit, gain, held_out: 0.0, first })
-}
-
-/// −2 ln L of the last model under the noise from which candidates begin, against which their first steps are measured: the
-/// same noise on both sides, before any of them has made its own.
-pub(super) fn begun(here: &FilterErrorFit, task: &Task<'_>) -> Result<f64, OutputErrorError> {
-    cost_of(&here.model, task.train, (&afresh(&here.noise), f64::INFINITY), task.fitting)
+    let (gain, fit) = best?;
+    Some(Contender { score, fit, gain, held_out: 0.0 })
 }
 
 /// A model fitted from the log with every innovation as it is, where the last one held some back, and its gain; `None` where
@@ -129,13 +117,12 @@ pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorF
 
 /// −2 ln L that a candidate has to come below. Where innovations are held back, those that are not are compared only if the
 /// best one leaves no outlier: an outlier of a sensor would decide.
-fn bar((here, begun): (&FilterErrorFit, f64), best: Option<&Contender>) -> Bar {
+fn bar(here: &FilterErrorFit, best: Option<&Contender>) -> Bar {
     let Some(best) = best.filter(|b| b.gain > 0.0) else { return Bar::default() };
     let share = |from: f64, to: f64| from - HOPEFUL * (from - to);
     let compared = here.limit.is_infinite() || !best.fit.plain.outliers;
     let plain = if compared { share(here.plain.cost, best.fit.plain.cost) } else { f64::INFINITY };
-    let first = best.first.map_or(f64::INFINITY, |first| share(begun, first));
-    Bar { first, plain, held: share(here.cost, best.fit.cost) }
+    Bar { plain, held: share(here.cost, best.fit.cost) }
 }
 
 /// Whether two thrusters are exchanged.

@@ -18,7 +18,7 @@ use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::starts;
 use super::held_out::{HeldOut, agree};
-use super::refit::{Contender, anew, begun, is_exchange, level, refitted};
+use super::refit::{Contender, anew, is_exchange, level, refitted};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use super::verdict::overwhelmed;
@@ -292,11 +292,10 @@ fn name_among(
     let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));
     let best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
     let mut contenders: Vec<Contender> = Vec::new();
-    let begun = begun(&here, task)?;
     for start in starts(&here, &best, &found.candidates, task) {
         progress::tell("refitting the best candidates", contenders.len(), best.len());
         let best = contenders.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
-        let Some(contender) = refitted(found, (&here, begun), start, best, task) else { continue };
+        let Some(contender) = refitted(found, &here, start, best, task) else { continue };
         match contenders.iter_mut().find(|known| known.score.candidate == contender.score.candidate) {
             Some(known) if known.gain < contender.gain => *known = contender,
             Some(_) => {}

@@ -53,8 +53,6 @@ use crate::run::Run;
 /// Where a fit was with every innovation as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plain {
-    /// −2 ln L after the first steps of the parameters, under the noise from which the fit began.
-    pub first: f64,
     /// −2 ln L, priors included.
     pub cost: f64,
     /// Whether an innovation was beyond five deviations.

@@ -40,8 +40,6 @@ impl Forces {
 /// −2 ln L that a fit has to come below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bar {
-    /// After the first steps of the parameters, under the noise from which the fit begins.
-    pub first: f64,
     /// With every innovation as it is.
     pub plain: f64,
     /// With innovations held back.
@@ -50,7 +48,7 @@ pub struct Bar {
 
 impl Default for Bar {
     fn default() -> Bar {
-        Bar { first: f64::INFINITY, plain: f64::INFINITY, held: f64::INFINITY }
+        Bar { plain: f64::INFINITY, held: f64::INFINITY }
     }
 }
 

@@ -18,7 +18,7 @@ use super::options::FilterErrorOptions;
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered, Plain};
 use crate::estimate::output_error::{
-    GivenUpAt, OutputErrorError, covariance, damped_step, move_by, prior_cost, read_inputs, value,
+    OutputErrorError, covariance, damped_step, move_by, prior_cost, read_inputs, value,
 };
 use crate::model::Model;
 use crate::progress;
@@ -84,16 +84,11 @@ pub(super) fn maximised(
         return Err(OutputErrorError::NotIdentified { parameters: unseen.join(", ") });
     }
     // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
-    let promised = search.begin();
-    let first = search.cost;
-    if first - HOPE * promised > options.bar.first {
-        return Err(search.gives_up(GivenUpAt::First));
-    }
-    search.ascend(options.tolerance.max(ABOUT));
+    search.climb(options.tolerance.max(ABOUT));
     if search.given_up {
-        return Err(search.gives_up(GivenUpAt::Plain));
+        return Err(search.gives_up());
     }
-    search.plain = Plain { first, cost: search.cost, outliers: search.has_outliers() };
+    search.plain = Plain { cost: search.cost, outliers: search.has_outliers() };
     let mut converged = match options.limit {
         Some(limit) if limit.is_finite() => search.climb_held(limit),
         _ => search.climb(options.tolerance),
@@ -102,7 +97,7 @@ pub(super) fn maximised(
         converged = search.climb_held(HELD_BACK);
     }
     if search.given_up {
-        return Err(search.gives_up(if search.limit.is_finite() { GivenUpAt::Held } else { GivenUpAt::Plain }));
+        return Err(search.gives_up());
     }
     if search.limit.is_infinite() {
         search.plain.cost = search.cost;
@@ -162,7 +157,7 @@ impl<'a> Search<'a> {
             limit: f64::INFINITY,
             bar: options.bar.plain,
             given_up: false,
-            plain: Plain { first: f64::INFINITY, cost: f64::INFINITY, outliers: false },
+            plain: Plain { cost: f64::INFINITY, outliers: false },
             current: Vec::new(),
             cost: f64::INFINITY,
             floors,
@@ -231,26 +226,13 @@ impl<'a> Search<'a> {
         if self.given_up {
             return false;
         }
-        self.begin();
-        self.ascend(tolerance)
-    }
-
-    /// First the parameters alone: noise is what a model leaves, and this one is not yet that of the data. By how much
-    /// −2 ln L was to fall by the last step.
-    fn begin(&mut self) -> f64 {
-        let mut promised = f64::INFINITY;
+        let until = self.passes + self.options.iterations;
+        // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
         for _ in 0..4 {
-            promised = self.step_parameters();
-            if promised < 1.0 {
+            if self.step_parameters() < 1.0 {
                 break;
             }
         }
-        promised
-    }
-
-    /// [`Search::climb`] once the parameters are about right.
-    fn ascend(&mut self, tolerance: f64) -> bool {
-        let until = self.passes + self.options.iterations;
         let (mut noise_moves, mut parameters_move) = (f64::INFINITY, f64::INFINITY);
         while self.passes < until {
             if noise_moves >= tolerance || parameters_move >= 1.0 {
@@ -278,8 +260,8 @@ impl<'a> Search<'a> {
         self.climb(self.options.tolerance)
     }
 
-    fn gives_up(&self, at: GivenUpAt) -> OutputErrorError {
-        OutputErrorError::GivenUp { passes: self.passes, cost: self.cost, at }
+    fn gives_up(&self) -> OutputErrorError {
+        OutputErrorError::GivenUp { passes: self.passes, cost: self.cost, held: self.limit.is_finite() }
     }
 
     fn has_outliers(&self) -> bool {

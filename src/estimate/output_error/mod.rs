@@ -118,8 +118,8 @@ pub enum OutputErrorError {
         passes: usize,
         /// −2 ln L there.
         cost: f64,
-        /// How far the fit had come.
-        at: GivenUpAt,
+        /// Whether innovations were held back by then.
+        held: bool,
     },
     /// A parameter that this data says nothing about.
     #[error("this data says nothing about {parameters}: fix them, or add a run that moves them")]
@@ -127,17 +127,6 @@ pub enum OutputErrorError {
         /// Names.
         parameters: String,
     },
-}
-
-/// Where a fit that was held against another one was given up: what its −2 ln L can be compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GivenUpAt {
-    /// After the first steps of the parameters, under the noise from which it began.
-    First,
-    /// With every innovation as it is.
-    Plain,
-    /// With innovations held back.
-    Held,
 }
 
 /// The result of an output-error fit.
