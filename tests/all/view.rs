@@ -260,8 +260,7 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
     assert!(!served.text().contains("coriolis_yaw") && served.text().contains("# of course"));
 }
 
-/// Most simulations of all runs whose time a first look may take, its overlay included. The demo's nine runs are simulated in
-/// 9 ms by a release build, so that fit and overlay follow a switch within a fraction of a second.
+/// Most simulations of all runs whose time a first look may take, its overlay included.
 const SIMULATIONS: f64 = 20.0;
 
 /// What a switch of an effect costs until fit and overlay follow, in simulations of the same runs beside it: a number that
@@ -277,7 +276,7 @@ fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
     let fitted = fit(&campaign, FitOptions { estimator: Some(Estimator::Integral) }).expect("it fits");
     let (mut follows, mut simulates) = (f64::INFINITY, f64::INFINITY);
     for switched in 0..4 {
-        served.done("/api/effect", &json!({"name": "coriolis_yaw", "on": switched % 2 == 0}));
+        served.done("/api/effect", &json!({"name": "bias@yaw", "on": switched % 2 == 0}));
         let stamp = served.get("/api/progress").json()["stamp"].clone();
         served.done("/api/fit", &json!({}));
         let looked = loop {
@@ -290,7 +289,7 @@ fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
         assert_eq!((&looked["first_look"], &looked["estimator"]), (&json!(true), &json!("integral")), "{looked}");
         let names: Vec<&str> =
             looked["parameters"].as_array().unwrap().iter().filter_map(|p| p["effect"].as_str()).collect();
-        assert_eq!(names.contains(&"coriolis_yaw"), switched % 2 == 0, "{names:?}");
+        assert_eq!(names.contains(&"bias"), switched % 2 == 0, "{names:?}");
         let overlay = served.get("/api/overlay?run=run05.csv").json();
         assert_eq!(overlay["figures"].as_array().map(Vec::len), Some(3));
         served.done("/api/stop", &json!({"name": "fit"}));
