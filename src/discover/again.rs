@@ -5,7 +5,7 @@
 //! ```
 
 use super::held_out::fall;
-use super::refit::{afresh, beside};
+use super::refit::{afresh, beside, merit};
 use super::rules::broken;
 use super::screen::log_survival;
 use super::search::{BehavesLike, Search, TIE, Task};
@@ -24,7 +24,7 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
             }
             let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
             let Ok(fit) = filter_error_from(&model, task.train, noise, &beside(last, task)) else { continue };
-            let gain = last.cost - fit.cost + fall(last, &fit, task)?;
+            let gain = merit(last, &fit, last.cost - fit.cost) + fall(last, &fit, task)?;
             let tied = gain.abs() < TIE;
             if gain > 0.0 {
                 let former = std::mem::replace(&mut found.added[k], rival).candidate.name();
@@ -60,7 +60,7 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
                 (near, anew) => near.or(anew),
             };
         }
-        let gain = without.as_ref().map_or(f64::INFINITY, |without| without.cost - fit.cost);
+        let gain = without.as_ref().map_or(f64::INFINITY, |without| merit(without, fit, without.cost - fit.cost));
         let needed = log_survival(gain, parameters) <= found.screen.threshold;
         // beside the others a name needs physics still
         let flaw = broken(&model, &fit.model, &found.added[k].candidate, fit.filtered.sample_time());

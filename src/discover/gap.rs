@@ -81,7 +81,7 @@ pub(super) fn predictions(
     }
     let model = on_others(fit, held, fitting)?;
     let filtered = Filtered::new(&model, held, &fitting.base)?;
-    Ok((outputs, filtered.forecast(&model, &fit.noise, fit.limit)))
+    Ok((outputs, filtered.forecast(&model, &fit.noise.elsewhere(&model, held), fit.limit)))
 }
 
 /// What a channel measures, of those that are compared: velocities and observed functions, and a pose whose velocity no

@@ -75,7 +75,8 @@ pub(super) fn on_others(
         p.per_run.clear();
     }
     if any {
-        let parameters = parameters_under(&model, &first_halves(runs), (&fit.noise, fit.limit), fitting)?.parameters;
+        let noise = fit.noise.elsewhere(&model, runs);
+        let parameters = parameters_under(&model, &first_halves(runs), (&noise, fit.limit), fitting)?.parameters;
         model.parameters = parameters;
     }
     model.parameters.iter_mut().for_each(|p| p.fixed = true);
@@ -90,7 +91,8 @@ fn others_cost(
     fitting: &FilterErrorOptions,
 ) -> Result<f64, OutputErrorError> {
     let model = on_others(fit, runs, fitting)?;
-    let cost = |runs: &[Run]| cost_of(&model, runs, (&fit.noise, fit.limit), fitting);
+    let noise = fit.noise.elsewhere(&model, runs);
+    let cost = |runs: &[Run]| cost_of(&model, runs, (&noise, fit.limit), fitting);
     Ok(cost(runs)? - if halved { cost(&first_halves(runs))? } else { 0.0 })
 }
 
@@ -128,17 +130,20 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
     if task.held.is_empty() || judged_by_halves(without, with) {
         return None;
     }
-    let cost = |fit: &FilterErrorFit, bar: Bar| -> Result<f64, OutputErrorError> {
+    let own_noise = |fit: &FilterErrorFit, bar: Bar| -> Result<FilterErrorFit, OutputErrorError> {
         let model = on_others(fit, task.held, task.fitting)?;
         let options = FilterErrorOptions { tolerance: ROUGH, bar, ..beside(without, task) };
-        match filter_error_from(&model, task.held, fit.noise.clone(), &options) {
-            Err(OutputErrorError::GivenUp { cost, .. }) => Ok(cost),
-            fit => Ok(fit?.cost),
-        }
+        filter_error_from(&model, task.held, fit.noise.elsewhere(&model, task.held), &options)
     };
-    let with = cost(with, Bar::default()).ok()?;
-    let without = cost(without, Bar { plain: with, held: with });
-    without.map(|without| without - with).ok()
+    let with = own_noise(with, Bar::default()).ok()?;
+    // an outlier of a sensor would decide where every innovation stands as it is
+    let plain = if with.plain.outliers { f64::INFINITY } else { with.plain.cost };
+    match own_noise(without, Bar { plain, held: with.cost }) {
+        Ok(without) => Some(without.cost - with.cost),
+        Err(OutputErrorError::GivenUp { cost, held: true, .. }) => Some(cost - with.cost),
+        Err(OutputErrorError::GivenUp { cost, held: false, .. }) => Some(cost - with.plain.cost),
+        Err(_) => None,
+    }
 }
 
 /// Whether runs are judged by halves: a value of its own in every run is taken from the first one.
@@ -170,10 +175,11 @@ fn worse(
 ) -> Result<Option<String>, OutputErrorError> {
     let model = on_others(without, runs, fitting)?;
     let filtered = Filtered::new(&model, runs, &fitting.base)?;
-    let before = filtered.forecast(&model, &without.noise, without.limit);
+    let before = filtered.forecast(&model, &without.noise.elsewhere(&model, runs), without.limit);
     let silent = filtered.silent(&without.noise);
     let model = on_others(with, runs, fitting)?;
-    let after = Filtered::new(&model, runs, &fitting.base)?.forecast(&model, &with.noise, with.limit);
+    let noise = with.noise.elsewhere(&model, runs);
+    let after = Filtered::new(&model, runs, &fitting.base)?.forecast(&model, &noise, with.limit);
     let outputs = filtered.problem.dynamics.outputs.iter().enumerate().filter(|(k, _)| !silent[*k]);
     let level = WORSE / outputs.clone().count().max(1) as f64;
     for (k, output) in outputs {

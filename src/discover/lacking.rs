@@ -1,26 +1,31 @@
 //! Whether a fit lacks an effect of the catalogue at all, without its name.
 //!
 //! ```text
-//! p = level · exp(ln p_best − ln p_threshold)        one pass of scores, step 2 of the search
+//! p = level · exp(ln p − ln p_threshold)        of the first of the best few scores, step 2 of the search, that a refit bears out
 //! ```
 //!
 //! Predictions seconds ahead are a coarse test: a gyro that is 50 ms late passes it, and moves the yaw inertia by five of its
-//! deviations. The scores see it. Which effect it is they do not say: a name has to pass the rest of the search.
+//! deviations. The scores see it. They also see what the unknown beginnings of the runs make of a friction near rest, and the
+//! refit does not ([`super::refit::merit`]). Which effect it is they do not say: a name has to pass the rest of the search.
 
 use std::sync::Arc;
 
 use super::candidate::Candidate;
-use super::screen::Score;
+use super::refit::{ROUGH, beside, merit};
+use super::screen::{Score, log_survival};
 use super::search::{SearchOptions, Task, asked, has_own_values, p_of_all, screened};
 use crate::effects::{Effect, Place};
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::run::Run;
+
+/// Candidates that are refitted before a fit is said to lack none.
+const REFITS: usize = 3;
 
 /// An effect that a fit lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lacking {
-    /// Probability of such a score by chance, of all candidates.
+    /// Probability of such a gain by chance, of all candidates.
     pub p_value: f64,
     /// How many candidates were asked.
     pub candidates: usize,
@@ -41,8 +46,20 @@ pub fn lacking(
     // what has a value of its own in every run follows anything that comes and goes
     let list: Vec<Candidate> = asked(&fit.model, &task).into_iter().filter(|c| !has_own_values(c)).collect();
     let screen = screened(fit, &list, &task)?;
-    let beyond = |score: &&Score| score.log_p < screen.threshold && list[score.candidate].is_possible(score);
-    let best = screen.scores.iter().find(beyond);
-    let p_value = |best: &Score| p_of_all(best.log_p, screen.threshold, options.level);
-    Ok(best.map(|best| Lacking { p_value: p_value(best), candidates: list.len() }))
+    let mut best: Vec<&Score> = Vec::new();
+    for score in screen.scores.iter().take_while(|score| score.log_p < screen.threshold) {
+        if list[score.candidate].is_possible(score) && best.iter().all(|known| known.candidate != score.candidate) {
+            best.push(score);
+        }
+    }
+    let refitting = FilterErrorOptions { tolerance: ROUGH, told: false, ..beside(fit, &task) };
+    let borne_out = |score: &&Score| {
+        let model = list[score.candidate].started(&fit.model, score)?;
+        let with = filter_error_from(&model, runs, fit.noise.clone(), &refitting).ok()?;
+        let log_p = log_survival(merit(fit, &with, fit.cost - with.cost), score.parameters);
+        (log_p < screen.threshold).then_some(log_p)
+    };
+    let log_p = best.iter().take(REFITS).find_map(borne_out);
+    let p_value = |log_p| p_of_all(log_p, screen.threshold, options.level);
+    Ok(log_p.map(|log_p| Lacking { p_value: p_value(log_p), candidates: list.len() }))
 }

@@ -51,6 +51,12 @@ impl Contender {
     }
 }
 
+/// By how much −2 ln L falls from one fit to another, less what the unknown beginnings of the runs make of it
+/// ([`FilterErrorFit::of_beginnings`]).
+pub(super) fn merit(from: &FilterErrorFit, to: &FilterErrorFit, gain: f64) -> f64 {
+    gain - (from.of_beginnings() - to.of_beginnings())
+}
+
 /// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
 /// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
 /// is true. From the log alone where the last model is of a vehicle that its commands do not move.

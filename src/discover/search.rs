@@ -18,7 +18,7 @@ use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::starts;
 use super::held_out::{HeldOut, agree};
-use super::refit::{Contender, anew, is_exchange, level, refitted};
+use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use super::verdict::overwhelmed;
@@ -302,7 +302,13 @@ fn name_among(
             None => contenders.push(contender),
         }
     }
-    contenders.retain(|c| log_survival(c.gain, c.score.parameters) <= threshold);
+    let beyond = |c: &Contender| log_survival(c.gain, c.score.parameters) <= threshold;
+    contenders.retain_mut(|c| {
+        beyond(c) && {
+            c.gain = merit(&here, &c.fit, c.gain);
+            beyond(c)
+        }
+    });
     let mut names: Vec<Contender> = Vec::new();
     for mut contender in contenders {
         let candidate = &found.candidates[contender.score.candidate];

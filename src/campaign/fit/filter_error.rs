@@ -46,7 +46,10 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
     let (filtered, model) = held_out(campaign, &fitted, &options.base)?;
-    let forecasts = filtered.forecast(&model, &fitted.noise, fitted.limit);
+    let forecasts = match &others(campaign)[..] {
+        [] => forecasts_of_training(&fitted),
+        others => filtered.forecast(&model, &fitted.noise.elsewhere(&model, others), fitted.limit),
+    };
     let found = noise::of_fit(&fitted, runs, &campaign.file.noise.sensors, (&filtered, &forecasts));
     let errs = |forecasts: &[Forecast]| -> Vec<String> {
         let all = noise::by_dof(&filtered, forecasts, Some(8.0));

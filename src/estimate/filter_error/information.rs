@@ -115,7 +115,7 @@ impl Work<TOGETHER> for Informing<'_> {
                 }
             },
         );
-        filter(wide, batch, false, None, &mut take);
+        filter(wide, batch, false, None, None, &mut take);
         information
     }
 }

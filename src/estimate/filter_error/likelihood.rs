@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use statrs::function::erf::erf;
 
 use super::adjoint::Tape;
+use super::beginning::KnownBeginning;
 use super::noise::{Coordinate, NoiseModel};
 use super::pass::filter;
 use super::problem::{Batch, Filtered};
@@ -120,6 +121,18 @@ impl Filtered {
         (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect()
     }
 
+    /// Σ ln|1 + P₀ I₀| of all stretches ([`super::beginning`]).
+    pub(super) fn of_beginnings(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> f64 {
+        let passed = self.passed(model, noise, mobilities, limit, Kept::Beginnings);
+        passed.into_iter().map(|p| p.beginning).sum()
+    }
+
     /// Every stretch linearised at the values of `model` under `noise`; `mobilities` as by [`Filtered::mobilities`].
     pub(super) fn linearise(
         &self,
@@ -213,6 +226,8 @@ enum Kept {
     Blocks(usize),
     /// The innovations themselves.
     Innovations,
+    /// What the beginnings add.
+    Beginnings,
 }
 
 /// What a pass has kept of one stretch.
@@ -221,6 +236,8 @@ struct Passed {
     products: Vec<Mat<f64>>,
     /// Innovations over their deviations, by output.
     innovations: Vec<Vec<f64>>,
+    /// ln|1 + P₀ I₀|; 0 where it was not asked for.
+    beginning: f64,
 }
 
 /// Rows that are multiplied at once.
@@ -304,7 +321,8 @@ impl Work<LANES> for Pass<'_> {
                 }
             },
         );
-        filter(wide, batch, sensitive, tape.as_mut(), &mut take);
+        let mut known = (kept == Kept::Beginnings).then(|| KnownBeginning::new(&batch));
+        filter(wide, batch, sensitive, tape.as_mut(), known.as_mut(), &mut take);
         fold.fold();
         if multiplied {
             (0..members).for_each(|lane| multiply(&mut products[lane], &rows[lane], filled[lane]));
@@ -318,7 +336,12 @@ impl Work<LANES> for Pass<'_> {
             held_back: held_back[lane],
         };
         let kept = products.into_iter().zip(innovations).enumerate();
-        let passed = kept.map(|(lane, (products, innovations))| Passed { linear: linear(lane), products, innovations });
+        let passed = kept.map(|(lane, (products, innovations))| Passed {
+            linear: linear(lane),
+            products,
+            innovations,
+            beginning: known.as_ref().map_or(0.0, |known| known.more[lane]),
+        });
         (passed.collect(), tape)
     }
 }

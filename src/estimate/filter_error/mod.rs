@@ -13,6 +13,8 @@
 //! *Automatica* 40 (2004) 225-237.
 
 mod adjoint;
+mod beginning;
+mod elsewhere;
 mod forecast;
 mod gauss_markov;
 mod information;

@@ -41,6 +41,7 @@ pub fn with_all_open(
     // of each prediction by how much each draw is off it
     let mut off: Vec<Vec<Vec<[f64; DRAWS]>>> =
         forecasts.iter().map(|f| f.channels.iter().map(|c| vec![[0.0; DRAWS]; c.foretold.len()]).collect()).collect();
+    let random = fit.noise.elsewhere(estimated, runs);
     for draw in 0..DRAWS {
         let step = &root * DVector::from_fn(p, |_, _| noise.normal());
         let mut model = estimated.clone();
@@ -49,7 +50,7 @@ pub fn with_all_open(
             parameter.value = (parameter.value + by).clamp(parameter.min, parameter.max);
         }
         let seed = seed.wrapping_mul(DRAWS as u64).wrapping_add(draw as u64);
-        let drawn = Filtered::new(&model, runs, options)?.forecast_drawn(&model, &fit.noise, fit.limit, Some(seed));
+        let drawn = Filtered::new(&model, runs, options)?.forecast_drawn(&model, &random, fit.limit, Some(seed));
         for ((off, drawn), own) in off.iter_mut().zip(&drawn).zip(forecasts) {
             for ((off, drawn), own) in off.iter_mut().zip(&drawn.channels).zip(&own.channels) {
                 for ((off, there), here) in off.iter_mut().zip(&drawn.foretold).zip(&own.foretold) {

@@ -5,6 +5,7 @@
 //! ```
 
 use super::adjoint::Tape;
+use super::beginning::KnownBeginning;
 use super::problem::Batch;
 use super::sensor::{Innovation, Sensors};
 use super::transition::{Belief, Sensitivities, Transition};
@@ -29,13 +30,15 @@ struct Place<'a, const L: usize> {
 }
 
 /// Filters the stretches of a batch; `sensitive` also carries ∂x/∂θ. `take` sees every innovation. With a tape the way
-/// is taken back too, leg by leg from the last one, and each leg but the last is filtered once more for it.
+/// is taken back too, leg by leg from the last one, and each leg but the last is filtered once more for it. `known` goes along
+/// without one.
 #[inline(always)]
 pub(super) fn filter<const L: usize, W: Wide<L>>(
     wide: W,
     batch: Batch<'_, L>,
     sensitive: bool,
     mut tape: Option<&mut Tape<L>>,
+    mut known: Option<&mut KnownBeginning<L>>,
     take: &mut impl FnMut(&Innovation<'_, L>),
 ) {
     let Batch { problem, stretches, theta, noise, mobility, belief, limit } = batch;
@@ -80,6 +83,9 @@ pub(super) fn filter<const L: usize, W: Wide<L>>(
                         if let Some(tape) = &mut tape {
                             tape.sample(at);
                         }
+                        if let Some(known) = &mut known {
+                            known.sample(wide, at);
+                        }
                         if !again {
                             take(at);
                         }
@@ -102,6 +108,9 @@ pub(super) fn filter<const L: usize, W: Wide<L>>(
             transition.predict(wide, feed, belief);
             if let Some(tape) = &mut tape {
                 tape.step(&transition, feed.h);
+            }
+            if let Some(known) = &mut known {
+                known.step(wide, &mut transition);
             }
             if let Some(sensitivities) = &mut sensitivities {
                 transition.carry(wide, sensitivities);

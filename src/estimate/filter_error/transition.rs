@@ -161,6 +161,12 @@ impl<'a, const L: usize> Transition<'a, L> {
         belief.p.predict(wide, &self.phi, &self.w, &mut self.work);
     }
 
+    /// Carries another covariance over the step that was predicted last.
+    #[inline(always)]
+    pub fn spread_also<W: Wide<L>>(&mut self, wide: W, p: &mut Covariance<L>) {
+        p.predict(wide, &self.phi, &self.w, &mut self.work);
+    }
+
     /// F and W of the step that was predicted last, and the columns of W.
     pub fn kept(&self) -> (&[[f64; L]], &[[f64; L]], usize) {
         (&self.phi, &self.w, self.w.len() / self.work.states().max(1))

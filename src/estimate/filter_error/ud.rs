@@ -28,6 +28,11 @@ impl<const L: usize> Covariance<L> {
         Covariance { n, u: Lanes::zeros(n * n), d: Lanes::of(variances) }
     }
 
+    /// Diagonal of D: the variances of states that are uncorrelated.
+    pub fn variances(&self) -> impl Iterator<Item = [f64; L]> {
+        self.d.iter().copied()
+    }
+
     /// P ← Y D̃ Yᵀ for Y in `work`; Y is used up.
     #[inline(always)]
     fn orthogonalise<W: Wide<L>>(&mut self, wide: W, work: &mut Work<L>) {
