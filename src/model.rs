@@ -87,6 +87,13 @@ pub struct Parameter {
     pub prior: Option<(f64, f64)>,
 }
 
+impl Parameter {
+    /// `k_u|u| of quadratic_drag@surge`.
+    pub fn full_name(&self) -> String {
+        format!("{} of {}", self.spec.name, self.term)
+    }
+}
+
 /// A model of a vehicle.
 #[derive(Debug, Clone)]
 pub struct Model {

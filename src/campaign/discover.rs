@@ -95,16 +95,17 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
 
 /// Holds the parameters of which the runs of free motion show nothing, as a run of another kind may: `m_uq of
 /// added_mass_coupling@surge:pitch, …`. What there is to say of it.
-fn hold(model: &mut Model, unseen: &str) -> Finding {
+fn hold(model: &mut Model, unseen: &[String]) -> Finding {
     let mut held = Vec::new();
     for p in &mut model.parameters {
-        if unseen.split(", ").any(|name| name == format!("{} of {}", p.spec.name, p.term)) {
+        if unseen.contains(&p.full_name()) {
             p.fixed = true;
             held.push(format!("{} of `{}` at {} {}", p.spec.name, p.term, p.value, p.spec.dimension));
         }
     }
     let text = format!(
-        "no run of free motion shows {unseen}: the search held {}; add a run that moves what it multiplies",
+        "no run of free motion shows {}: the search held {}; add a run that moves what it multiplies",
+        unseen.join(", "),
         held.join(", ")
     );
     Finding::new(&codes::UNSEEN, text)

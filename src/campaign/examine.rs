@@ -7,7 +7,7 @@ use super::error::Error;
 use super::examine_rows;
 use super::file::Estimator;
 use super::fit::Fit;
-use super::identifiability::{Identifiability, OtherLength, ProfileOf, UNCERTAIN, label};
+use super::identifiability::{Identifiability, OtherLength, ProfileOf, UNCERTAIN};
 use super::load::{Campaign, moves};
 use super::plan::{PlannedParameter, plan};
 use super::plan_request::{PlanRequest, Want};
@@ -63,7 +63,7 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
         if made.interval.iter().any(Option::is_none) {
             let text = format!(
                 "{}: this data does not bound it on both sides within five deviations",
-                label(&again.model, parameter)
+                again.model.parameters[parameter].full_name()
             );
             findings.push(Finding::new(&codes::NOT_BOUNDED, text));
         }
@@ -93,7 +93,7 @@ fn doubtful(fit: &OutputErrorFit, found: &Identifiability) -> Vec<usize> {
         let told = &fit.model.parameters[p];
         told.std.unwrap_or(0.0) > UNCERTAIN * told.value.abs()
     };
-    let grouped = |p: usize| found.groups.iter().any(|g| g.terms.contains(&label(&fit.model, p)));
+    let grouped = |p: usize| found.groups.iter().any(|g| g.terms.contains(&fit.model.parameters[p].full_name()));
     let shared = fit.problem.unknowns.iter().filter(|u| u.run.is_none()).map(|u| u.parameter);
     shared
         .filter(|p| uncertain(*p) || grouped(*p))
@@ -116,7 +116,7 @@ fn other_length(
         let (now, then) = (&fit.model.parameters[unknown.parameter], &other.model.parameters[unknown.parameter]);
         let std = now.std.unwrap_or(0.0).max(then.std.unwrap_or(0.0));
         let ratio = if std > 0.0 { (then.value - now.value) / std } else { 0.0 };
-        let name = label(&fit.model, unknown.parameter);
+        let name = fit.model.parameters[unknown.parameter].full_name();
         if ratio.abs() > 3.0 {
             let text = format!(
                 "{name}: with segments of {segment:.1} s instead of {:.1} s it is {:.4e} instead of {:.4e}, {:.1} deviations away: the model lacks something slow",

@@ -8,7 +8,7 @@ use super::codes;
 use super::error::Error;
 use super::file::Estimator;
 use super::fit::{Fit, again};
-use super::identifiability::{OtherWindow, halves_differ, label};
+use super::identifiability::{OtherWindow, halves_differ};
 use super::load::{Campaign, moves};
 use crate::finding::Finding;
 use crate::model::Model;
@@ -55,7 +55,7 @@ pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
             let (now, then) = (&fit.model.parameters[p], &other.parameters[q]);
             let std = now.std.unwrap_or(0.0).max(then.std.unwrap_or(0.0));
             let ratio = if std > 0.0 { (then.value - now.value) / std } else { 0.0 };
-            let name = label(&fit.model, p);
+            let name = fit.model.parameters[p].full_name();
             if ratio.abs() > 3.0 {
                 let text = format!(
                     "{name}: with windows {times} times as long it is {:.4e} instead of {:.4e}, {:.1} deviations away: noise of the velocities in the rows, or something slow that the model lacks",

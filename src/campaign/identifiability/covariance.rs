@@ -7,7 +7,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Believable, Direction, Identifiability, correlations, groups, harmless, label};
+use super::{Believable, Direction, Identifiability, correlations, groups, harmless};
 use crate::estimate::identifiability::{collinearity, shares};
 use crate::finding::Finding;
 use crate::model::Model;
@@ -48,7 +48,8 @@ pub(in crate::campaign) fn of_covariance(
         });
     }
     let groups = groups(model, &known, &unknowns, findings);
-    let proportions = |shares: &[f64]| shares.iter().zip(&unknowns).map(|(s, p)| (label(model, *p), *s)).collect();
+    let proportions =
+        |shares: &[f64]| shares.iter().zip(&unknowns).map(|(s, p)| (model.parameters[*p].full_name(), *s)).collect();
     let directions = known.indices.iter().rev();
     Some(Identifiability {
         condition_number_scaled: known.indices.iter().map(|i| i.index).fold(1.0, f64::max),

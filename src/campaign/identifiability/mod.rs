@@ -147,7 +147,7 @@ pub(super) fn of_fit(
     let known = collinearity(&factor_of(fit))?;
     let halves = halves(fit);
     let share = shares(model, runs);
-    let name = |k: usize| label(model, unknowns[k].parameter);
+    let name = |k: usize| model.parameters[unknowns[k].parameter].full_name();
     let mut parameters = Vec::new();
     for (k, unknown) in unknowns.iter().enumerate().filter(|(_, u)| u.run.is_none()) {
         let p = &model.parameters[unknown.parameter];
@@ -190,12 +190,6 @@ pub(super) fn of_fit(
     })
 }
 
-/// `k_u|u| of quadratic_drag@surge`.
-pub(super) fn label(model: &Model, parameter: usize) -> String {
-    let p = &model.parameters[parameter];
-    format!("{} of {}", p.spec.name, p.term)
-}
-
 /// Says that a parameter is not resolved where its term carries hardly any force.
 fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option<Finding> {
     let p = &model.parameters[parameter];
@@ -203,7 +197,7 @@ fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option
     let share = force_share.filter(|share| *share < HARMLESS && std > UNCERTAIN * p.value.abs())?;
     let text = format!(
         "{}: {:.3e} ± {std:.1e} {} is not resolved, and harmless: it carries {:.1} % of the force in its balance",
-        label(model, parameter),
+        model.parameters[parameter].full_name(),
         p.value,
         p.spec.dimension,
         100.0 * share
@@ -215,7 +209,7 @@ fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option
 pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z: f64) -> Finding {
     let text = format!(
         "{}: the first halves of the runs say {:.4e}, the second {:.4e} {}, {:.1} deviations apart: something changes in the course of a run, or an effect is missing",
-        label(model, parameter),
+        model.parameters[parameter].full_name(),
         halves[0],
         halves[1],
         model.parameters[parameter].spec.dimension,
@@ -228,7 +222,7 @@ pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z
 fn groups(model: &Model, known: &Collinearity, unknowns: &[usize], findings: &mut Vec<Finding>) -> Vec<Group> {
     let group = |(members, index): &(Vec<usize>, f64)| {
         let members: Vec<usize> = members.iter().map(|k| unknowns[*k]).collect();
-        let terms: Vec<String> = members.iter().map(|p| label(model, *p)).collect();
+        let terms: Vec<String> = members.iter().map(|p| model.parameters[*p].full_name()).collect();
         let run = told_apart_by(model, &members);
         let text = format!("this data hardly tells {} apart (condition index {index:.0}): {run}", terms.join(", "));
         findings.push(Finding::new(&codes::NOT_APART, text));
@@ -245,7 +239,7 @@ fn correlations(model: &Model, unknowns: &[usize], at: impl Fn(usize, usize) -> 
         for j in i + 1..p {
             let correlation = at(i, j) / (at(i, i) * at(j, j)).sqrt();
             if correlation.abs() >= TOGETHER {
-                let name = |k: usize| label(model, unknowns[k]);
+                let name = |k: usize| model.parameters[unknowns[k]].full_name();
                 found.push(Correlation { a: name(i), b: name(j), correlation });
             }
         }

@@ -78,10 +78,9 @@ pub(super) fn maximised(
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
-    let name = |k: usize| format!("{} of {}", model.parameters[k].spec.name, model.parameters[k].term);
-    let unseen: Vec<String> = search.unseen().into_iter().map(name).collect();
+    let unseen: Vec<String> = search.unseen().into_iter().map(|k| model.parameters[k].full_name()).collect();
     if !unseen.is_empty() {
-        return Err(OutputErrorError::NotIdentified { parameters: unseen.join(", ") });
+        return Err(OutputErrorError::NotIdentified { parameters: unseen });
     }
     // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
     search.climb(options.tolerance.max(ABOUT));

@@ -84,13 +84,10 @@ pub(crate) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Resul
             let length: f64 = (0..=*k).map(|i| factor.at(i, *k)[0].powi(2)).sum::<f64>().sqrt();
             factor.at(*k, *k)[0].abs() <= 1e-9 * length || length == 0.0
         })
-        .map(|k| {
-            let parameter = &model.parameters[problem.unknowns[k].parameter];
-            format!("{} of {}", parameter.spec.name, parameter.term)
-        })
+        .map(|k| model.parameters[problem.unknowns[k].parameter].full_name())
         .collect();
     let Some(inverse) = factor.inverse(p).filter(|_| weak.is_empty()) else {
-        return Err(OutputErrorError::NotIdentified { parameters: weak.join(", ") });
+        return Err(OutputErrorError::NotIdentified { parameters: weak });
     };
     // (RᵀR)⁻¹ = R⁻¹ R⁻ᵀ
     Ok((0..p * p).map(|k| (0..p).map(|j| inverse[(k / p) * p + j] * inverse[(k % p) * p + j]).sum()).collect())

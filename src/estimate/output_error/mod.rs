@@ -122,10 +122,10 @@ pub enum OutputErrorError {
         held: bool,
     },
     /// A parameter that this data says nothing about.
-    #[error("this data says nothing about {parameters}: fix them, or add a run that moves them")]
+    #[error("this data says nothing about {}: fix them, or add a run that moves them", .parameters.join(", "))]
     NotIdentified {
-        /// Names.
-        parameters: String,
+        /// Their names ([`crate::model::Parameter::full_name`]).
+        parameters: Vec<String>,
     },
 }
 
