@@ -63,7 +63,7 @@ pub fn with_all_open(
     for (channel, off) in channels {
         let white = fit.noise.sensors[channel.output].std.powi(2);
         for (at, prediction) in channel.predictions.iter_mut().enumerate() {
-            let own = channel.foretold.iter().zip(off).filter(|(f, _)| f.at == at);
+            let own = channel.foretold.iter().zip(off).filter(|(f, _)| f.at == at && !f.wild);
             if own.clone().next().is_some() {
                 *prediction = in_deviations(*prediction, white, own.map(|(f, off)| (f.error, f.variance, off)));
             }
