@@ -8,8 +8,7 @@
 //! been known. P₀ is far wider than any beginning, so that the second term rewards a model in which motion forgets its
 //! beginning, whatever the data say. Of a vehicle that leaves a straight course along an unstable motion, under no random
 //! force, a dry friction of its yaw scored 4.7 deviations in the mean of campaigns without any. Names are therefore compared by
-//! −2 ln L less this term. Francke, Koopman and
-//! de Vos, *Journal of Time Series Analysis* 31 (2010) 407-414.
+//! −2 ln L less this term. Francke, Koopman and de Vos, *Journal of Time Series Analysis* 31 (2010) 407-414.
 
 use super::FilterErrorFit;
 use super::problem::Batch;
