@@ -66,13 +66,14 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
     sections.extend(force::section(results));
     let gap = results.discovery.filter(|found| found.gap.len() > 1).and_then(gap_figure);
     let figures = gap.into_iter().chain(motion::worst(results)).map(Block::Figure);
-    let tables = std::iter::once(model::parameters(results)).chain(noise::tables(results)).map(Block::Table);
+    // the small table first: it has room beside the worst run
+    let tables = [noise::of_forces(results), Some(model::parameters(results)), noise::of_sensors(results)];
     Document {
         title: format!("{name}: identification"),
         subtitle: format!("{} runs, estimator {}", results.campaign.runs.len(), results.fit.estimator.name()),
         verdict: verdict(results),
         checks: checks(results),
-        first_screen: figures.chain(tables).collect(),
+        first_screen: figures.chain(tables.into_iter().flatten().map(Block::Table)).collect(),
         sections,
         origin,
     }

@@ -50,6 +50,7 @@ codes! {
     LACKING = "M144" "effect-lacking" Warning "Predictions err as expected, and all the same the innovations follow what an effect of the catalogue would do that the model does not have: the parameters are biased by it, often by more than their deviations. `hydrosysid discover` looks for its name; where it finds none that stands all its tests, take the deviations for too small.";
     NEAR_VERTICAL = "M126" "near-vertical" Warning "A run comes near a pitch of 90 degrees without logging what a quaternion needs (phi, theta and psi at the same instants, in every run): roll and yaw are not told apart there, and what hangs on them is poor.";
 
+    FIRST_SAMPLE = "M223" "first-sample" Note "One of the first three samples of a channel is off those after it by more than three times what is usual there. Nothing is known of a state before a log begins, so that nothing could hold such an outlier back later: it takes no part.";
     FORCE_SOURCE = "M201" "force-source" Note "Thruster forces win over voltages, and voltages over wrenches; this says which were used.";
     NO_HEADING = "M221" "no-heading" Warning "North and east are logged and the heading is neither modelled nor logged: they say nothing of surge and sway, and take no part. Log psi.";
     TWO_CLOCKS = "M222" "two-clocks" Warning "Logs of one run are on different clocks, one that counts from its own zero and one with stamps of a wall clock, and nothing says how far they are apart: `clock_offset` of the log in the [[run]] does.";

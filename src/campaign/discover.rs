@@ -3,6 +3,7 @@
 use super::codes;
 use super::error::Error;
 use super::file::DiscoverTable;
+use super::first_samples;
 use super::fit::{dry_mass, filter_error, is_below};
 use super::late_gyro;
 use super::lead_in;
@@ -89,6 +90,8 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         Finding::new(&codes::CORRECTED, text)
     };
     found.warnings.extend(faults.iter().map(mended));
+    let tracks = found.steps.last().into_iter().flat_map(|step| &step.fit.filtered.problem.tracks);
+    found.warnings.extend(first_samples::findings(tracks));
     found.log_findings = faults.iter().flat_map(Fault::findings).collect();
     Ok(found)
 }

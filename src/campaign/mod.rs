@@ -22,6 +22,7 @@ mod error;
 mod examine;
 mod examine_rows;
 pub mod file;
+mod first_samples;
 mod fit;
 mod forces;
 mod heading;

@@ -150,23 +150,37 @@ pub(super) fn noise(results: &Results<'_>, run: &str, dof: Dof) -> Option<f64> {
     results.comparison.runs.iter().find(|r| r.run == run && r.dof == dof).map(|r| r.noise_floor)
 }
 
-/// The simulation, with the band in which 95 of 100 samples are expected where the model carries its noise.
-fn simulated(run: &Simulated, channel: &str) -> Series {
-    let simulated = &run.simulated[channel];
-    let line = |time, mean| Series::line("simulated", time, mean);
-    let Some(std) = run.std.get(channel).filter(|std| std.iter().any(Option::is_some)) else {
-        return line(run.time.clone(), simulated.clone());
-    };
+/// Half width of the band in which 95 of 100 samples are expected, one a time stamp; `None` where the model carries no noise.
+fn half_width(run: &Simulated, channel: &str) -> Option<Vec<f64>> {
+    let std = run.std.get(channel).filter(|std| std.iter().any(Option::is_some))?;
     // at the beginning of a stretch the band is as wide as where it is known first
-    let mut wide: Vec<f64> = std.iter().map(|s| s.unwrap_or(f64::NAN)).collect();
+    let mut wide: Vec<f64> = std.iter().map(|s| COVER * s.unwrap_or(f64::NAN)).collect();
     let mut next = f64::NAN;
     for s in wide.iter_mut().rev() {
         next = if s.is_nan() { next } else { *s };
         *s = next;
     }
-    let interval =
-        simulated.iter().zip(&wide).map(|(x, s)| if s.is_nan() { (*x, *x) } else { (x - COVER * s, x + COVER * s) });
-    line(run.time.clone(), simulated.clone()).with_interval(interval.collect())
+    Some(wide)
+}
+
+/// A line over the time of a run with that band about it.
+fn banded(name: &str, run: &Simulated, channel: &str, mean: Vec<f64>) -> Series {
+    let interval = half_width(run, channel).unwrap_or_default();
+    let about = |(x, w): (&f64, &f64)| if w.is_nan() { (*x, *x) } else { (x - w, x + w) };
+    let interval = mean.iter().zip(&interval).map(about).collect();
+    Series::line(name, run.time.clone(), mean).with_interval(interval)
+}
+
+/// What is said of the bands of a figure: how many samples are expected in them, and how many are.
+fn of_bands(run: &Simulated, channel: &str) -> Option<String> {
+    let wide = half_width(run, channel)?;
+    let (simulated, measured) = (run.simulated.get(channel)?, run.measured.get(channel)?);
+    let known = measured.iter().zip(simulated).zip(&wide).filter_map(|((y, x), w)| Some(((*y)? - x, *w)));
+    let judged: Vec<bool> = known.filter(|(_, w)| w.is_finite()).map(|(e, w)| e.abs() <= w).collect();
+    let share = 100.0 * judged.iter().filter(|inside| **inside).count() as f64 / judged.len().max(1) as f64;
+    Some(format!(
+        " Bands: where sensors and random force are expected to leave 95 of 100 samples; {share:.0} are there."
+    ))
 }
 
 /// The velocity of `dof` with its unit; the position where a log holds the pose alone.
@@ -191,18 +205,24 @@ pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Fi
     let t = column(&|s| s.0);
     let top = Panel {
         y: Axis::new(Label::symbol(channel), unit),
-        series: vec![Series::points("measured", t.clone(), column(&|s| s.1)), simulated(run, channel)],
+        series: vec![
+            Series::points("measured", t.clone(), column(&|s| s.1)),
+            banded("simulated", run, channel, run.simulated[channel].clone()),
+        ],
         floor: None,
     };
+    let bands = of_bands(run, channel);
+    let zero = banded("", run, channel, vec![0.0; run.time.len()]);
     let strip = Panel {
         y: Axis::new("residual", unit),
-        series: vec![Series::points("residual", t, column(&|s| s.1 - s.2)), Series::line("", vec![], vec![])],
-        floor: noise,
+        series: vec![Series::points("residual", t, column(&|s| s.1 - s.2)), zero],
+        floor: noise.filter(|_| bands.is_none()),
     };
     let chart = Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![top, strip], spans: Vec::new() });
     let role = if run.role == Role::Validate { "took no part in the fit" } else { "was part of the fit" };
-    let band = if run.std.contains_key(channel) { " Band: where 95 of 100 samples are expected." } else { "" };
-    let caption = format!("This run {role}. The simulation starts from a state estimated on the first seconds.{band}");
+    let sensor = noise.map(|_| " Grey: one standard deviation of the sensor's noise.".to_string());
+    let said = bands.or(sensor).unwrap_or_default();
+    let caption = format!("This run {role}. The simulation starts from a state estimated on the first seconds.{said}");
     Some(Figure { title: format!("{}, {dof}", run.run), caption, chart })
 }
 

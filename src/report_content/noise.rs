@@ -6,10 +6,14 @@ use crate::campaign::{ForceFound, Noise, Predicted, SensorFound};
 use crate::frame::{Dof, Measured};
 use crate::report::{Cell, Column, Table};
 
-/// What is random: the forces, if there are any, and the sensors; nothing where the estimator knows nothing of noise.
-pub(super) fn tables(results: &Results<'_>) -> Vec<Table> {
-    let Some(noise) = results.fit.noise.as_ref() else { return Vec::new() };
-    forces(&noise.force, results.fit.converged).into_iter().chain([sensors(noise)]).collect()
+/// The random forces; `None` where there are none, or the estimator knows nothing of noise.
+pub(super) fn of_forces(results: &Results<'_>) -> Option<Table> {
+    results.fit.noise.as_ref().and_then(|noise| forces(&noise.force, results.fit.converged))
+}
+
+/// The noise of the sensors; `None` where the estimator knows nothing of noise.
+pub(super) fn of_sensors(results: &Results<'_>) -> Option<Table> {
+    results.fit.noise.as_ref().map(sensors)
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {

@@ -10,6 +10,7 @@
 mod edges;
 mod evaluator;
 mod feed;
+mod first_samples;
 mod free_run;
 mod ode;
 mod reader;
@@ -22,6 +23,7 @@ mod trajectory;
 pub(crate) use evaluator::{Evaluator, prepared};
 pub(crate) use feed::Feed;
 pub use feed::Stretch;
+pub use first_samples::FirstSample;
 pub use free_run::{free_run, in_reach, memory_start, values_at, values_in_run};
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, integrate, integrate_fast};

@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use super::edges::Between;
+use super::first_samples::{self, FirstSample};
 use super::reader::{Channel, Input};
 use crate::dynamics::Dynamics;
 use crate::log::check::time::gaps_of;
@@ -80,6 +81,8 @@ pub struct Track {
     pub time: Vec<f64>,
     /// Observations: `time.len()` rows of one value an output of the dynamics, [`NO_SAMPLE`] where there is none.
     pub observed: Vec<f64>,
+    /// First samples that are left out of it.
+    pub left_out: Vec<FirstSample>,
     /// First grid point of each stretch without a gap of the log or of a sensor that the model reads; starts with 0.
     pub starts: Vec<usize>,
     /// Steps of the integrator; those that end at grid point k are `steps_to[k]..steps_to[k + 1]`.
@@ -139,10 +142,13 @@ impl Track {
         let cuts = gaps_of(run, dynamics.inputs.iter().map(|(_, name)| name.as_str()));
         let starts = starts(&time, &cuts);
         affordable(run, &time, &starts, longest)?;
+        let mut table = on_grid(&observed, &time);
+        let left_out = first_samples::leave_out(&mut table, &time, &starts, &dynamics.outputs);
         let mut track = Track {
             name: run.name.clone(),
             run: index,
-            observed: on_grid(&observed, &time),
+            observed: table,
+            left_out,
             starts,
             substeps: Vec::new(),
             steps_to: Vec::new(),

@@ -79,7 +79,7 @@ def test_the_first_screen_answers(browser, report):
     assert all(y < 1000 for y in begin), begin
     titles = browser.run("[...document.querySelectorAll('.first .title')].map(e => e.textContent)")
     assert titles[0].startswith("The gap in ") and titles[1].startswith("The worst run: "), titles
-    assert titles[2:] == ["Parameters", "Random force", "Noise of the sensors"]
+    assert titles[2:] == ["Random force", "Parameters", "Noise of the sensors"]
     legend = browser.run("[...document.querySelectorAll('.first .chart-figure')][1].querySelector('.wide').textContent")
     assert "measured" in legend and "without what was missing" in legend
     links = browser.run("[...document.querySelectorAll('nav a')].map(a => [a.textContent, a.getAttribute('href')])")
@@ -125,7 +125,7 @@ def test_the_rest_is_folded_and_every_run_stands_beside_the_others(browser, repo
 
 def test_the_first_screen_tells_intervals_and_does_not_contradict_itself(browser, report):
     browser.open(report)
-    heads = browser.run("[...document.querySelectorAll('.first .table thead')][0].innerText")
+    heads = browser.run("[...document.querySelectorAll('.first .table thead')][1].innerText")
     assert "95 % interval" in heads and "±" not in heads
     verdict = browser.run("document.querySelector('.verdict').textContent")
     assert verdict.startswith("Explained: the Munk moment") and "as well as it says" not in verdict

@@ -6,6 +6,7 @@ use super::super::codes;
 use super::super::discover;
 use super::super::error::Error;
 use super::super::file::Estimator;
+use super::super::first_samples;
 use super::super::identifiability::of_covariance;
 use super::super::load::{Campaign, moves};
 use super::super::noise;
@@ -46,6 +47,8 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
     let (filtered, model) = held_out(campaign, &fitted, &options.base)?;
+    let held = if campaign.validates() { &filtered.problem.tracks[..] } else { &[] };
+    warnings.extend(first_samples::findings(fitted.filtered.problem.tracks.iter().chain(held)));
     let forecasts = match &others(campaign)[..] {
         [] => forecasts_of_training(&fitted),
         others => filtered.forecast(&model, &fitted.noise.elsewhere(&model, others), fitted.limit),

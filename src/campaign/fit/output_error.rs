@@ -3,6 +3,7 @@
 use super::super::codes;
 use super::super::error::Error;
 use super::super::file::Estimator;
+use super::super::first_samples;
 use super::super::identifiability;
 use super::super::load::Campaign;
 use super::result::FitStage;
@@ -38,6 +39,7 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         let text = format!("output error stopped after {} steps without having converged", fitted.iterations);
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
+    warnings.extend(first_samples::findings(fitted.problem.tracks.iter()));
     if fitted.std_method == StdMethod::FewClusters {
         warnings.push(Finding::new(&codes::FEW_STRETCHES, codes::FEW_STRETCHES.meaning));
     }

@@ -1,0 +1,156 @@
+//! The first samples of a channel, where they are the sensor's fault.
+//!
+//! ```text
+//! d_k = min(|y_k − ℓ₁₂|, |y_k − ℓ₃₅|, |y_k − ℓ₄₇|)     ℓ_ij: line through the samples k+i and k+j, at the instant of k
+//! wild, of k = 0, 1, 2:  d_k > 3 max(q₉₀, q₅₀)         q₉₀: what nine in ten of the next 200 samples stay below
+//!                                                      q₅₀: median of the next nine, of a run that begins steeply
+//! ```
+//!
+//! Nothing is known of a state before a stretch begins, so that its first samples are believed whatever they are, and an estimator
+//! that holds outliers back holds none back there. A first heading 30 deviations off made the innovations of a whole run coloured.
+//! A good sample that is left out costs next to nothing; of three lines one is that of good samples even where two are wild.
+
+use super::track::NO_SAMPLE;
+
+/// Samples after the first beside which it is judged.
+const JUDGED: usize = 200;
+
+/// Fewer say nothing of what is usual.
+const LEAST: usize = 20;
+
+/// What so many of ten samples stay below is usual.
+const USUAL: f64 = 0.9;
+
+/// Samples that tell how steeply a run begins.
+const NEAR: usize = 9;
+
+/// By how many times the usual a wild sample is off: of Gaussian noise one in a million is.
+const TIMES: f64 = 3.0;
+
+/// Samples of a beginning that are judged.
+const FIRST: usize = 3;
+
+/// Later samples that the lines go through.
+const AHEAD: usize = 7;
+
+/// A first sample that takes no part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FirstSample {
+    /// Name of the channel.
+    pub channel: String,
+    /// When, s.
+    pub time: f64,
+    /// What is logged, SI.
+    pub value: f64,
+}
+
+/// Takes wild first samples of each stretch out of `observed`, a row of one value an output a grid point.
+pub(super) fn leave_out(observed: &mut [f64], time: &[f64], starts: &[usize], outputs: &[String]) -> Vec<FirstSample> {
+    let width = outputs.len();
+    let mut left_out = Vec::new();
+    for (column, channel) in outputs.iter().enumerate() {
+        let turns = matches!(channel.as_str(), "phi" | "psi");
+        for (k, first) in starts.iter().enumerate() {
+            let last = starts.get(k + 1).copied().unwrap_or(time.len());
+            let known = (*first..last).filter(|row| !observed[row * width + column].is_nan());
+            let rows: Vec<usize> = known.take(FIRST + JUDGED + AHEAD).collect();
+            let samples: Vec<(f64, f64)> =
+                rows.iter().map(|row| (time[*row], observed[row * width + column])).collect();
+            for k in wild(&samples, turns) {
+                let (time, value) = samples[k];
+                observed[rows[k] * width + column] = NO_SAMPLE;
+                left_out.push(FirstSample { channel: channel.clone(), time, value });
+            }
+        }
+    }
+    left_out
+}
+
+/// Which of the first samples are wild; of angles that are known but for whole turns, `turns`.
+fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
+    let count = samples.len().saturating_sub(AHEAD);
+    if count < FIRST + LEAST {
+        return Vec::new();
+    }
+    let off: Vec<f64> = (0..count).map(|k| off_lines(&samples[k..=k + AHEAD], turns)).collect();
+    let usual = quantile(&off[FIRST..], USUAL).max(quantile(&off[FIRST..FIRST + NEAR], 0.5));
+    // a channel that does not change says nothing of what is usual
+    let wild: Vec<usize> = (0..FIRST).filter(|k| usual > 0.0 && off[*k] > TIMES * usual).collect();
+    // all of them: that is how the run begins, and no fault
+    if wild.len() < FIRST { wild } else { Vec::new() }
+}
+
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut values = values.to_vec();
+    let at = (share * (values.len() - 1) as f64).round() as usize;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+/// By how much the first sample is off the nearest of three lines through later ones.
+fn off_lines(samples: &[(f64, f64)], turns: bool) -> f64 {
+    let (t0, y0) = samples[0];
+    let above = |y: f64| {
+        let difference = y - y0;
+        let tau = std::f64::consts::TAU;
+        if turns { difference - tau * (difference / tau).round() } else { difference }
+    };
+    let off = |i: usize, j: usize| {
+        let ((ti, yi), (tj, yj)) = (samples[i], samples[j]);
+        let (yi, yj) = (above(yi), above(yj));
+        (yi + (yj - yi) / (tj - ti) * (t0 - ti)).abs()
+    };
+    off(1, 2).min(off(3, 5)).min(off(4, 7))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    /// A slow turn through ±π at 10 Hz, its noise 0.01 rad, wild where `spikes` are added.
+    fn heading(seed: u64, spikes: &[(usize, f64)]) -> (Vec<f64>, Vec<f64>) {
+        let mut noise = Noise::new(seed, 7);
+        let time: Vec<f64> = (0..300).map(|k| 0.1 * f64::from(k)).collect();
+        let angle = |t: &f64| 3.0 + 0.4 * (0.3 * t).sin() + 0.01 * noise.normal();
+        let mut observed: Vec<f64> = time.iter().map(angle).collect();
+        spikes.iter().for_each(|(k, by)| observed[*k] += by);
+        let wrapped = observed.iter().map(|y| y - std::f64::consts::TAU * (y / std::f64::consts::TAU).round());
+        (time, wrapped.collect())
+    }
+
+    fn left_out(seed: u64, spikes: &[(usize, f64)], starts: &[usize]) -> Vec<usize> {
+        let (time, mut observed) = heading(seed, spikes);
+        let left = leave_out(&mut observed, &time, starts, &["psi".to_string()]);
+        let rows: Vec<usize> = (0..300).filter(|k| observed[*k].is_nan()).collect();
+        assert_eq!(left.iter().map(|l| l.time).collect::<Vec<_>>(), rows.iter().map(|k| time[*k]).collect::<Vec<_>>());
+        rows
+    }
+
+    #[test]
+    fn a_wild_first_sample_is_left_out_and_no_other() {
+        assert_eq!(left_out(1, &[(0, 0.3)], &[0]), [0]);
+        assert_eq!(left_out(1, &[(0, 0.3), (2, -0.5)], &[0]), [0, 2]);
+        assert_eq!(left_out(1, &[(1, 0.3)], &[0]), [1]);
+        // after a gap, where another sample nearby is wild; in the middle of a stretch the estimator holds it back
+        assert_eq!(left_out(1, &[(150, -0.3), (152, 0.5), (80, 0.3)], &[0, 150]), [150, 152]);
+        assert!(left_out(1, &[(3, 0.3), (5, 0.3)], &[0]).is_empty());
+    }
+
+    /// 500 beginnings of Gaussian noise.
+    #[test]
+    fn a_sound_first_sample_stays() {
+        let lost: usize = (0..500).map(|seed| left_out(seed, &[], &[0]).len()).sum();
+        assert_eq!(lost, 0);
+    }
+
+    #[test]
+    fn a_beginning_that_is_steep_is_no_fault() {
+        let time: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
+        let mut noise = Noise::new(4, 7);
+        let mut observed: Vec<f64> = time.iter().map(|t| 1.0 - (-t).exp() + 1e-4 * noise.normal()).collect();
+        assert!(leave_out(&mut observed, &time, &[0], &["u".to_string()]).is_empty());
+        let mut quiet = vec![0.5; 100];
+        quiet[0] = 0.6;
+        assert!(leave_out(&mut quiet, &time, &[0], &["u".to_string()]).is_empty(), "nothing is usual");
+    }
+}
