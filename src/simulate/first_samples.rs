@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! d_k = min(|y_k − ℓ₁₂|, |y_k − ℓ₃₅|, |y_k − ℓ₄₇|)     ℓ_ij: line through the samples k+i and k+j, at the instant of k
-//! wild, of k = 0, 1, 2:  d_k > 3 max(q₉₀, q₅₀)         q₉₀: what nine in ten of the next 200 samples stay below
-//!                                                      q₅₀: median of the next nine, of a run that begins steeply
+//! a_k = min |y_k − y_{k+i}|,  i = 1, 2, 3               s: steps between the nine samples after the first three
+//! wild, of k = 0, 1, 2:   d_k > 3 q₉₀(d)  and  a_k > 3 q₈₀(s)         q₉₀: of the next 200 samples
 //! ```
 //!
 //! Nothing is known of a state before a stretch begins, so that its first samples are believed whatever they are, and an estimator
@@ -21,8 +21,9 @@ const LEAST: usize = 20;
 /// What so many of ten samples stay below is usual.
 const USUAL: f64 = 0.9;
 
-/// Samples that tell how steeply a run begins.
+/// Steps that tell how steeply a run begins, and which of them: one wild sample makes two.
 const NEAR: usize = 9;
+const STEEP: f64 = 0.8;
 
 /// By how many times the usual a wild sample is off: of Gaussian noise one in a million is.
 const TIMES: f64 = 3.0;
@@ -73,11 +74,21 @@ fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
         return Vec::new();
     }
     let off: Vec<f64> = (0..count).map(|k| off_lines(&samples[k..=k + AHEAD], turns)).collect();
-    let usual = quantile(&off[FIRST..], USUAL).max(quantile(&off[FIRST..FIRST + NEAR], 0.5));
+    let usual = quantile(&off[FIRST..], USUAL);
+    let apart = |i: usize, j: usize| nearest(samples[i].1 - samples[j].1, turns).abs();
+    let steps: Vec<f64> = (FIRST..FIRST + NEAR).map(|k| apart(k, k + 1)).collect();
+    let step = quantile(&steps, STEEP);
+    let stands_off = |k: &usize| (1..=3).all(|i| apart(*k, k + i) > TIMES * step);
     // a channel that does not change says nothing of what is usual
-    let wild: Vec<usize> = (0..FIRST).filter(|k| usual > 0.0 && off[*k] > TIMES * usual).collect();
+    let wild: Vec<usize> = (0..FIRST).filter(|k| usual > 0.0 && off[*k] > TIMES * usual).filter(stands_off).collect();
     // all of them: that is how the run begins, and no fault
     if wild.len() < FIRST { wild } else { Vec::new() }
+}
+
+/// A difference; of angles that are known but for whole turns the shortest one.
+fn nearest(difference: f64, turns: bool) -> f64 {
+    let tau = std::f64::consts::TAU;
+    if turns { difference - tau * (difference / tau).round() } else { difference }
 }
 
 fn quantile(values: &[f64], share: f64) -> f64 {
@@ -89,11 +100,7 @@ fn quantile(values: &[f64], share: f64) -> f64 {
 /// By how much the first sample is off the nearest of three lines through later ones.
 fn off_lines(samples: &[(f64, f64)], turns: bool) -> f64 {
     let (t0, y0) = samples[0];
-    let above = |y: f64| {
-        let difference = y - y0;
-        let tau = std::f64::consts::TAU;
-        if turns { difference - tau * (difference / tau).round() } else { difference }
-    };
+    let above = |y: f64| nearest(y - y0, turns);
     let off = |i: usize, j: usize| {
         let ((ti, yi), (tj, yj)) = (samples[i], samples[j]);
         let (yi, yj) = (above(yi), above(yj));
@@ -149,6 +156,13 @@ mod tests {
         let mut noise = Noise::new(4, 7);
         let mut observed: Vec<f64> = time.iter().map(|t| 1.0 - (-t).exp() + 1e-4 * noise.normal()).collect();
         assert!(leave_out(&mut observed, &time, &[0], &["u".to_string()]).is_empty());
+        // a vehicle on its course that begins to turn between samples half a second apart, as a real log has it
+        let turn =
+            [6.567, 6.609, 6.915, 7.464, 8.318, 8.977, 9.515, 9.788, 10.057, 10.216, 10.393, 10.506, 10.635, 10.716];
+        let mut turning: Vec<f64> = (0..60).map(|k| turn.get(k).copied().unwrap_or(10.8 + 0.01 * k as f64)).collect();
+        turning.iter_mut().for_each(|y| *y += 1e-3 * noise.normal());
+        let at: Vec<f64> = (0..60).map(|k| 0.5 * f64::from(k)).collect();
+        assert!(leave_out(&mut turning, &at, &[0], &["psi".to_string()]).is_empty());
         let mut quiet = vec![0.5; 100];
         quiet[0] = 0.6;
         assert!(leave_out(&mut quiet, &time, &[0], &["u".to_string()]).is_empty(), "nothing is usual");
