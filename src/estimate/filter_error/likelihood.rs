@@ -47,6 +47,15 @@ impl Linear {
     }
 }
 
+/// The innovations of one output over a stretch.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Innovations {
+    /// Over their deviations, e/√s.
+    pub z: Vec<f64>,
+    /// Σ s.
+    pub expected: f64,
+}
+
 /// Deviations beyond which no Gaussian innovation is found in any log.
 pub(super) const OUTLIER: f64 = 5.0;
 
@@ -153,7 +162,7 @@ impl Filtered {
         noise: &NoiseModel,
         mobilities: &[DMatrix<f64>],
         limit: f64,
-    ) -> Vec<Vec<Vec<f64>>> {
+    ) -> Vec<Vec<Innovations>> {
         let passed = self.passed(model, noise, mobilities, limit, Kept::Innovations);
         passed.into_iter().map(|p| p.innovations).collect()
     }
@@ -235,7 +244,7 @@ struct Passed {
     linear: Linear,
     products: Vec<Mat<f64>>,
     /// Innovations over their deviations, by output.
-    innovations: Vec<Vec<f64>>,
+    innovations: Vec<Innovations>,
     /// ln|1 + P₀ I₀|; 0 where it was not asked for.
     beginning: f64,
 }
@@ -270,7 +279,8 @@ impl Work<LANES> for Pass<'_> {
         let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
         let mut rows = vec![Mat::<f64>::zeros(if size > 0 { height } else { 0 }, size); members];
         let mut filled = vec![0; members];
-        let mut innovations = vec![vec![Vec::new(); if kept == Kept::Innovations { outputs } else { 0 }]; members];
+        let mut innovations =
+            vec![vec![Innovations::default(); if kept == Kept::Innovations { outputs } else { 0 }]; members];
         let mut take = std::convert::identity(
             #[inline(always)]
             |at: &Innovation<'_, LANES>| {
@@ -290,7 +300,9 @@ impl Work<LANES> for Pass<'_> {
                     let sums = [(tempered * slope).powi(2), within, slope * slope];
                     held_back[lane].iter_mut().zip(sums).for_each(|(sum, x)| *sum += x);
                     if kept == Kept::Innovations {
-                        innovations[lane][at.output].push(z);
+                        let of = &mut innovations[lane][at.output];
+                        of.z.push(z);
+                        of.expected += at.s[lane];
                     }
                 }
                 if kept == Kept::Factor && sensitive {

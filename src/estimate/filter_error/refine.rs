@@ -4,16 +4,20 @@
 
 use nalgebra::DMatrix;
 
-use super::likelihood::Linear;
-use super::noise::{Coloured, NoiseModel};
+use super::likelihood::{Innovations, Linear};
+use super::noise::{Coloured, NoiseModel, SensorNoise};
 use super::start::TIME;
 use super::steps::Search;
 use super::whiteness::Whiteness;
 use crate::estimate::output_error::read_inputs;
+use crate::frame::Dof;
 use crate::model::Model;
 
 /// Rise of −2 ln L without a force of two unknowns that chance makes once in a hundred: the 99 % quantile of χ²(2).
 const CHANCE: f64 = 9.21;
+
+/// The same of a sensor whose like have colour: Akaike's price of two unknowns.
+const ALIKE: f64 = 4.0;
 
 /// Share of a force with which the search goes on once sensors are given colour.
 const STOOD_IN: f64 = 0.1;
@@ -21,44 +25,101 @@ const STOOD_IN: f64 = 0.1;
 impl Search<'_> {
     /// Gives the noise of sensors a part that is correlated in time where innovations are not white and the likelihood
     /// asks for it, all such channels at once; whether the search has converged.
+    ///
+    /// Where there is such a part, a force that is as quick as the samples may stand in for the same of a sensor whose innovations
+    /// look white: it is asked as well.
     pub(super) fn colour(&mut self) -> bool {
         let outputs = self.noise.sensors.len();
         let innovations = self.filtered.innovations(&self.model, &self.noise, &self.mobilities, self.limit);
         let white = |output: usize| {
-            let of = innovations.iter().map(|z| Whiteness::of(&z[output]));
+            let of = innovations.iter().map(|z| Whiteness::of(&z[output].z));
             of.reduce(|a, b| a.with(&b)).is_none_or(|w| w.is_white(outputs))
         };
-        let asked: Vec<usize> = (0..outputs).filter(|c| !self.silent[*c] && !white(*c)).collect();
+        let parts = |(output, sensor): (usize, &SensorNoise)| {
+            let part = sensor.std * std::f64::consts::FRAC_1_SQRT_2;
+            let asked = !self.silent[output] && !white(output);
+            asked.then_some((output, part, Coloured { rms: part, time: 4.0 * self.times.0 }))
+        };
+        let asked: Vec<_> = self.noise.sensors.iter().enumerate().filter_map(parts).collect();
         if asked.is_empty() {
             return true;
         }
+        let converged = self.coloured(&asked, CHANCE, |_| true);
+        loop {
+            let (asked, quick) = (self.stood_in_for(), self.quick());
+            if asked.is_empty() {
+                return converged;
+            }
+            let before = self.saved();
+            let settled = self.coloured(&asked, ALIKE, |dof| quick.contains(&dof));
+            // what takes its place has to be a noise, and not a way to one
+            if !settled || self.cost >= before.4 {
+                self.restore(before);
+                return converged;
+            }
+        }
+    }
+
+    /// Degrees of freedom with a force that is as quick as the samples.
+    fn quick(&self) -> Vec<Dof> {
+        self.noise.forces.iter().filter(|f| f.time <= 2.0 * self.times.0).map(|f| f.dof).collect()
+    }
+
+    /// Sensors without colour in a degree of freedom with a force that is as quick as the samples, each with the noise of one
+    /// of its kind that has colour, in proportion to what is not foreseen of both; none where no sensor has colour.
+    fn stood_in_for(&self) -> Vec<(usize, f64, Coloured)> {
+        let names = &self.filtered.problem.dynamics.outputs;
+        let is_velocity = |output: usize| Dof::ALL.iter().any(|dof| dof.velocity() == names[output]);
+        let of_quick: Vec<&str> = self.quick().iter().flat_map(|dof| [dof.velocity(), dof.position()]).collect();
+        let plain = |output: &usize| {
+            !self.silent[*output]
+                && self.noise.sensors[*output].coloured.is_none()
+                && of_quick.contains(&names[*output].as_str())
+        };
+        let asked: Vec<usize> = (0..names.len()).filter(plain).collect();
+        if asked.is_empty() {
+            return Vec::new();
+        }
+        let innovations = self.filtered.innovations(&self.model, &self.noise, &self.mobilities, self.limit);
+        let like = |output: usize| {
+            let of_its_kind = self.noise.coloured().find(|(other, _)| is_velocity(*other) == is_velocity(output));
+            let (other, colour) = of_its_kind.or(self.noise.coloured().next())?;
+            let scale = expected(&innovations, output) / expected(&innovations, other);
+            let colour = Coloured { rms: scale * colour.rms, time: colour.time };
+            Some((output, scale * self.noise.sensors[other].std, colour))
+        };
+        asked.into_iter().filter_map(like).collect()
+    }
+
+    /// The search with a part correlated in time of these sensors, each with the deviation of its white part and that part, to
+    /// begin with, and with little of the forces that may have stood in for it; as it was where −2 ln L falls by less than `price`
+    /// for each. Whether the search has converged.
+    fn coloured(&mut self, asked: &[(usize, f64, Coloured)], price: f64, stood_in: impl Fn(Dof) -> bool) -> bool {
         let before = self.saved();
-        for output in &asked {
-            let sensor = &mut self.noise.sensors[*output];
-            let part = sensor.std * std::f64::consts::FRAC_1_SQRT_2;
-            (sensor.std, sensor.coloured) = (part, Some(Coloured { rms: part, time: 4.0 * self.times.0 }));
+        for (output, white, coloured) in asked {
+            self.noise.sensors[*output] = SensorNoise { std: *white, coloured: Some(*coloured) };
         }
         // a force that has stood in for the colour is slow to go and quick to grow
         if self.options.forces.is_estimated() {
-            for force in &mut self.noise.forces {
+            for force in self.noise.forces.iter_mut().filter(|f| stood_in(f.dof)) {
                 (force.rms, force.time) = (STOOD_IN * force.rms, TIME);
             }
         }
         self.renew();
         let converged = self.climb(self.options.tolerance);
-        if before.4 - self.cost <= CHANCE * asked.len() as f64 {
+        if before.4 - self.cost <= price * asked.len() as f64 {
             self.restore(before);
             return true;
         }
         // those without which the likelihood is as great go again
         let mut gone = false;
-        for output in asked {
-            let Some(coloured) = self.noise.sensors[output].coloured else { continue };
+        for (output, ..) in asked {
+            let Some(coloured) = self.noise.sensors[*output].coloured else { continue };
             let mut without = self.noise.clone();
-            let sensor = &mut without.sensors[output];
+            let sensor = &mut without.sensors[*output];
             (sensor.std, sensor.coloured) = (sensor.std.hypot(coloured.rms), None);
             let rise = self.linearised(&self.model, &without).1 - self.cost;
-            if rise <= CHANCE {
+            if rise <= price {
                 (self.noise, gone) = (without, true);
             }
         }
@@ -82,7 +143,7 @@ impl Search<'_> {
     /// Takes out the forces that the likelihood does not ask for, the weakest first; whether the search has converged.
     pub(super) fn drop_forces(&mut self) -> bool {
         let mut converged = true;
-        let mut kept: Vec<crate::frame::Dof> = Vec::new();
+        let mut kept: Vec<Dof> = Vec::new();
         // all at once, where none of them is any
         if self.options.forces.is_estimated() && !self.noise.forces.is_empty() {
             let before = self.saved();
@@ -131,4 +192,11 @@ impl Search<'_> {
         }
         converged
     }
+}
+
+/// Deviation with which a sample of an output is expected one sample ahead.
+fn expected(innovations: &[Vec<Innovations>], output: usize) -> f64 {
+    let of = || innovations.iter().map(|stretch| &stretch[output]);
+    let samples: usize = of().map(|i| i.z.len()).sum();
+    (of().map(|i| i.expected).sum::<f64>() / samples.max(1) as f64).sqrt()
 }
