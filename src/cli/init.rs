@@ -70,11 +70,12 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     output.write(file, scaffold.text.as_bytes())?;
     let place = if a.output.as_deref() == Some(file) { file } else { folder };
     let guesses = if scaffold.guesses == 1 { "1 guess".to_string() } else { format!("{} guesses", scaffold.guesses) };
-    output.print(&format!(
-        "{} written, with {guesses} to read through (`# guessed:`); then: hydrosysid check {}",
-        file.display(),
-        place.display()
-    ));
+    let next = if !request.logs.is_empty() && scaffold.unread.len() == request.logs.len() {
+        "no log could be read (see the warnings), so that no run stands in it".to_string()
+    } else {
+        format!("then: hydrosysid check {}", place.display())
+    };
+    output.print(&format!("{} written, with {guesses} to read through (`# guessed:`); {next}", file.display()));
     output.json(&serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}))
 }
 

@@ -212,6 +212,17 @@ fn a_log_that_is_not_read_is_told() {
     let output = run(&["init", &log, "-o", &folder.path("made")]);
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(told.contains("not read: ") && told.contains("dive.BIN") && told.contains("Python package"), "{told}");
+    // what is left says neither that there is nothing to learn nor that it can be checked
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(told.contains("no log could be read") && !told.contains("hydrosysid check"), "{told}");
+    let campaign = fs::read_to_string(folder.path("made/campaign.toml")).expect("it is written");
+    assert!(
+        campaign.contains("# guessed: no log could be read: these stand here as an example\ndofs = "),
+        "{campaign}"
+    );
+    let output = run(&["fit", &log]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("this is an ArduPilot DataFlash log, and a campaign file is wanted"), "{told}");
 }
 
 /// A log in another format is named by its first bytes in every verb, and a CSV is one whatever it is called.

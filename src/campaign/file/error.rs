@@ -103,6 +103,17 @@ pub enum Problem {
         /// The first byte that does not belong.
         byte: u8,
     },
+    /// A log in a format that is known by its first bytes.
+    #[error(
+        "this is {name}, and a campaign file is wanted: `hydrosysid init LOG -o FOLDER` of the Python package writes one \
+         from it (pip install 'hydrosysid[{extra}]')"
+    )]
+    OtherLog {
+        /// What it is.
+        name: &'static str,
+        /// The extra of the Python package that reads it.
+        extra: &'static str,
+    },
     /// A file of another kind: a model, a log.
     #[error("{told}")]
     OtherFile {

@@ -32,6 +32,7 @@ pub use runs::{RunFile, RunTable};
 
 use crate::effects::{Coriolis, catalogue};
 use crate::log::LogOptions;
+use crate::log::encoding::{Opening, opening};
 use crate::procedure::StagedOptions;
 use crate::text_file;
 use crate::thrust::efficiency::Efficiency;
@@ -158,6 +159,11 @@ impl CampaignFile {
     /// # Errors
     /// As [`CampaignFile::read`].
     pub fn from_bytes(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
+        if let Opening::Log(name, extra) = opening(bytes) {
+            let mut report = Report::new(path, "");
+            report.at_span(0..0, Problem::OtherLog { name, extra });
+            return Err(report.into_errors());
+        }
         match std::str::from_utf8(bytes) {
             Ok(text) => CampaignFile::from_text(text, path, options),
             Err(error) => {

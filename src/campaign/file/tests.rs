@@ -369,6 +369,13 @@ fn columns_count_characters_and_bytes_that_are_no_text_are_shown() {
     assert!(wrong(&LEAST.replace("name = 'LAURS'", "\"größe\" = 1"))[0].starts_with("3:1: vehicle.größe"));
     let after = LEAST.replace("'surge', 'yaw'", "'süd', 'nord'");
     assert!(wrong(&after)[1].starts_with("6:16: model.dofs[1]"), "{:?}", wrong(&after));
+    let errors = CampaignFile::from_bytes(b"\xa3\x95\x80\x80Y", Path::new("dive.BIN"), &without_files());
+    let text = errors.unwrap_err().to_string();
+    assert!(
+        text.starts_with("dive.BIN:1:1: this is an ArduPilot DataFlash log, and a campaign file is wanted"),
+        "{text}"
+    );
+    assert!(text.contains("hydrosysid init LOG") && text.contains("hydrosysid[ardupilot]"), "{text}");
     let errors = CampaignFile::from_bytes(b"format = 1\nname = '\xff'", Path::new("c.toml"), &without_files());
     let text = errors.unwrap_err().to_string();
     assert_eq!(text, "c.toml:2:9: byte 0xff is not UTF-8: save the file as UTF-8 text");

@@ -188,7 +188,9 @@ impl Draft<'_> {
                 (Moved::Unmeasured, false) => {}
             }
         }
-        if dofs.is_empty() {
+        if !self.logs.is_empty() && self.logs.iter().all(|log| log.log.is_none()) {
+            words.push("no log could be read: these stand here as an example".into());
+        } else if dofs.is_empty() {
             words.push("no degree of freedom moves under a command: from these logs nothing can be learned".into());
             dofs = if driven_all.is_empty() { measured_all } else { driven_all };
         }
