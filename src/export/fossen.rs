@@ -15,7 +15,7 @@ use super::coefficients::{Coefficients, Matrix, Tensor, coefficients};
 use super::header::{Bounds, Draft};
 use super::losses::Losses;
 use super::number::{number, numbers};
-use super::stability::{self, longest_step};
+use super::stability::{longest_step, longest_step_of_angles, told_with_angles};
 use super::{Export, ExportError, ExportOptions, Source, Target};
 
 pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOptions) -> Result<Export, ExportError> {
@@ -55,8 +55,8 @@ pub(super) struct Pieces {
     pub found: Coefficients,
     /// Losses of thrust.
     pub losses: Losses,
-    /// Longest step of Euler's rule, s.
-    pub longest_step: f64,
+    /// Longest steps of Euler's rule, s: of velocities alone, and with the angles.
+    pub longest_steps: [f64; 2],
 }
 
 impl Pieces {
@@ -76,7 +76,7 @@ impl Pieces {
             linear: std::array::from_fn(|i| std::array::from_fn(|j| -found.linear[i][j])),
             absolute: entries(&found.absolute, -1.0),
             product: entries(&parts.rest, 1.0),
-            longest_step: longest_step(&found, &parts, &source.file.envelope),
+            longest_steps: [longest_step, longest_step_of_angles].map(|of| of(&found, &parts, &source.file.envelope)),
             found,
             losses: source.losses,
         })
@@ -84,7 +84,8 @@ impl Pieces {
 
     /// How long a step may be, in words.
     pub fn stability(&self) -> String {
-        stability::told(self.longest_step)
+        let [longest, of_angles] = self.longest_steps;
+        told_with_angles(longest, of_angles)
     }
 }
 

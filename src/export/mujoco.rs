@@ -32,7 +32,7 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     ];
     let limits = "one vehicle, first in the file; contacts and other joints feel its dry mass alone, without the added one; \
                   actuators of your own, and forces in data.qfrc_applied, too: command by data.ctrl or data.xfrc_applied";
-    let step = STEP.min(0.1 * pieces.longest_step);
+    let step = STEP.min(0.1 * pieces.longest_steps[0]);
     let stability = format!("{}; the MJCF has RK4 and a step of {} s", pieces.stability(), number(step));
     let head = draft.head(source, &[&CONVENTIONS[..], &own[..]].concat(), &Bounds { limits, stability: &stability });
     let mjcf = mjcf(source, options, &pieces, step);

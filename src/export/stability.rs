@@ -6,14 +6,15 @@
 //!
 //! f: damping, products and Coriolis forces, at the corners of the speeds of the fit (m/s, rad/s); a motion that grows in
 //! the model grows in the target too, and bounds no step. Where added mass is a force from an earlier acceleration, steps
-//! have to be shorter: [`with_late_added_mass`].
+//! have to be shorter: [`with_late_added_mass`]. Where angles too are stepped explicitly, by the velocities before the
+//! step, a righting moment swings up what is damped less than the step adds: [`longest_step_of_angles`].
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Complex, DMatrix, Matrix6};
+use nalgebra::{Complex, DMatrix, Matrix6, Matrix6x2, Vector6};
 
 use super::body::Parts;
-use super::coefficients::Coefficients;
+use super::coefficients::{Coefficients, Restoring};
 use super::number::number;
 use crate::eigenvalues::eigenvalues;
 use crate::frame::Dof;
@@ -23,26 +24,72 @@ const SPEED: f64 = 1.0;
 
 /// The longest stable step of Euler's explicit rule, s; infinite without damping.
 pub(super) fn longest_step(found: &Coefficients, parts: &Parts, envelope: &BTreeMap<String, [f64; 2]>) -> f64 {
-    let inertia = Matrix6::from_fn(|i, j| parts.body.matrix()[i][j] + parts.added[i][j]);
-    let Some(inverse) = inertia.try_inverse() else { return 0.0 };
+    let Some(inverse) = inverse_inertia(parts) else { return 0.0 };
+    corners(found, envelope)
+        .map(|nu| {
+            let jacobian = inverse * slope(found, &nu);
+            shrinking(&DMatrix::from_fn(6, 6, |i, j| jacobian[(i, j)]))
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The longest stable step of Euler's explicit rule for velocities and, by the velocities before it, roll and pitch, s.
+///
+/// ```text
+/// d/dt (φ, θ, ν) = [0 E; M⁻¹G  J] (φ, θ, ν),   G = ∂g/∂(φ, θ) and E ν = (p, q), upright
+/// ```
+///
+/// At rest too, where damping is least.
+pub(super) fn longest_step_of_angles(
+    found: &Coefficients,
+    parts: &Parts,
+    envelope: &BTreeMap<String, [f64; 2]>,
+) -> f64 {
+    let Some(inverse) = inverse_inertia(parts) else { return 0.0 };
+    let righting = inverse * upright(found);
+    corners(found, envelope)
+        .chain([[0.0; 6]])
+        .map(|nu| {
+            let jacobian = inverse * slope(found, &nu);
+            shrinking(&DMatrix::from_fn(8, 8, |i, j| match (i, j) {
+                (0, 5) | (1, 6) => 1.0,
+                (0 | 1, _) => 0.0,
+                (i, 0 | 1) => righting[(i - 2, j)],
+                (i, j) => jacobian[(i - 2, j - 2)],
+            }))
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// ∂g/∂(φ, θ) at φ = θ = 0.
+fn upright(found: &Coefficients) -> Matrix6x2<f64> {
+    let Restoring { net_weight, righting, trim } = found.restoring;
+    let by_roll = Vector6::new(0.0, net_weight[1], 0.0, -righting[0], 0.0, trim[0]);
+    let by_pitch = Vector6::new(-net_weight[0], 0.0, 0.0, 0.0, -righting[1], trim[1]);
+    Matrix6x2::from_columns(&[by_roll, by_pitch])
+}
+
+fn inverse_inertia(parts: &Parts) -> Option<Matrix6<f64>> {
+    Matrix6::from_fn(|i, j| parts.body.matrix()[i][j] + parts.added[i][j]).try_inverse()
+}
+
+/// The corners of the speeds of the fit, m/s and rad/s.
+fn corners(found: &Coefficients, envelope: &BTreeMap<String, [f64; 2]>) -> impl Iterator<Item = [f64; 6]> {
     let reach = |dof: Dof| {
         let known = envelope.get(dof.velocity()).map_or(SPEED, |[low, high]| low.abs().max(high.abs()));
         if found.dofs.contains(&dof) { known } else { 0.0 }
     };
     let reaches = Dof::ALL.map(reach);
-    let mut longest = f64::INFINITY;
-    // the other half of the corners are these with all signs turned, whose products matter as much
-    for corner in 0..64_u32 {
-        let nu: [f64; 6] = std::array::from_fn(|i| if corner >> i & 1 == 1 { -reaches[i] } else { reaches[i] });
-        let jacobian = inverse * slope(found, &nu);
-        // where they are not found: no eigenvalue is beyond the norm
-        let unknown = || vec![Complex::new(-jacobian.norm(), 0.0)];
-        let values = eigenvalues(&DMatrix::from_fn(6, 6, |i, j| jacobian[(i, j)])).unwrap_or_else(unknown);
-        for value in values.iter().filter(|value| value.re < -1e-9) {
-            longest = longest.min(-2.0 * value.re / value.norm_sqr());
-        }
-    }
-    longest
+    (0..64_u32).map(move |corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { -reaches[i] } else { reaches[i] }))
+}
+
+/// The longest step with which Euler's explicit rule shrinks all that ẋ = J x damps, s.
+fn shrinking(jacobian: &DMatrix<f64>) -> f64 {
+    // where they are not found: no eigenvalue is beyond the norm
+    let unknown = || vec![Complex::new(-jacobian.norm(), 0.0)];
+    let values = eigenvalues(jacobian).unwrap_or_else(unknown);
+    let damped = values.iter().filter(|value| value.re < -1e-9);
+    damped.map(|value| -2.0 * value.re / value.norm_sqr()).fold(f64::INFINITY, f64::min)
 }
 
 /// ∂f/∂ν.
@@ -78,6 +125,18 @@ pub(super) fn told(longest: f64) -> String {
     } else {
         "nothing is damped, so that no step of explicit Euler is stable; use a Runge-Kutta scheme".into()
     }
+}
+
+/// In words, where whoever integrates may step angles, too, by the velocities before the step.
+pub(super) fn told_with_angles(longest: f64, of_angles: f64) -> String {
+    let velocities = told(longest);
+    if of_angles >= longest {
+        return velocities;
+    }
+    format!(
+        "{velocities}, and below {} s where angles are stepped by the velocities before the step",
+        digits(of_angles)
+    )
 }
 
 /// Three significant digits.
@@ -140,6 +199,36 @@ mod tests {
         let longest = longest_step(&found, &parts, &envelope);
         assert!((longest - 400.0 / (20.0 + 180.0)).abs() < 1e-9, "{longest}");
         assert!(told(longest).contains("below 2 s"));
+    }
+
+    /// I φ̈ = −d φ̇ − k φ, φ stepped by the rate before the step: (I, d, k) of roll.
+    fn comes_upright(d: f64, k: f64, h: f64) -> bool {
+        let (mut phi, mut p) = (0.1_f64, 0.0);
+        for _ in 0..200_000 {
+            (phi, p) = (phi + h * p, p + h * (-d * p - k * phi) / 30.0);
+        }
+        phi.abs() < 1e-3
+    }
+
+    #[test]
+    fn a_righting_moment_shortens_the_step_of_angles_as_the_scheme_itself_does() {
+        let names = ["inertia", "linear_drag", "restoring_roll"];
+        let mut model = Model::with_effects(&[Dof::Roll], Coriolis::Tied, &names).unwrap();
+        for (name, x) in [("inertia@roll", 30.0), ("linear_drag@roll", 12.0), ("restoring_roll", 1600.0)] {
+            model.set(name, x);
+        }
+        let found = coefficients(&model);
+        let vehicle = Vehicle { mass: Some(150.0), ..Vehicle::default() };
+        let options = ExportOptions { inertia: Some([30.0; 3]), ..ExportOptions::default() };
+        let parts = split(&found, &vehicle, &options, &mut Vec::new()).unwrap();
+        let [longest, of_angles] = [longest_step, longest_step_of_angles].map(|f| f(&found, &parts, &BTreeMap::new()));
+        // −2 Re λ / |λ|² of λ² + (d/I) λ + k/I = 0: d/k; the velocities alone 2 I/d
+        assert!((of_angles - 12.0 / 1600.0).abs() < 1e-9, "{of_angles}");
+        assert!((longest - 5.0).abs() < 1e-9, "{longest}");
+        assert!(comes_upright(12.0, 1600.0, 0.9 * of_angles) && !comes_upright(12.0, 1600.0, 1.1 * of_angles));
+        let words = told_with_angles(longest, of_angles);
+        assert!(words.contains("below 5 s at the speeds of the fit, and below 0.0075 s where angles"), "{words}");
+        assert_eq!(told_with_angles(1.0, 2.0), told(1.0));
     }
 
     /// Whether the scheme of [`with_late_added_mass`] comes to rest, of m = 1.

@@ -16,7 +16,7 @@ use super::buoyancy::under;
 use super::coefficients::coefficients;
 use super::header::{Bounds, Cell, Draft};
 use super::number::{number, numbers};
-use super::stability::{longest_step, told};
+use super::stability::{longest_step, longest_step_of_angles, told_with_angles};
 use super::xml::Xml;
 use super::{Export, ExportError, ExportOptions, Source, Target};
 use crate::frame::Dof;
@@ -38,8 +38,10 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
         Cell::Product(..) | Cell::Constant(_) => false,
     });
     let held = under(GRAVITY, &found, source.model, &parts.body, vehicle, &source.file.water);
-    let longest = longest_step(&found, &parts, &source.file.envelope);
-    let stability = format!("the library inverts M as a whole, its user integrates: {}", told(longest));
+    let [longest, of_angles] =
+        [longest_step, longest_step_of_angles].map(|of| of(&found, &parts, &source.file.envelope));
+    let stability =
+        format!("the library inverts M as a whole, its user integrates: {}", told_with_angles(longest, of_angles));
     let head = draft.head(
         source,
         &[

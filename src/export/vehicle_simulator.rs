@@ -40,7 +40,7 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
 fn class(source: &Source<'_>, pieces: &Pieces) -> String {
     let vehicle = &source.file.vehicle;
     let name = if vehicle.name.is_empty() { "a vehicle" } else { &vehicle.name };
-    let longest = pieces.longest_step;
+    let longest = pieces.longest_steps[0];
     let longest = if longest.is_finite() { number(longest) } else { "float(\"inf\")".into() };
     // the name last: it may hold what looks like another place
     CLASS
