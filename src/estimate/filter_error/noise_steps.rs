@@ -40,6 +40,9 @@ const STRETCHED: f64 = 8.0;
 /// What a step has to promise at most for the curvature to be learnt from those before it.
 const NEAR_TOP: f64 = 30.0;
 
+/// Part of a learnt step that is tried where the whole leads down.
+const PART: f64 = 0.25;
+
 /// Longest step of a logarithm.
 const FARTHEST: f64 = 2.0;
 
@@ -109,6 +112,7 @@ impl Search<'_> {
         let Some(whole) = damped_step(0.0).map(|step| -gradient.dot(&step)) else { return 0.0 };
         let mut learnt =
             if whole < NEAR_TOP { self.quasi.step(&gradient, |gradient| damped(0.0, gradient)) } else { None };
+        let (mut part, mut direction) = (1.0, learnt.clone());
         let whole = learnt.as_ref().map_or(whole, |step| whole.max(-gradient.dot(step)));
         if whole < 0.1 * self.options.tolerance {
             return whole.max(0.0);
@@ -117,7 +121,7 @@ impl Search<'_> {
         let remembered = self.noise_damping;
         let mut damping = remembered;
         loop {
-            let from_steps = learnt.take();
+            let from_steps = learnt.take().map(|step| part * step);
             let is_learnt = from_steps.is_some();
             let Some(mut step) = from_steps.or_else(|| damped_step(damping)) else { return 0.0 };
             let promised = -gradient.dot(&step);
@@ -147,8 +151,11 @@ impl Search<'_> {
                 return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
             }
             if is_learnt {
-                // what was learnt elsewhere does not hold here
-                self.quasi.forget();
+                // a part of it, and where that leads down as well, what was learnt elsewhere does not hold here
+                match part {
+                    1.0 => (part, learnt) = (PART, direction.take()),
+                    _ => self.quasi.forget(),
+                }
                 continue;
             }
             (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);

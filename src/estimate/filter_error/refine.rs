@@ -44,7 +44,7 @@ impl Search<'_> {
         if asked.is_empty() {
             return true;
         }
-        let converged = self.coloured(&asked, CHANCE, |_| true);
+        let mut converged = self.coloured(&asked, CHANCE, |_| true);
         loop {
             let (asked, quick) = (self.stood_in_for(), self.quick());
             if asked.is_empty() {
@@ -57,6 +57,7 @@ impl Search<'_> {
                 self.restore(before);
                 return converged;
             }
+            converged = true;
         }
     }
 
