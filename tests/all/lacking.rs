@@ -63,3 +63,23 @@ fn what_an_unknown_beginning_does_is_no_friction() {
         assert!(!says_so(&fit), "{seed}: {}", fit.sentence);
     }
 }
+
+/// Sensors whose noise is AR(1) beside a random force of 5 % over 2 s: in each of these logs a force over a twentieth of a second
+/// and a velocity with little noise explained the sway nearly as well, and a constant force was named that was none.
+#[test]
+fn a_force_is_not_the_colour_of_its_sensor() {
+    for (vehicle, duration, seed) in [("laurs", 30.0, 3_051), ("laurs", 30.0, 9_106)] {
+        let mut sea = Sea::new(Vehicle::named(vehicle).expect("it exists"), &Dof::PLANE);
+        sea.instruments = Suite { noise: 0.5, rate: 10.0, colour: 0.8, ..Suite::default() }.instruments(&Dof::PLANE);
+        (sea.force, sea.seed) = (RandomForce { share: 0.05, correlation: 2.0 }, seed);
+        (sea.runs, sea.duration) = (6, duration);
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("colour_{seed}"));
+        sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+        let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
+        let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
+        let force = &fit.noise.as_ref().expect("filter error finds it").force;
+        assert!(fit.converged && !says_so(&fit), "{seed}: {}", fit.sentence);
+        // the time of a force of 30 s runs is known to a factor of two
+        assert!(force.len() == 3 && force.iter().all(|f| f.correlation_time > 0.5), "{seed}: {force:?}");
+    }
+}

@@ -26,7 +26,6 @@ mod options;
 mod pass;
 mod prediction;
 mod problem;
-mod quasi_newton;
 mod refine;
 mod resampled;
 mod sensor;

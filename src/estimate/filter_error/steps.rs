@@ -15,7 +15,6 @@ use super::likelihood::Linear;
 use super::noise::NoiseModel;
 use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
-use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered, Plain};
 use crate::estimate::output_error::{
@@ -33,9 +32,6 @@ const ABOUT: f64 = 1.0;
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
 const HOPE: f64 = 10.0;
-
-/// Share of what the noise gained by which the parameters may move between two of its gradients.
-const SHARED: f64 = 0.1;
 
 /// Where the search stands.
 pub(super) struct Search<'a> {
@@ -69,8 +65,6 @@ pub(super) struct Search<'a> {
     pub(super) informed: Option<Informed>,
     /// Damping of the last step of the noise.
     pub(super) noise_damping: f64,
-    /// What the last steps of the noise have shown of its curvature.
-    pub(super) quasi: QuasiNewton,
     /// Times its length that a step of the noise is taken.
     pub(super) stretch: f64,
     pub(super) passes: usize,
@@ -170,7 +164,6 @@ impl<'a> Search<'a> {
             silent,
             damping: 1e-6,
             noise_damping: 0.0,
-            quasi: QuasiNewton::default(),
             stretch: 1.0,
             passes: 0,
             filtered,
@@ -233,7 +226,6 @@ impl<'a> Search<'a> {
             return false;
         }
         let until = self.passes + self.options.iterations;
-        self.quasi.forget();
         // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
         for _ in 0..4 {
             if self.step_parameters() < 1.0 {
@@ -246,9 +238,6 @@ impl<'a> Search<'a> {
                 noise_moves = self.step_noise();
             }
             parameters_move = self.step_parameters();
-            if parameters_move > SHARED * noise_moves {
-                self.quasi.pause();
-            }
             if self.options.told {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
