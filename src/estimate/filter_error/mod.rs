@@ -26,6 +26,7 @@ mod options;
 mod pass;
 mod prediction;
 mod problem;
+mod quasi_newton;
 mod refine;
 mod resampled;
 mod sensor;

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! The gradient by the way back through the filter ([`super::adjoint`]), the curvature is Fisher's
-//! information ([`super::information`]), kept while the noise hardly moves.
+//! information ([`super::information`]), kept while the noise hardly moves and corrected near the top by what the last steps
+//! have shown ([`super::quasi_newton`]).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -36,6 +37,12 @@ const EASED: f64 = 0.03;
 /// times its length that it is taken.
 const FLATTER: f64 = 1.3;
 const STRETCHED: f64 = 8.0;
+
+/// What a step has to promise at most for the curvature to be learnt from those before it.
+const NEAR_TOP: f64 = 30.0;
+
+/// Part of a learnt step that is tried where the whole leads down.
+const PART: f64 = 0.25;
 
 /// Longest step of a logarithm.
 const FARTHEST: f64 = 2.0;
@@ -80,37 +87,48 @@ impl Search<'_> {
         self.renew();
         let (mut gradient, mut information) = self.scored(&coordinates);
         // what stands at its bound and would leave it stays there
+        let mut held = vec![false; coordinates.len()];
         for (k, c) in coordinates.iter().enumerate() {
             let now = self.noise.at(*c);
             let there = self.bounded(*c, now - NEAR * gradient[k].signum());
             if (there - now).abs() < 0.1 * NEAR {
+                held[k] = true;
                 gradient[k] = 0.0;
                 information.row_mut(k).fill(0.0);
                 information.column_mut(k).fill(0.0);
                 information[(k, k)] = 1.0;
             }
         }
-        let damped_step = |damping: f64| {
+        let at = DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| self.noise.at(*c)));
+        self.quasi.learn(&at, &gradient, &held);
+        let damped = |damping: f64, gradient: &DVector<f64>| {
             let mut damped = information.clone();
             for k in 0..coordinates.len() {
                 damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + FLAT;
             }
-            Some(damped.cholesky()?.solve(&-&gradient))
+            Some(damped.cholesky()?.solve(gradient))
         };
+        let damped_step = |damping: f64| damped(damping, &-&gradient);
         // twice the fall of −ln L that the quadratic promises to the whole step
         let Some(whole) = damped_step(0.0).map(|step| -gradient.dot(&step)) else { return 0.0 };
-        if whole < 0.1 * self.options.tolerance {
+        let mut learnt =
+            if whole < NEAR_TOP { self.quasi.step(&gradient, |gradient| damped(0.0, gradient)) } else { None };
+        let (mut part, mut direction) = (1.0, learnt.clone());
+        let whole = learnt.as_ref().map_or(whole, |step| whole.max(-gradient.dot(step)));
+        if whole < 0.1 * self.tolerance {
             return whole.max(0.0);
         }
         // a step that was too long is not tried at its whole length again at once
         let remembered = self.noise_damping;
         let mut damping = remembered;
         loop {
-            let Some(mut step) = damped_step(damping) else { return 0.0 };
+            let from_steps = learnt.take().map(|step| part * step);
+            let is_learnt = from_steps.is_some();
+            let Some(mut step) = from_steps.or_else(|| damped_step(damping)) else { return 0.0 };
             let promised = -gradient.dot(&step);
             // a long step keeps its direction: of two that go together one alone may lead up, and a fit of a model that lacks much
             // ends elsewhere
-            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(self.stretch);
+            let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(if is_learnt { 1.0 } else { self.stretch });
             let mut trial = self.noise.clone();
             for (k, c) in coordinates.iter().enumerate() {
                 let now = trial.at(*c);
@@ -128,10 +146,19 @@ impl Search<'_> {
                 self.stretch =
                     if at_once && fell > FLATTER * promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
                 self.noise_damping = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
-                if at_once && damping > 0.0 {
+                // of a learnt step the fall is as promised or not: that it promises little ends the search, and not that it fell little
+                if at_once && damping > 0.0 || is_learnt {
                     return whole;
                 }
-                return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.options.tolerance)) };
+                return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.tolerance)) };
+            }
+            if is_learnt {
+                // a part of it, and where that leads down as well, what was learnt elsewhere does not hold here
+                match part {
+                    1.0 => (part, learnt) = (PART, direction.take()),
+                    _ => self.quasi.forget(),
+                }
+                continue;
             }
             (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);
             // what a millionth of a step does not gain is not to be had

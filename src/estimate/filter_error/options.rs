@@ -61,7 +61,7 @@ pub struct FilterErrorOptions {
     pub forces: Forces,
     /// Greatest number of passes that linearise.
     pub iterations: usize,
-    /// Converged when a step would lower −2 ln L by less than this.
+    /// Converged when a step would lower −2 ln L by less than this; a fit with `refine` goes on to a tenth of it.
     pub tolerance: f64,
     /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
     /// does. A ratio of likelihoods wants the same noise on both sides.

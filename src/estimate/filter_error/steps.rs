@@ -1,7 +1,7 @@
 //! The maximum of the likelihood: steps of the parameters and steps of the noise in turns.
 //!
 //! ```text
-//! θ:  min |r + J δ|² + λ|D δ|²        J = (∂e/∂θ)/√s                    until −2 ln L would fall by less than a hundredth
+//! θ:  min |r + J δ|² + λ|D δ|²        J = (∂e/∂θ)/√s                    until −2 ln L would fall by less than a thousandth
 //! η:  (I + λ diag I) δ = −g           g, I: gradient and information of −ln L ([`super::noise_steps`])
 //! ```
 //!
@@ -15,6 +15,7 @@ use super::likelihood::Linear;
 use super::noise::NoiseModel;
 use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
+use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered, Plain};
 use crate::estimate::output_error::{
@@ -32,6 +33,14 @@ const ABOUT: f64 = 1.0;
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
 const HOPE: f64 = 10.0;
+
+/// Share of the tolerance with which a fit ends. A fall p of −2 ln L that is left is a parameter √p deviations off, at most: a
+/// tolerance of a hundredth leaves a tenth of a deviation, this a thirtieth. Near the top learnt steps take three to ten passes
+/// from the one to the other.
+const SETTLED: f64 = 0.1;
+
+/// Share of what the noise gained by which the parameters may move between two of its gradients.
+const SHARED: f64 = 0.1;
 
 /// Where the search stands.
 pub(super) struct Search<'a> {
@@ -65,8 +74,12 @@ pub(super) struct Search<'a> {
     pub(super) informed: Option<Informed>,
     /// Damping of the last step of the noise.
     pub(super) noise_damping: f64,
+    /// What the last steps of the noise have shown of its curvature.
+    pub(super) quasi: QuasiNewton,
     /// Times its length that a step of the noise is taken.
     pub(super) stretch: f64,
+    /// Fall of −2 ln L that a step has to promise to be taken, ten times.
+    pub(super) tolerance: f64,
     pub(super) passes: usize,
 }
 
@@ -103,6 +116,7 @@ pub(super) fn maximised(
     }
     if options.refine {
         converged = search.colour() && search.drop_forces() && converged;
+        converged |= search.settle();
     }
     search.finish(converged)
 }
@@ -164,8 +178,10 @@ impl<'a> Search<'a> {
             silent,
             damping: 1e-6,
             noise_damping: 0.0,
+            quasi: QuasiNewton::default(),
             stretch: 1.0,
             passes: 0,
+            tolerance: options.tolerance,
             filtered,
         };
         search.renew();
@@ -226,6 +242,7 @@ impl<'a> Search<'a> {
             return false;
         }
         let until = self.passes + self.options.iterations;
+        self.quasi.forget();
         // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
         for _ in 0..4 {
             if self.step_parameters() < 1.0 {
@@ -238,6 +255,9 @@ impl<'a> Search<'a> {
                 noise_moves = self.step_noise();
             }
             parameters_move = self.step_parameters();
+            if parameters_move > SHARED * noise_moves {
+                self.quasi.pause();
+            }
             if self.options.told {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
@@ -250,6 +270,13 @@ impl<'a> Search<'a> {
             }
         }
         false
+    }
+
+    /// The last steps, to a [`SETTLED`] of the tolerance: what ends the ways before decides nothing then. Whether that was
+    /// reached.
+    fn settle(&mut self) -> bool {
+        self.tolerance = SETTLED * self.options.tolerance;
+        self.climb(self.tolerance)
     }
 
     /// The same with innovations held back at `limit`, from here on.
@@ -280,7 +307,7 @@ impl<'a> Search<'a> {
         let factor = self.filtered.factor(&self.model, &self.current);
         loop {
             let (step, predicted) = damped_step(&factor, &self.model, &unknowns, self.damping);
-            if predicted < 0.1 * self.options.tolerance {
+            if predicted < 0.1 * self.tolerance {
                 return predicted;
             }
             let mut trial = self.model.clone();
