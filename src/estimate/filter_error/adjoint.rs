@@ -349,6 +349,11 @@ impl<const L: usize> Tape<L> {
         self.numbers.truncate(begin);
     }
 
+    /// ∂L by a state at the beginning and by its variance, by lane; the way back has come to the beginning.
+    pub fn by_beginning(&self, state: usize) -> [[f64; L]; 2] {
+        [self.lambda[state], self.curvature[state * self.states.1 + state]]
+    }
+
     /// ∂L by the logarithm of an unknown, over all lanes; the way back has come to the beginning.
     pub fn slope(&self, coordinate: Coordinate) -> f64 {
         let (nx, n) = self.states;

@@ -118,16 +118,29 @@ impl Filtered {
         mobilities: &[DMatrix<f64>],
         limit: f64,
     ) -> Vec<f64> {
+        let slopes = |_: &[usize], tape: &Tape<LANES>| coordinates.iter().map(|c| tape.slope(*c)).collect::<Vec<f64>>();
+        let parts = self.back(model, noise, mobilities, limit, slopes);
+        (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect()
+    }
+
+    /// What `read` takes of the way back through each batch, whose stretches it is told.
+    pub(super) fn back<T: Send>(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+        read: impl Fn(&[usize], &Tape<LANES>) -> T + Sync,
+    ) -> Vec<T> {
         let states = self.problem.dynamics.states.len();
         let of = |members: &Vec<usize>| {
             let noises = std::array::from_fn(|_| noise.clone());
             let batch = self.batch::<LANES>(model, members, noises, mobilities, limit);
             let tape = Some(Tape::new(noise, states, limit, share(limit)));
             let (_, tape) = Machine::widest(Pass { batch, kept: Kept::Cost, tape });
-            tape.map(|tape| coordinates.iter().map(|c| tape.slope(*c)).collect::<Vec<f64>>())
+            tape.map(|tape| read(members, &tape))
         };
-        let parts: Vec<Vec<f64>> = self.batches().par_iter().filter_map(of).collect();
-        (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect()
+        self.batches().par_iter().filter_map(of).collect()
     }
 
     /// Σ ln|1 + P₀ I₀| of all stretches ([`super::beginning`]).

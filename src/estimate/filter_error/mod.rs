@@ -34,6 +34,7 @@ mod start;
 mod steps;
 mod transition;
 mod ud;
+mod unseen_velocity;
 mod whiteness;
 
 use nalgebra::DMatrix;

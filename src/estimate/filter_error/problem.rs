@@ -3,22 +3,23 @@
 //! ```text
 //! x₀: the first samples, quasi-steady for memories      P₀: as wide as the channel ranges, so that x₀ does not count
 //! ```
+//!
+//! Velocities that no channel logs: [`super::unseen_velocity`].
 
 use nalgebra::DMatrix;
 
+use super::adjoint::Tape;
 use super::noise::NoiseModel;
 use super::transition::Belief;
 use super::ud::{Covariance, First, Work};
+use super::unseen_velocity::{self, UNKNOWN};
 use crate::chain::StateId;
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem};
+use crate::estimate::output_error::{LANES, OutputErrorError, OutputErrorOptions, Problem};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
 use crate::simd::Plain;
 use crate::simulate::{Stretch, values_at, values_in_run};
-
-/// Speed, m/s or rad/s, that a velocity without a sensor may have at the beginning; angle, rad, of one without.
-const UNKNOWN: f64 = 1.0;
 
 /// Runs made ready for the filter.
 #[derive(Debug, Clone)]
@@ -79,6 +80,44 @@ impl Filtered {
     pub fn restart(&mut self, model: &Model) {
         let states = self.problem.initial_states(model);
         self.starts = states.into_iter().enumerate().map(|(k, x)| start(&self.problem, model, k, x)).collect();
+    }
+
+    /// Begins anew where the runs say that velocities without a sensor began, smoothed under `noise`: x̂₀ and its deviation, three
+    /// times as wide; whether there are any. ∂L/∂x₀ = λ and ∂L/∂P₀ = Λ of L = −ln L say it:
+    ///
+    /// ```text
+    /// x̂₀ = x₀ − P₀ λ,    P̂₀ = P₀ − P₀ (2 Λ + λ λᵀ) P₀
+    /// ```
+    pub(super) fn begin_smoothed(
+        &mut self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> bool {
+        let unseen = unseen_velocity::states(&self.problem);
+        if unseen.is_empty() {
+            return false;
+        }
+        let read = |members: &[usize], tape: &Tape<LANES>| {
+            let by = |state: &usize| (*state, tape.by_beginning(*state));
+            (members.to_vec(), unseen.iter().map(by).collect::<Vec<_>>())
+        };
+        for (members, states) in self.back(model, noise, mobilities, limit, read) {
+            for (lane, stretch) in members.into_iter().enumerate() {
+                let start = &mut self.starts[stretch];
+                for (state, [slope, curvature]) in &states {
+                    let (before, slope, curvature) = (start.variance[*state], slope[lane], curvature[lane]);
+                    let told = before - before * before * (2.0 * curvature + slope * slope);
+                    if !(slope.is_finite() && told.is_finite() && told > 0.0) {
+                        continue;
+                    }
+                    start.x[*state] -= before * slope;
+                    start.variance[*state] = (unseen_velocity::WIDER.powi(2) * told).min(before);
+                }
+            }
+        }
+        true
     }
 
     /// The same stretches and beliefs with another compiled model of the same states.
@@ -188,7 +227,7 @@ fn turns<const L: usize>([w, x, y, z]: [[f64; L]; 4]) -> [[[f64; L]; 3]; 4] {
 }
 
 /// x₀ and the variances about it.
-fn start(problem: &Problem, model: &Model, stretch: usize, x: Vec<f64>) -> Start {
+fn start(problem: &Problem, model: &Model, stretch: usize, mut x: Vec<f64>) -> Start {
     let Stretch { track, first, last } = problem.segments[stretch];
     let (nx, ny) = (problem.dynamics.states.len(), problem.dynamics.outputs.len());
     let memories = problem.dynamics.memories();
@@ -209,6 +248,9 @@ fn start(problem: &Problem, model: &Model, stretch: usize, x: Vec<f64>) -> Start
             }
         })
         .collect();
+    for velocity in unseen_velocity::of(problem, model, problem.segments[stretch], &x) {
+        (x[velocity.state], variance[velocity.state]) = (velocity.value, velocity.variance);
+    }
     if memories > 0 {
         let all: Vec<Vec<f64>> =
             (0..problem.segments.len()).map(|k| if k == stretch { x.clone() } else { vec![] }).collect();

@@ -100,6 +100,10 @@ pub(super) fn maximised(
     if search.given_up {
         return Err(search.gives_up());
     }
+    let Search { filtered, model: here, noise, mobilities, limit, .. } = &mut search;
+    if filtered.begin_smoothed(here, noise, mobilities, *limit) {
+        search.renew();
+    }
     search.plain = Plain { cost: search.cost, outliers: search.has_outliers() };
     let mut converged = match options.limit {
         Some(limit) if limit.is_finite() => search.climb_held(limit),
