@@ -8,6 +8,7 @@ pub mod identifiability;
 mod integral;
 mod nodes;
 pub mod output_error;
+mod pose_velocity;
 mod regressor;
 mod shared;
 mod shared_stamps;

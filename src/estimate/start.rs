@@ -5,6 +5,7 @@
 //! is not positive) is replaced by the force over the acceleration that the log shows.
 
 use super::integral::balances;
+use super::pose_velocity::with_velocities;
 use super::{IntegralError, IntegralOptions, RegressorError, RegressorOptions, Span, Together};
 use crate::chain::memory_count;
 use crate::effects::{Effect, Family, Scope};
@@ -13,35 +14,16 @@ use crate::model::{Model, Term};
 use crate::run::{Run, Signal, greatest};
 use crate::symbolic::Graph;
 
-/// The run with a velocity in each modelled degree of freedom of which it logs the position alone.
-fn with_slopes(model: &Model, run: &Run) -> Run {
-    let mut with = run.clone();
-    for dof in &model.dofs {
-        let position = run.signal(dof.position()).filter(|s| s.len() > 1);
-        let (None, Some(position)) = (run.signal(dof.velocity()).filter(|s| !s.is_empty()), position) else { continue };
-        let (t, x) = (position.time(), position.values());
-        let slope = |k: usize| {
-            let first = t.partition_point(|at| *at < t[k] - 0.5 * WINDOW).min(k.saturating_sub(1));
-            let last = (t.partition_point(|at| *at <= t[k] + 0.5 * WINDOW).max(k + 2) - 1).min(t.len() - 1);
-            let middle = (first..=last).map(|i| t[i]).sum::<f64>() / (last - first + 1) as f64;
-            let square: f64 = (first..=last).map(|i| (t[i] - middle).powi(2)).sum();
-            (first..=last).map(|i| (t[i] - middle) * x[i]).sum::<f64>() / square.max(f64::MIN_POSITIVE)
-        };
-        let slopes: Vec<f64> = (0..t.len()).map(slope).collect();
-        with.signals.insert(dof.velocity().into(), Signal::new(position.shared_time().clone(), slopes));
-    }
-    with
-}
-
 /// Length of the windows that rows span, s: long beside the noise, short beside the motion.
 const WINDOW: f64 = 1.0;
 
 /// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
 /// somebody gave, keep their values.
 ///
-/// Where no run logs a velocity, that of the start is the slope of its position over a second.
+/// Where a run logs poses alone, their slopes are its velocities ([`super::pose_velocity`]).
 pub fn started(model: &Model, runs: &[Run]) -> Model {
-    let runs: &[Run] = &runs.iter().map(|run| with_slopes(model, run)).collect::<Vec<_>>();
+    let logged = runs;
+    let runs: &[Run] = &with_velocities(model, logged);
     let mut plain = model.clone();
     for k in (0..plain.terms.len()).rev() {
         if !regressible(&plain, &plain.terms[k]) {
@@ -54,7 +36,8 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     // a start needs no more than the right size, and one is wanted in any case
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
     let mut started = model.clone();
-    let Some(plain) = regressed(&all, plain, options) else { return rough(started, runs) };
+    let is_logged = |dof: &Dof| logged.iter().any(|run| run.signal(dof.velocity()).is_some_and(|s| !s.is_empty()));
+    let Some(plain) = regressed(&all, plain, is_logged, options) else { return rough(started, runs) };
     for parameter in started.parameters.iter_mut().filter(|p| !p.fixed && !p.given) {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
@@ -69,9 +52,19 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
 }
 
 /// `model` with what its balances say. One in which nothing known acts has no scale of its own: it waits for the others, which
-/// know the masses whose Munk moment turns a vehicle that is commanded no moment.
-fn regressed(runs: &[&Run], mut model: Model, options: IntegralOptions) -> Option<Model> {
-    let (mut scaled, mut waiting) = (model.dofs.clone(), Vec::new());
+/// know the masses whose Munk moment turns a vehicle that is commanded no moment. So does one of a rate with a sensor
+/// (`is_logged`) where others are slopes of fixes: in a balance that fits so well, velocities that are noisier than all it
+/// leaves would seem not to act at all, which are equal masses.
+fn regressed(
+    runs: &[&Run],
+    mut model: Model,
+    is_logged: impl Fn(&Dof) -> bool,
+    options: IntegralOptions,
+) -> Option<Model> {
+    let (mut scaled, mut waiting): (Vec<Dof>, Vec<Dof>) = model.dofs.iter().partition(|dof| !is_logged(dof));
+    if scaled.is_empty() {
+        scaled = std::mem::take(&mut waiting);
+    }
     let fits = loop {
         match balances(runs, &model, &scaled, options) {
             Ok((found, fits)) => {
@@ -161,6 +154,7 @@ fn quick(force: f64, speed: f64) -> f64 {
 /// `model` with values under which nothing runs away: inertias of the right size, drag that balances the greatest force at
 /// the greatest speed, nothing else. Where a regression on a model that lacks much has led to a vehicle that none is.
 pub fn tame(model: &Model, runs: &[Run]) -> Model {
+    let runs: &[Run] = &with_velocities(model, runs);
     let mut tame = model.clone();
     for p in tame.parameters.iter_mut().filter(|p| !p.fixed && !p.given && p.spec.is_linear()) {
         let sizes = p.place.dof.map(|dof| sizes(dof, runs));
@@ -182,6 +176,7 @@ pub fn tame(model: &Model, runs: &[Run]) -> Model {
 pub fn moved_by_thrust(model: &Model, runs: &[Run]) -> Model {
     /// What may be thrust of another kind: a current, weight, a moment of the water.
     const MARGIN: f64 = 10.0;
+    let runs: &[Run] = &with_velocities(model, runs);
     let mut bounded = model.clone();
     for dof in &model.dofs {
         let alike = || Dof::ALL.into_iter().filter(|other| other.is_rotation() == dof.is_rotation());

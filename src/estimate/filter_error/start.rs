@@ -10,6 +10,8 @@ use nalgebra::DMatrix;
 use super::noise::{Coordinate, NoiseModel, RandomForce, SensorNoise};
 use super::options::Forces;
 use super::problem::Filtered;
+use super::unseen_velocity;
+use crate::chain::StateId;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, commanded_rms};
@@ -17,6 +19,11 @@ use crate::run::{Run, commanded_rms};
 /// Share of the thrust with which a random force starts: too much is taken back within a few steps, too little makes a
 /// filter that trusts a wrong model.
 const SHARE: f64 = 0.1;
+
+/// The same for a moment where fixes alone tell a velocity along an axis: all of the thrust. Velocities that are not settled yet
+/// turn the vehicle by a Munk moment of many deviations of its rate; a filter that has no other name for it takes the masses for
+/// equal, (m_u − m_v) u v = 0, a top of the likelihood that it does not leave.
+const MOMENT_SHARE: f64 = 1.0;
 
 /// Correlation time at which the search starts and about which its prior stands, s: turbulence at a vehicle's scale.
 pub(super) const TIME: f64 = 1.0;
@@ -37,8 +44,13 @@ pub(super) fn noise(filtered: &Filtered, model: &Model, runs: &[Run], forces: &F
             dofs.iter().filter_map(held).filter(|f| f.rms > 0.0).collect()
         }
         Forces::Estimate { most } => {
-            let start =
-                |dof: &Dof| (SHARE * strength(model, runs, *dof)).min(most.get(dof).copied().unwrap_or(f64::INFINITY));
+            let states = &filtered.problem.dynamics.states;
+            let unseen = unseen_velocity::states(&filtered.problem);
+            let drifts = unseen.iter().any(|k| matches!(states[*k], StateId::Velocity(dof) if !dof.is_rotation()));
+            let share = |dof: &Dof| if drifts && dof.is_rotation() { MOMENT_SHARE } else { SHARE };
+            let start = |dof: &Dof| {
+                (share(dof) * strength(model, runs, *dof)).min(most.get(dof).copied().unwrap_or(f64::INFINITY))
+            };
             dofs.iter().map(|dof| RandomForce { dof: *dof, rms: start(dof), time: TIME }).collect()
         }
     };
