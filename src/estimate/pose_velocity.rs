@@ -60,9 +60,11 @@ fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64) -> f64 {
 /// Slope at an instant of the line through the samples about it, two at least.
 fn slope(signal: &Signal, at: f64) -> f64 {
     let (t, x) = (signal.time(), signal.values());
+    // rounded stamps belong to both sides or to none
+    let half = 0.5 * SPAN * (1.0 + 1e-9);
     let near = t.partition_point(|s| *s < at).min(t.len() - 1);
-    let first = t.partition_point(|s| *s < at - 0.5 * SPAN).min(near.saturating_sub(1));
-    let last = (t.partition_point(|s| *s <= at + 0.5 * SPAN).max(near + 2) - 1).min(t.len() - 1);
+    let first = t.partition_point(|s| *s < at - half).min(near.saturating_sub(1));
+    let last = (t.partition_point(|s| *s <= at + half).max(near + 2) - 1).min(t.len() - 1);
     let middle = (first..=last).map(|i| t[i]).sum::<f64>() / (last - first + 1) as f64;
     let square: f64 = (first..=last).map(|i| (t[i] - middle).powi(2)).sum();
     (first..=last).map(|i| (t[i] - middle) * x[i]).sum::<f64>() / square.max(f64::MIN_POSITIVE)
