@@ -21,6 +21,7 @@ use crate::envelope::{self, Envelope};
 use crate::estimate::{RegressorOptions, Span, Streamed};
 use crate::finding::Finding;
 use crate::frame::Dof;
+use crate::log::derived;
 use crate::log::options::Repeated;
 use crate::log::{LogOptions, OptionsError, Piece, Pieces, Rows};
 use crate::model::Model;
@@ -140,6 +141,9 @@ impl Folding<'_> {
         let wrong = |source| Error::Log { run: name.to_string(), source };
         if options.earth_velocity().is_some() {
             return Err(wrong(OptionsError::StreamedVelocity.into()));
+        }
+        if derived::is_asked(options) {
+            return Err(wrong(OptionsError::StreamedDerived.into()));
         }
         let rows = Rows::open(&self.file.path_of(&table.files[0]), options, &needed(self.file, table.kind));
         let mut pieces = Pieces::new(rows.map_err(wrong)?, self.length);

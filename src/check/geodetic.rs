@@ -2,34 +2,23 @@
 //!
 //! ```text
 //! north: M(φ) π/180 m a degree of latitude        east: N(φ) cos φ π/180 m a degree of longitude
-//! M = a (1 − e²)/(1 − e² sin²φ)^{3/2},   N = a/(1 − e² sin²φ)^{1/2},   a = 6 378 137 m,   e² = 6.694 379 990 14e-3
 //! ```
 //!
-//! φ latitude, a and e of the ellipsoid WGS 84 (NIMA TR8350.2, 2000). The slope of logged metres on true metres is 1
-//! when they agree.
+//! M, N: [`crate::log::derived::geodetic`]. The slope of logged metres on true metres is 1 when they agree.
 
 use super::codes;
 use super::fit::fit;
 use super::options::Geodetic;
 use super::report::{Agreement, FaultKind, Found};
 use super::samples::Samples;
+use crate::log::derived::geodetic::metres_per_degree;
 use crate::log::number::short;
 use crate::run::Run;
 
-const A: f64 = 6_378_137.0;
-const E2: f64 = 6.694_379_990_14e-3;
 /// Least way covered along an axis, m, to speak of its scale.
 const LEAST_WAY: f64 = 5.0;
 /// Largest difference that is let pass: spherical formulas differ from the ellipsoid by 0.3 percent and less.
 pub const TOLERANCE: f64 = 0.01;
-
-/// Metres per degree of latitude and of longitude at this latitude (deg).
-pub fn metres_per_degree(latitude: f64) -> [f64; 2] {
-    let (s, c) = latitude.to_radians().sin_cos();
-    let w = 1.0 - E2 * s * s;
-    let degree = std::f64::consts::PI / 180.0;
-    [degree * A * (1.0 - E2) / w.powf(1.5), degree * A / w.sqrt() * c]
-}
 
 /// Scale of each axis: logged metres over true ones.
 pub fn measure(run: &Run, columns: &Geodetic) -> Vec<Agreement> {

@@ -75,10 +75,15 @@ impl Cells<'_> {
         Cell::Fault
     }
 
-    /// Reads the time in field `index`; `header` is the text over its column. A fault is counted and gives `None`.
+    /// Reads the time in field `index`, of the day in field `date` where there is one; `header` is the text over its column. A fault is counted and gives `None`.
     #[inline]
-    pub fn time(&mut self, clock: &mut Clock, index: usize, header: &str) -> Option<f64> {
-        match clock.read(self.record.field(index).unwrap_or_default()) {
+    pub fn time(&mut self, clock: &mut Clock, index: usize, date: Option<usize>, header: &str) -> Option<f64> {
+        let cell = self.record.field(index).unwrap_or_default();
+        let read = match date {
+            None => clock.read(cell),
+            Some(date) => clock.read_dated(self.record.field(date).unwrap_or_default(), cell),
+        };
+        match read {
             Ok(t) => Some(t),
             Err(fault) => {
                 self.no_time(fault, index, header);
@@ -109,10 +114,17 @@ impl Cells<'_> {
                 let message = format!("{shown} is no ISO 8601 date such as 2024-07-01T10:40:00.100Z");
                 (codes::TIME_FORMAT, message)
             }
+            NoTime::NoDateAndTime => {
+                let message = format!(
+                    "{shown} and the cell of columns.date are no time of day and date such as 10:40:00.100 and 2024-07-01, 20240701 or 01.07.2024"
+                );
+                (codes::TIME_FORMAT, message)
+            }
+            NoTime::NoTimeOfDay => (codes::TIME_FORMAT, format!("{shown} is no time of day such as 10:40:00.100")),
             NoTime::NonFinite => (codes::NON_FINITE, format!("{shown} is not a finite number")),
             NoTime::Parse if text.contains(':') => {
                 let message = format!(
-                    "{shown} is not a number; write seconds, or whole ISO 8601 dates with time_format = \"iso8601\""
+                    "{shown} is not a number; set time_format = \"time_of_day\", or columns.date = \"its header\" where the date has a column"
                 );
                 (codes::PARSE, message)
             }

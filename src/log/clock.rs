@@ -20,15 +20,30 @@ pub enum NoTime {
     Date,
     /// No date where one was expected.
     NoDate,
+    /// No date and time of day in two columns.
+    NoDateAndTime,
+    /// No time of day where one was expected.
+    NoTimeOfDay,
 }
 
 /// Reads the time column.
 #[derive(Debug, Clone)]
 pub struct Clock {
-    dates: bool,
+    written: Written,
     per_second: f64,
     decimal: u8,
     zero: Zero,
+}
+
+/// How stamps are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Written {
+    /// As numbers.
+    Number,
+    /// As dates.
+    Date,
+    /// As times of day: days gone by, and the stamp before.
+    TimeOfDay { days: i128, before: i128 },
 }
 
 /// What is subtracted.
@@ -47,8 +62,13 @@ enum Zero {
 impl Clock {
     /// A clock of this unit or, with a format, of dates.
     pub fn new(unit: TimeUnit, format: Option<TimeFormat>, decimal: u8) -> Clock {
-        let dates = format == Some(TimeFormat::Iso8601);
-        Clock { dates, per_second: if dates { 1e9 } else { unit.per_second() }, decimal, zero: Zero::Unknown }
+        let written = match format {
+            None => Written::Number,
+            Some(TimeFormat::Iso8601) => Written::Date,
+            Some(TimeFormat::TimeOfDay) => Written::TimeOfDay { days: 0, before: 0 },
+        };
+        let per_second = if written == Written::Number { unit.per_second() } else { 1e9 };
+        Clock { written, per_second, decimal, zero: Zero::Unknown }
     }
 
     /// What was subtracted from the stamps, s since 1970 for dates; `None` when nothing was.
@@ -63,7 +83,7 @@ impl Clock {
 
     /// How many of the integers make a second.
     fn scale(&self) -> f64 {
-        if self.dates { 1e9 } else { 1e9 * self.per_second }
+        if self.written == Written::Number { 1e9 * self.per_second } else { 1e9 }
     }
 
     /// By what a number is divided to be seconds; `None` where the bytes of its cell have to be looked at.
@@ -90,10 +110,34 @@ impl Clock {
         self.read_wall_clock(cell)
     }
 
+    /// The time in the cells of a date and of a time of day, s.
+    ///
+    /// # Errors
+    /// When they are none.
+    #[allow(clippy::cast_precision_loss)] // differences of stamps
+    pub fn read_dated(&mut self, date: &[u8], time: &[u8]) -> Result<f64, NoTime> {
+        let n = iso8601::of_date_and_time(date, time).ok_or(NoTime::NoDateAndTime)?;
+        self.per_second = 1e9;
+        self.written = Written::Date;
+        Ok((n - self.exact_zero(n)) as f64 / 1e9)
+    }
+
     #[allow(clippy::cast_precision_loss)] // differences of stamps; exact below 2⁵³ units
     fn read_wall_clock(&mut self, cell: &[u8]) -> Result<f64, NoTime> {
-        if self.dates {
-            let n = iso8601::nanoseconds(cell).ok_or(NoTime::NoDate)?;
+        let exact = match &mut self.written {
+            Written::Number => None,
+            Written::Date => Some(iso8601::nanoseconds(cell).ok_or(NoTime::NoDate)?),
+            Written::TimeOfDay { days, before } => {
+                let n = iso8601::time_of_day(cell).ok_or(NoTime::NoTimeOfDay)?;
+                // back by more than half a day: midnight has gone by
+                if *before - n > iso8601::NANOSECONDS_A_DAY / 2 {
+                    *days += 1;
+                }
+                *before = n;
+                Some(n + *days * iso8601::NANOSECONDS_A_DAY)
+            }
+        };
+        if let Some(n) = exact {
             return Ok((n - self.exact_zero(n)) as f64 / 1e9);
         }
         let Some(x) = number::parse(cell, self.decimal) else {
@@ -182,6 +226,15 @@ mod tests {
     fn dates_count_from_the_first() {
         let cells = ["2024-07-01T23:59:59.900Z", "2024-07-02T00:00:00.000Z"];
         assert_eq!(read(TimeUnit::S, Some(TimeFormat::Iso8601), &cells), [0.0, 0.1]);
+        let mut dated = Clock::new(TimeUnit::S, None, b'.');
+        let of = |date: &str, time: &str, clock: &mut Clock| clock.read_dated(date.as_bytes(), time.as_bytes());
+        assert_eq!(of("2024-02-28", "23:59:59.5", &mut dated), Ok(0.0));
+        assert_eq!(of("29.02.2024", "00:00:00", &mut dated), Ok(0.5));
+        assert_eq!(of("20240229", "00:00:01", &mut dated), Ok(1.5));
+        assert_eq!(of("02/29/2024", "00:00:02", &mut dated), Err(NoTime::NoDateAndTime));
+        let night = ["23:59:59.900", "00:00:00.100", "12:00:00", "23:00:00", "00:00:00"];
+        let t = read(TimeUnit::S, Some(TimeFormat::TimeOfDay), &night);
+        assert_eq!(t, [0.0, 0.2, 43_200.1, 82_800.1, 86_400.1]);
         let mut clock = Clock::new(TimeUnit::S, None, b'.');
         assert_eq!(clock.read(cells[0].as_bytes()), Err(NoTime::Date));
         assert_eq!(clock.read(b"00:00:00.00"), Err(NoTime::Parse));

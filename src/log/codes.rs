@@ -22,6 +22,7 @@ codes! {
     TIME_ORDER = "L017" "time-not-increasing" Error "A time stamp is not later than the one before it: a repeated row, a clock set back, or a clock too coarse.";
     ONE_ROW = "L018" "too-few-rows" Error "One row is no motion.";
     EARTH_VELOCITY = "L019" "earth-velocity" Error "Velocities along earth axes become those of the body by the attitude: u, v, w at the same instants, and phi, theta, psi over the same time.";
+    DERIVED = "L020" "derived" Error "Latitude and longitude, a quaternion, or speed and course over ground do not tell the position, the angles or the velocity.";
 
     TOO_FEW_ROWS = "L101" "too-few-rows" Warning "So few rows carry no more than a handful of parameters: a fit needs at least two rows more than parameters.";
     ROWS_DROPPED = "L102" "rows-dropped" Warning "Rows were left out because an option says so.";
@@ -50,6 +51,7 @@ codes! {
     LEFT_OUT = "L215" "stream-left-out" Note "A topic of a log in another format cannot be decoded and is left out: its type is not known, or the log does not hold its definition. The others are read.";
     OTHER_FORMAT = "L216" "other-format" Error "The file is a log in another format, by its first bytes, not CSV. Turn it into CSV with the command of the Python package, `hydrosysid convert`.";
     TURNED = "L214" "earth-to-body" Note "Velocities logged along earth axes were turned to body axes by the logged attitude.";
+    TOLD = "L217" "told-in-other-words" Note "A channel is told by others, as `[log.columns]` says: x, y by latitude and longitude, phi, theta, psi by a quaternion, u, v by speed and course over ground.";
 }
 
 #[cfg(test)]

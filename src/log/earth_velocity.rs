@@ -80,7 +80,7 @@ pub fn to_body(signals: &mut BTreeMap<String, Signal>, frame: EarthFrame) -> Res
 }
 
 /// An angle between its samples, the short way round.
-fn angle_at(angle: &Signal, t: f64) -> f64 {
+pub(super) fn angle_at(angle: &Signal, t: f64) -> f64 {
     let (time, x) = (angle.time(), angle.values());
     match time.partition_point(|s| *s <= t) {
         0 => x[0],

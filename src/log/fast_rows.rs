@@ -59,8 +59,8 @@ impl Way {
         for (index, field) in values.chain(time) {
             once &= matches!(std::mem::replace(&mut fields[index], field), Field::Nothing);
         }
-        // a table without time counts its rows; blanks between fields and fields that two channels read are rare
-        if !once || plan.time.is_none() || options.delimiter == ' ' {
+        // a table without time counts its rows; dates in two fields, blanks between fields and fields that two channels read are rare
+        if !once || plan.time.is_none() || plan.date.is_some() || options.delimiter == ' ' {
             fields.clear();
         }
         Way {

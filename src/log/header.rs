@@ -77,6 +77,8 @@ pub struct Plan {
     pub width: usize,
     /// Field of `t` and its text in the header; `None` in a table without time.
     pub time: Option<(usize, String)>,
+    /// Field of the date, where `columns.date` says that it has one of its own.
+    pub date: Option<usize>,
     /// Unit of `t`.
     pub time_unit: TimeUnit,
     /// All channels but `t`, by field.
@@ -265,9 +267,19 @@ impl Reader<'_> {
     }
 
     fn plan(&mut self, named: &[(String, usize)], ignored: Vec<String>) -> Plan {
-        let mut plan =
-            Plan { width: self.headers.len(), time: None, time_unit: TimeUnit::S, columns: Vec::new(), ignored };
+        let mut plan = Plan {
+            width: self.headers.len(),
+            time: None,
+            date: None,
+            time_unit: TimeUnit::S,
+            columns: Vec::new(),
+            ignored,
+        };
         for (name, index) in named {
+            if name == "date" && self.options.columns.contains_key("date") {
+                plan.date = Some(*index);
+                continue;
+            }
             let unit = self.unit(name, *index);
             if name == "t" {
                 plan.time = Some((*index, self.headers[*index].clone()));

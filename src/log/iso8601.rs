@@ -16,6 +16,28 @@ pub fn nanoseconds(text: &[u8]) -> Option<i128> {
     Some(seconds * 1_000_000_000 + i128::from(of_day(clock)?))
 }
 
+/// Nanoseconds since 1970 of a date (`2024-07-01`, `2024/07/01`, `20240701`, `01.07.2024`) and a time of day in two texts.
+pub fn of_date_and_time(date: &[u8], time: &[u8]) -> Option<i128> {
+    let days = match *date {
+        [y1, y2, y3, y4, b'-' | b'/', m1, m2, b'-' | b'/', d1, d2] | [y1, y2, y3, y4, m1, m2, d1, d2] => {
+            days(digits(&[y1, y2, y3, y4])?, digits(&[m1, m2])?, digits(&[d1, d2])?)?
+        }
+        [d1, d2, b'.', m1, m2, b'.', y1, y2, y3, y4] => {
+            days(digits(&[y1, y2, y3, y4])?, digits(&[m1, m2])?, digits(&[d1, d2])?)?
+        }
+        _ => return None,
+    };
+    Some(i128::from(days) * NANOSECONDS_A_DAY + i128::from(of_day(time)?))
+}
+
+/// Nanoseconds since midnight of `hh:mm`, `hh:mm:ss` or `hh:mm:ss.fff`.
+pub fn time_of_day(text: &[u8]) -> Option<i128> {
+    of_day(text).map(i128::from)
+}
+
+/// What a day has.
+pub const NANOSECONDS_A_DAY: i128 = 86_400_000_000_000;
+
 /// Whether the text begins like a date, `dddd-dd-dd`.
 pub fn looks_like_one(text: &[u8]) -> bool {
     text.len() >= 10

@@ -3,7 +3,7 @@
 //! One header line, one row a time stamp, a column `name` or `name [unit]`. What is not plain CSV in SI units is
 //! refused, and the message names file, line, column, value and the option that would allow it; nothing is guessed.
 //! The way of a file: [`encoding`] looks at its first bytes, [`records`] cuts it into lines and fields, [`header`]
-//! names the columns, [`rows`] turns cells into numbers (those of rows in which nothing is odd many at a time), [`read()`] keeps them as signals and [`check`] looks at what
+//! names the columns, [`rows`] turns cells into numbers (those of rows in which nothing is odd many at a time), [`read()`] keeps them as signals, [`derived`] tells channels of others, and [`check`] looks at what
 //! they say. [`write()`] is the way back.
 
 mod cells;
@@ -11,6 +11,7 @@ pub mod check;
 pub mod clock;
 pub mod codes;
 pub mod columns;
+pub mod derived;
 pub mod earth_velocity;
 pub mod encoding;
 mod error;

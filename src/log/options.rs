@@ -208,6 +208,9 @@ pub enum TimeFormat {
     /// `2024-07-01T10:40:00.100Z`.
     #[serde(rename = "iso8601")]
     Iso8601,
+    /// `10:40:00.100`, which goes on over midnight.
+    #[serde(rename = "time_of_day")]
+    TimeOfDay,
 }
 
 choice! {
@@ -392,8 +395,13 @@ pub enum OptionsError {
         "columns.u: velocities along earth axes are not turned in a log that is too large to keep: `hydrosysid convert` it first"
     )]
     StreamedVelocity,
+    /// Channels told by others in a log that is read piece by piece.
+    #[error(
+        "columns: positions by latitude and longitude, angles by a quaternion and velocities by speed and course are not told in a log that is too large to keep"
+    )]
+    StreamedDerived,
     /// `time_unit` with dates.
-    #[error("time_unit and time_format = \"iso8601\" exclude each other: a date has no unit")]
+    #[error("time_unit and time_format exclude each other: dates and times of day have no unit")]
     UnitOfDate,
     /// A limit of zero.
     #[error("{0} must be at least 1")]

@@ -9,6 +9,7 @@ use super::LogError;
 use super::cells::add_time_order;
 use super::check;
 use super::codes;
+use super::derived;
 use super::earth_velocity;
 use super::faults::Faults;
 use super::header::Plan;
@@ -51,7 +52,8 @@ pub struct LogFile {
 /// # Errors
 /// See [`LogError`].
 pub fn read(path: impl AsRef<Path>, options: &LogOptions, required: &[&str]) -> Result<LogFile, LogError> {
-    collect(Rows::open(path.as_ref(), options, required)?, &path.as_ref().display().to_string(), options, required)
+    let rows = Rows::open(path.as_ref(), options, &derived::required(options, required))?;
+    collect(rows, &path.as_ref().display().to_string(), options, required)
 }
 
 /// Reads a log from any source; `file` is its name in messages.
@@ -59,7 +61,7 @@ pub fn read(path: impl AsRef<Path>, options: &LogOptions, required: &[&str]) -> 
 /// # Errors
 /// See [`LogError`].
 pub fn read_from(source: impl Read, file: &str, options: &LogOptions, required: &[&str]) -> Result<LogFile, LogError> {
-    collect(Rows::new(source, file, options, required)?, file, options, required)
+    collect(Rows::new(source, file, options, &derived::required(options, required))?, file, options, required)
 }
 
 /// Lines of rows: constant but where something was skipped, so that only the changes of (line − row) are kept.
@@ -137,6 +139,10 @@ fn collect<R: Read>(
         ..LogFile::default()
     };
     keep_signals(&mut log, &plan, &passage, table.values);
+    let told = derived::tell(&mut log.signals, &mut log.units, options).unwrap_or_else(|(column, error)| {
+        faults.add(&codes::DERIVED, None, Some(column), || error.to_string());
+        Vec::new()
+    });
     let turned = options.earth_velocity().map(|frame| earth_velocity::to_body(&mut log.signals, frame));
     if let Some(Err(error)) = &turned {
         faults.add(&codes::EARTH_VELOCITY, None, None, || error.to_string());
@@ -148,6 +154,9 @@ fn collect<R: Read>(
         return Err(LogError::refused(file, faults));
     }
     passage_findings(&mut log, &passage, options);
+    for how in told {
+        log.note(&codes::TOLD, None, &how);
+    }
     if let Some(Ok(how)) = turned {
         log.note(&codes::TURNED, None, &how);
     }

@@ -243,7 +243,7 @@ impl<R: Read> Rows<R> {
             #[allow(clippy::cast_precision_loss)]
             let t = match &self.plan.time {
                 None => Some((self.passage.rows + self.passage.missing) as f64),
-                Some((index, header)) => cells.time(&mut self.clock, *index, header),
+                Some((index, header)) => cells.time(&mut self.clock, *index, self.plan.date, header),
             };
             let Some(t) = t else { continue };
             let (mut sound, mut dropped, mut dead) = (true, false, Vec::new());

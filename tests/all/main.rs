@@ -89,6 +89,7 @@ mod terminal;
 mod threads;
 mod tied_inertias;
 mod ties;
+mod told_in_other_words;
 mod unexcited;
 mod upright;
 mod view;

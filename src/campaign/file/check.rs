@@ -390,6 +390,7 @@ impl Check<'_> {
             OptionsError::SameHeader { second, .. } => format!("columns.{second}"),
             OptionsError::VelocityFrames(column) => format!("columns.{column}"),
             OptionsError::StreamedVelocity => "columns.u".to_string(),
+            OptionsError::StreamedDerived => "columns".to_string(),
             OptionsError::UnitOfDate => "time_unit".to_string(),
             OptionsError::Limit(key) => key.to_string(),
         };

@@ -81,6 +81,31 @@ impl Layout {
             && self.headers.iter().all(|h| number::parse(h.trim().as_bytes(), self.decimal as u8).is_some())
     }
 
+    /// The greatest number by its size in the first rows under a header; 0 where there is none.
+    pub fn greatest(&self, header: &str) -> f64 {
+        let at = self.headers.iter().position(|h| h == header);
+        let cells = self.rows.iter().filter_map(|row| row.get(at?));
+        let numbers = cells.filter_map(|cell| number::parse(cell.trim().as_bytes(), self.decimal as u8));
+        numbers.map(f64::abs).fold(0.0, f64::max)
+    }
+
+    /// Whether the cells of a column are days, as `2024-07-01`.
+    pub fn is_day(&self, column: usize) -> bool {
+        self.first_cell(column).is_some_and(|c| {
+            let is_marked = c.iter().any(|b| matches!(b, b'-' | b'/' | b'.'));
+            is_marked && iso8601::of_date_and_time(c, b"00:00").is_some()
+        })
+    }
+
+    /// Whether the cells of a column are times of day, as `10:40:00.1`.
+    pub fn is_time_of_day(&self, column: usize) -> bool {
+        self.first_cell(column).is_some_and(|c| iso8601::time_of_day(c).is_some())
+    }
+
+    fn first_cell(&self, column: usize) -> Option<&[u8]> {
+        Some(self.rows.first()?.get(column)?.trim().as_bytes())
+    }
+
     /// Whether the cells of a column are dates.
     pub fn is_date(&self, column: usize) -> bool {
         self.rows.first().and_then(|row| row.get(column)).is_some_and(|c| iso8601::nanoseconds(c.as_bytes()).is_some())

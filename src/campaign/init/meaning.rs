@@ -116,6 +116,12 @@ const PHRASES: &[Phrases] = &[
         "supply, supply v, supply voltage, voltage, battery, battery voltage, battery v, bat volt, \
          batt volt, batt v, batt voltage, vbat, volt, bus voltage",
     ),
+    ("latitude", 1, "latitude, lat, breite"),
+    ("longitude", 1, "longitude, lon, lng, laenge"),
+    ("qw", 1, "qw, q w, quat w, quaternion w, orientation w, q 0, quat 0, quaternion 0"),
+    ("qx", 1, "qx, q x, quat x, quaternion x, orientation x, q 1, quat 1, quaternion 1"),
+    ("qy", 1, "qy, q y, quat y, quaternion y, orientation y, q 2, quat 2, quaternion 2"),
+    ("qz", 1, "qz, q z, quat z, quaternion z, orientation z, q 3, quat 3, quaternion 3"),
     ("rudder", 1, "rudder, rudder angle, rudder deg"),
     ("stern_plane", 1, "stern plane, sternplane, stern plane angle, elevator, elevator angle, pitch fin"),
     ("propeller_n", 1, "propeller n, prop n, propeller revolution, propeller revolutions, shaft speed"),
@@ -136,8 +142,10 @@ const FILLERS: &str = "field data vehicle robot auv rov usv asv boat body imu ah
 
 /// Words of what is wanted, of quality or of something else.
 const OTHERS: &str = "setpoint sp desired des demand target ref reference goal cmd command cov covariance var variance std \
-    error err status flag valid temp temperature accel acceleration acc mag bias latitude longitude lat lon \
-    lng seq id count nsecs nsec nanosec";
+    error err status flag valid temp temperature accel acceleration acc mag bias seq id count nsecs nsec nanosec";
+
+/// Score from which a name says just this.
+pub const PLAIN: usize = 90;
 
 /// What the words of a header may mean, best first.
 pub fn of(words: &Words) -> Vec<Meaning> {
@@ -214,6 +222,12 @@ mod tests {
             ("Lat speed (kn)", "v"),
             ("vel_left", "v"),
             ("gz", "r"),
+            ("lat", "latitude"),
+            ("GPS.Lng", "longitude"),
+            ("lon_deg", "longitude"),
+            ("pose.pose.orientation.w", "qw"),
+            ("q0", "qw"),
+            ("quat_z", "qz"),
             ("pos_n", "x"),
             ("Drehrate [°/s]", "r"),
         ] {
@@ -221,7 +235,7 @@ mod tests {
         }
         assert_eq!(of(&words::of("altitude"))[0].sign, -1);
         assert_eq!(of(&words::of("vel_left"))[0].sign, -1);
-        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq", "latitude", "lat"] {
+        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq"] {
             assert!(of(&words::of(other)).is_empty(), "{other}");
         }
     }

@@ -6,9 +6,10 @@ use std::path::Path;
 use super::commands::{self, Kind};
 use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
+use super::told::Told;
 use super::words::{self, Words};
 use super::{altitude, drives, units, values};
-use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, TimeFormat, TimeUnit, Truncated};
+use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, Truncated};
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
 
 /// Attempts to read before the file is written without this log.
@@ -133,7 +134,16 @@ impl Understood {
         }
         // the column that fits best is taken, the others stand beside it
         meant.sort_by_key(|(m, ..)| std::cmp::Reverse(m.score));
+        let mut told = Told::default();
         for (meaning, header, words) in meant {
+            told.note_ground(&header, &words);
+            if !own.iter().any(|o| o == meaning.channel) && told.take(meaning.channel, &header, &words) {
+                continue;
+            }
+            // what may be the course is no heading beside an attitude
+            if meaning.score < meaning::PLAIN && told.tells(meaning.channel) {
+                continue;
+            }
             if own.iter().any(|o| o == meaning.channel) {
                 let channel = meaning.channel;
                 if self.options.columns.contains_key(channel) && !given.columns.contains_key(channel) {
@@ -145,9 +155,10 @@ impl Understood {
                 continue;
             }
             own.push(meaning.channel.to_string());
-            let why = if meaning.score >= 90 { "its name" } else { "its name, with doubt" };
+            let why = if meaning.score >= meaning::PLAIN { "its name" } else { "its name, with doubt" };
             self.map(meaning.channel, &header, &words, meaning.sign, why);
         }
+        self.place_told(&told, layout, &mut own, &mut left);
         self.planar_theta(&own);
         self.time(layout, &mut own, &mut left);
         if !own.iter().any(|c| log::check::is_velocity(c) || log::check::is_measured(c)) {
@@ -186,58 +197,6 @@ impl Understood {
         self.reasons.remove("columns.theta");
         self.guess("columns.psi", format!("{:?} stands beside x and y and no other angle: the heading", source.name));
         self.options.columns.insert("psi".into(), source);
-    }
-
-    /// Finds the time, by its name or as the first column that grows in each row.
-    fn time(&mut self, layout: &Layout, own: &mut Vec<String>, left: &mut Vec<String>) {
-        if !own.iter().any(|o| o == "t") {
-            let cell = |row: &Vec<String>, k: usize| row[k].replace(self.options.decimal, ".").parse::<f64>().ok();
-            let grows = |k: usize| {
-                let x: Option<Vec<f64>> = layout.rows.iter().map(|row| cell(row, k)).collect();
-                x.is_some_and(|x| x.len() > 2 && x.windows(2).all(|w| w[1] > w[0]))
-            };
-            let found = (0..layout.headers.len()).find(|k| layout.is_date(*k) || grows(*k));
-            if let Some(k) = found {
-                let header = layout.headers[k].clone();
-                left.retain(|h| *h != header);
-                self.options.columns.retain(|_, source| source.name != header);
-                self.options.columns.insert("t".into(), ColumnSource::from(header.as_str()));
-                self.guess("columns.t", format!("{header:?} grows in each row, and no column is called time"));
-                own.push("t".into());
-            }
-        }
-        let header = self.options.columns.get("t").map_or("t", |s| s.name.as_str());
-        let at = layout.headers.iter().position(|h| h == header || columns::split_header(h).0 == header);
-        let Some(at) = at else { return };
-        if layout.is_date(at) && self.options.time_format.is_none() {
-            self.options.time_format = Some(TimeFormat::Iso8601);
-            self.options.time_unit = None;
-            self.guess("time_format", "the stamps are dates");
-        } else if self.options.time_unit.is_none() && self.options.time_format.is_none() {
-            self.time_unit(layout, at);
-        }
-    }
-
-    fn time_unit(&mut self, layout: &Layout, at: usize) {
-        if words::of(&layout.headers[at]).unit.as_deref().is_some_and(|u| TimeUnit::from_name(u).is_some()) {
-            return;
-        }
-        let stamps: Vec<f64> =
-            layout.rows.iter().filter_map(|row| row[at].replace(self.options.decimal, ".").parse().ok()).collect();
-        let Some(step) = log::check::time::usual_step(&stamps).filter(|s| *s > 0.0) else { return };
-        let first = stamps.first().copied().unwrap_or(0.0);
-        // a wall clock tells its unit by its size, another by its step: no vehicle logs every 5 s or more
-        let (unit, why) = match (first, step) {
-            (x, _) if x > 1e17 => (TimeUnit::Ns, "stamps of that size are nanoseconds since 1970".to_string()),
-            (x, _) if x > 1e14 => (TimeUnit::Us, "stamps of that size are microseconds since 1970".to_string()),
-            (x, _) if x > 1e11 => (TimeUnit::Ms, "stamps of that size are milliseconds since 1970".to_string()),
-            (_, s) if s >= 5e5 => (TimeUnit::Ns, format!("the usual step is {s}")),
-            (_, s) if s > 2e3 => (TimeUnit::Us, format!("the usual step is {s}")),
-            (_, s) if s >= 5.0 => (TimeUnit::Ms, format!("the usual step is {s}")),
-            _ => return,
-        };
-        self.options.time_unit = Some(unit);
-        self.guess("time_unit", why);
     }
 
     /// A log without motion that has a command and a force is one of a thruster on a bench.

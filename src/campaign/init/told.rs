@@ -1,0 +1,128 @@
+//! Columns that tell a channel together: latitude and longitude, a quaternion, speed and course over ground.
+//!
+//! They are taken where no column of its own tells the position, the heading or the velocity; `[log.columns]` then names all of
+//! them, and the reader makes the channels ([`crate::log::derived`]).
+
+use std::collections::BTreeMap;
+
+use super::layout::Layout;
+use super::reading::Understood;
+use super::units;
+use super::words::Words;
+use crate::log::columns;
+
+/// Headers by the column that they are, the one that fits best.
+#[derive(Debug, Default)]
+pub struct Told {
+    of: BTreeMap<&'static str, (String, Words)>,
+}
+
+/// The groups of the reader: what they consist of, and the channels that nothing else may tell.
+const GROUPS: [(&[&str], &[&str]); 2] =
+    [(&["latitude", "longitude"], &["x", "y"]), (&["qw", "qx", "qy", "qz"], &["phi", "theta", "psi"])];
+
+/// Degrees beyond which a number is no angle, but a count of 1e-7 degrees as autopilots write them.
+const NO_DEGREES: f64 = 360.0;
+
+const SPEED: [&str; 4] = ["sog", "speed over ground", "ground speed", "gps speed"];
+const COURSE: [&str; 2] = ["cog", "course over ground"];
+
+impl Told {
+    /// Takes a header whose name means a column of a group; whether it does.
+    pub fn take(&mut self, channel: &'static str, header: &str, words: &Words) -> bool {
+        let is_part = GROUPS.iter().any(|(sources, _)| sources.contains(&channel));
+        if is_part {
+            self.of.entry(channel).or_insert_with(|| (header.to_string(), words.clone()));
+        }
+        is_part
+    }
+
+    /// Notes a header that is speed or course over ground: it may be another channel as well.
+    pub fn note_ground(&mut self, header: &str, words: &Words) {
+        let name = words.words.join(" ");
+        for (channel, phrases) in [("sog", &SPEED[..]), ("cog", &COURSE[..])] {
+            if phrases.iter().any(|p| name == *p || name.ends_with(&format!(" {p}"))) {
+                self.of.entry(channel).or_insert_with(|| (header.to_string(), words.clone()));
+            }
+        }
+    }
+
+    /// Whether a whole group tells this channel.
+    pub fn tells(&self, channel: &str) -> bool {
+        let whole = |sources: &[&str]| sources.iter().all(|source| self.of.contains_key(source));
+        GROUPS.iter().any(|(sources, gives)| gives.contains(&channel) && whole(sources))
+    }
+
+    fn header(&self, channel: &str) -> Option<&str> {
+        self.of.get(channel).map(|(header, _)| header.as_str())
+    }
+}
+
+impl Understood {
+    /// Places the groups that tell what no column tells; `own` are the channels that have one. What is not taken comes to `left`.
+    pub(super) fn place_told(&mut self, told: &Told, layout: &Layout, own: &mut Vec<String>, left: &mut Vec<String>) {
+        for (sources, gives) in GROUPS {
+            let headers: Vec<&str> = sources.iter().filter_map(|s| told.header(s)).collect();
+            let told_else = gives.iter().any(|name| own.iter().any(|o| o == name));
+            if headers.len() < sources.len() || told_else {
+                left.extend(headers.into_iter().map(str::to_string));
+                continue;
+            }
+            for name in sources {
+                let Some((header, words)) = told.of.get(name) else { continue };
+                let (mut source, _) = units::source(name, header, words.unit.as_deref(), 1);
+                let mut why = format!("{header:?} is {name} by its name; together they tell {}", gives.join(", "));
+                if *name == "latitude" || *name == "longitude" {
+                    if layout.greatest(header) > NO_DEGREES {
+                        source.scale = 1e-7;
+                        why += "; numbers of that size are 1e-7 degrees";
+                    }
+                } else if told.of["qw"].1.words.last().is_some_and(|w| w == "0") {
+                    why += "; the first of the four is taken for w";
+                }
+                self.options.columns.insert((*name).to_string(), source);
+                self.guess(format!("columns.{name}"), why);
+            }
+            own.extend(gives.iter().map(|name| (*name).to_string()));
+        }
+        self.place_ground(told, own);
+    }
+
+    /// Speed and course over ground become surge and sway by a heading that is not the course.
+    fn place_ground(&mut self, told: &Told, own: &mut Vec<String>) {
+        let (Some((speed, speed_words)), Some((course, course_words))) = (told.of.get("sog"), told.of.get("cog"))
+        else {
+            return;
+        };
+        let is_of = |channel: &str, header: &str| {
+            let written = self.options.columns.get(channel).map_or(channel, |source| source.name.as_str());
+            written == header || written == columns::split_header(header).0
+        };
+        let has = |channel: &str| own.iter().any(|o| o == channel);
+        let surge = has("u") && !is_of("u", speed);
+        if surge || has("v") || !has("psi") || is_of("psi", course) {
+            return;
+        }
+        let (source, how) = units::source("u", speed, speed_words.unit.as_deref(), 1);
+        let how = match speed_words.unit {
+            Some(_) => how,
+            None => "; m/s is taken, its name says no unit (unit = \"kn\" where they are knots)".to_string(),
+        };
+        self.options.columns.remove("u");
+        self.reasons.remove("columns.u");
+        for channel in ["u", "psi"] {
+            if let Some(choices) = self.choices.get_mut(channel) {
+                choices.retain(|other| other.name != *speed && other.name != *course);
+            }
+        }
+        self.options.columns.insert("sog".into(), source);
+        self.guess(
+            "columns.sog",
+            format!("{speed:?} is the speed over ground by its name; with the course it tells u, v{how}"),
+        );
+        let (source, _) = units::source("cog", course, course_words.unit.as_deref(), 1);
+        self.options.columns.insert("cog".into(), source);
+        self.guess("columns.cog", format!("{course:?} is the course over ground by its name, clockwise from north"));
+        own.extend(["u", "v"].map(String::from));
+    }
+}
