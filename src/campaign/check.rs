@@ -168,7 +168,12 @@ fn logged(run: &Run, campaign: &Campaign) -> Run {
 fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let (thrusters, model) = (campaign.file.thrusters.clone(), campaign.model.dofs.clone());
     let options = CheckOptions { thrusters, model, ..CheckOptions::default() };
-    check::run(&logged(run, campaign), &options)
+    let logged = logged(run, campaign);
+    let report = check::run(&logged, &options);
+    let told = report.findings.iter().any(|f| f.code == check::codes::COMMAND_SIGN.code);
+    let placed = campaign.model.dofs.iter().copied().filter(|dof| !logged.signals.contains_key(dof.force()));
+    let placed: Vec<Dof> = placed.collect();
+    report.with(if told { Vec::new() } else { check::placement(run, &placed) })
 }
 
 /// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.

@@ -17,14 +17,16 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use super::load::Campaign;
 use crate::chain::{acts_in, memory_count};
+use crate::check::commands::{self, MISPLACED};
 use crate::check::{self, CheckOptions, CheckReport, FaultKind};
 use crate::discover::LogFinding;
 use crate::effects::{Effect, Family, Place, catalogue};
 use crate::frame::Dof;
 use crate::model::{Model, places_of};
 use crate::procedure::thruster_force;
-use crate::run::{Run, Signal, is_command};
+use crate::run::{Role, Run, Signal, is_command};
 use crate::symbolic::Graph;
 
 /// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
@@ -75,6 +77,20 @@ pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
     let known: Vec<&str> = known.collect();
     found.extend(delays(&reports).into_iter().filter(|fault| !fault.is_late_in(&known)));
     found
+}
+
+/// Degrees of freedom that thrusters push the wrong way, as they are placed, in most of the runs of the fit that show it, in words.
+pub(super) fn misplaced(campaign: &Campaign) -> Option<String> {
+    let runs = campaign.motion(Some(Role::Train));
+    let made = |run: &&Run| run.signals.keys().any(|name| check::rates::number_of(name).is_some());
+    let wrong = |dof: &Dof| {
+        let answers = runs.iter().filter(made).filter_map(|run| commands::answer_to_thrusters(run, *dof));
+        let (wrong, right): (Vec<_>, Vec<_>) = answers.partition(|answer| answer.gain < 0.0);
+        wrong.len() > right.len()
+    };
+    let dofs: Vec<String> = campaign.model.dofs.iter().filter(|dof| wrong(dof)).map(ToString::to_string).collect();
+    let said = || format!("the thrusters, as they are placed, push {} the wrong way: {MISPLACED}", dofs.join(", "));
+    (!campaign.file.thrusters.is_empty() && !dofs.is_empty()).then(said)
 }
 
 /// Wrong units and signs: channel and factor.

@@ -12,12 +12,17 @@ use super::lag;
 use super::report::{Answer, FaultKind, Found};
 use crate::frame::Dof;
 use crate::log::number::short;
+use crate::run::Run;
 use crate::thrust::thruster::Thruster;
 
 /// How many standard deviations a gain must be from zero to speak of its sign or its delay.
 const CERTAIN: f64 = 8.0;
 /// Least part of the changes of velocity that the commands must explain.
 const OWED: f64 = 0.3;
+
+/// What to do about thrusters that push the wrong way.
+pub const MISPLACED: &str =
+    "position, axis or sign of one of them is opposite, or body_frame is; mend the [[thruster]] tables";
 
 /// Answers of one degree of freedom to its commands; none where the motion does not depend on them clearly.
 pub fn measure(balance: &Balance) -> Vec<Answer> {
@@ -68,6 +73,27 @@ pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
         ));
     }
     found
+}
+
+/// How `dof` answers what the thrusters of a vehicle push together, where they are: τ of `run` is theirs. Two that always push at
+/// once show no sign of their own.
+pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
+    measure(&Balance::new(run, dof)?).into_iter().find(|answer| answer.channel == dof.force())
+}
+
+/// Thrusters that push a degree of freedom the wrong way, as they are placed.
+pub fn judge_placement(run: &Run, dofs: &[Dof]) -> Vec<Found> {
+    let wrong = |dof: &Dof| {
+        let answer = answer_to_thrusters(run, *dof).filter(|answer| answer.gain < 0.0)?;
+        let text = format!(
+            "the thrusters, as they are placed, push {dof} the wrong way ({} ± {} per unit of force): {}",
+            short(answer.gain, 3),
+            short(answer.std, 2),
+            MISPLACED
+        );
+        Some(Found::new(&codes::COMMAND_SIGN, &[dof.force(), dof.velocity()], text))
+    };
+    dofs.iter().filter_map(wrong).collect()
 }
 
 /// The sign that the gain should have; `None` when it is not known.

@@ -117,6 +117,12 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     report
 }
 
+/// What the thrusters of a vehicle push together against the motion: `run` holds the forces that they give by their places.
+pub fn placement(run: &Run, dofs: &[Dof]) -> Vec<Finding> {
+    let sound = without_bad_samples(run);
+    commands::judge_placement(&sound, dofs).into_iter().map(|f| in_words(f, &run.name)).collect()
+}
+
 /// The run without codes for no value, outliers and values beyond all measure, which the log's own checks name.
 fn without_bad_samples(run: &Run) -> Run {
     let mut sound = run.clone();
@@ -206,6 +212,14 @@ impl CheckReport {
             light.light = Some(Light::Green);
         }
         self.findings = of_reading.into_iter().chain(self.findings).collect();
+        self.light_up();
+        self
+    }
+
+    /// The report with more of the same kind.
+    #[must_use]
+    pub fn with(mut self, found: impl IntoIterator<Item = Finding>) -> CheckReport {
+        self.findings.extend(found);
         self.light_up();
         self
     }

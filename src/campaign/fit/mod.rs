@@ -25,7 +25,7 @@ use super::thrusters::FittedCurve;
 use super::unexcited;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
@@ -79,12 +79,13 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         unexcited::refuse(campaign, &runs)?;
     }
     tell(format!("fitting by {}", estimator.name().replace('_', " ")), 0, 0);
-    let mut raw = match estimator {
-        Estimator::FilterError => filter_error::by_filter_error(campaign, &runs)?,
-        Estimator::OutputError => output_error::by_output_error(campaign, &runs)?,
-        Estimator::Staged => rows::by_stages(campaign)?,
-        Estimator::Integral => rows::by_integral(campaign, &runs)?,
+    let fitted = match estimator {
+        Estimator::FilterError => filter_error::by_filter_error(campaign, &runs),
+        Estimator::OutputError => output_error::by_output_error(campaign, &runs),
+        Estimator::Staged => rows::by_stages(campaign),
+        Estimator::Integral => rows::by_integral(campaign, &runs),
     };
+    let mut raw = fitted.map_err(|error| because_misplaced(campaign, error))?;
     let left_out: Vec<&str> = campaign
         .runs
         .iter()
@@ -109,13 +110,26 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
 /// Says of what the sensors of the log contradict each other.
 fn contradicted(campaign: &Campaign, raw: &mut Raw) {
     let faults = log_faults::faults(&campaign.motion(None), &campaign.model);
-    let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
+    let told: Vec<String> = faults.iter().map(ToString::to_string).chain(log_faults::misplaced(campaign)).collect();
     if told.is_empty() {
         return;
     }
     let text = format!("the log contradicts itself: {}", told.join("; "));
     raw.sentence = Some(format!("Do not use these numbers: {text}."));
     raw.warnings.push(Finding::new(&codes::CONTRADICTED, text));
+}
+
+/// A fit that finds no vehicle, where thrusters push the wrong way: that is why.
+fn because_misplaced(campaign: &Campaign, error: Error) -> Error {
+    match log_faults::misplaced(campaign) {
+        Some(text) if !error.is_wrong_use() => {
+            let text = format!("the log contradicts the vehicle: {text} ({error})");
+            Error::Refused {
+                findings: vec![Finding { severity: Severity::Error, ..Finding::new(&codes::CONTRADICTED, text) }],
+            }
+        }
+        _ => error,
+    }
 }
 
 /// The result in its one form, with what there is to say about it.
