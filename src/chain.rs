@@ -88,6 +88,8 @@ pub struct Equations<'g> {
     pub momentum: Six<'g>,
     /// w + τ: everything that changes the momentum, N and N·m.
     pub force: Six<'g>,
+    /// Terms that move the water, by their index.
+    pub waters: Vec<usize>,
     /// Contribution of each term to the wrench, by the index of the term; actuators are in the last entry.
     pub components: Vec<(Option<usize>, Six<'g>)>,
     /// Input channels, by the index of their leaf.
@@ -209,7 +211,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         channels,
     };
 
-    through_the_water(&mut at, model, &theta);
+    let waters = through_the_water(&mut at, model, &theta, available.from_log);
     for (k, term) in model.terms.iter().enumerate() {
         let mut momentum = at.momentum;
         term.effect.momentum(&at, term.place, &theta(k), &mut momentum);
@@ -263,7 +265,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     states.extend(memory);
 
     let logged = sense::sense(&at, model, (&theta, &parameters), &remembered, &pose, quaternion.zip(measured));
-    Equations { states, logged, momentum: at.momentum, force, components, inputs: inputs.names }
+    Equations { states, logged, waters, momentum: at.momentum, force, components, inputs: inputs.names }
 }
 
 /// The nominal forces that the log has, also of degrees of freedom that are not modelled, late by the parameter `delay` where there is one.
@@ -281,17 +283,29 @@ fn commands<'g>(graph: &'g Graph, inputs: &mut Inputs<'g, '_>, delay: Option<usi
     })
 }
 
-/// ν_r = ν − Rᵀ V for the sum of all waters' velocities, in the directions in which ν is simulated or logged.
-fn through_the_water<'g>(at: &mut Instant<'g>, model: &Model, theta: &dyn Fn(usize) -> Vec<Expr<'g>>) {
+/// ν_r = ν − Rᵀ V for the sum of all waters' velocities, in the directions in which ν is simulated or logged; ν = ν_r + Rᵀ V
+/// where what is logged is the velocity through the water. The terms that move the water.
+fn through_the_water<'g>(
+    at: &mut Instant<'g>,
+    model: &Model,
+    theta: &dyn Fn(usize) -> Vec<Expr<'g>>,
+    from_log: bool,
+) -> Vec<usize> {
+    let mut moving = Vec::new();
     for (k, term) in model.terms.iter().enumerate() {
         if let Some(water) = term.effect.water(at, term.place, &theta(k)) {
+            moving.push(k);
             for (i, v) in at.to_body(water).into_iter().enumerate() {
-                if !at.nu[i].is_zero() {
-                    at.nu_r[i] -= v;
+                let simulated = model.dofs.contains(&Dof::ALL[i]) && !from_log;
+                match at.nu[i].is_zero() {
+                    true => {}
+                    false if model.through_water && !simulated => at.nu[i] += v,
+                    false => at.nu_r[i] -= v,
                 }
             }
         }
     }
+    moving
 }
 
 /// The force that reaches the water.

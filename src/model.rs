@@ -111,6 +111,8 @@ pub struct Model {
     pub parameters: Vec<Parameter>,
     /// Logged functions of the states, which the model predicts beside velocities and angles.
     pub observers: Vec<Observer>,
+    /// Whether the u, v, w that are logged are velocities through the water, ν_r, and not over ground.
+    pub through_water: bool,
 }
 
 /// Why a model cannot be built.
@@ -158,6 +160,7 @@ impl Model {
             terms: Vec::new(),
             parameters: Vec::new(),
             observers: Vec::new(),
+            through_water: false,
         }
     }
 

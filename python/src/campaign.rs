@@ -314,7 +314,7 @@ impl NativeCampaign {
 
     fn model(&self, py: Python<'_>, text: &str) -> PyResult<(ModelFile, hydrosysid::model::Model)> {
         let file: ModelFile = ModelFile::from_text(text, Path::new("a model")).map_err(|e| error::usage(py, &e))?;
-        let model = file.model(&self.0.runs, Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
+        let model = file.model_for(&self.0, Path::new(MODEL)).map_err(|e| model_error(py, &e))?;
         Ok((file, model))
     }
 }

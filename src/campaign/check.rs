@@ -167,7 +167,8 @@ fn logged(run: &Run, campaign: &Campaign) -> Run {
 
 fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let (thrusters, model) = (campaign.file.thrusters.clone(), campaign.model.dofs.clone());
-    let options = CheckOptions { thrusters, model, ..CheckOptions::default() };
+    let through_water = campaign.model.through_water;
+    let options = CheckOptions { thrusters, model, through_water, ..CheckOptions::default() };
     let logged = logged(run, campaign);
     let report = check::run(&logged, &options);
     let told = report.findings.iter().any(|f| f.code == check::codes::COMMAND_SIGN.code);

@@ -146,8 +146,9 @@ impl Campaign {
         let tables: Vec<RunTable> =
             runs.iter().map(|(run, _)| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
         let position = file.log.position_source == Some(PositionSource::Independent);
-        let logged =
-            runs.into_iter().map(|(run, units)| Logged { run, units, position, ..Logged::default() }).collect();
+        let through_water = file.log.is_through_water();
+        let logged = |(run, units)| Logged { run, units, position, through_water, ..Logged::default() };
+        let logged = runs.into_iter().map(logged).collect();
         assemble(file, logged, &tables, Vec::new())
     }
 
@@ -235,6 +236,24 @@ fn named(error: Error) -> Vec<Finding> {
     }
 }
 
+/// Whether the velocities of the runs of free motion are those through the water: all of them, or none.
+fn velocities_through_water(logged: &[Logged]) -> Result<bool, Error> {
+    let logs_velocity = |run: &Run| ["u", "v", "w"].iter().any(|name| run.signals.contains_key(*name));
+    let moving = || logged.iter().filter(|l| moves(l.run.kind) && logs_velocity(&l.run));
+    let mut through = moving().filter(|l| l.through_water);
+    let Some(first) = through.next() else { return Ok(false) };
+    match moving().find(|l| !l.through_water) {
+        None => Ok(true),
+        Some(other) => {
+            let text = format!(
+                "{}: velocity_reference is \"water\", and in {} it is not: one model takes one of them; leave u, v, w of the others out",
+                first.run.name, other.run.name
+            );
+            Err(Error::Refused { findings: vec![Finding::new(&codes::MIXED_REFERENCES, text)] })
+        }
+    }
+}
+
 /// A campaign of logs that are read: one a table.
 pub(super) fn assemble(
     mut file: CampaignFile,
@@ -252,6 +271,7 @@ pub(super) fn assemble(
     own_formulas::check_observed_units(&file, &logged)?;
     let (mut runs, mut benches, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     let mut position = true;
+    model.through_water = velocities_through_water(&logged)?;
     let driven = baseline::driven_by_formulas(&file);
     let whole = !logged.iter().any(|logged| logged.piece);
     let mut holding: BTreeSet<String> = BTreeSet::new();

@@ -57,7 +57,8 @@ pub(super) enum Fault {
 ///
 /// A latency that the model has a term for is none.
 pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
-    let options = CheckOptions { dofs: model.dofs.clone(), ..CheckOptions::default() };
+    let (dofs, through_water) = (model.dofs.clone(), model.through_water);
+    let options = CheckOptions { dofs, through_water, ..CheckOptions::default() };
     let reports: Vec<CheckReport> = runs.iter().map(|run| check::run(run, &options)).collect();
     let mut found = frames(&reports);
     let framed = !found.is_empty();

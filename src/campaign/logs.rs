@@ -26,6 +26,8 @@ pub(super) struct Logged {
     pub findings: Vec<Finding>,
     /// Whether the position is a measurement of its own.
     pub position: bool,
+    /// Whether its velocities are those through the water.
+    pub through_water: bool,
     /// Whether it is a piece of a run, of which nothing is made that needs a whole one.
     pub piece: bool,
 }
@@ -36,6 +38,7 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
     let mut logged = Logged {
         run: Run { name: name.to_string(), kind: table.kind, role: table.role, ..Run::default() },
         position: options.position_source == Some(PositionSource::Independent),
+        through_water: options.is_through_water(),
         ..Logged::default()
     };
     // of several logs none holds everything, so that what is absent is told when they are together

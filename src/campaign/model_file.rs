@@ -261,6 +261,16 @@ impl ModelFile {
         }
     }
 
+    /// The model, for the runs of a campaign, whose logs say against what velocities are measured.
+    ///
+    /// # Errors
+    /// As [`ModelFile::model`].
+    pub fn model_for(&self, campaign: &Campaign, path: &Path) -> Result<Model, ModelFileError> {
+        let mut model = self.model(&campaign.runs, path)?;
+        model.through_water = campaign.model.through_water;
+        Ok(model)
+    }
+
     /// The model, for runs of these names; `path` is named in messages.
     ///
     /// # Errors

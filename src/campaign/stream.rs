@@ -176,7 +176,8 @@ impl Folding<'_> {
         let Piece { signals, units, gaps, .. } = piece;
         let run = Run { name: name.into(), kind: table.kind, role: table.role, signals, gaps };
         let position = options.position_source == Some(crate::log::options::PositionSource::Independent);
-        let logged = Logged { run, units, position, piece: true, ..Logged::default() };
+        let through_water = options.is_through_water();
+        let logged = Logged { run, units, position, through_water, piece: true, ..Logged::default() };
         let mut campaign = match assemble(self.file.clone(), vec![logged], std::slice::from_ref(table), Vec::new()) {
             Ok(campaign) => campaign,
             // a window or a condition may leave nothing of a piece

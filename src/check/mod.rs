@@ -59,7 +59,8 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     found.extend(smoothed::judge(&smoothed::measure(run, &agreements)));
     dead_rates(run, &mut found);
     let position = [&geodetic.north, &geodetic.east].map(|n| n.clone().unwrap_or_default());
-    if let Some(path) = path::measure(run, position.each_ref().map(String::as_str)) {
+    let path = path::measure(run, position.each_ref().map(String::as_str));
+    if let Some(path) = path.filter(|_| !options.through_water) {
         found.extend(path::judge(&path, steps));
         agreements.extend(path.agreements);
     }

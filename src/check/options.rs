@@ -14,6 +14,8 @@ pub struct CheckOptions {
     pub dofs: Vec<Dof>,
     /// Degrees of freedom of the model that the run is for; all when empty.
     pub model: Vec<Dof>,
+    /// Whether the velocities are those through the water: they tell no path over ground.
+    pub through_water: bool,
     /// The vehicle's thrusters, in the order of `V1`, `F1`, …: their signs can be checked when they are known.
     pub thrusters: Vec<Thruster>,
     /// Column of latitude, deg; looked for by name when absent.

@@ -28,7 +28,7 @@ pub(super) fn monitor(a: &Monitor, output: &Output) -> Result<(), Failure> {
     let busy = output.busy("reading logs");
     let campaign = campaign::new_logs(&file, &logs, log.as_ref(), like.as_ref())?;
     busy.finish_and_clear();
-    let model = file.model(&campaign.runs, &a.model)?;
+    let model = file.model_for(&campaign, &a.model)?;
     let busy = output.busy("watching");
     let options = MonitorOptions { window: a.window, level: a.level };
     let found = campaign::monitor(&campaign, &model, &file.envelope, &options)?;

@@ -98,7 +98,7 @@ pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, outpu
     let loaded = load(path, loading, output)?;
     Ok(match (file, model) {
         (Some(file), Some(path)) => Chosen {
-            model: file.model(&loaded.runs, path)?,
+            model: file.model_for(&loaded, path)?,
             campaign: loaded.under(&file.efficiency).with_noise(file.noise),
             envelope: file.envelope,
         },

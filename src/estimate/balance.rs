@@ -181,6 +181,10 @@ fn columns<'g>(
             blame.insert(term.name());
         }
     }
+    // the balance takes what is logged for the velocity over ground
+    if model.through_water {
+        blame.extend(equations.waters.iter().map(|k| model.terms[*k].name()));
+    }
     let reads = |p: &usize| {
         let is = |leaf: &Leaf| match *leaf {
             Leaf::Parameter(q) => usize::from(q) == *p,

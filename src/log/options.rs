@@ -450,6 +450,11 @@ impl LogOptions {
         self.columns.iter().try_for_each(|(column, source)| self.validate_column(column, source))
     }
 
+    /// Whether `u`, `v`, `w` are velocities through the water.
+    pub fn is_through_water(&self) -> bool {
+        self.velocity_reference == Some(VelocityReference::Water)
+    }
+
     /// The earth axes that `u`, `v`, `w` are logged along, where they are.
     pub fn earth_velocity(&self) -> Option<EarthFrame> {
         VELOCITIES.into_iter().find_map(|name| self.columns.get(name)?.frame?.earth())

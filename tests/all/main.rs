@@ -87,6 +87,7 @@ mod strd;
 mod t200;
 mod terminal;
 mod threads;
+mod through_water;
 mod tied_inertias;
 mod ties;
 mod told_in_other_words;

@@ -51,7 +51,7 @@ const PHRASES: &[Phrases] = &[
         "u, surge, surge vel, surge velocity, surge speed, vel surge, velocity surge, forward vel, \
          forward velocity, forward speed, vel forward, vx, v x, vel x, x vel, velocity x, x velocity, \
          speed x, linear x, linear velocity x, twist linear x, longitudinal velocity, longitudinal \
-         speed, speed through water, stw, fwd vel, fwd velocity, fwd speed, vel fwd",
+         speed, speed through water, velocity through water, u through water, stw, fwd vel, fwd velocity, fwd speed, vel fwd",
     ),
     (
         "v",

@@ -9,7 +9,7 @@ use super::meaning::{self, Meaning};
 use super::told::Told;
 use super::words::{self, Words};
 use super::{altitude, drives, units, values};
-use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, Truncated};
+use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, Truncated, VelocityReference};
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
 
 /// Attempts to read before the file is written without this log.
@@ -157,6 +157,7 @@ impl Understood {
             own.push(meaning.channel.to_string());
             let why = if meaning.score >= meaning::PLAIN { "its name" } else { "its name, with doubt" };
             self.map(meaning.channel, &header, &words, meaning.sign, why);
+            self.refer(meaning.channel, &header, &words);
         }
         self.place_told(&told, layout, &mut own, &mut left);
         self.planar_theta(&own);
@@ -180,6 +181,17 @@ impl Understood {
         }
         self.options.columns.insert(channel.to_string(), source);
         self.guess(format!("columns.{channel}"), format!("{header:?} is {channel} by {why}{how}"));
+    }
+
+    /// Notices a velocity that its name calls one through the water.
+    fn refer(&mut self, channel: &str, header: &str, words: &Words) {
+        let name = words.words.join(" ");
+        let through =
+            ["through water", "through the water", "stw", "water speed"].iter().any(|said| name.contains(said));
+        if through && log::check::is_velocity(channel) && self.given.velocity_reference.is_none() {
+            self.options.velocity_reference = Some(VelocityReference::Water);
+            self.guess("velocity_reference", format!("{header:?} is a velocity through the water by its name"));
+        }
     }
 
     /// The "theta" of a log in the plane, which has x and y and no other angle, is the heading.
