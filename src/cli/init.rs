@@ -52,6 +52,9 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     for log in &scaffold.unread {
         output.remark(&format!("warning: not read: {log}"));
     }
+    if let Some(idle) = &scaffold.idle {
+        output.remark(&format!("warning: {idle}"));
+    }
     let Some(file) = file.as_deref() else {
         if !output.json_on_stdout() {
             output.hand_over(&scaffold.text);

@@ -266,6 +266,41 @@ fn formats_are_known_by_their_first_bytes_in_every_verb() {
 
 /// Turns a minute of one propeller mean one thrust in all logs: by the greatest of all of them, by `full_rpm` of the
 /// vehicle, by the scale that somebody has said.
+/// What stands on stderr, and the campaign.
+fn scaffolded(name: &str, log: &str) -> (String, String) {
+    let folder = Folder::new(name);
+    let log = folder.write("log.csv", log);
+    let output = run(&["init", &log, "-o", &folder.path("made")]);
+    assert!(output.status.success());
+    let text = fs::read_to_string(Path::new(&folder.path("made")).join("campaign.toml")).expect("it was written");
+    (String::from_utf8_lossy(&output.stderr).into_owned(), text)
+}
+
+#[test]
+fn a_table_of_a_thruster_is_no_run() {
+    let rows: String = (0..20).fold(String::new(), |mut text, k| {
+        let _ = writeln!(text, "{},{},16", 1500 + 20 * k, 2 * k);
+        text
+    });
+    let (told, text) = scaffolded("table", &format!("pwm_us,force_N,supply_V\n{rows}"));
+    assert!(told.contains("a table of a thruster (command \"pwm_us\", force \"force_N\")"), "{told}");
+    assert!(told.contains("bollard = \"log.csv\"") && !text.contains("\n[[run]]"), "{told}{text}");
+}
+
+#[test]
+fn pressure_is_depth_and_what_nothing_commands_is_told() {
+    let rows: String = (0..200).fold(String::new(), |mut text, k| {
+        let t = f64::from(k);
+        let _ = writeln!(text, "{t},{:.4},{:.4}", 1.0 + (0.1 * t).sin(), 0.3 * (0.07 * t).cos());
+        text
+    });
+    let (told, text) = scaffolded("glider", &format!("time_s,pressure_bar,u_through_water_mps\n{rows}"));
+    // 1 bar over 9806.65 N/m3
+    assert!(text.contains("z = { name = \"pressure_bar\", unit = \"m\", scale = 10.19716"), "{text}");
+    assert!(text.contains("velocity_reference = \"water\""), "{text}");
+    assert!(told.contains("no degree of freedom moves under a command") && told.contains("tau_u"), "{told}");
+}
+
 #[test]
 fn turns_are_scaled_alike_in_all_logs() {
     let folder = Folder::new("turns");

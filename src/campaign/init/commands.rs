@@ -60,6 +60,15 @@ const DRIVES: &[&str] = &[
     "out",
     "output",
 ];
+/// Words of a force that is measured, and of a command without a number.
+pub const FORCE: &[&str] = &["force", "thrust", "load"];
+pub const COMMAND: &[&str] = &["input", "command", "cmd", "pwm", "throttle", "volts"];
+
+/// Whether one of these words is in a name.
+pub fn names(words: &Words, wanted: &[&str]) -> bool {
+    words.words.iter().any(|w| wanted.contains(&w.as_str()))
+}
+
 /// Single letters and words that are commands with a number only: V1, F2, T3, M4, C5.
 const LETTERS: &[&str] = &["v", "f", "t", "m", "c", "ch", "chan", "channel", "u", "volt", "voltage", "force"];
 const SIDES: &[&str] = &[

@@ -130,10 +130,15 @@ const PHRASES: &[Phrases] = &[
 /// Names that may mean a channel, and may mean something else: only where nothing better is there.
 const DOUBTFUL: &[Phrases] = &[
     ("u", 1, "speed, sog, speed over ground, ground speed, gps speed, velocity, log speed, geschwindigkeit, fahrt"),
+    ("z", 1, PRESSURE),
     // of a DVL that is the height above the bottom
     ("z", -1, "altitude, alt"),
     ("psi", 1, "course, cog, course over ground, track"),
 ];
+
+/// The pressure of the water is a depth, where its unit is said.
+const PRESSURE: &str = "pressure, water pressure, sea pressure, depth pressure, ctd pressure";
+const PRESSURES: [&str; 6] = ["Pa", "hPa", "mbar", "kPa", "dbar", "bar"];
 
 /// Words that say where a quantity comes from, not what it is.
 const FILLERS: &str = "field data vehicle robot auv rov usv asv boat body imu ahrs dvl ekf ins nav odom odometry pose twist \
@@ -165,6 +170,9 @@ pub fn of(words: &Words) -> Vec<Meaning> {
     let mut found: Vec<Meaning> = Vec::new();
     for (table, off) in [(PHRASES, 0), (DOUBTFUL, 40)] {
         for (channel, sign, phrases) in table {
+            if *phrases == PRESSURE && !words.unit.as_deref().is_some_and(|unit| PRESSURES.contains(&unit)) {
+                continue;
+            }
             let best = phrases.split(", ").map(|phrase| fits(phrase, &whole, &bare)).max().unwrap_or(0);
             if best > off {
                 found.push(Meaning { channel, sign: *sign, score: best - off });
@@ -211,6 +219,8 @@ mod tests {
             ("YawRate", "r"),
             ("north", "x"),
             ("depth_m", "z"),
+            ("pressure_bar", "z"),
+            ("CTD pressure [dbar]", "z"),
             ("field.twist.twist.linear.x", "u"),
             ("field.pose.pose.position.y", "y"),
             ("field.angular_velocity.z", "r"),

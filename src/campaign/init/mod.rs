@@ -115,6 +115,8 @@ pub struct Scaffold {
     pub companions: Vec<(PathBuf, String)>,
     /// Logs that could not be read, each with the reason; they stand in the text as comments.
     pub unread: Vec<String>,
+    /// What is said where no degree of freedom moves under a command.
+    pub idle: Option<String>,
 }
 
 /// The text of a campaign over logs.
@@ -141,12 +143,12 @@ pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
     reading::settle(&mut understood, &paths, full_rpm);
     let dives = dives::of(&understood);
     let companions = known.as_ref().map(|(known, _)| companions(known)).unwrap_or_default();
-    let text =
+    let (text, idle) =
         text::Draft { request, given: &request.options, vehicle: known.as_ref(), logs: &understood, dives: &dives }
             .write();
     let unread = understood.iter().filter(|log| log.log.is_none());
     let unread = unread.map(|log| format!("{}: {}", log.shown, log.refused.join("; "))).collect();
-    Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread })
+    Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread, idle })
 }
 
 /// Bollard tables that the thrusters of a vehicle file name.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::commands::{self, Kind};
+use super::commands::{self, COMMAND, FORCE, Kind, names};
 use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
 use super::told::Told;
@@ -61,6 +61,10 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
         return this;
     }
     this.place(&layout, given);
+    if let Some(what) = this.table(&layout) {
+        this.refused.push(what);
+        return this;
+    }
     this.attempt(path);
     this
 }
@@ -213,9 +217,9 @@ impl Understood {
 
     /// A log without motion that has a command and a force is one of a thruster on a bench.
     fn bench(&mut self, driven: &mut Vec<commands::Column>, left: &mut Vec<String>) {
-        let has = |header: &str, wanted: &[&str]| words::of(header).words.iter().any(|w| wanted.contains(&w.as_str()));
-        let force = left.iter().find(|h| has(h, &["force", "thrust", "load"])).cloned();
-        let command = left.iter().find(|h| has(h, &["input", "command", "cmd", "pwm", "throttle", "volts"])).cloned();
+        let has = |header: &str, wanted: &[&str]| names(&words::of(header), wanted);
+        let force = left.iter().find(|h| has(h, FORCE)).cloned();
+        let command = left.iter().find(|h| has(h, COMMAND)).cloned();
         if let Some(header) = &force {
             left.retain(|h| h != header);
             self.map("force", header, &words::of(header), 1, "its name, with doubt");

@@ -1,5 +1,6 @@
 //! The time of a log: which column, in which unit or format.
 
+use super::commands::{self, COMMAND, FORCE, names};
 use super::layout::Layout;
 use super::reading::Understood;
 use super::words;
@@ -19,7 +20,12 @@ impl Understood {
                 let x: Option<Vec<f64>> = layout.rows.iter().map(|row| cell(row, k)).collect();
                 x.is_some_and(|x| x.len() > 2 && x.windows(2).all(|w| w[1] > w[0]))
             };
-            let found = (0..layout.headers.len()).find(|k| layout.is_date(*k) || grows(*k));
+            // commands and forces of a table grow, too
+            let is_thrust = |k: usize| {
+                let words = words::of(&layout.headers[k]);
+                commands::of(&layout.headers[k], &words).is_some() || names(&words, FORCE) || names(&words, COMMAND)
+            };
+            let found = (0..layout.headers.len()).find(|k| layout.is_date(*k) || grows(*k) && !is_thrust(*k));
             if let Some(k) = found {
                 let header = layout.headers[k].clone();
                 left.retain(|h| *h != header);
@@ -43,6 +49,21 @@ impl Understood {
         } else if self.options.time_unit.is_none() && self.options.time_format.is_none() {
             self.time_unit(layout, at);
         }
+    }
+
+    /// What a file of commands and forces without a time is.
+    pub(super) fn table(&self, layout: &Layout) -> Option<String> {
+        let is_timed = |h: &String| columns::split_header(h).0 == "t";
+        if self.options.columns.contains_key("t") || layout.headers.iter().any(is_timed) {
+            return None;
+        }
+        let of = |wanted: &[&str]| layout.headers.iter().find(|h| names(&words::of(h), wanted));
+        let (command, force) = (of(COMMAND).or_else(|| Some(&self.commands.first()?.header))?, of(FORCE)?);
+        Some(format!(
+            "no column is a time: a table of a thruster (command {command:?}, force {force:?}), and no run. With the columns V1 and \
+             force and their units, as V1 [us] and force [N], it is the bollard table of a [[thruster]]: bollard = {:?}",
+            self.shown
+        ))
     }
 
     /// A date in one column and the time of day in another; whether it is so.

@@ -35,11 +35,13 @@ pub struct Draft<'a> {
 struct Chosen {
     dofs: Vec<Dof>,
     words: Vec<String>,
+    /// Said on the terminal, too: nothing moves under a command.
+    idle: Option<String>,
 }
 
 impl Draft<'_> {
-    /// The whole text.
-    pub fn write(&self) -> String {
+    /// The whole text, and what is said of the logs beside it.
+    pub fn write(&self) -> (String, Option<String>) {
         let thrusters = self.thruster_tables();
         let known = geometry::read(&thrusters);
         let chosen = self.chosen(&known);
@@ -58,7 +60,7 @@ impl Draft<'_> {
         for (dive, role) in self.dives.iter().zip(roles) {
             text += &self.run_table(dive, &role, common.is_none());
         }
-        text + &self.not_placed()
+        (text + &self.not_placed(), chosen.idle)
     }
 
     /// What a log of another format has and the campaign does not take.
@@ -188,16 +190,22 @@ impl Draft<'_> {
                 (Moved::Unmeasured, false) => {}
             }
         }
+        let mut idle = None;
         if !self.logs.is_empty() && self.logs.iter().all(|log| log.log.is_none()) {
             words.push("no log could be read: these stand here as an example".into());
         } else if dofs.is_empty() {
-            words.push("no degree of freedom moves under a command: from these logs nothing can be learned".into());
+            let said = "no degree of freedom moves under a command: from these logs nothing can be learned";
+            words.push(said.into());
+            let moving: Vec<&str> = measured_all.iter().map(|dof: &Dof| dof.force()).collect();
+            let of = if moving.is_empty() { "tau_u or V1".into() } else { format!("{} or V1", moving.join(", ")) };
+            idle =
+                Some(format!("{said}; name the columns of the commands: --log 'columns.NAME = \"HEADER\"' for {of}"));
             dofs = if driven_all.is_empty() { measured_all } else { driven_all };
         }
         if dofs.is_empty() {
             dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
         }
-        Chosen { dofs, words }
+        Chosen { dofs, words, idle }
     }
 
     /// Whether a log commands `dof`.

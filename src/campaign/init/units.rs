@@ -11,6 +11,13 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
     (Quantity::Position, "cm", "m", 1e-2),
     (Quantity::Position, "ft", "m", 0.3048),
     (Quantity::Position, "dm", "m", 0.1),
+    // of fresh water, 9 806.65 N/m3: in the sea it is a fortieth less
+    (Quantity::Position, "Pa", "m", 1.0 / 9806.65),
+    (Quantity::Position, "hPa", "m", 1e2 / 9806.65),
+    (Quantity::Position, "mbar", "m", 1e2 / 9806.65),
+    (Quantity::Position, "kPa", "m", 1e3 / 9806.65),
+    (Quantity::Position, "dbar", "m", 1e4 / 9806.65),
+    (Quantity::Position, "bar", "m", 1e5 / 9806.65),
     (Quantity::Rate, "rpm", "rad/s", std::f64::consts::TAU / 60.0),
     (Quantity::Rate, "deg/min", "deg/s", 1.0 / 60.0),
     (Quantity::Command, "%", "1", 0.01),
