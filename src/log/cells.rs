@@ -1,6 +1,6 @@
 //! Cells of a row: a value, no value, or a fault with the option that would allow it.
 
-use super::clock::{Clock, NoTime};
+use super::clock::{Clock, NoTime, duration};
 use super::codes;
 use super::faults::{Faults, no_number};
 use super::header::{Column, quoted};
@@ -121,7 +121,13 @@ impl Cells<'_> {
                 (codes::TIME_FORMAT, message)
             }
             NoTime::NoTimeOfDay => (codes::TIME_FORMAT, format!("{shown} is no time of day such as 10:40:00.100")),
+            NoTime::NoDuration => {
+                (codes::TIME_FORMAT, format!("{shown} is no number with a unit of time such as 12.3 sec"))
+            }
             NoTime::NonFinite => (codes::NON_FINITE, format!("{shown} is not a finite number")),
+            NoTime::Parse if duration(text.as_bytes(), self.decimal).is_some() => {
+                (codes::PARSE, format!("{shown} is a number with its unit; set time_format = \"duration\""))
+            }
             NoTime::Parse if text.contains(':') => {
                 let message = format!(
                     "{shown} is not a number; set time_format = \"time_of_day\", or columns.date = \"its header\" where the date has a column"

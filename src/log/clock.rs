@@ -24,6 +24,25 @@ pub enum NoTime {
     NoDateAndTime,
     /// No time of day where one was expected.
     NoTimeOfDay,
+    /// No number with a unit of time where one was expected.
+    NoDuration,
+}
+
+/// Nanoseconds of `12.3 sec`.
+#[allow(clippy::cast_possible_truncation)] // a duration of 300 years fits
+pub fn duration(cell: &[u8], decimal: u8) -> Option<i128> {
+    let text = std::str::from_utf8(cell).ok()?.trim();
+    let at = text.rfind(|c: char| !c.is_ascii_alphabetic())? + 1;
+    let seconds = match &text[at..] {
+        "ms" => 1e-3,
+        "s" | "sec" | "second" | "seconds" => 1.0,
+        "min" => 60.0,
+        "h" | "hr" | "hours" => 3600.0,
+        "d" | "day" | "days" => 86_400.0,
+        _ => return None,
+    };
+    let x = number::parse(text[..at].trim_end().as_bytes(), decimal)?;
+    (x.is_finite() && x.abs() < 1e10).then(|| (x * seconds * 1e9).round() as i128)
 }
 
 /// Reads the time column.
@@ -42,6 +61,8 @@ enum Written {
     Number,
     /// As dates.
     Date,
+    /// As numbers with a unit.
+    Duration,
     /// As times of day: days gone by, and the stamp before.
     TimeOfDay { days: i128, before: i128 },
 }
@@ -65,6 +86,7 @@ impl Clock {
         let written = match format {
             None => Written::Number,
             Some(TimeFormat::Iso8601) => Written::Date,
+            Some(TimeFormat::Duration) => Written::Duration,
             Some(TimeFormat::TimeOfDay) => Written::TimeOfDay { days: 0, before: 0 },
         };
         let per_second = if written == Written::Number { unit.per_second() } else { 1e9 };
@@ -127,6 +149,7 @@ impl Clock {
         let exact = match &mut self.written {
             Written::Number => None,
             Written::Date => Some(iso8601::nanoseconds(cell).ok_or(NoTime::NoDate)?),
+            Written::Duration => Some(duration(cell, self.decimal).ok_or(NoTime::NoDuration)?),
             Written::TimeOfDay { days, before } => {
                 let n = iso8601::time_of_day(cell).ok_or(NoTime::NoTimeOfDay)?;
                 // back by more than half a day: midnight has gone by
@@ -232,6 +255,10 @@ mod tests {
         assert_eq!(of("29.02.2024", "00:00:00", &mut dated), Ok(0.5));
         assert_eq!(of("20240229", "00:00:01", &mut dated), Ok(1.5));
         assert_eq!(of("02/29/2024", "00:00:02", &mut dated), Err(NoTime::NoDateAndTime));
+        let durations = ["0.1 sec", "0.35 sec", "1 min", "2.5 hr"];
+        assert_eq!(read(TimeUnit::S, Some(TimeFormat::Duration), &durations), [0.0, 0.25, 59.9, 8999.9]);
+        assert_eq!(duration(b"12.3", b'.'), None);
+        assert_eq!(duration(b"12.3 parsec", b'.'), None);
         let night = ["23:59:59.900", "00:00:00.100", "12:00:00", "23:00:00", "00:00:00"];
         let t = read(TimeUnit::S, Some(TimeFormat::TimeOfDay), &night);
         assert_eq!(t, [0.0, 0.2, 43_200.1, 82_800.1, 86_400.1]);

@@ -87,6 +87,42 @@ pub struct Plan {
     pub ignored: Vec<String>,
 }
 
+/// The header line, with the units of the line below it where an option says that they stand there.
+pub struct Heading {
+    line: u64,
+    quote: Quote,
+    raw: String,
+    width: usize,
+    headers: Vec<String>,
+}
+
+impl Heading {
+    /// The header line.
+    pub fn of(record: &Record, options: &LogOptions) -> Heading {
+        let headers = (0..record.width().min(options.max_columns)).map(|i| record.text(i)).collect();
+        Heading {
+            line: record.line,
+            quote: record.quote(usize::MAX),
+            raw: record.raw(),
+            width: record.width(),
+            headers,
+        }
+    }
+
+    /// The header with a unit behind each name that has none: `surge`, `m/s` become `surge [m/s]`.
+    #[must_use]
+    pub fn with_units(mut self, units: &Record) -> Heading {
+        for (i, header) in self.headers.iter_mut().enumerate() {
+            let unit = units.text(i);
+            let unit = unit.trim().trim_matches(['[', ']', '(', ')']);
+            if !unit.is_empty() && columns::split_header(header).1.is_none() {
+                *header = format!("{} [{unit}]", header.trim());
+            }
+        }
+        self
+    }
+}
+
 /// What the header is held against.
 struct Reader<'a> {
     options: &'a LogOptions,
@@ -103,19 +139,18 @@ impl Plan {
     ///
     /// # Errors
     /// Everything that is wrong with it.
-    pub fn new(record: &Record, options: &LogOptions, required: &[&str], file: &str) -> Result<Plan, Vec<Finding>> {
-        let headers = (0..record.width().min(options.max_columns)).map(|i| record.text(i)).collect();
-        let (line, quote) = (record.line, record.quote(usize::MAX));
+    pub fn new(heading: Heading, options: &LogOptions, required: &[&str], file: &str) -> Result<Plan, Vec<Finding>> {
+        let Heading { line, quote, raw, width, headers } = heading;
         let mut reader = Reader { options, required, file, line, quote, headers, found: Vec::new() };
-        if record.width() > options.max_columns {
-            let text = format!("{} columns, more than max_columns = {}", record.width(), options.max_columns);
+        if width > options.max_columns {
+            let text = format!("{width} columns, more than max_columns = {}", options.max_columns);
             return Err(vec![reader.finding(&codes::COLUMN_LIMIT, None, &text)]);
         }
         if let Some(finding) = reader.no_header() {
             return Err(vec![finding]);
         }
         let (named, ignored) = reader.names();
-        if let Some(finding) = reader.other_delimiter(&record.raw(), named.len()) {
+        if let Some(finding) = reader.other_delimiter(&raw, named.len()) {
             return Err(vec![finding]);
         }
         reader.missing(&named);
@@ -348,7 +383,7 @@ mod tests {
     fn plan(header: &str, options: &str, required: &[&str]) -> Result<Plan, Vec<Finding>> {
         let options: LogOptions = toml::from_str(options).unwrap();
         let mut records = Records::new(header.as_bytes(), options.delimiter as u8, None, 1 << 20).unwrap();
-        Plan::new(&records.next_record().unwrap().unwrap(), &options, required, "f.csv")
+        Plan::new(Heading::of(&records.next_record().unwrap().unwrap(), &options), &options, required, "f.csv")
     }
 
     fn refused(header: &str, options: &str) -> (&'static str, String) {

@@ -24,6 +24,9 @@ pub struct LogOptions {
     /// Lines that begin with this text are skipped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
+    /// Whether the line below the header holds the units of the columns.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub unit_row: bool,
     /// Canonical name → where it stands in the file.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, ColumnSource>,
@@ -68,6 +71,7 @@ impl Default for LogOptions {
             delimiter: ',',
             decimal: '.',
             comment: None,
+            unit_row: false,
             columns: BTreeMap::new(),
             time_unit: None,
             time_format: None,
@@ -208,6 +212,9 @@ pub enum TimeFormat {
     /// `2024-07-01T10:40:00.100Z`.
     #[serde(rename = "iso8601")]
     Iso8601,
+    /// `12.3 sec`, as MATLAB writes durations; also `ms`, `min`, `hr`, `days`.
+    #[serde(rename = "duration")]
+    Duration,
     /// `10:40:00.100`, which goes on over midnight.
     #[serde(rename = "time_of_day")]
     TimeOfDay,

@@ -12,7 +12,7 @@ use super::clock::Clock;
 use super::codes;
 use super::fast_rows::{Row, Sheet, Way};
 use super::faults::Faults;
-use super::header::Plan;
+use super::header::{Heading, Plan};
 use super::number;
 use super::options::{Duplicates, LogOptions, Missing, Truncated};
 use super::records::{Broken, Records};
@@ -132,14 +132,23 @@ impl<R: Read> Rows<R> {
         let mut records =
             Records::new(source, options.delimiter as u8, options.comment.as_deref(), options.max_line_bytes)
                 .map_err(|b| broken(&b, None))?;
-        let header = match records.next_record() {
-            Ok(header) => header.map(|header| Plan::new(&header, options, required, file)),
+        let mut heading = match records.next_record() {
+            Ok(header) => header.map(|header| Heading::of(&header, options)),
             Err(b) => return Err(broken(&b, records.quote(&b))),
         };
-        let plan = match header {
-            Some(plan) => {
-                plan.map_err(|findings| LogError::Refused { file: file.to_string(), findings, further: 0 })?
-            }
+        if options.unit_row {
+            heading = match (heading, records.next_record()) {
+                (Some(heading), Ok(Some(units))) => Some(heading.with_units(&units)),
+                (heading, Ok(_)) => heading,
+                (_, Err(b)) => return Err(broken(&b, records.quote(&b))),
+            };
+        }
+        let plan = match heading {
+            Some(heading) => Plan::new(heading, options, required, file).map_err(|findings| LogError::Refused {
+                file: file.to_string(),
+                findings,
+                further: 0,
+            })?,
             None => {
                 let mut faults = Faults::default();
                 let what = if records.seen_text() { "it holds comments only, no header" } else { "the file is empty" };

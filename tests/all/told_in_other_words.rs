@@ -15,7 +15,10 @@ use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Vehicle};
 type Columns = BTreeMap<String, Vec<f64>>;
 
 /// A header, and what stands below it in a row.
-type Column<'a> = (&'a str, Box<dyn Fn(&Columns, usize) -> String>);
+type Column<'a> = (&'a str, Cell);
+
+/// The text of a cell in a row.
+type Cell = Box<dyn Fn(&Columns, usize) -> String>;
 
 /// Runs of the plant as it logs them: plain columns.
 fn plain(folder: &Path) -> Vec<Columns> {
@@ -44,7 +47,13 @@ fn scaffolded(name: &str, columns: &[Column<'_>]) -> (Campaign, Vec<Columns>, St
         .map(|(k, run)| {
             let mut text = columns.iter().map(|(header, _)| *header).collect::<Vec<_>>().join(",") + "\n";
             for row in 0..run["t"].len() {
+                // what stands before a NUL is a line of its own above the first row
                 let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(run, row)).collect();
+                let units: Vec<&str> = cells.iter().filter_map(|c| Some(c.split_once('\u{0}')?.0)).collect();
+                if !units.is_empty() {
+                    writeln!(text, "{}", units.join(",")).expect("a string");
+                }
+                let cells: Vec<&str> = cells.iter().map(|c| c.split_once('\u{0}').map_or(&c[..], |(_, c)| c)).collect();
                 writeln!(text, "{}", cells.join(",")).expect("a string");
             }
             let log = folder.join(format!("dive{k}.csv"));
@@ -173,4 +182,47 @@ fn a_track_with_a_date_and_a_time_of_day() {
     let time = campaign.runs[0].signal("u").expect("it is told").time().to_vec();
     // to the milliseconds of the column
     assert!(time.iter().zip(&runs[0]["t"]).all(|(a, b)| (a - b).abs() < 1e-3), "{:?}", &time[..3]);
+}
+
+/// A table of a spreadsheet: durations as MATLAB writes them, units in a line of their own, symbols of SNAME, velocities north and east.
+#[test]
+fn a_table_with_its_units_below_the_header() {
+    let over_ground = |north: bool| {
+        move |run: &Columns, k: usize| {
+            let (sin, cos) = run["psi"][k].sin_cos();
+            let (u, v) = (run["u"][k], run["v"][k]);
+            format!("{}", if north { u * cos - v * sin } else { u * sin + v * cos })
+        }
+    };
+    // the line of units is the first row of the file
+    let below = |unit: &'static str, cell: Cell| {
+        let cell = move |run: &Columns, k: usize| match k {
+            0 => format!("{unit}\u{0}{}", cell(run, 0)),
+            k => cell(run, k),
+        };
+        Box::new(cell) as Cell
+    };
+    let number = |channel: &'static str, factor: f64| -> Cell {
+        Box::new(move |run: &Columns, k: usize| format!("{}", factor * run[channel][k]))
+    };
+    let degrees = 180.0 / std::f64::consts::PI;
+    let columns: Vec<Column<'_>> = vec![
+        ("Time", below("", Box::new(|run: &Columns, k: usize| format!("{:.1} sec", run["t"][k])))),
+        ("Vel North", below("m/s", Box::new(over_ground(true)))),
+        ("Vel East", below("m/s", Box::new(over_ground(false)))),
+        ("Yaw rate", below("deg/s", number("r", degrees))),
+        ("Heading", below("deg", number("psi", degrees))),
+        ("X", below("N", number("tau_u", 1.0))),
+        ("Y", below("N", number("tau_v", 1.0))),
+        ("N", below("Nm", number("tau_r", 1.0))),
+    ];
+    let (campaign, runs, text) = scaffolded("units", &columns);
+    for said in ["unit_row = true", "time_format = \"duration\"", "v_north = ", "tau_r = "] {
+        assert!(text.contains(said), "{said}\n{text}");
+    }
+    for channel in ["u", "v", "psi", "r", "tau_u", "tau_v", "tau_r"] {
+        // forces to the last digits of their conversion, the others to some roundings of a turn
+        let off = off(&campaign, &runs, channel, false);
+        assert!(off < 1e-9, "{channel}: {off}");
+    }
 }

@@ -3,6 +3,8 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::log::clock::duration;
+use crate::log::columns::split_header;
 use crate::log::encoding::{Opening, opening};
 use crate::log::{LogOptions, iso8601, number};
 
@@ -14,6 +16,8 @@ const LOOKED_AT: u64 = 1 << 16;
 pub struct Layout {
     /// Names of the columns.
     pub headers: Vec<String>,
+    /// Whether the line below the header holds units; the headers have them then.
+    pub unit_row: bool,
     /// Cells of the first rows.
     pub rows: Vec<Vec<String>>,
     /// Character between fields.
@@ -69,9 +73,30 @@ fn of_text(text: &str, given: &LogOptions) -> Layout {
     };
     let comment = lines.iter().find(|line| is_comment(line)).map(|line| line.chars().take(1).collect());
     let mut data = lines.iter().filter(|line| !is_comment(line));
-    let headers = data.next().map_or_else(Vec::new, |line| fields(line, delimiter));
-    let rows = data.map(|line| fields(line, delimiter)).filter(|row| row.len() == headers.len()).collect();
-    Layout { headers, rows, delimiter, decimal, comment: told.clone().or(comment), no_csv: None }
+    let mut headers = data.next().map_or_else(Vec::new, |line| fields(line, delimiter));
+    let mut rows: Vec<Vec<String>> =
+        data.map(|line| fields(line, delimiter)).filter(|row| row.len() == headers.len()).collect();
+    let unit_row = given.unit_row || has_units(&rows, decimal as u8);
+    if unit_row && !rows.is_empty() {
+        for (header, unit) in headers.iter_mut().zip(rows.remove(0)) {
+            let unit = unit.trim_matches(['[', ']', '(', ')']);
+            if !unit.is_empty() && split_header(header).1.is_none() {
+                *header = format!("{header} [{unit}]");
+            }
+        }
+    }
+    Layout { unit_row, headers, rows, delimiter, decimal, comment: told.clone().or(comment), no_csv: None }
+}
+
+/// Whether the first row holds words in most of the cells that hold numbers in the second.
+fn has_units(rows: &[Vec<String>], decimal: u8) -> bool {
+    let [first, second, ..] = rows else { return false };
+    let is_number = |cell: &str| number::parse(cell.trim().as_bytes(), decimal).is_some();
+    let numbers = second.iter().filter(|cell| is_number(cell)).count();
+    let words = first.iter().zip(second).filter(|(word, cell)| is_number(cell) && !is_number(word) && word.len() < 16);
+    numbers > 1
+        && 2 * words.filter(|(word, _)| !word.is_empty()).count() > numbers
+        && !first.iter().any(|c| is_number(c))
 }
 
 impl Layout {
@@ -104,6 +129,11 @@ impl Layout {
 
     fn first_cell(&self, column: usize) -> Option<&[u8]> {
         Some(self.rows.first()?.get(column)?.trim().as_bytes())
+    }
+
+    /// Whether the cells of a column are durations, as `12.3 sec`.
+    pub fn is_duration(&self, column: usize) -> bool {
+        self.first_cell(column).is_some_and(|c| duration(c, self.decimal as u8).is_some())
     }
 
     /// Whether the cells of a column are dates.

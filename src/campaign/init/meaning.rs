@@ -93,23 +93,23 @@ const PHRASES: &[Phrases] = &[
         "tau_u",
         1,
         "tau u, tau x, force x, fx, x force, surge force, force surge, tau surge, thrust x, surge \
-         thrust, thrust surge, wrench force x",
+         thrust, thrust surge, wrench force x, kraft x",
     ),
     (
         "tau_v",
         1,
         "tau v, tau y, force y, fy, y force, sway force, force sway, tau sway, thrust y, sway thrust, \
-         thrust sway, wrench force y",
+         thrust sway, wrench force y, kraft y",
     ),
     (
         "tau_w",
         1,
         "tau w, tau z, force z, fz, z force, heave force, force heave, tau heave, thrust z, heave \
-         thrust, thrust heave, wrench force z",
+         thrust, thrust heave, wrench force z, kraft z",
     ),
     ("tau_p", 1, "tau p, tau k, torque x, moment x, mx, roll moment, roll torque, tau roll, wrench torque x"),
     ("tau_q", 1, "tau q, tau m, torque y, moment y, my, pitch moment, pitch torque, tau pitch, wrench torque y"),
-    ("tau_r", 1, "tau r, tau n, torque z, moment z, mz, yaw moment, yaw torque, tau yaw, wrench torque z"),
+    ("tau_r", 1, "tau r, tau n, torque z, moment z, mz, yaw moment, yaw torque, tau yaw, wrench torque z, nz"),
     (
         "supply_V",
         1,
@@ -118,6 +118,8 @@ const PHRASES: &[Phrases] = &[
     ),
     ("latitude", 1, "latitude, lat, breite"),
     ("longitude", 1, "longitude, lon, lng, laenge"),
+    ("v_north", 1, "vel north, north vel, velocity north, north velocity, speed north, vn, v n, vel n, velocity n"),
+    ("v_east", 1, "vel east, east vel, velocity east, east velocity, speed east, ve, v e, vel e, velocity e"),
     ("qw", 1, "qw, q w, quat w, quaternion w, orientation w, q 0, quat 0, quaternion 0"),
     ("qx", 1, "qx, q x, quat x, quaternion x, orientation x, q 1, quat 1, quaternion 1"),
     ("qy", 1, "qy, q y, quat y, quaternion y, orientation y, q 2, quat 2, quaternion 2"),
@@ -146,14 +148,44 @@ const FILLERS: &str = "field data vehicle robot auv rov usv asv boat body imu ah
     gnss mocap xkf att local wrench vector math";
 
 /// Words of what is wanted, of quality or of something else.
-const OTHERS: &str = "setpoint sp desired des demand target ref reference goal cmd command cov covariance var variance std \
+const OTHERS: &str = "setpoint sp desired des demand target ref reference goal cov covariance var variance std \
     error err status flag valid temp temperature accel acceleration acc mag bias seq id count nsecs nsec nanosec";
+
+/// Words of a command.
+const COMMANDED: &str = "cmd command commanded";
+
+/// Symbols of forces and moments by SNAME, where the unit says that they are.
+const SYMBOLS: [(&str, &str, &str); 6] = [
+    ("x", "N", "tau_u"),
+    ("y", "N", "tau_v"),
+    ("z", "N", "tau_w"),
+    ("k", "N*m", "tau_p"),
+    ("m", "N*m", "tau_q"),
+    ("n", "N*m", "tau_r"),
+];
+
+/// A force or moment by its symbol and unit, `X [N]`.
+fn by_symbol(words: &Words) -> Option<Meaning> {
+    let ([symbol], Some(unit)) = (&words.words[..], &words.unit) else { return None };
+    let (.., channel) = SYMBOLS.iter().find(|(name, of, _)| name == symbol && of == unit)?;
+    Some(Meaning { channel, sign: 1, score: 100 })
+}
 
 /// Score from which a name says just this.
 pub const PLAIN: usize = 90;
 
 /// What the words of a header may mean, best first.
 pub fn of(words: &Words) -> Vec<Meaning> {
+    if let Some(force) = by_symbol(words) {
+        return vec![force];
+    }
+    // a force that is commanded is the force of a model; of anything else the command is what was wanted
+    if words.words.iter().any(|w| has(COMMANDED, w)) {
+        let left: Vec<String> = words.words.iter().filter(|w| !has(COMMANDED, w)).cloned().collect();
+        let mut forces = of(&Words { words: left, unit: words.unit.clone() });
+        forces.retain(|m| m.channel.starts_with("tau_"));
+        return forces;
+    }
     // a speed that is "lat" is lateral, and no latitude
     let speed = words.words.iter().any(|w| ["speed", "vel", "velocity"].contains(&w.as_str()));
     if words.words.iter().any(|w| has(OTHERS, w) && !(speed && w == "lat")) {
@@ -220,6 +252,10 @@ mod tests {
             ("north", "x"),
             ("depth_m", "z"),
             ("pressure_bar", "z"),
+            ("cmd_force_x", "tau_u"),
+            ("X [N]", "tau_u"),
+            ("N (Nm)", "tau_r"),
+            ("vel_north", "v_north"),
             ("CTD pressure [dbar]", "z"),
             ("field.twist.twist.linear.x", "u"),
             ("field.pose.pose.position.y", "y"),

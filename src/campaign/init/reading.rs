@@ -102,6 +102,10 @@ impl Understood {
             self.options.comment.clone_from(&layout.comment);
             self.guess("comment", "lines before the header begin with it");
         }
+        if layout.unit_row && !given.unit_row {
+            self.options.unit_row = true;
+            self.guess("unit_row", "the line below the header holds words where the next ones hold numbers");
+        }
     }
 
     /// Gives each header its channel.

@@ -42,6 +42,10 @@ impl Understood {
             self.options.time_format = Some(TimeFormat::Iso8601);
             self.options.time_unit = None;
             self.guess("time_format", "the stamps are dates");
+        } else if layout.is_duration(at) && self.options.time_format.is_none() {
+            self.options.time_format = Some(TimeFormat::Duration);
+            self.options.time_unit = None;
+            self.guess("time_format", "the stamps are numbers with a unit");
         } else if layout.is_time_of_day(at) && self.options.time_format.is_none() {
             self.options.time_format = Some(TimeFormat::TimeOfDay);
             self.options.time_unit = None;

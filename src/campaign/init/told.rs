@@ -18,8 +18,12 @@ pub struct Told {
 }
 
 /// The groups of the reader: what they consist of, and the channels that nothing else may tell.
-const GROUPS: [(&[&str], &[&str]); 2] =
-    [(&["latitude", "longitude"], &["x", "y"]), (&["qw", "qx", "qy", "qz"], &["phi", "theta", "psi"])];
+const GROUPS: [(&[&str], &[&str]); 3] = [
+    (&["latitude", "longitude"], &["x", "y"]),
+    (&["qw", "qx", "qy", "qz"], &["phi", "theta", "psi"]),
+    // after the quaternion, which may tell the heading that they are turned by
+    (&["v_north", "v_east"], &["u", "v"]),
+];
 
 /// Degrees beyond which a number is no angle, but a count of 1e-7 degrees as autopilots write them.
 const NO_DEGREES: f64 = 360.0;
@@ -63,7 +67,8 @@ impl Understood {
     pub(super) fn place_told(&mut self, told: &Told, layout: &Layout, own: &mut Vec<String>, left: &mut Vec<String>) {
         for (sources, gives) in GROUPS {
             let headers: Vec<&str> = sources.iter().filter_map(|s| told.header(s)).collect();
-            let told_else = gives.iter().any(|name| own.iter().any(|o| o == name));
+            let has = |name: &str| own.iter().any(|o| o == name);
+            let told_else = gives.iter().any(|name| has(name)) || gives.contains(&"u") && !has("psi");
             if headers.len() < sources.len() || told_else {
                 left.extend(headers.into_iter().map(str::to_string));
                 continue;
@@ -77,7 +82,7 @@ impl Understood {
                         source.scale = 1e-7;
                         why += "; numbers of that size are 1e-7 degrees";
                     }
-                } else if told.of["qw"].1.words.last().is_some_and(|w| w == "0") {
+                } else if told.of.get("qw").is_some_and(|(_, words)| words.words.last().is_some_and(|w| w == "0")) {
                     why += "; the first of the four is taken for w";
                 }
                 self.options.columns.insert((*name).to_string(), source);

@@ -4,6 +4,7 @@
 //! latitude, longitude  →  x, y               metres north and east of the first fix        [`geodetic`]
 //! qw, qx, qy, qz       →  phi, theta, psi    angles of the rotation from body to earth      [`quaternion`]
 //! sog, cog             →  u, v               speed and course over ground, by the heading   [`ground`]
+//! v_north, v_east      →  u, v               north and east over ground, by the heading     [`ground`]
 //! ```
 //!
 //! A sample is one in which all of a group are there; what a slower sensor only repeats is none, as of any measured channel.
@@ -33,10 +34,11 @@ struct Group {
     tell: fn(&Columns<'_>) -> Told,
 }
 
-const GROUPS: [Group; 3] = [
+const GROUPS: [Group; 4] = [
     Group { sources: &["latitude", "longitude"], gives: &["x", "y"], unit: "m", tell: geodetic::tell },
     Group { sources: &["qw", "qx", "qy", "qz"], gives: &["phi", "theta", "psi"], unit: "rad", tell: quaternion::tell },
     Group { sources: &["sog", "cog"], gives: &["u", "v"], unit: "m/s", tell: ground::tell },
+    Group { sources: &["v_north", "v_east"], gives: &["u", "v"], unit: "m/s", tell: ground::tell_components },
 ];
 
 /// The columns of a group at their common stamps.
@@ -101,7 +103,7 @@ pub enum DerivedError {
         time: f64,
     },
     /// Speed and course without a heading.
-    #[error("speed and course over ground become u and v by the heading, and there is no psi at the same time")]
+    #[error("velocities over ground become u and v by the heading, and there is no psi at the same time")]
     NoHeading,
 }
 
@@ -270,6 +272,19 @@ mod tests {
         for (name, x) in [("u", 3.0_f64.sqrt() * knots), ("v", knots)] {
             assert!((log.signals[name].values()[0] - x).abs() < 1e-14, "{name}");
             assert!(log.signals[name].values()[2].abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn velocities_north_and_east_are_those_of_the_body_by_the_heading() {
+        // heading east: east is ahead, north is to port
+        let text = "t,hdg [deg],vn,ve\n0,90,0.5,2\n1,90,0,1\n";
+        let columns = "psi = \"hdg\"\nv_north = \"vn\"\nv_east = \"ve\"\n";
+        let log = log(columns, text, &["t", "u", "v"]).unwrap();
+        for (name, x) in [("u", [2.0, 1.0]), ("v", [-0.5, 0.0])] {
+            for (y, x) in log.signals[name].values().iter().zip(x) {
+                assert!((y - x).abs() < 1e-14, "{name}: {y} for {x}");
+            }
         }
     }
 
