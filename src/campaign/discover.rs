@@ -62,7 +62,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
     let mut model = campaign.model.clone();
     let mut searched = search(&model);
-    if let Err(OutputErrorError::NotIdentified { parameters }) = &searched {
+    if let Err(OutputErrorError::NotIdentified { parameters, .. }) = &searched {
         let said = hold(&mut model, parameters);
         searched = search(&model);
         if let Ok(found) = &mut searched {

@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use super::codes;
+use super::load::moves;
 use super::logs::Logged;
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -24,6 +25,16 @@ pub fn nominal(dof: Dof) -> String {
     format!("nominal_{}", dof.force())
 }
 
+/// No force in the degrees of freedom of `undriven`, at the stamps of the others, where the log of a moving vehicle has none.
+pub(super) fn nothing(run: &mut Run, undriven: &[Dof]) {
+    let known = Dof::ALL.into_iter().find_map(|dof| run.signal(dof.force()).map(|s| s.shared_time().clone()));
+    let Some(time) = known.filter(|_| moves(run.kind)) else { return };
+    for dof in undriven {
+        let none = || Signal::new(time.clone(), vec![0.0; time.len()]);
+        run.signals.entry(dof.force().to_string()).or_insert_with(none);
+    }
+}
+
 /// Puts the forces that act into the run of `logged`; what there is to say goes to its findings. Degrees of freedom
 /// that the user's own formulas drive (`driven`) need none.
 ///
@@ -32,7 +43,7 @@ pub fn nominal(dof: Dof) -> String {
 pub(super) fn apply(
     logged: &mut Logged,
     dofs: &[Dof],
-    driven: &[Dof],
+    uncommanded: &[Dof],
     thrusters: &[Thruster],
     efficiency: &Efficiency,
 ) -> Result<(), Vec<Finding>> {
@@ -90,7 +101,7 @@ pub(super) fn apply(
     let needs = !matches!(logged.run.kind, RunKind::Bollard | RunKind::Towing);
     let absent: Vec<Finding> = dofs
         .iter()
-        .filter(|dof| needs && !driven.contains(dof) && !logged.run.signals.contains_key(dof.force()))
+        .filter(|dof| needs && !uncommanded.contains(dof) && !logged.run.signals.contains_key(dof.force()))
         .map(|dof| {
             let text = "no such column, and no thruster forces F1 … or commands V1 … that would give it";
             Finding::at(&codes::NO_FORCE, &name, None, Some(dof.force()), text).of_run(&name)

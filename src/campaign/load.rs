@@ -272,7 +272,7 @@ pub(super) fn assemble(
     let (mut runs, mut benches, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     let mut position = true;
     model.through_water = velocities_through_water(&logged)?;
-    let driven = baseline::driven_by_formulas(&file);
+    let uncommanded = [baseline::driven_by_formulas(&file), file.model.undriven.clone()].concat();
     let whole = !logged.iter().any(|logged| logged.piece);
     let mut holding: BTreeSet<String> = BTreeSet::new();
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
@@ -284,9 +284,10 @@ pub(super) fn assemble(
         if held[k] && mixed {
             window::steps(&mut logged.run);
         }
-        if let Err(wrong) = forces::apply(&mut logged, &model.dofs, &driven, &file.thrusters, &file.efficiency) {
+        if let Err(wrong) = forces::apply(&mut logged, &model.dofs, &uncommanded, &file.thrusters, &file.efficiency) {
             refused.extend(wrong);
         }
+        forces::nothing(&mut logged.run, &file.model.undriven);
         position &= logged.position || !moves(logged.run.kind);
         findings.append(&mut logged.findings);
         if logged.run.span().is_none() {

@@ -157,8 +157,9 @@ pub(super) fn told_by_pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> bool
 /// the force where a formula of the user drives, may be absent.
 pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     let (told, driven) = (baseline::told_by_functions(file), baseline::driven_by_formulas(file));
+    let uncommanded = || driven.iter().chain(&file.model.undriven);
     let optional = |column: &&str| {
-        told.iter().any(|dof| dof.velocity() == *column) || driven.iter().any(|dof| dof.force() == *column)
+        told.iter().any(|dof| dof.velocity() == *column) || uncommanded().any(|dof| dof.force() == *column)
     };
     let velocities = file.model.dofs.iter().map(|dof| dof.velocity());
     let all = match kind {

@@ -91,6 +91,7 @@ mod through_water;
 mod tied_inertias;
 mod ties;
 mod told_in_other_words;
+mod undriven;
 mod unexcited;
 mod upright;
 mod view;

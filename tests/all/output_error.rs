@@ -85,7 +85,7 @@ fn what_the_data_cannot_tell_is_named() {
     model.set("inertia@sway", 400.0);
     let refused = output_error(&model, &[run.clone()], &options()).unwrap_err();
     assert!(
-        matches!(&refused, OutputErrorError::NotIdentified { parameters } if parameters.iter().any(|p| p.contains("sway"))),
+        matches!(&refused, OutputErrorError::NotIdentified { parameters, .. } if parameters.iter().any(|p| p.contains("sway"))),
         "{refused}"
     );
     let nothing = output_error(&model, &[Run::default()], &options()).unwrap_err();

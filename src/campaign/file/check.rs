@@ -162,6 +162,9 @@ impl Check<'_> {
                 self.twice(&format!("model.dofs[{i}]"), &format!("model.dofs[{first}]"), dof);
             }
         }
+        for (i, dof) in model.undriven.clone().into_iter().enumerate() {
+            self.modelled(&format!("model.undriven[{i}]"), Some(dof));
+        }
         for (i, name) in model.effects.iter().enumerate() {
             let path = format!("model.effects[{i}]");
             self.name(&path, name);

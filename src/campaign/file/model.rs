@@ -24,6 +24,10 @@ pub struct ModelTable {
     /// slowly changing commands, and the trapezoids of the integral regression assume the same.
     #[serde(default)]
     pub input: Interpolation,
+    /// Degrees of freedom that nothing commands, such as the sway of a vessel with two thrusters: a log without their force is
+    /// one in which it is nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undriven: Vec<Dof>,
 }
 
 /// A `[[parameter]]` table: start, bounds, held value or prior of one parameter.

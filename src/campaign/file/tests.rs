@@ -294,6 +294,11 @@ fn contradictions_are_refused() {
         "linear_drag@sway",
         &["7:23: model.effects[1]: `sway` is not among the `dofs` of [model]: add it there, or leave this out"],
     );
+    refused(
+        "dofs = ",
+        "undriven = ['sway']\ndofs = ",
+        &["6:13: model.undriven[0]: `sway` is not among the `dofs` of [model]: add it there, or leave this out"],
+    );
 }
 
 #[test]

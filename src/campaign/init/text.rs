@@ -35,6 +35,8 @@ pub struct Draft<'a> {
 struct Chosen {
     dofs: Vec<Dof>,
     words: Vec<String>,
+    /// Those that move though nothing commands them.
+    undriven: Vec<Dof>,
     /// Said on the terminal, too: nothing moves under a command.
     idle: Option<String>,
 }
@@ -169,6 +171,7 @@ impl Draft<'_> {
     fn chosen(&self, thrusters: &[Thruster]) -> Chosen {
         let mut words = Vec::new();
         let mut dofs = Vec::new();
+        let (mut drifting, mut undriven) = (Vec::new(), Vec::new());
         let (mut measured_all, mut driven_all) = (Vec::new(), Vec::new());
         for dof in Dof::ALL {
             let moved = self.logs.iter().filter_map(|l| l.log.as_ref()).map(|log| motion::of(&log.signals, dof)).max();
@@ -182,7 +185,7 @@ impl Draft<'_> {
             }
             match (moved, driven) {
                 (Moved::Moves, true) => dofs.push(dof),
-                (Moved::Moves, false) => words.push(format!("{dof} is left out: it moves, and no command drives it")),
+                (Moved::Moves, false) => drifting.push(dof),
                 (Moved::Rests, _) => {
                     words.push(format!("{dof} is left out: it does not move beyond the noise of its sensor"));
                 }
@@ -190,6 +193,28 @@ impl Draft<'_> {
                 (Moved::Unmeasured, false) => {}
             }
         }
+        for dof in drifting {
+            // turning at speed throws a vehicle outwards, which drags it, and its own drag tells how
+            let thrown = match dof {
+                Dof::Sway => [Dof::Surge, Dof::Yaw],
+                Dof::Heave => [Dof::Surge, Dof::Pitch],
+                _ => {
+                    words.push(format!("{dof} is left out: it moves, and no command drives it"));
+                    continue;
+                }
+            };
+            if thrown.iter().all(|dof| dofs.contains(dof)) {
+                let [ahead, turn] = thrown;
+                words.push(format!(
+                    "{dof}: no command drives it; {ahead} and {turn} together throw the vehicle outwards"
+                ));
+                dofs.push(dof);
+                undriven.push(dof);
+            } else {
+                words.push(format!("{dof} is left out: it moves, and no command drives it"));
+            }
+        }
+        dofs.sort_unstable();
         let mut idle = None;
         if !self.logs.is_empty() && self.logs.iter().all(|log| log.log.is_none()) {
             words.push("no log could be read: these stand here as an example".into());
@@ -205,7 +230,7 @@ impl Draft<'_> {
         if dofs.is_empty() {
             dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
         }
-        Chosen { dofs, words, idle }
+        Chosen { dofs, words, undriven, idle }
     }
 
     /// Whether a log commands `dof`.
@@ -280,6 +305,14 @@ impl Draft<'_> {
         );
         let _ = writeln!(text, "effects = [{}]   # `hydrosysid effects` lists them", list(effects));
         text += "coriolis = \"tied\"   # \"tied\" to the inertias | \"free\" coefficients\n";
+        if !chosen.undriven.is_empty() {
+            let names: Vec<String> = chosen.undriven.iter().map(|dof| format!("\"{dof}\"")).collect();
+            let _ = writeln!(
+                text,
+                "undriven = [{}]   # nothing commands them: a log without their force is one in which it is nothing",
+                names.join(", ")
+            );
+        }
         let held = self.logs.iter().find_map(|understood| {
             let log = understood.log.as_ref()?;
             let mut signals = drives::signals(understood);

@@ -91,9 +91,10 @@ pub(super) fn maximised(
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
-    let unseen: Vec<String> = search.unseen().into_iter().map(|k| model.parameters[k].full_name()).collect();
-    if !unseen.is_empty() {
-        return Err(OutputErrorError::NotIdentified { parameters: unseen });
+    let unseen = search.unseen().into_iter().map(|k| &model.parameters[k]);
+    let (parameters, values): (Vec<String>, Vec<f64>) = unseen.map(|p| (p.full_name(), p.value)).unzip();
+    if !parameters.is_empty() {
+        return Err(OutputErrorError::NotIdentified { parameters, values });
     }
     // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
     search.climb(options.tolerance.max(ABOUT));

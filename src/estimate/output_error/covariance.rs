@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Fold, Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor};
+use super::{Fold, Linearised, OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, normal_factor, value};
 use crate::least_squares::clusters::of_clusters;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
@@ -79,15 +79,15 @@ fn scales(problem: &Problem, segments: &[Linearised]) -> (f64, f64) {
 /// [`OutputErrorError::NotIdentified`] with the unknowns of which the factor says nothing.
 pub(crate) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Result<Vec<f64>, OutputErrorError> {
     let p = problem.unknowns.len();
-    let weak: Vec<String> = (0..p)
+    let (weak, values): (Vec<String>, Vec<f64>) = (0..p)
         .filter(|k| {
             let length: f64 = (0..=*k).map(|i| factor.at(i, *k)[0].powi(2)).sum::<f64>().sqrt();
             factor.at(*k, *k)[0].abs() <= 1e-9 * length || length == 0.0
         })
-        .map(|k| model.parameters[problem.unknowns[k].parameter].full_name())
-        .collect();
+        .map(|k| (model.parameters[problem.unknowns[k].parameter].full_name(), value(model, problem.unknowns[k])))
+        .unzip();
     let Some(inverse) = factor.inverse(p).filter(|_| weak.is_empty()) else {
-        return Err(OutputErrorError::NotIdentified { parameters: weak });
+        return Err(OutputErrorError::NotIdentified { parameters: weak, values });
     };
     // (RᵀR)⁻¹ = R⁻¹ R⁻ᵀ
     Ok((0..p * p).map(|k| (0..p).map(|j| inverse[(k / p) * p + j] * inverse[(k % p) * p + j]).sum()).collect())

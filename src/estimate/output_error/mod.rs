@@ -35,6 +35,7 @@ pub use bound::cramer_rao;
 pub use covariance::StdMethod;
 pub use loss::Loss;
 
+use crate::log::number::short;
 use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
@@ -122,11 +123,19 @@ pub enum OutputErrorError {
         held: bool,
     },
     /// A parameter that this data says nothing about.
-    #[error("this data says nothing about {}: fix them, or add a run that moves them", .parameters.join(", "))]
+    #[error("this data says nothing about {}: fix them, or add a run that moves them", at_the_end(.parameters, .values))]
     NotIdentified {
         /// Their names ([`crate::model::Parameter::full_name`]).
         parameters: Vec<String>,
+        /// Their values where the search ended: one that has grown without end tells of a motion that its force does not make.
+        values: Vec<f64>,
     },
+}
+
+/// Names with the values where the search ended.
+fn at_the_end(names: &[String], values: &[f64]) -> String {
+    let shown = |(name, value): (&String, &f64)| format!("{name} ({} where the search ended)", short(*value, 2));
+    names.iter().zip(values).map(shown).collect::<Vec<_>>().join(", ")
 }
 
 /// The result of an output-error fit.

@@ -56,6 +56,7 @@ pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFil
             effects: model.terms.iter().map(|t| t.name().parse().expect("a term's name is a name")).collect(),
             coriolis,
             input: Interpolation::Linear,
+            undriven: Vec::new(),
         },
         log: hydrosysid::log::LogOptions::default(),
         thrusters: Vec::new(),
