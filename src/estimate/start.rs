@@ -20,7 +20,7 @@ const WINDOW: f64 = 1.0;
 /// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
 /// somebody gave, keep their values.
 ///
-/// Where a run logs poses alone, their slopes are its velocities ([`super::pose_velocity`]).
+/// Where a run logs poses alone, their slopes, turned to the axes of the body, are its velocities.
 pub fn started(model: &Model, runs: &[Run]) -> Model {
     let logged = runs;
     let runs: &[Run] = &with_velocities(model, logged);
