@@ -45,7 +45,7 @@ const MARGIN: f64 = 0.1;
 pub const KC_RATIO: f64 = 2.0;
 
 /// Channels that an envelope holds, of the degrees of freedom `dofs`.
-fn channels() -> impl Iterator<Item = String> {
+fn channels() -> impl Iterator<Item = String> + Clone {
     let speeds = Dof::ALL.map(|dof| dof.velocity().to_string());
     let angles = [Dof::Roll, Dof::Pitch].map(|dof| dof.position().to_string());
     let forces = Dof::ALL.map(|dof| dof.force().to_string());
@@ -54,9 +54,17 @@ fn channels() -> impl Iterator<Item = String> {
 
 /// The envelope of these runs.
 pub fn of<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Envelope {
+    of_channels(runs, channels())
+}
+
+/// The envelope of these runs in the channels of these `names`.
+pub(crate) fn of_channels<'a>(
+    runs: impl IntoIterator<Item = &'a Run>,
+    names: impl Iterator<Item = String> + Clone,
+) -> Envelope {
     let mut seen = Envelope::new();
     for run in runs {
-        for name in channels() {
+        for name in names.clone() {
             let Some((first, rest)) = run.signal(&name).and_then(|s| s.values().split_first()) else { continue };
             let range = seen.entry(name).or_insert([*first; 2]);
             *range = std::iter::once(first).chain(rest).fold(*range, |[low, high], x| [low.min(*x), high.max(*x)]);

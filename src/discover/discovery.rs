@@ -95,7 +95,7 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME];
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -127,6 +127,14 @@ const NO_NAME: Code = Code {
     severity: Severity::Warning,
     meaning: "The model lacks something that no effect of the catalogue explains. Its parameters make up for it in these runs, and \
               mislead in others: they are no physics yet.",
+};
+
+const BEYOND_THE_FIT: Code = Code {
+    code: "D108",
+    kind: "beyond-the-fit",
+    severity: Severity::Warning,
+    meaning: "The model fails only on runs that took no part and go beyond the speeds or forces of those that did: what is \
+              missing there the runs of the fit cannot show. Let such a run take part in the fit.",
 };
 
 /// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where
@@ -171,7 +179,12 @@ pub fn discover(
         }
     }
     let effects = found_effects(&found);
-    let Judged { gap, training, failing } = judged;
+    let Judged { gap, training, failing, mut beyond } = judged;
+    if changed_parameter.is_some() {
+        beyond.clear();
+    }
+    let mut strange: Vec<&str> = beyond.iter().filter_map(|f| f.run.as_deref()).collect();
+    strange.dedup();
     let fit = found.last_fit();
     let is_hopeless = found.hopeless && effects.is_empty();
     let otherwise = if is_hopeless { overwhelmed(&fit.noise.forces, &train) } else { Vec::new() };
@@ -179,7 +192,10 @@ pub fn discover(
         warnings.push(Finding::new(&TIED, TIED.meaning));
     }
     warnings.extend(half_a_sample(&effects, &train));
-    if !passes && !is_hopeless {
+    if !strange.is_empty() {
+        warnings.push(Finding::new(&BEYOND_THE_FIT, BEYOND_THE_FIT.meaning));
+        warnings.extend(beyond.iter().cloned());
+    } else if !passes && !is_hopeless {
         warnings.push(Finding::new(&NO_NAME, NO_NAME.meaning));
     }
     let verdict = verdict(!effects.is_empty(), passes);
@@ -219,10 +235,11 @@ pub fn discover(
                 &found.behaves_like,
                 &fit.noise.forces,
                 better,
-                (&failing, changed_parameter.as_ref()),
+                (&failing, &strange),
+                changed_parameter.as_ref(),
             ),
         },
-        next_experiment: next::driven(&dofs).or(more),
+        next_experiment: next::driven(&dofs).or(next::take_part(&strange)).or(more),
         moved_otherwise: dofs,
         changed_parameter,
         residuals,

@@ -3,13 +3,18 @@
 //! ```text
 //! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white;      σ_F ≤ 10 rms τ
 //! ```
+//!
+//! A run that took no part may go where no run of the fit went: astern, faster. What fails on such runs alone is missing all
+//! the same, and the runs of the fit cannot show what it is.
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
 use super::held_out::on_others;
 use super::search::{Search, Task};
 use super::verdict::{failing, overwhelmed};
+use crate::envelope;
 use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
+use crate::finding::Finding;
 use crate::progress;
 
 /// What predictions say of the fits of a search.
@@ -20,6 +25,8 @@ pub(super) struct Judged {
     pub training: Vec<Forecast>,
     /// Channels in which the last fit fails, with how far its predictions err.
     pub failing: Vec<(String, f64)>,
+    /// Where runs that took no part go beyond those of the fit, if the last fit fails on such runs alone.
+    pub beyond: Vec<Finding>,
 }
 
 /// How a fit predicts the runs that it was made of.
@@ -46,16 +53,25 @@ impl Judged {
         let (outputs, last) = &predicted[predicted.len() - 1];
         let training = on_training(fit);
         let mut failing_in = failing(outputs, last, &training);
+        let mut beyond = Vec::new();
         if !failing_in.is_empty() && !held.is_empty() {
             let estimated = on_others(fit, held, fitting)?;
             let allowed = with_all_open(fit, &estimated, last, (held, &fitting.base), task.options.seed)?;
             failing_in = failing(outputs, &allowed, &training);
+            let range = envelope::of(task.train);
+            let strange: Vec<Vec<Finding>> = held.iter().map(|run| envelope::beyond(run, &range)).collect();
+            let within = allowed.into_iter().zip(&strange).filter(|(_, found)| found.is_empty());
+            let within: Vec<Forecast> = within.map(|(forecast, _)| forecast).collect();
+            if !failing_in.is_empty() && failing(outputs, &within, &training).is_empty() {
+                beyond = strange.concat();
+            }
         }
         for (dof, times) in overwhelmed(&fit.noise.forces, task.train) {
             if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
                 failing_in.push((dof.velocity().to_string(), times));
+                beyond.clear();
             }
         }
-        Ok(Judged { gap, training, failing: failing_in })
+        Ok(Judged { gap, training, failing: failing_in, beyond })
     }
 }

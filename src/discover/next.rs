@@ -135,6 +135,16 @@ pub(super) fn driven(dofs: &[Dof]) -> Option<String> {
     })
 }
 
+/// What to do where the model fails on `runs` alone, which go beyond the range of those of the fit. `None` where it is not so.
+pub(super) fn take_part(runs: &[&str]) -> Option<String> {
+    let one = runs.first()?;
+    Some(format!(
+        "Let {} take part in the fit (role = \"train\"), hold another run out, and look again: no run of the fit goes where {one} \
+         goes.",
+        runs.join(", ")
+    ))
+}
+
 /// What to do where a parameter is not the same at all times.
 fn apart(changed: &ChangedParameter) -> String {
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
@@ -156,9 +166,8 @@ fn apart(changed: &ChangedParameter) -> String {
 fn reveal(unseen: &[String]) -> Option<String> {
     const NAMED: usize = 3;
     // what no run can show is no reason for another run
-    let first: Vec<&String> = unseen.iter().filter(|name| !name.contains(':')).take(NAMED).collect();
-    let data = shown_by(first.first()?)?;
-    let names: Vec<&str> = first.iter().map(|name| name.as_str()).collect();
+    let names: Vec<&str> = unseen.iter().map(String::as_str).filter(|name| !name.contains(':')).take(NAMED).collect();
+    let data = shown_by(names.first()?)?;
     Some(format!("This data could not have shown {} at any size: {} wants {data}.", names.join(", "), names[0]))
 }
 

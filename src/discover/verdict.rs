@@ -89,14 +89,15 @@ fn force_in_words(forces: &[RandomForce]) -> String {
 }
 
 /// The verdict in plain words. `better` says how much better held-out predictions are with the names, and in which degree
-/// of freedom; `where_from` is the first place of disagreement.
+/// of freedom; `beyond` are the runs that go beyond the range of those of the fit, where the model fails on these alone.
 pub(super) fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
     behaves_like: &[BehavesLike],
     forces: &[RandomForce],
     better: Option<(Measured, f64)>,
-    (failing, changed): (&[(String, f64)], Option<&ChangedParameter>),
+    (failing, beyond): (&[(String, f64)], &[&str]),
+    changed: Option<&ChangedParameter>,
 ) -> String {
     let names: Vec<String> = effects.iter().map(|e| named(&e.id)).collect();
     let names = match names.split_last() {
@@ -118,6 +119,10 @@ pub(super) fn sentence(
         _ => format!("{word} `{}`", channels.join("`, `")),
     };
     let changes = changed.map_or(String::new(), |s| format!(" Not the same at all times: {}.", s.told()));
+    let strange = match beyond {
+        [one] => format!("`{one}`, which goes"),
+        runs => format!("`{}`, which go", runs.join("`, `")),
+    };
     match verdict {
         Verdict::NothingMissing => match forces {
             [] => "Nothing is missing: what the model leaves is the noise of the sensors.".into(),
@@ -127,6 +132,15 @@ pub(super) fn sentence(
             ),
         },
         Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}."),
+        Verdict::PartlyExplained if !beyond.is_empty() => format!(
+            "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit cannot show: it is in \
+             {strange} beyond their range{}.",
+            at(", in")
+        ),
+        Verdict::Unexplained if !beyond.is_empty() => format!(
+            "Something is missing that the runs of the fit cannot show: it is in {strange} beyond their range{}.{behaves}",
+            at(", in")
+        ),
         Verdict::PartlyExplained => format!(
             "Partly explained: {names} {were} missing{gain}; something is left{} that no effect of the catalogue \
              explains.{changes}",
@@ -160,7 +174,7 @@ mod tests {
     fn every_verdict_has_its_sentence() {
         let force = RandomForce { dof: Dof::Surge, rms: 0.8, time: 1.1 };
         let say = |verdict, forces: &[RandomForce]| {
-            sentence(verdict, &[], &[], forces, None, (&[("v".to_string(), 2.0)], None))
+            sentence(verdict, &[], &[], forces, None, (&[("v".to_string(), 2.0)], &[]), None)
         };
         assert_eq!(
             say(Verdict::NothingMissing, &[force]),
@@ -172,9 +186,14 @@ mod tests {
         let (unit, from) = ("kg*m2/s".to_string(), Some(31.2));
         let changed = ChangedParameter { parameter, run, from, change: 0.831, std: 0.0313, unit, p_value: 1e-9 };
         assert_eq!(
-            sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], Some(&changed))),
+            sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], &[]), Some(&changed)),
             "Something is missing that is not in the catalogue. Not the same at all times: k_r of linear_drag@yaw is \
              0.83 ± 0.031 kg*m2/s more from 31 s of run04 on."
+        );
+        let fails = [("u".to_string(), 2.0)];
+        assert_eq!(
+            sentence(Verdict::Unexplained, &[], &[], &[], None, (&fails, &["run08"]), None),
+            "Something is missing that the runs of the fit cannot show: it is in `run08`, which goes beyond their range, in `u`."
         );
         assert_eq!(verdict(true, false), Verdict::PartlyExplained);
     }

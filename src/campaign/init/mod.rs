@@ -13,6 +13,7 @@ mod meaning;
 mod priors;
 mod reading;
 mod reading_options;
+mod roles;
 mod stamps;
 mod text;
 mod told;

@@ -1,20 +1,19 @@
 //! The text of the campaign, table by table.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::commands::{self, Kind};
 use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{options, said, table};
-use super::{InitRequest, drives, geometry, priors};
+use super::{InitRequest, drives, geometry, priors, roles};
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_value};
 use crate::check::motion::{self, Moved};
 use crate::effects::{Coriolis, CoriolisRow, Effect};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
 use crate::model::places_of;
-use crate::run::Signal;
+use crate::run::{Run, Signal};
 use crate::thrust::thruster::Thruster;
 
 /// All that the text is made of.
@@ -58,9 +57,9 @@ impl Draft<'_> {
         text += &self.log_table(common);
         text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
         text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
-        let roles = self.roles(&chosen);
+        let roles = self.roles(&chosen.dofs);
         for (dive, role) in self.dives.iter().zip(roles) {
-            text += &self.run_table(dive, &role, common.is_none());
+            text += &self.run_table(dive, role, common.is_none());
         }
         (text + &self.not_placed(), chosen.idle)
     }
@@ -350,36 +349,16 @@ impl Draft<'_> {
         text
     }
 
-    /// Role of each dive: of three and more every third validates, if what it moves another one moves too.
-    fn roles(&self, chosen: &Chosen) -> Vec<String> {
-        let moves = |dive: &[usize]| -> BTreeSet<Dof> {
-            let of = |dof: &Dof| {
-                dive.iter()
-                    .filter_map(|k| self.logs[*k].log.as_ref())
-                    .any(|l| motion::of(&l.signals, *dof) == Moved::Moves)
-            };
-            chosen.dofs.iter().copied().filter(of).collect()
+    /// Role of each dive.
+    fn roles(&self, dofs: &[Dof]) -> Vec<&'static str> {
+        let read = |dive: &Vec<usize>| {
+            let logs = dive.iter().filter_map(|k| self.logs[*k].log.as_ref());
+            let signals = logs.flat_map(|log| log.signals.iter().map(|(name, signal)| (name.clone(), signal.clone())));
+            Run { signals: signals.collect(), ..Run::default() }
         };
-        let moved: Vec<BTreeSet<Dof>> = self.dives.iter().map(|dive| moves(dive)).collect();
-        let mut validates: Vec<usize> = Vec::new();
-        // every third first, then whichever can be spared
-        let thirds = (2..moved.len()).step_by(3);
-        for k in thirds.chain(0..moved.len()) {
-            if validates.contains(&k) {
-                continue;
-            }
-            let others = || (0..moved.len()).filter(|o| *o != k && !validates.contains(o));
-            let covered: BTreeSet<Dof> = others().flat_map(|o| moved[o].iter().copied()).collect();
-            if moved.len() >= 3
-                && (validates.len() + 1) * 3 <= moved.len()
-                && moved[k].is_subset(&covered)
-                && !moved[k].is_empty()
-            {
-                validates.push(k);
-            }
-        }
-        let role = |k: usize| if validates.contains(&k) { "validate" } else { "train" };
-        (0..moved.len()).map(|k| role(k).to_string()).collect()
+        let dives: Vec<Run> = self.dives.iter().map(read).collect();
+        let role = |validates: bool| if validates { "validate" } else { "train" };
+        roles::validating(&dives, dofs).into_iter().map(role).collect()
     }
 
     fn run_table(&self, dive: &[usize], role: &str, own: bool) -> String {
@@ -410,8 +389,7 @@ impl Draft<'_> {
             "kind = \"{kind}\"   # bollard | bench | towing | constant_velocity | oscillatory | zigzag | free"
         );
         if self.dives.len() >= 3 {
-            text +=
-                "# guessed: every third run takes no part in the fit, where others move the same degrees of freedom\n";
+            text += "# guessed: every third run takes no part in the fit, where others move the same and go as far\n";
         }
         let _ = writeln!(text, "role = \"{role}\"   # train | validate: takes no part in the fit");
         for stretch in logs.iter().filter_map(|l| self.request.learned.closed_loop.get(&l.shown)).flatten() {
