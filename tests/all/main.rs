@@ -26,6 +26,7 @@ mod any_bytes;
 mod attitude;
 mod badlogs;
 mod bench_vehicle;
+mod beyond_the_fit;
 mod bollard_tables;
 mod book;
 mod campaign_file;

@@ -1,0 +1,46 @@
+//! A loss of thrust astern, of which only a held-out run could tell, on the plant.
+
+use std::path::Path;
+
+use hydrosysid::campaign::{self, Campaign, LoadOptions};
+use hydrosysid::discover::{Discovery, Verdict};
+use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomForce, Vehicle};
+
+/// What is found where the last run alone goes astern, with this role.
+fn found(role: &str) -> Discovery {
+    let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &[Axis::Surge]);
+    (sea.runs, sea.duration, sea.seed) = (6, 60.0, 611);
+    sea.force = RandomForce { share: 0.02, correlation: 1.0 };
+    sea.hidden = vec![Hidden::new("thrust_reverse_loss@surge")];
+    let ahead = |mean| Manoeuvre::Alone(Axis::Surge, 0.25, mean);
+    sea.manoeuvres = vec![ahead(0.5), ahead(0.4), ahead(0.6), ahead(0.3), ahead(0.5), ahead(-0.5)];
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("beyond_the_fit_{role}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+    let file = folder.join("campaign.toml");
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    let (others, last) = text.split_at(text.find("run05.csv").expect("six runs"));
+    let text = others.to_string() + &last.replacen("\"validate\"", &format!("\"{role}\""), 1);
+    std::fs::write(&file, text).expect("it can be written");
+    campaign::discover(&Campaign::load(&file, LoadOptions::default()).expect("a campaign")).expect("it can be searched")
+}
+
+#[test]
+fn what_only_a_held_out_run_shows_is_not_said_to_be_in_no_catalogue() {
+    let found = found("validate");
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+    assert!(found.sentence.contains("cannot show: it is in `run05.csv`, which goes beyond"), "{}", found.sentence);
+    let codes: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    assert!(codes.contains(&"D108") && codes.contains(&"E101") && !codes.contains(&"D107"), "{codes:?}");
+    let next = found.next_experiment.expect("something is to be done");
+    assert!(next.starts_with("Let run05.csv take part in the fit"), "{next}");
+}
+
+/// What the next experiment advises: the run takes part, and the loss has its name.
+#[test]
+fn with_the_run_in_the_fit_the_loss_is_named() {
+    let found = found("train");
+    let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(names, ["thrust_reverse_loss@surge"], "{}", found.sentence);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+}
