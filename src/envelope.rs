@@ -8,7 +8,7 @@
 //! Speeds and rates (m/s, rad/s), roll and pitch (rad), forces that act (N, N·m) and Keulegan-Carpenter numbers of the
 //! runs of a fit. Beyond them the model extrapolates, and who uses it is told: [`beyond`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::effects::channel;
 use crate::finding::{Code, Finding, Severity};
@@ -45,7 +45,7 @@ const MARGIN: f64 = 0.1;
 pub const KC_RATIO: f64 = 2.0;
 
 /// Channels that an envelope holds, of the degrees of freedom `dofs`.
-fn channels() -> impl Iterator<Item = String> + Clone {
+fn channels() -> impl Iterator<Item = String> {
     let speeds = Dof::ALL.map(|dof| dof.velocity().to_string());
     let angles = [Dof::Roll, Dof::Pitch].map(|dof| dof.position().to_string());
     let forces = Dof::ALL.map(|dof| dof.force().to_string());
@@ -54,19 +54,16 @@ fn channels() -> impl Iterator<Item = String> + Clone {
 
 /// The envelope of these runs.
 pub fn of<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Envelope {
-    of_channels(runs, channels())
+    of_channels(runs, &channels().collect())
 }
 
 /// The envelope of these runs in the channels of these `names`.
-pub(crate) fn of_channels<'a>(
-    runs: impl IntoIterator<Item = &'a Run>,
-    names: impl Iterator<Item = String> + Clone,
-) -> Envelope {
+pub(crate) fn of_channels<'a>(runs: impl IntoIterator<Item = &'a Run>, names: &BTreeSet<String>) -> Envelope {
     let mut seen = Envelope::new();
     for run in runs {
-        for name in names.clone() {
-            let Some((first, rest)) = run.signal(&name).and_then(|s| s.values().split_first()) else { continue };
-            let range = seen.entry(name).or_insert([*first; 2]);
+        for name in names {
+            let Some((first, rest)) = run.signal(name).and_then(|s| s.values().split_first()) else { continue };
+            let range = seen.entry(name.clone()).or_insert([*first; 2]);
             *range = std::iter::once(first).chain(rest).fold(*range, |[low, high], x| [low.min(*x), high.max(*x)]);
         }
     }

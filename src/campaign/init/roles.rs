@@ -25,7 +25,7 @@ pub(super) fn validating(dives: &[Run], dofs: &[Dof]) -> Vec<bool> {
     };
     let names = channels(dives);
     let is_within = |k: usize, others: &[usize]| {
-        let range = envelope::of_channels(others.iter().map(|o| &dives[*o]), names.iter().cloned());
+        let range = envelope::of_channels(others.iter().map(|o| &dives[*o]), &names);
         envelope::beyond(&dives[k], &range).is_empty()
     };
     let strict = chosen(dives.len(), |k, others| moved_elsewhere(k, others) && is_within(k, others));
