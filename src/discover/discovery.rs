@@ -134,7 +134,7 @@ const BEYOND_THE_FIT: Code = Code {
     kind: "beyond-the-fit",
     severity: Severity::Warning,
     meaning: "The model fails only on runs that took no part and go beyond the speeds or forces of those that did: what is \
-              missing there the runs of the fit cannot show. Let such a run take part in the fit.",
+              missing there the runs of the fit do not show. Let such a run take part in the fit.",
 };
 
 /// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A run that took no part may go where no run of the fit went: astern, faster. What fails on such runs alone is missing all
-//! the same, and the runs of the fit cannot show what it is.
+//! the same, and the runs of the fit do not show what it is.
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
 use super::held_out::on_others;

@@ -133,12 +133,12 @@ pub(super) fn sentence(
         },
         Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}."),
         Verdict::PartlyExplained if !beyond.is_empty() => format!(
-            "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit cannot show: it is in \
+            "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit do not show: it is in \
              {strange} beyond their range{}.",
             at(", in")
         ),
         Verdict::Unexplained if !beyond.is_empty() => format!(
-            "Something is missing that the runs of the fit cannot show: it is in {strange} beyond their range{}.{behaves}",
+            "Something is missing that the runs of the fit do not show: it is in {strange} beyond their range{}.{behaves}",
             at(", in")
         ),
         Verdict::PartlyExplained => format!(
@@ -193,7 +193,7 @@ mod tests {
         let fails = [("u".to_string(), 2.0)];
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[], &[], None, (&fails, &["run08"]), None),
-            "Something is missing that the runs of the fit cannot show: it is in `run08`, which goes beyond their range, in `u`."
+            "Something is missing that the runs of the fit do not show: it is in `run08`, which goes beyond their range, in `u`."
         );
         assert_eq!(verdict(true, false), Verdict::PartlyExplained);
     }
