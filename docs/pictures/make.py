@@ -2,7 +2,7 @@
 
     python docs/pictures/make.py COMMAND [FOLDER]
 
-COMMAND is the built `hydrosysid`; FOLDER takes the PNG files (this folder when absent). Chromium draws, as in
+COMMAND is the built `hydrosysid`; FOLDER takes the pictures (this folder when absent). Chromium draws, as in
 `tests/browser`; the notebook needs the Python package.
 """
 
@@ -13,6 +13,7 @@ import io
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -125,6 +126,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch_folder:
         folder = Path(scratch_folder)
         subprocess.run([command, "demo", "--quiet", "--folder", "demo"], cwd=folder, check=True)
+        shutil.copyfile(folder / "demo" / "gap.svg", out / "gap.svg")
         scratch = folder / "picture.html"
         for columns in (80, 120):
             for name, calls in (

@@ -88,8 +88,8 @@ fn force_in_words(forces: &[RandomForce]) -> String {
     forces.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The verdict in plain words. `better` says how much better held-out predictions are with the names, and in which degree
-/// of freedom; `beyond` are the runs that go beyond the range of those of the fit, where the model fails on these alone.
+/// The verdict in plain words. `better` says how much better held-out predictions 8 s ahead are with the names, and in which
+/// degree of freedom; `beyond` are the runs that go beyond the range of those of the fit, where the model fails on these alone.
 pub(super) fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
@@ -106,7 +106,7 @@ pub(super) fn sentence(
     };
     let were = if effects.len() > 1 { "were" } else { "was" };
     let gain = better.map_or(String::new(), |(measured, times)| {
-        format!("; with it held-out {measured} is predicted {} times better", digits(times))
+        format!("; with it held-out {measured} is predicted {} times better 8 s ahead", digits(times))
     });
     let left = match forces {
         [] => "the noise of the sensors".to_string(),
