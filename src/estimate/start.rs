@@ -37,7 +37,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
     let mut started = model.clone();
     let is_logged = |dof: &Dof| logged.iter().any(|run| run.signal(dof.velocity()).is_some_and(|s| !s.is_empty()));
-    let Some(plain) = regressed(&all, plain, is_logged, options) else { return rough(started, runs) };
+    let Some(plain) = regressed(&all, plain, is_logged, options) else { return rough(started, runs, is_logged) };
     for parameter in started.parameters.iter_mut().filter(|p| !p.fixed && !p.given) {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
@@ -48,7 +48,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
             parameter.per_run.clone_from(&found.per_run);
         }
     }
-    rough(started, runs)
+    rough(started, runs, is_logged)
 }
 
 /// `model` with what its balances say. One in which nothing known acts has no scale of its own: it waits for the others, which
@@ -113,10 +113,14 @@ pub(crate) fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
 /// A motion that its drag stops, or its righting moment turns back, within such a time is none that a log shows, s.
 const AT_ONCE: f64 = 0.05;
 
+/// The same where the velocity is the slope of a second of poses ([`super::pose_velocity`]), which flattens what is quicker:
+/// the regression then finds an inertia that is too small by ten and more, and the fit a random moment in its place.
+const AT_ONCE_BY_SLOPES: f64 = 0.5;
+
 /// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, those so small
-/// that the motion would end at once ([`AT_ONCE`]) are raised, and drag that would feed the motion is left out of the
+/// that the motion would end at once ([`AT_ONCE`], by whether a sensor tells the velocity) are raised, and drag that would feed the motion is left out of the
 /// start: a simulation from there would run away.
-fn rough(mut model: Model, runs: &[Run]) -> Model {
+fn rough(mut model: Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Model {
     for dof in model.dofs.clone() {
         for drag in ["linear_drag", "quadratic_drag"] {
             let index = model.parameter_of(&format!("{drag}@{dof}"));
@@ -131,7 +135,8 @@ fn rough(mut model: Model, runs: &[Run]) -> Model {
         let (force, speed) = sizes(dof, runs);
         let of = |term: &str| model.parameter_of(term).map_or(0.0, |p| model.parameters[p].value);
         let drag = of(&format!("linear_drag@{dof}")) + 2.0 * speed * of(&format!("quadratic_drag@{dof}"));
-        let least = (drag * AT_ONCE).max(of(&format!("restoring_{dof}")) * AT_ONCE * AT_ONCE);
+        let at_once = if is_logged(&dof) { AT_ONCE } else { AT_ONCE_BY_SLOPES };
+        let least = (drag * at_once).max(of(&format!("restoring_{dof}")) * at_once * at_once);
         let inertia = &mut model.parameters[index];
         if !(inertia.value.is_finite() && inertia.value > 0.0) {
             inertia.value = quick(force, speed);
@@ -216,13 +221,15 @@ mod tests {
             model.set(name, value);
         }
         let inertia = |model: &Model| model.parameters[model.parameter_of("inertia@roll").unwrap()].value;
-        let raised = rough(model.clone(), std::slice::from_ref(&run));
+        let raised = rough(model.clone(), std::slice::from_ref(&run), |_| true);
         assert!((inertia(&raised) - 0.3).abs() < 1e-12, "{}", inertia(&raised));
+        let by_slopes = rough(model.clone(), std::slice::from_ref(&run), |_| false);
+        assert!((inertia(&by_slopes) - 3.0).abs() < 1e-12, "{}", inertia(&by_slopes));
         let index = model.parameter_of("inertia@roll").unwrap();
         model.parameters[index].given = true;
         assert_eq!(inertia(&started(&model, std::slice::from_ref(&run))), 1e-3, "a start that is given is a start");
         model.parameters[index].given = false;
         model.set("inertia@roll", 5.0);
-        assert_eq!(inertia(&rough(model, &[run])), 5.0);
+        assert_eq!(inertia(&rough(model, &[run], |_| true)), 5.0);
     }
 }
