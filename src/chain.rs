@@ -28,7 +28,7 @@ use crate::symbolic::{Expr, Graph, Leaf};
 use crate::units::Dimension;
 
 pub use attitude::{Attitude, turns_freely};
-pub use touched::{acts_in, memory_count};
+pub use touched::{acts_in, alters, follows, memory_count};
 
 /// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The components of a
 /// quaternion stand at 9 to 12, where angles would.

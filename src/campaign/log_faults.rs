@@ -18,11 +18,11 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::load::Campaign;
-use crate::chain::{acts_in, memory_count};
+use crate::chain::{alters, memory_count};
 use crate::check::commands::{self, MISPLACED};
 use crate::check::{self, CheckOptions, CheckReport, FaultKind};
 use crate::discover::LogFinding;
-use crate::effects::{Effect, Family, Place, catalogue};
+use crate::effects::{Effect, Place, catalogue};
 use crate::frame::Dof;
 use crate::model::{Model, places_of};
 use crate::procedure::thruster_force;
@@ -188,12 +188,8 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
 
 /// Channels that an effect makes late: those of a sensor that remembers.
 fn made_late(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static str> {
-    let remembers = || memory_count(&Graph::new(), model, effect, place) > 0;
-    match effect.pose() {
-        _ if effect.about().family != Family::Sensor || !remembers() => Vec::new(),
-        [] => acts_in(effect, place, model).into_iter().map(Dof::velocity).collect(),
-        pose => pose.to_vec(),
-    }
+    let remembers = memory_count(&Graph::new(), model, effect, place) > 0;
+    if remembers { alters(effect, place, model) } else { Vec::new() }
 }
 
 /// Sensors that say late what others say. A command that comes late is none of them.

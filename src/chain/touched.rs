@@ -16,38 +16,77 @@ pub fn memory_count(graph: &Graph, model: &Model, effect: &dyn Effect, place: Pl
 pub fn acts_in(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     let graph = Graph::new();
     let at = somewhere(&graph, model, &effect.channels(place));
-    let specs = effect.parameters(place);
-    let theta: Vec<Expr<'_>> =
-        specs.iter().enumerate().map(|(k, spec)| graph.leaf(Leaf::Parameter(k as u16), spec.dimension)).collect();
+    let theta = parameters(&graph, effect, place);
     if effect.delays_command().is_some() || effect.water(&at, place, &theta).is_some() {
         return model.dofs.clone();
     }
-    let starts = effect.memory(&at, place, &at.command);
-    let state =
-        |(k, start): (usize, &Expr<'_>)| graph.leaf(Leaf::Rate(k as u16), start.dimension().unwrap_or(Dimension::ONE));
-    let memory: Vec<Expr<'_>> = starts.iter().enumerate().map(state).collect();
+    let memory = memories(&at, effect, place);
     let zero = [graph.zero(); 6];
     let (mut momentum, mut wrench, mut tau) = (zero, zero, at.command);
     effect.momentum(&at, place, &theta, &mut momentum);
     effect.wrench(&at, place, &theta, &memory, &mut wrench);
     effect.actuate(&at, place, &theta, &memory, &mut tau);
+    let altered = altered(&at, effect, place, &theta, &memory);
+    let touched = |dof: &Dof| {
+        let i = dof.index();
+        let pushed = !(momentum[i].is_zero() && wrench[i].is_zero() && tau[i].same(at.command[i]));
+        pushed || altered.contains(&dof.velocity()) || altered.contains(&dof.position())
+    };
+    model.dofs.iter().copied().filter(touched).collect()
+}
+
+/// Logged channels of the modelled motion that an effect alters: those of which a sensor says something else.
+pub fn alters(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static str> {
+    let graph = Graph::new();
+    let at = somewhere(&graph, model, &effect.channels(place));
+    let (theta, memory) = (parameters(&graph, effect, place), memories(&at, effect, place));
+    altered(&at, effect, place, &theta, &memory)
+}
+
+/// Degrees of freedom of `model` whose velocity the memory of an effect follows.
+pub fn follows(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
+    let graph = Graph::new();
+    let at = somewhere(&graph, model, &effect.channels(place));
+    let (theta, memory) = (parameters(&graph, effect, place), memories(&at, effect, place));
+    let read: Vec<Leaf> =
+        effect.memory_rate(&at, place, &theta, &memory, &at.command).iter().flat_map(|rate| rate.leaves()).collect();
+    let follows = |dof: &Dof| at.nu[dof.index()].leaves().iter().any(|leaf| read.contains(leaf));
+    model.dofs.iter().copied().filter(follows).collect()
+}
+
+/// The parameters of an effect as symbols.
+fn parameters<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
+    let specs = effect.parameters(place);
+    specs.iter().enumerate().map(|(k, spec)| graph.leaf(Leaf::Parameter(k as u16), spec.dimension)).collect()
+}
+
+/// The states that an effect carries as symbols.
+fn memories<'g>(at: &Instant<'g>, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
+    let starts = effect.memory(at, place, &at.command);
+    let state = |(k, start): (usize, &Expr<'g>)| {
+        at.graph.leaf(Leaf::Rate(k as u16), start.dimension().unwrap_or(Dimension::ONE))
+    };
+    starts.iter().enumerate().map(state).collect()
+}
+
+/// Channels of which an effect makes something else.
+fn altered<'g>(
+    at: &Instant<'g>,
+    effect: &dyn Effect,
+    place: Place,
+    theta: &[Expr<'g>],
+    memory: &[Expr<'g>],
+) -> Vec<&'static str> {
     let told = Logged { nu: at.nu, position: at.position, attitude: at.attitude };
     let mut logged = told.clone();
-    effect.sense(&at, place, &theta, &memory, &mut logged);
+    effect.sense(at, place, theta, memory, &mut logged);
     let pose = |i: usize| match i {
         0..3 => logged.position[i].same(told.position[i]),
         _ => logged.attitude[i - 3].same(told.attitude[i - 3]),
     };
-    let touched = |dof: &Dof| {
-        let i = dof.index();
-        let same = momentum[i].is_zero()
-            && wrench[i].is_zero()
-            && tau[i].same(at.command[i])
-            && logged.nu[i].same(told.nu[i])
-            && pose(i);
-        !same
-    };
-    model.dofs.iter().copied().filter(touched).collect()
+    let velocities = Dof::ALL.iter().filter(|dof| !logged.nu[dof.index()].same(told.nu[dof.index()]));
+    let poses = Dof::ALL.iter().filter(|dof| !pose(dof.index()));
+    velocities.map(|dof| dof.velocity()).chain(poses.map(|dof| dof.position())).collect()
 }
 
 /// An instant in which everything is a symbol of its own.
@@ -104,6 +143,24 @@ mod tests {
         assert_eq!(of("current"), Dof::ALL);
         assert_eq!(of("thrust_delay"), Dof::ALL);
         assert_eq!(of("thrust_lag"), Dof::ALL);
+    }
+
+    /// What a sensor says otherwise, and which velocities its memory follows.
+    #[test]
+    fn sensors_alter_their_channels_and_memories_follow_velocities() {
+        use Dof::*;
+        let model = Model::new(&[Surge, Sway, Yaw], Coriolis::Tied);
+        let of = |id: &str| {
+            let effect = catalogue(Coriolis::Tied).into_iter().find(|e| e.about().id == id).unwrap();
+            let place = places_of(effect.as_ref(), &model.dofs)[0];
+            (alters(effect.as_ref(), place, &model), follows(effect.as_ref(), place, &model))
+        };
+        assert_eq!(of("sensor_position_delay"), (vec!["x", "y"], vec![Surge, Sway]));
+        assert_eq!(of("sensor_dvl_delay").1, [Surge, Sway]);
+        assert_eq!(of("sensor_gyro_lag"), (vec!["r"], vec![Yaw]));
+        assert_eq!(of("sensor_compass_deviation"), (vec!["psi"], vec![]));
+        assert_eq!(of("fluid_memory"), (vec![], vec![Surge]));
+        assert_eq!(of("thrust_lag"), (vec![], vec![]));
     }
 
     #[test]

@@ -8,12 +8,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::screen::Score;
-use crate::chain::{acts_in, memory_count};
+use crate::chain::{acts_in, alters, follows};
 use crate::effects::{Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal, greatest};
-use crate::symbolic::Graph;
 
 /// Effects that no data can tell from the one that speaks for them, and that are therefore not asked: a late log is a late
 /// command.
@@ -230,22 +229,25 @@ fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
     places
 }
 
-/// Whether every run has the channels that the effect reads.
+/// Whether every run has the channels that the effect reads, and a run one that it alters.
 fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> bool {
-    let has = |name: &str| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
+    let logs = |run: &Run, name: &str| run.signal(name).is_some_and(|s| !s.is_empty());
+    let has = |name: &str| runs.iter().all(|run| logs(run, name));
     let family = effect.about().family;
-    // a loss of thrust needs a thrust, and a memory of the motion listens to the log
     let heard = match (family, place.other.or(place.dof)) {
+        // a loss of thrust needs a thrust
         (Family::Actuator, Some(dof)) => has(dof.force()),
         (Family::Actuator, None) => Dof::ALL.iter().any(|dof| has(dof.force())),
-        (_, Some(dof)) if memory_count(&Graph::new(), model, effect, place) > 0 => has(dof.velocity()),
-        // what a sensor smooths or delays has to be logged
-        (Family::Sensor, None) if effect.pose().is_empty() && memory_count(&Graph::new(), model, effect, place) > 0 => {
-            acts_in(effect, place, model).into_iter().all(|dof| has(dof.velocity()))
-        }
+        // what a sensor alters has to be logged
+        (Family::Sensor, _) => alters(effect, place, model).iter().any(|name| runs.iter().any(|run| logs(run, name))),
         _ => true,
     };
-    heard && effect.channels(place).iter().all(|name| has(name)) && effect.pose().iter().all(|name| has(name))
+    // a memory listens to the log
+    let listens = || follows(effect, place, model).into_iter().all(|dof| has(dof.velocity()));
+    heard
+        && listens()
+        && effect.channels(place).iter().all(|name| has(name))
+        && effect.pose().iter().all(|name| has(name))
 }
 
 /// Whether a channel moves by more than its noise.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hydrosysid::campaign::{self, Campaign, Check, FitOptions, LoadOptions, check_campaign};
 use hydrosysid_plant::instrument::Instrument;
-use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Pilots, Sailed, Vehicle};
+use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Pilots, RandomForce, Sailed, Vehicle};
 
 use crate::shared;
 
@@ -69,15 +69,20 @@ fn a_fit_of_poses_gives_back_the_truth() {
 }
 
 /// Rate of change of a logged position or angle: central differences, at both ends one-sided ones.
+/// A small vehicle by fixes and heading alone, 10 Hz: 50 mm and half a degree.
+fn by_fixes(seed: u64, pilots: Pilots) -> Sea {
+    let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
+    (sea.runs, sea.duration, sea.seed, sea.pilots) = (6, 60.0, seed, pilots);
+    sea.instruments = vec![Instrument::new(10.0, &[("psi", 0.0087), ("x", 0.05), ("y", 0.05)])];
+    sea
+}
+
 /// A vehicle that turns quicker than a second of fixes shows, known by them and its heading alone. From one start of the moment
 /// alone half of such campaigns under feedback gave a twentieth of its inertia, 190 to 470 deviations off.
 #[test]
 fn a_quick_vehicle_known_by_fixes_is_that_vehicle() {
     for (seed, pilots) in [(1, Pilots::Closed), (2, Pilots::Open), (5, Pilots::Closed)] {
-        let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
-        (sea.runs, sea.duration, sea.seed, sea.pilots) = (6, 60.0, seed, pilots);
-        sea.instruments = vec![Instrument::new(10.0, &[("psi", 0.0087), ("x", 0.05), ("y", 0.05)])];
-        let (sailed, file) = written("quick", &sea);
+        let (sailed, file) = written("quick", &by_fixes(seed, pilots));
         let campaign = Campaign::load(&file, LoadOptions::default()).expect("it is a campaign");
         let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
         for p in fit.parameters.iter().filter(|p| ["inertia", "quadratic_drag"].contains(&p.effect.as_str())) {
@@ -87,6 +92,25 @@ fn a_quick_vehicle_known_by_fixes_is_that_vehicle() {
             // 18 of them: one in 1e5 is that far off by chance
             assert!(off.abs() < 5.0, "seed {seed}, {pilots:?}, {term}: {} for {truth}, {off:.1} deviations", p.value);
         }
+    }
+}
+
+/// Without any velocity in the log nothing listens to one: a search that asked for a late position ended in an error. What no
+/// sensor logs is no sensor's fault either.
+#[test]
+fn what_is_missing_is_found_by_fixes_alone() {
+    for (hidden, names) in [(None, vec![]), (Some("current"), vec!["current"])] {
+        let mut sea = by_fixes(71, Pilots::Closed);
+        sea.force = RandomForce { share: 0.02, correlation: 1.0 };
+        sea.hidden = hidden.into_iter().map(Hidden::new).collect();
+        let (_, file) = written("missing", &sea);
+        let campaign = Campaign::load(&file, LoadOptions::default()).expect("it is a campaign");
+        let found = campaign::discover(&campaign).expect("it can be searched");
+        let told: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+        assert_eq!(told, names, "{}", found.sentence);
+        let asked: Vec<&str> = found.smallest_visible.iter().map(|c| c.id.as_str()).collect();
+        assert!(asked.iter().all(|id| !id.contains("dvl") && !id.contains("gyro")), "{asked:?}");
+        assert!(asked.contains(&"cubic_drag@yaw") && !asked.contains(&"sensor_position_delay"), "{asked:?}");
     }
 }
 

@@ -32,7 +32,7 @@ pub struct Filtered {
 
 /// Belief before the first sample of a stretch.
 #[derive(Debug, Clone)]
-struct Start {
+pub(super) struct Start {
     x: Vec<f64>,
     variance: Vec<f64>,
 }
@@ -83,22 +83,25 @@ impl Filtered {
     }
 
     /// Begins anew where the runs say that velocities without a sensor began, smoothed under `noise`: x̂₀ and its deviation, three
-    /// times as wide; whether there are any. ∂L/∂x₀ = λ and ∂L/∂P₀ = Λ of L = −ln L say it:
+    /// times as wide. ∂L/∂x₀ = λ and ∂L/∂P₀ = Λ of L = −ln L say it:
     ///
     /// ```text
     /// x̂₀ = x₀ − P₀ λ,    P̂₀ = P₀ − P₀ (2 Λ + λ λᵀ) P₀
     /// ```
+    ///
+    /// Gives back where they began before.
     pub(super) fn begin_smoothed(
         &mut self,
         model: &Model,
         noise: &NoiseModel,
         mobilities: &[DMatrix<f64>],
         limit: f64,
-    ) -> bool {
+    ) -> Option<Vec<Start>> {
         let unseen = unseen_velocity::states(&self.problem);
         if unseen.is_empty() {
-            return false;
+            return None;
         }
+        let before = self.starts.clone();
         let read = |members: &[usize], tape: &Tape<LANES>| {
             let by = |state: &usize| (*state, tape.by_beginning(*state));
             (members.to_vec(), unseen.iter().map(by).collect::<Vec<_>>())
@@ -117,7 +120,12 @@ impl Filtered {
                 }
             }
         }
-        true
+        Some(before)
+    }
+
+    /// Begins where [`Filtered::begin_smoothed`] says that the runs began before.
+    pub(super) fn begin_as(&mut self, starts: Vec<Start>) {
+        self.starts = starts;
     }
 
     /// The same stretches and beliefs with another compiled model of the same states.

@@ -102,8 +102,13 @@ pub(super) fn maximised(
         return Err(search.gives_up());
     }
     let Search { filtered, model: here, noise, mobilities, limit, .. } = &mut search;
-    if filtered.begin_smoothed(here, noise, mobilities, *limit) {
+    if let Some(before) = filtered.begin_smoothed(here, noise, mobilities, *limit) {
         search.renew();
+        // smoothed beginnings of a fit that is far off may be none from which it can go on
+        if !search.cost.is_finite() {
+            search.filtered.begin_as(before);
+            search.renew();
+        }
     }
     search.plain = Plain { cost: search.cost, outliers: search.has_outliers() };
     let mut converged = match options.limit {
@@ -152,12 +157,7 @@ impl<'a> Search<'a> {
         noise: NoiseModel,
         options: &'a FilterErrorOptions,
     ) -> Result<Search<'a>, OutputErrorError> {
-        let diverges = || {
-            let name = |p: &crate::model::Parameter| format!("{} {} = {}", p.term, p.spec.name, p.value);
-            let values = model.parameters.iter().map(name).collect::<Vec<_>>().join(", ");
-            OutputErrorError::Diverges { values }
-        };
-        let mobilities = filtered.mobilities(model).ok_or_else(diverges)?;
+        let mobilities = filtered.mobilities(model).ok_or_else(|| diverges(model))?;
         let floors = start::floors(&filtered);
         let outputs = &filtered.problem.dynamics.outputs;
         let stated: Vec<Option<f64>> =
@@ -191,7 +191,7 @@ impl<'a> Search<'a> {
         };
         search.renew();
         if !search.cost.is_finite() {
-            return Err(diverges());
+            return Err(diverges(model));
         }
         let samples: usize = search.current.iter().map(|s| s.samples).sum();
         let unknowns = search.filtered.problem.unknowns.len();
@@ -346,6 +346,9 @@ impl<'a> Search<'a> {
     }
 
     fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
+        if !self.cost.is_finite() {
+            return Err(diverges(&self.model));
+        }
         let factor = self.filtered.factor(&self.model, &self.current);
         let p = self.filtered.problem.unknowns.len();
         let mut covariance =
@@ -381,6 +384,12 @@ impl<'a> Search<'a> {
             converged,
         })
     }
+}
+
+/// The model that runs away, with its values.
+fn diverges(model: &Model) -> OutputErrorError {
+    let name = |p: &crate::model::Parameter| format!("{} {} = {}", p.term, p.spec.name, p.value);
+    OutputErrorError::Diverges { values: model.parameters.iter().map(name).collect::<Vec<_>>().join(", ") }
 }
 
 /// Shortest and longest correlation time that the runs could show, s: half of the shortest interval of the samples, and
