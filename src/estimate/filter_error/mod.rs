@@ -187,13 +187,8 @@ pub fn filter_error(
 ) -> Result<FilterErrorFit, OutputErrorError> {
     let from = |model: &Model| {
         let filtered = Filtered::new(model, runs, &options.base)?;
-        let from_share = |share: f64| {
-            let noise = start::noise(&filtered, model, runs, &options.forces, share);
-            steps::maximised(model, filtered.clone(), noise, options)
-        };
-        let (first, second) = start::shares_of_moment(&filtered, &options.forces);
-        let fitted = from_share(first);
-        second.map(from_share).into_iter().fold(fitted, higher)
+        let noises = start::noises(&filtered, model, runs, &options.forces);
+        steps::maximised(model, &filtered, noises, options)
     };
     match from(model) {
         // a model that lacks much may start as a vehicle that none is
@@ -201,18 +196,6 @@ pub fn filter_error(
             from(&tame(model, runs)).map_err(|_| OutputErrorError::Diverges { values })
         }
         fitted => fitted,
-    }
-}
-
-/// The fit of the higher likelihood, both of the same runs: every innovation as it is.
-fn higher(
-    one: Result<FilterErrorFit, OutputErrorError>,
-    other: Result<FilterErrorFit, OutputErrorError>,
-) -> Result<FilterErrorFit, OutputErrorError> {
-    match (one, other) {
-        (Ok(one), Ok(other)) => Ok(if other.plain.cost < one.plain.cost { other } else { one }),
-        (Err(error), Err(_)) => Err(error),
-        (one, other) => one.or(other),
     }
 }
 
@@ -226,7 +209,7 @@ pub fn filter_error_from(
     noise: NoiseModel,
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
-    steps::maximised(model, Filtered::new(model, runs, &options.base)?, noise, options)
+    steps::maximised(model, &Filtered::new(model, runs, &options.base)?, vec![noise], options)
 }
 
 /// The free parameters of `model` on `runs` under a noise that is known, by Gauss-Newton alone.

@@ -23,16 +23,8 @@ const SHARE: f64 = 0.1;
 /// The same for a moment where fixes alone tell a velocity along an axis: all of the thrust. Velocities that are not settled yet
 /// turn the vehicle by a Munk moment of many deviations of its rate; a filter that has no other name for it takes the masses for
 /// equal, (m_u − m_v) u v = 0, a top of the likelihood that it does not leave. Where fixes tell the rate too, so large a moment
-/// may itself be a top, with an inertia of a twentieth; the search therefore starts from both shares ([`shares_of_moment`]).
+/// may itself be a top, with an inertia of a twentieth; the search therefore starts from both shares.
 const MOMENT_SHARE: f64 = 1.0;
-
-/// Share of the thrust from which a random moment starts, and the one from which a second search does.
-pub(super) fn shares_of_moment(filtered: &Filtered, forces: &Forces) -> (f64, Option<f64>) {
-    let states = &filtered.problem.dynamics.states;
-    let unseen = unseen_velocity::states(&filtered.problem);
-    let drifts = unseen.iter().any(|k| matches!(states[*k], StateId::Velocity(dof) if !dof.is_rotation()));
-    if drifts && forces.is_estimated() { (MOMENT_SHARE, Some(SHARE)) } else { (SHARE, None) }
-}
 
 /// Correlation time at which the search starts and about which its prior stands, s: turbulence at a vehicle's scale.
 pub(super) const TIME: f64 = 1.0;
@@ -43,14 +35,17 @@ const TIME_SPREAD: f64 = 1.5;
 /// Deviation of ln R about a stated deviation: a statement may be wrong by several times.
 const STATED_SPREAD: f64 = 1.0;
 
-/// Noise from which the search starts.
-pub(super) fn noise(
-    filtered: &Filtered,
-    model: &Model,
-    runs: &[Run],
-    forces: &Forces,
-    share_of_moment: f64,
-) -> NoiseModel {
+/// Noises from which the search starts.
+pub(super) fn noises(filtered: &Filtered, model: &Model, runs: &[Run], forces: &Forces) -> Vec<NoiseModel> {
+    let states = &filtered.problem.dynamics.states;
+    let unseen = unseen_velocity::states(&filtered.problem);
+    let drifts = unseen.iter().any(|k| matches!(states[*k], StateId::Velocity(dof) if !dof.is_rotation()));
+    let shares: &[f64] = if drifts && forces.is_estimated() { &[MOMENT_SHARE, SHARE] } else { &[SHARE] };
+    shares.iter().map(|share| noise(filtered, model, runs, forces, *share)).collect()
+}
+
+/// The same from one share of the thrust for a random moment.
+fn noise(filtered: &Filtered, model: &Model, runs: &[Run], forces: &Forces, share_of_moment: f64) -> NoiseModel {
     let dofs = filtered.problem.dynamics.velocities();
     let forces = match forces {
         Forces::None => Vec::new(),
