@@ -118,8 +118,8 @@ const AT_ONCE: f64 = 0.05;
 const AT_ONCE_BY_SLOPES: f64 = 0.5;
 
 /// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, those so small
-/// that the motion would end at once ([`AT_ONCE`], by whether a sensor tells the velocity) are raised, and drag that would feed the motion is left out of the
-/// start: a simulation from there would run away.
+/// that the motion would end at once ([`AT_ONCE`], by whether a sensor tells the velocity) are raised, and drag that would feed
+/// the motion is left out of the start: a simulation from there would run away.
 fn rough(mut model: Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Model {
     for dof in model.dofs.clone() {
         for drag in ["linear_drag", "quadratic_drag"] {

@@ -68,7 +68,6 @@ fn a_fit_of_poses_gives_back_the_truth() {
     assert!(compared == 6 && off.is_empty(), "{compared}: {off:?}");
 }
 
-/// Rate of change of a logged position or angle: central differences, at both ends one-sided ones.
 /// A small vehicle by fixes and heading alone, 10 Hz: 50 mm and half a degree.
 fn by_fixes(seed: u64, pilots: Pilots) -> Sea {
     let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
@@ -114,6 +113,7 @@ fn what_is_missing_is_found_by_fixes_alone() {
     }
 }
 
+/// Rate of change of a logged position or angle: central differences, at both ends one-sided ones.
 fn slope(time: &[f64], x: &[f64]) -> Vec<f64> {
     let last = time.len() - 1;
     let about = |k: usize| (k.saturating_sub(1), (k + 1).min(last));

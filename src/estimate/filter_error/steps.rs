@@ -30,9 +30,8 @@ const HELD_BACK: f64 = 2.0;
 /// Fall of −2 ln L that the next steps promise, below which the noise is about right.
 const ABOUT: f64 = 1.0;
 
-/// −2 ln L by which two tops may lie apart until the runs begin where they say ([`Filtered::begin_smoothed`]): of twelve campaigns
-/// of noisy fixes one went to a lesser top, 5 deviations off, where the higher one was chosen before. A search that gave up where
-/// it had no hope of coming so near was 5 deviations off in one campaign of 24.
+/// −2 ln L by which two tops may lie apart before the runs begin where they say ([`Filtered::begin_smoothed`]), and both be gone
+/// on from. Where the higher one alone was, one campaign of twelve with noisy fixes ended in the lesser top, 5 deviations off.
 const APART: f64 = 100.0;
 
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
@@ -92,33 +91,28 @@ pub(super) struct Search<'a> {
 /// highest.
 pub(super) fn maximised(
     model: &Model,
-    filtered: &Filtered,
+    filtered: Filtered,
     noises: Vec<NoiseModel>,
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
-    let mut searches = Vec::new();
-    let mut failed = None;
-    let mut least = f64::INFINITY;
-    for noise in noises {
-        match about(model, filtered.clone(), noise, options) {
-            Ok(search) => {
-                least = least.min(search.cost);
-                searches.push(search);
-            }
-            Err(error) => failed = failed.or(Some(error)),
-        }
+    let each = std::iter::repeat_n(filtered, noises.len()).zip(noises);
+    let searches: Vec<_> = each.map(|(filtered, noise)| about(model, filtered, noise, options)).collect();
+    let least = searches.iter().flatten().map(|search| search.cost).fold(f64::INFINITY, f64::min);
+    let near = searches.into_iter().filter(|search| search.as_ref().map_or(true, |s| s.cost <= least + APART));
+    let tops = near.map(|search| search.and_then(|search| to_the_top(search, options)));
+    tops.reduce(higher).unwrap_or_else(|| Err(diverges(model)))
+}
+
+/// The fit of the higher likelihood, every innovation as it is; the first error where there is none.
+fn higher(
+    one: Result<FilterErrorFit, OutputErrorError>,
+    other: Result<FilterErrorFit, OutputErrorError>,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    match (one, other) {
+        (Ok(one), Ok(other)) => Ok(if other.plain.cost < one.plain.cost { other } else { one }),
+        (Err(error), other) => other.map_err(|_| error),
+        (one, Err(_)) => one,
     }
-    let near = searches.into_iter().filter(|search| search.cost <= least + APART);
-    let higher = |one: Result<FilterErrorFit, OutputErrorError>, other: Result<FilterErrorFit, OutputErrorError>| match (
-        one, other,
-    ) {
-        (Ok(one), Ok(other)) if other.plain.cost < one.plain.cost => Ok(other),
-        (Err(_), Ok(other)) => Ok(other),
-        (one, _) => one,
-    };
-    near.map(|search| to_the_top(search, options))
-        .reduce(higher)
-        .unwrap_or_else(|| Err(failed.unwrap_or_else(|| diverges(model))))
 }
 
 /// The rest of a search that has come [`about`] to its top.
