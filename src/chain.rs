@@ -15,6 +15,7 @@
 
 mod accelerate;
 mod attitude;
+mod nature;
 mod sense;
 mod touched;
 
@@ -28,6 +29,7 @@ use crate::symbolic::{Expr, Graph, Leaf};
 use crate::units::Dimension;
 
 pub use attitude::{Attitude, turns_freely};
+pub use nature::{Nature, nature, nature_at};
 pub use touched::{acts_in, alters, follows, memory_count};
 
 /// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The components of a

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::effects::{Coriolis, Effect, Observer, ParameterSpec, Place, Scope, catalogue};
+use crate::effects::{Coriolis, Effect, Observer, ParameterSpec, Place, Scope, catalogue, id};
 use crate::frame::{Dof, Measured};
 
 /// What an input does between two samples.
@@ -305,6 +305,26 @@ impl Model {
         self.terms[self.term(name)?].parameters.first().copied()
     }
 
+    /// The term to which the parameter `index` belongs.
+    pub fn term_of(&self, index: usize) -> Option<&Term> {
+        self.terms.iter().find(|term| term.parameters.contains(&index))
+    }
+
+    /// Index of the virtual mass or moment of inertia in `dof`.
+    pub fn inertia(&self, dof: Dof) -> Option<usize> {
+        self.at(id::INERTIA, dof)
+    }
+
+    /// Index of the first parameter of the effect `id` in `dof`.
+    pub fn at(&self, id: &str, dof: Dof) -> Option<usize> {
+        self.parameter_of(&format!("{id}@{dof}"))
+    }
+
+    /// Value of the first parameter of the effect `id` in `dof`.
+    pub fn value_at(&self, id: &str, dof: Dof) -> Option<f64> {
+        self.at(id, dof).map(|p| self.parameters[p].value)
+    }
+
     /// Sets the value of the first parameter of the term `name`; whether there is such a term.
     pub fn set(&mut self, name: &str, value: f64) -> bool {
         self.parameter_of(name).map(|p| self.parameters[p].value = value).is_some()
@@ -337,7 +357,7 @@ impl Model {
     /// [`ModelError::NoInertia`].
     pub fn check(&self) -> Result<(), ModelError> {
         for dof in &self.dofs {
-            if self.term(&format!("inertia@{dof}")).is_none() {
+            if self.inertia(*dof).is_none() {
                 return Err(ModelError::NoInertia { dof: *dof });
             }
         }

@@ -7,7 +7,7 @@ use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, Observe
 use super::single_thrusters;
 use super::single_thrusters::Own;
 use crate::chain::{acts_in, memory_count};
-use crate::effects::{Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place};
+use crate::effects::{Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place, id};
 use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
 use crate::model::{Model, Parameter, Term, name_of};
@@ -120,7 +120,7 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     }
     // the dry mass is a better start than none, where the log gives no acceleration
     let translation = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| !dof.is_rotation());
-    for p in model.parameters.iter_mut().filter(|p| p.effect == "inertia").filter(translation) {
+    for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(translation) {
         p.value = file.vehicle.mass.unwrap_or(p.value);
     }
     for (i, table) in file.parameters.iter().enumerate().filter(|(_, table)| table.tie.is_none()) {

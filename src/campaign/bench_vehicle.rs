@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use super::bench::{Bench, BenchThruster};
 use super::error::Error;
 use super::vehicles::KnownVehicle;
+use crate::effects::id;
 use crate::simulate::QUICKEST;
 use crate::thrust::bench::Value;
 
@@ -110,7 +111,7 @@ fn dynamics(measured: &BenchThruster) -> Vec<(&'static str, Value)> {
     let apart = lags.iter().map(|lag| (lag.value - mean).hypot(lag.std)).fold(0.0, f64::max);
     let lag = Value { value: mean, std: apart };
     let shown = |(_, v): &(&str, Value)| v.value >= QUICKEST && v.std > 0.0 && v.std.is_finite();
-    [("thrust_lag", lag), ("thrust_delay", measured.fit.delay)].into_iter().filter(shown).collect()
+    [(id::THRUST_LAG, lag), (id::THRUST_DELAY, measured.fit.delay)].into_iter().filter(shown).collect()
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use super::log_faults::{Fault, faults};
 use super::unexcited;
 
 use crate::discover::{self, Discovery, SearchOptions, Verdict};
-use crate::effects::Family;
+use crate::effects::{Family, id};
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -126,7 +126,7 @@ const UNKNOWN: f64 = 0.3;
 /// of freedom of which the inertia is said to be known: that holding cannot mend.
 fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<Model>, Vec<Finding>) {
     let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) else { return (None, Vec::new()) };
-    let inertia = |p: &&Parameter| p.effect == "inertia" && !p.fixed && p.prior.is_none();
+    let inertia = |p: &&Parameter| p.effect == id::INERTIA && !p.fixed && p.prior.is_none();
     let loose = |p: &&Parameter| p.std.is_some_and(|std| std > UNKNOWN * p.value.abs());
     let light = |p: &Parameter| dry_mass(p, vehicle).filter(|dry| is_below(p, *dry) && p.min < *dry);
     let mut held = model.clone();

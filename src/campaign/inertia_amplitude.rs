@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::codes;
 use super::load::Campaign;
-use crate::effects::channel;
+use crate::effects::{channel, id};
 use crate::estimate::identifiability::{RunByRun, run_by_run, trend};
 use crate::estimate::output_error::OutputErrorFit;
 use crate::finding::Finding;
@@ -70,7 +70,7 @@ pub(super) fn against_amplitude(
         .dofs
         .iter()
         .filter(|dof| spread(runs, **dof))
-        .filter_map(|dof| Some((*dof, fit.model.parameter_of(&format!("inertia@{dof}"))?)))
+        .filter_map(|dof| Some((*dof, fit.model.inertia(*dof)?)))
         .filter(|(_, p)| !fit.model.parameters[*p].fixed)
         .collect();
     if asked.is_empty() {
@@ -104,7 +104,7 @@ fn of(
     found: &RunByRun,
     findings: &mut Vec<Finding>,
 ) -> Option<InertiaAgainstAmplitude> {
-    let parameter = fit.model.parameter_of(&format!("inertia@{dof}"))?;
+    let parameter = fit.model.inertia(dof)?;
     let kept: Vec<usize> = (0..found.runs.len()).filter(|k| number(&runs[found.runs[*k]], dof).is_some()).collect();
     if kept.len() < 3 {
         return None;
@@ -121,7 +121,7 @@ fn of(
     };
     let numbers: Vec<f64> = of_kept.runs.iter().filter_map(|r| number(&runs[*r], dof)).collect();
     let line = trend(&of_kept, &numbers)?;
-    let term = format!("added_mass_amplitude@{dof}");
+    let term = format!("{}@{dof}", id::ADDED_MASS_AMPLITUDE);
     if line.p_value < LEVEL / fit.model.dofs.len() as f64 && fit.model.term(&term).is_none() {
         let (low, high) = numbers.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), k| (a.min(*k), b.max(*k)));
         let changes = format!(

@@ -9,7 +9,8 @@
 //! is where no command drives a degree of freedom at all (τ = 0).
 
 use super::codes;
-use crate::effects::Family;
+use crate::chain::{Nature, nature};
+use crate::effects::{Family, id};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
@@ -56,7 +57,7 @@ fn is_open(model: &Model, dof: Dof, undriven: &[Dof]) -> bool {
         || model
             .parameters
             .iter()
-            .any(|p| p.effect == "thrust_interaction_loss" && p.place.dof == Some(dof) && free(p));
+            .any(|p| p.effect == id::THRUST_INTERACTION_LOSS && p.place.dof == Some(dof) && free(p));
     let known = |p: &Parameter| {
         let term = model.term(&p.term).map(|t| model.terms[t].effect.about().family);
         let force = term == Some(Family::Body) && p.spec.is_linear();
@@ -67,7 +68,7 @@ fn is_open(model: &Model, dof: Dof, undriven: &[Dof]) -> bool {
 
 /// Whether inertias stand in the balance of more than their own degree of freedom.
 fn coupled(model: &Model) -> bool {
-    model.terms.iter().any(|t| t.effect.about().id.starts_with("coriolis_") && t.parameters.is_empty())
+    model.terms.iter().any(|t| t.parameters.is_empty() && nature(model, t) == Nature::Coriolis)
 }
 
 #[cfg(test)]

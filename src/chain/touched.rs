@@ -55,13 +55,13 @@ pub fn follows(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
 }
 
 /// The parameters of an effect as symbols.
-fn parameters<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
+pub(super) fn parameters<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
     let specs = effect.parameters(place);
     specs.iter().enumerate().map(|(k, spec)| graph.leaf(Leaf::Parameter(k as u16), spec.dimension)).collect()
 }
 
 /// The states that an effect carries as symbols.
-fn memories<'g>(at: &Instant<'g>, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
+pub(super) fn memories<'g>(at: &Instant<'g>, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
     let starts = effect.memory(at, place, &at.command);
     let state = |(k, start): (usize, &Expr<'g>)| {
         at.graph.leaf(Leaf::Rate(k as u16), start.dimension().unwrap_or(Dimension::ONE))
@@ -90,7 +90,7 @@ fn altered<'g>(
 }
 
 /// An instant in which everything is a symbol of its own.
-fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]) -> Instant<'g> {
+pub(super) fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]) -> Instant<'g> {
     let state = |first: usize, i: usize, unit| graph.leaf(Leaf::State((first + i) as u16), unit);
     let input = |k: usize, unit| graph.leaf(Leaf::Input(k as u16), unit);
     let by_kind = |first: usize, moves: Dimension, turns: Dimension| -> Six<'g> {

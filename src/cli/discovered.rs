@@ -4,6 +4,7 @@ use super::answer;
 use super::output::Output;
 use super::table::{measured, number, size, table, wrapped};
 use crate::discover::{AS_A_WHOLE, Discovery, SmallestVisible, Verdict};
+use crate::effects::id;
 use crate::frame::Measured;
 use crate::wording::probability;
 
@@ -139,25 +140,14 @@ fn place(found: &Discovery, output: &Output) {
     }
 }
 
-/// Effects that are asked for most, in the order of the chain.
-const ASKED: [&str; 8] = [
-    "coriolis_yaw",
-    "cubic_drag",
-    "bias",
-    "thrust_interaction_loss",
-    "thrust_lag",
-    "current",
-    "tether_spring",
-    "sensor_gyro_bias",
-];
-
 /// What the data could have shown, where nothing more was found: the effects that are asked for most.
 fn smallest(found: &Discovery, output: &Output) {
     if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         return;
     }
-    let asked =
-        ASKED.iter().flat_map(|id| found.smallest_visible.iter().filter(move |s| s.id.split('@').next() == Some(id)));
+    let asked = id::ASKED_FOR
+        .iter()
+        .flat_map(|id| found.smallest_visible.iter().filter(move |s| s.id.split('@').next() == Some(id)));
     let row = |s: &SmallestVisible| {
         let (name, size, unit) = s.told();
         vec![name, number(size), unit.to_string()]

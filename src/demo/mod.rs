@@ -46,9 +46,12 @@ pub struct DemoOptions {
     pub hide: String,
 }
 
+/// Effect that is hidden where none is asked for: the Munk moment, which the paper found.
+pub const HIDDEN: &str = "coriolis_yaw";
+
 impl Default for DemoOptions {
     fn default() -> DemoOptions {
-        DemoOptions { folder: "demo".into(), seed: 1, noise: 1.0, hide: "coriolis_yaw".into() }
+        DemoOptions { folder: "demo".into(), seed: 1, noise: 1.0, hide: HIDDEN.into() }
     }
 }
 

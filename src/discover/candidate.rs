@@ -8,15 +8,17 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::screen::Score;
-use crate::chain::{acts_in, alters, follows};
-use crate::effects::{Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, leading_is_all};
+use crate::chain::{Nature, acts_in, alters, follows, nature_at};
+use crate::effects::{
+    Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, id, leading_is_all,
+};
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal, greatest};
 
 /// Effects that no data can tell from the one that speaks for them, and that are therefore not asked: a late log is a late
 /// command.
-const SPOKEN_FOR: [(&str, &str); 1] = [("thrust_delay", "sensor_delay")];
+const SPOKEN_FOR: [(&str, &str); 1] = [(id::THRUST_DELAY, id::SENSOR_DELAY)];
 
 /// Samples that a period has to hold: two are the same at every sample or its opposite, and so stand in for a constant.
 const PERIOD: f64 = 3.0;
@@ -213,7 +215,8 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
 fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
     let mut places = places_of(effect, &model.dofs);
     let about = effect.about();
-    if about.id == "added_mass_coupling" {
+    let symmetric = |p: &Place| p.other.is_some() && nature_at(effect, *p, model) == Nature::Inertia;
+    if places.first().is_some_and(symmetric) {
         places.retain(|p| p.dof < p.other);
     }
     if matches!(about.family, Family::Body) {

@@ -15,7 +15,7 @@ use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, SearchOptions, Step, Task, search};
 use super::surrogate::{leave_out, surrogates};
 use super::verdict::{Verdict, moved_otherwise, overwhelmed, sentence, verdict};
-use crate::effects::{Effect, Place};
+use crate::effects::{Effect, Place, id};
 use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
@@ -260,7 +260,7 @@ pub fn discover(
 /// Says that commands are held where the one name is a delay of half of their sample time.
 fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<Finding> {
     let [only] = effects else { return None };
-    let delay = only.parameters.first().filter(|_| only.id == "thrust_delay")?;
+    let delay = only.parameters.first().filter(|_| only.id == id::THRUST_DELAY)?;
     let commands = || runs.iter().flat_map(|r| Dof::ALL.into_iter().filter_map(|d| r.signal(d.force())));
     let spans = commands().filter(|s| s.len() > 1).map(|s| (s.time()[s.len() - 1] - s.time()[0], s.len() - 1));
     let (seconds, steps) = spans.fold((0.0, 0), |(t, n), (span, count)| (t + span, n + count));

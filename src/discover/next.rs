@@ -3,37 +3,8 @@
 
 use super::residual::Residual;
 use super::{ChangedParameter, FoundEffect, Verdict};
-use crate::effects::{Coriolis, catalogue};
+use crate::effects::{Coriolis, catalogue, id, separating};
 use crate::frame::{Dof, Measured};
-
-/// Runs that separate effects which are often tied: the ids, and the run.
-const SEPARATING: &[(&[&str], &str)] = &[
-    (
-        &["linear_drag", "quadratic_drag", "cubic_drag", "mixed_drag"],
-        "hold constant speeds, one after the other, from the slowest to full speed and in both directions: forms of drag \
-         part at the ends of the range",
-    ),
-    (
-        &["thrust_lag", "thrust_delay", "fluid_memory", "inertia"],
-        "step the command up and down, logged at 10 Hz or faster: a delay answers late but at once, a lag at once but \
-         slowly, and an inertia in proportion to the step",
-    ),
-    (
-        &["coulomb_friction", "bias", "drag_asymmetry", "thrust_reverse_loss", "thrust_deadband", "restoring_surge"],
-        "pass slowly through rest in both directions, once under small commands and once coasting: friction turns with \
-         the motion, a loss of thrust with the command, a bias with neither",
-    ),
-    (
-        &["thrust_interaction_loss", "supply_voltage", "inertia", "sensor_dvl_scale"],
-        "measure one force or one speed by itself: a bollard pull with load cells, or a position that is independent of \
-         the velocity sensor; no log of a free vehicle gives the scale of both",
-    ),
-    (
-        &["current", "bias", "linear_drag", "tether_spring", "wave"],
-        "sail the same straight run on four headings and twice as far: a current turns with the heading, a tether grows \
-         with the distance, a bias does neither",
-    ),
-];
 
 /// The next experiment in one sentence; `open` is where a gap is left, `unseen` what this campaign cannot show.
 pub(super) fn experiment(
@@ -68,14 +39,14 @@ fn shown_by(name: &str) -> Option<String> {
 
 /// The run that tells a name from the others of its class.
 fn separate(tied: &FoundEffect) -> String {
-    if tied.id == "thrust_delay" && tied.also_possible == ["sensor_delay"] {
+    if tied.id == id::THRUST_DELAY && tied.also_possible == [id::SENSOR_DELAY] {
         return "No run of the vehicle can tell a late thrust from a late log: compare the clocks of command and \
                 navigation on the bench."
             .into();
     }
-    let (id, rivals) = (id_of(&tied.id), tied.also_possible.join(", "));
-    let separates = |ids: &&[&str]| ids.contains(&id) && tied.also_possible.iter().any(|r| ids.contains(&id_of(r)));
-    if let Some((_, run)) = SEPARATING.iter().find(|(ids, _)| separates(ids)) {
+    let rivals = tied.also_possible.join(", ");
+    let others: Vec<&str> = tied.also_possible.iter().map(|name| id_of(name)).collect();
+    if let Some(run) = separating(id_of(&tied.id), &others) {
         return format!("To tell {} from {rivals}, {run}.", tied.id);
     }
     let shown = |name: &str| shown_by(name).map(|data| format!("{name} shows by {data}"));

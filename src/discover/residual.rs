@@ -12,6 +12,7 @@
 
 use serde::Serialize;
 
+use crate::effects::id;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::estimate::{RegressorOptions, Span, regressors_of};
 use crate::frame::Dof;
@@ -92,7 +93,7 @@ fn of(fit: &FilterErrorFit, runs: &[Run], dof: Dof) -> Option<Residual> {
     let rms = (windows.iter().map(|w| w.force * w.force).sum::<f64>() / windows.len() as f64).sqrt();
     let outputs = &fit.filtered.problem.dynamics.outputs;
     let sigma = outputs.iter().position(|o| *o == dof.velocity()).map(|k| fit.noise.sensors[k].std)?;
-    let noise = fit.model.value(&format!("inertia@{dof}"))?.abs() * sigma * std::f64::consts::SQRT_2 / WINDOW;
+    let noise = fit.model.value_at(id::INERTIA, dof)?.abs() * sigma * std::f64::consts::SQRT_2 / WINDOW;
     let mut goes_with = dependences(&fit.model, runs, &windows);
     goes_with.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
     goes_with.truncate(MOST);
@@ -106,7 +107,7 @@ fn of(fit: &FilterErrorFit, runs: &[Run], dof: Dof) -> Option<Residual> {
 /// The missing force in windows; `None` where the balance cannot be put together from the log.
 fn windows(model: &Model, runs: &[Run], dof: Dof) -> Option<Vec<Window>> {
     let mut held = model.clone();
-    let inertia = held.parameter_of(&format!("inertia@{dof}"))?;
+    let inertia = held.inertia(dof)?;
     for (k, p) in held.parameters.iter_mut().enumerate() {
         p.fixed = k != inertia;
     }

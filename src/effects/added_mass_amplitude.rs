@@ -13,6 +13,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "added_mass_amplitude";
+
 /// Added mass that depends on the amplitude of the oscillation.
 #[derive(Debug)]
 pub struct AddedMassAmplitude;
@@ -20,7 +23,7 @@ pub struct AddedMassAmplitude;
 impl Effect for AddedMassAmplitude {
     fn about(&self) -> About<'_> {
         About {
-            id: "added_mass_amplitude",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "mᵢ → mᵢ + c KC",

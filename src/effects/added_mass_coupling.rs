@@ -12,6 +12,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "added_mass_coupling";
+
 /// Momentum in one direction from motion in another: added mass off the diagonal, or a centre of gravity off the origin.
 #[derive(Debug)]
 pub struct AddedMassCoupling;
@@ -19,7 +22,7 @@ pub struct AddedMassCoupling;
 impl Effect for AddedMassCoupling {
     fn about(&self) -> About<'_> {
         About {
-            id: "added_mass_coupling",
+            id: ID,
             family: Family::Body,
             scope: Scope::Pairs,
             formula: "πᵢ += mᵢⱼ νⱼ",

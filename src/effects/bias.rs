@@ -11,6 +11,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "bias";
+
 /// A constant force: trim, cable, offset of a command.
 #[derive(Debug)]
 pub struct Bias;
@@ -18,7 +21,7 @@ pub struct Bias;
 impl Effect for Bias {
     fn about(&self) -> About<'_> {
         About {
-            id: "bias",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−b",

@@ -12,6 +12,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "coulomb_friction";
+
 /// ε, m/s or rad/s: the speed at which the friction has reached three quarters of its value.
 const WIDTH: f64 = 0.01;
 
@@ -22,7 +25,7 @@ pub struct CoulombFriction;
 impl Effect for CoulombFriction {
     fn about(&self) -> About<'_> {
         About {
-            id: "coulomb_friction",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d tanh(νᵢ/ε), ε = 0.01",

@@ -11,6 +11,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "cubic_drag";
+
 /// Drag in proportion to the cube of the speed.
 #[derive(Debug)]
 pub struct CubicDrag;
@@ -18,7 +21,7 @@ pub struct CubicDrag;
 impl Effect for CubicDrag {
     fn about(&self) -> About<'_> {
         About {
-            id: "cubic_drag",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ³",

@@ -25,6 +25,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "current";
+
 /// Water that moves over ground.
 #[derive(Debug)]
 pub struct Current;
@@ -32,7 +35,7 @@ pub struct Current;
 impl Effect for Current {
     fn about(&self) -> About<'_> {
         About {
-            id: "current",
+            id: ID,
             family: Family::Environment,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "M ν̇_r + C(ν_r)ν_r + D(ν_r)ν_r = τ, ν_r = ν − Rᵀ(V_N, V_E, 0)",

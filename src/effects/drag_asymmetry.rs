@@ -11,6 +11,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "drag_asymmetry";
+
 /// Quadratic drag that differs between the two directions of motion.
 #[derive(Debug)]
 pub struct DragAsymmetry;
@@ -18,7 +21,7 @@ pub struct DragAsymmetry;
 impl Effect for DragAsymmetry {
     fn about(&self) -> About<'_> {
         About {
-            id: "drag_asymmetry",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ |νᵢ|   only where νᵢ < 0",

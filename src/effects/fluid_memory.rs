@@ -13,6 +13,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "fluid_memory";
+
 /// A drag that follows the speed with a delay: wake and radiation memory.
 #[derive(Debug)]
 pub struct FluidMemory;
@@ -20,7 +23,7 @@ pub struct FluidMemory;
 impl Effect for FluidMemory {
     fn about(&self) -> About<'_> {
         About {
-            id: "fluid_memory",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−k z, T ż = νᵢ − z",

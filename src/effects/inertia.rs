@@ -12,6 +12,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "inertia";
+
 /// Virtual mass: what accelerates with the vehicle, dry mass and added mass.
 #[derive(Debug)]
 pub struct Inertia;
@@ -19,7 +22,7 @@ pub struct Inertia;
 impl Effect for Inertia {
     fn about(&self) -> About<'_> {
         About {
-            id: "inertia",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "πᵢ = mᵢ νᵢ",

@@ -11,6 +11,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "linear_drag";
+
 /// Drag in proportion to the speed.
 #[derive(Debug)]
 pub struct LinearDrag;
@@ -18,7 +21,7 @@ pub struct LinearDrag;
 impl Effect for LinearDrag {
     fn about(&self) -> About<'_> {
         About {
-            id: "linear_drag",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ",

@@ -12,6 +12,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "propeller_advance";
+
 /// Column with the turns of the propeller.
 const TURNS: &str = "propeller_n";
 
@@ -22,7 +25,7 @@ pub struct PropellerAdvance;
 impl Effect for PropellerAdvance {
     fn about(&self) -> About<'_> {
         About {
-            id: "propeller_advance",
+            id: ID,
             family: Family::Actuator,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "X −= k |n| u",

@@ -11,6 +11,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::frame::Dof;
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "quadratic_drag";
+
 /// Drag in proportion to the square of the speed.
 #[derive(Debug)]
 pub struct QuadraticDrag;
@@ -18,7 +21,7 @@ pub struct QuadraticDrag;
 impl Effect for QuadraticDrag {
     fn about(&self) -> About<'_> {
         About {
-            id: "quadratic_drag",
+            id: ID,
             family: Family::Body,
             scope: Scope::Each(&Dof::ALL),
             formula: "−d νᵢ |νᵢ|",

@@ -10,6 +10,9 @@
 use super::{About, Effect, Family, ParameterSpec, Place, Scope};
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "sensor_delay";
+
 /// Navigation that is logged late.
 #[derive(Debug)]
 pub struct SensorDelay;
@@ -17,7 +20,7 @@ pub struct SensorDelay;
 impl Effect for SensorDelay {
     fn about(&self) -> About<'_> {
         About {
-            id: "sensor_delay",
+            id: ID,
             family: Family::Sensor,
             scope: Scope::Everywhere,
             formula: "x_log(t) = x(t − T)",

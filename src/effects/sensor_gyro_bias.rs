@@ -11,6 +11,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "sensor_gyro_bias";
+
 /// A constant error of the yaw rate.
 #[derive(Debug)]
 pub struct SensorGyroBias;
@@ -18,7 +21,7 @@ pub struct SensorGyroBias;
 impl Effect for SensorGyroBias {
     fn about(&self) -> About<'_> {
         About {
-            id: "sensor_gyro_bias",
+            id: ID,
             family: Family::Sensor,
             scope: Scope::Vehicle(&[Dof::Yaw]),
             formula: "r_log = r + b",

@@ -12,6 +12,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "tether_spring";
+
 /// A tether that pulls back to its anchor.
 #[derive(Debug)]
 pub struct TetherSpring;
@@ -19,7 +22,7 @@ pub struct TetherSpring;
 impl Effect for TetherSpring {
     fn about(&self) -> About<'_> {
         About {
-            id: "tether_spring",
+            id: ID,
             family: Family::Environment,
             scope: Scope::Vehicle(&[Dof::Surge]),
             formula: "(X, Y, Z) −= k Rᵀ(x − x_a, y − y_a, 0)",

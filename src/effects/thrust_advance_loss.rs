@@ -12,6 +12,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "thrust_advance_loss";
+
 /// A loss of thrust in proportion to the speed.
 #[derive(Debug)]
 pub struct ThrustAdvanceLoss;
@@ -19,7 +22,7 @@ pub struct ThrustAdvanceLoss;
 impl Effect for ThrustAdvanceLoss {
     fn about(&self) -> About<'_> {
         About {
-            id: "thrust_advance_loss",
+            id: ID,
             family: Family::Actuator,
             scope: Scope::Each(&Dof::ALL),
             formula: "τᵢ → (1 − k |νᵢ|) τᵢ",

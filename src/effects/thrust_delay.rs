@@ -10,6 +10,9 @@
 use super::{About, Effect, Family, ParameterSpec, Place, Scope};
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "thrust_delay";
+
 /// A dead time between command and thrust.
 #[derive(Debug)]
 pub struct ThrustDelay;
@@ -17,7 +20,7 @@ pub struct ThrustDelay;
 impl Effect for ThrustDelay {
     fn about(&self) -> About<'_> {
         About {
-            id: "thrust_delay",
+            id: ID,
             family: Family::Actuator,
             scope: Scope::Everywhere,
             formula: "τ(t) → τ(t − T)",

@@ -11,6 +11,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "thrust_interaction_loss";
+
 /// A wrong scale of the thrust.
 #[derive(Debug)]
 pub struct ThrustInteractionLoss;
@@ -18,7 +21,7 @@ pub struct ThrustInteractionLoss;
 impl Effect for ThrustInteractionLoss {
     fn about(&self) -> About<'_> {
         About {
-            id: "thrust_interaction_loss",
+            id: ID,
             family: Family::Actuator,
             scope: Scope::Each(&Dof::ALL),
             formula: "τᵢ → η τᵢ",

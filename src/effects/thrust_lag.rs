@@ -10,6 +10,9 @@ use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "thrust_lag";
+
 /// A lag of first order between command and thrust.
 #[derive(Debug)]
 pub struct ThrustLag;
@@ -17,7 +20,7 @@ pub struct ThrustLag;
 impl Effect for ThrustLag {
     fn about(&self) -> About<'_> {
         About {
-            id: "thrust_lag",
+            id: ID,
             family: Family::Actuator,
             scope: Scope::Everywhere,
             formula: "τᵢ → zᵢ,   T żᵢ = τᵢ − zᵢ",

@@ -11,6 +11,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// As in a campaign file.
+pub const ID: &str = "trim_offset";
+
 /// Moments of a centre of gravity or buoyancy off the axis.
 #[derive(Debug)]
 pub struct TrimOffset;
@@ -18,7 +21,7 @@ pub struct TrimOffset;
 impl Effect for TrimOffset {
     fn about(&self) -> About<'_> {
         About {
-            id: "trim_offset",
+            id: ID,
             family: Family::Body,
             scope: Scope::Vehicle(&[Dof::Roll, Dof::Pitch]),
             formula: "(K, M, N) += (x, y, 0) × W g(φ, θ)",

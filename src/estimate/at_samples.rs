@@ -34,9 +34,8 @@ impl Components {
         (0..self.time.len()).map(|k| self.terms.iter().map(|(_, f)| f[k]).sum()).collect()
     }
 
-    /// Sum of the terms whose name begins with one of `names`.
-    pub fn sum_of(&self, names: &[&str]) -> Vec<f64> {
-        let wanted = |name: &str| names.iter().any(|n| name.starts_with(n));
+    /// Sum of the terms whose name is `wanted`.
+    pub fn sum_of(&self, wanted: impl Fn(&str) -> bool) -> Vec<f64> {
         let chosen: Vec<&Vec<f64>> = self.terms.iter().filter(|(name, _)| wanted(name)).map(|(_, f)| f).collect();
         (0..self.time.len()).map(|k| chosen.iter().map(|f| f[k]).sum()).collect()
     }
@@ -66,7 +65,7 @@ pub fn direct_columns(
     filter: &PolynomialFilter,
 ) -> Result<Columns, DirectError> {
     let mut columns = Columns::default();
-    let inertia = model.parameter_of(&format!("inertia@{dof}"));
+    let inertia = model.inertia(dof);
     for (index, run) in runs.iter().enumerate() {
         let balance = Balance::compile(model, dof, run)?;
         let mut values = values_in_run(model, index);

@@ -327,7 +327,7 @@ pub(super) fn balances(
 
 /// The inertia of `dof`, where it is free.
 pub(super) fn own_inertia(model: &Model, dof: Dof) -> Option<usize> {
-    model.parameter_of(&format!("inertia@{dof}")).filter(|p| !model.parameters[*p].fixed)
+    model.inertia(dof).filter(|p| !model.parameters[*p].fixed)
 }
 
 /// Solves degrees of freedom together, each with the parameter of its own inertia; `None` where that does not settle.

@@ -8,7 +8,7 @@ use super::integral::balances;
 use super::pose_velocity::with_velocities;
 use super::{IntegralError, IntegralOptions, RegressorError, RegressorOptions, Span, Together};
 use crate::chain::memory_count;
-use crate::effects::{Effect, Family, Scope};
+use crate::effects::{Effect, Family, Scope, id};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::run::{Run, Signal, greatest};
@@ -43,7 +43,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
         {
             // an inertia that is not positive is no start at all, and one at its bound would not be seen to be none
-            let bounded = parameter.effect != "inertia";
+            let bounded = parameter.effect != id::INERTIA;
             parameter.value = if bounded { found.value.clamp(parameter.min, parameter.max) } else { found.value };
             parameter.per_run.clone_from(&found.per_run);
         }
@@ -122,21 +122,22 @@ const AT_ONCE_BY_SLOPES: f64 = 0.5;
 /// the motion is left out of the start: a simulation from there would run away.
 fn rough(mut model: Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Model {
     for dof in model.dofs.clone() {
-        for drag in ["linear_drag", "quadratic_drag"] {
-            let index = model.parameter_of(&format!("{drag}@{dof}"));
+        for drag in [id::LINEAR_DRAG, id::QUADRATIC_DRAG] {
+            let index = model.at(drag, dof);
             if let Some(p) = index.map(|i| &mut model.parameters[i]).filter(|p| !p.fixed && !p.given && p.value < 0.0) {
                 p.value = 0.0_f64.clamp(p.min, p.max);
             }
         }
-        let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
+        let Some(index) = model.inertia(dof) else { continue };
         if model.parameters[index].fixed || model.parameters[index].given {
             continue;
         }
         let (force, speed) = sizes(dof, runs);
-        let of = |term: &str| model.parameter_of(term).map_or(0.0, |p| model.parameters[p].value);
-        let drag = of(&format!("linear_drag@{dof}")) + 2.0 * speed * of(&format!("quadratic_drag@{dof}"));
+        let of = |id: &str| model.value_at(id, dof).unwrap_or(0.0);
+        let drag = of(id::LINEAR_DRAG) + 2.0 * speed * of(id::QUADRATIC_DRAG);
+        let restoring = id::restoring(dof).and_then(|id| model.value(&id)).unwrap_or(0.0);
         let at_once = if is_logged(&dof) { AT_ONCE } else { AT_ONCE_BY_SLOPES };
-        let least = (drag * at_once).max(of(&format!("restoring_{dof}")) * at_once * at_once);
+        let least = (drag * at_once).max(restoring * at_once * at_once);
         let inertia = &mut model.parameters[index];
         if !(inertia.value.is_finite() && inertia.value > 0.0) {
             inertia.value = quick(force, speed);
@@ -165,9 +166,9 @@ pub fn tame(model: &Model, runs: &[Run]) -> Model {
         let sizes = p.place.dof.map(|dof| sizes(dof, runs));
         p.per_run.fill(p.spec.neutral);
         p.value = match (p.effect.as_str(), sizes) {
-            ("inertia", Some((force, speed))) => quick(force, speed),
-            ("linear_drag", Some((force, speed))) if speed > 0.0 => 0.5 * force / speed,
-            ("quadratic_drag", Some((force, speed))) if speed > 0.0 => 0.5 * force / (speed * speed),
+            (id::INERTIA, Some((force, speed))) => quick(force, speed),
+            (id::LINEAR_DRAG, Some((force, speed))) if speed > 0.0 => 0.5 * force / speed,
+            (id::QUADRATIC_DRAG, Some((force, speed))) if speed > 0.0 => 0.5 * force / (speed * speed),
             _ => p.spec.neutral,
         }
         .clamp(p.min, p.max);
@@ -191,7 +192,7 @@ pub fn moved_by_thrust(model: &Model, runs: &[Run]) -> Model {
             (impulse > 0.0 && fastest > 0.0).then(|| MARGIN * impulse / fastest)
         };
         let Some(most) = runs.iter().filter_map(most).max_by(f64::total_cmp) else { continue };
-        let Some(index) = model.parameter_of(&format!("inertia@{dof}")) else { continue };
+        let Some(index) = model.inertia(*dof) else { continue };
         let inertia = &mut bounded.parameters[index];
         if !inertia.fixed && !inertia.given && inertia.value < most {
             inertia.max = inertia.max.min(most);

@@ -9,6 +9,8 @@
 
 use super::body::Body;
 use super::coefficients::Coefficients;
+use crate::effects::id;
+use crate::frame::Dof;
 use crate::model::Model;
 use crate::vehicle::{Vehicle, Water};
 
@@ -51,14 +53,15 @@ pub(super) fn under(
     water: &Water,
 ) -> Buoyancy {
     let has = |id: &str| model.terms.iter().any(|t| t.effect.about().id == id);
+    let restores = |dof: Dof| id::restoring(dof).is_some_and(|id| has(&id));
     let restoring = &found.restoring;
-    let identified = ["restoring_surge", "restoring_sway", "restoring_heave"].iter().position(|id| has(id));
+    let identified = [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().position(restores);
     let net_weight = identified.map_or_else(|| vehicle.net_weight().unwrap_or(0.0), |i| restoring.net_weight[i]);
     let weight = body.mass * g;
     let up = weight - net_weight;
-    let righting = ["restoring_roll", "restoring_pitch"].iter().position(|id| has(id));
+    let righting = [Dof::Roll, Dof::Pitch].into_iter().position(restores);
     // a model with righting moments and no trim_offset floats level
-    let upright = righting.is_some() || has("trim_offset");
+    let upright = righting.is_some() || has(id::TRIM_OFFSET);
     let given = vehicle.cb.unwrap_or(body.cg);
     let arm = |axis: usize, moment: f64| (body.cg[axis] * weight - moment) / up;
     let centre = [

@@ -14,8 +14,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::chain::{Available, assemble, memory_count};
-use crate::effects::Family;
+use crate::chain::{Available, Nature, assemble, memory_count, nature};
+use crate::effects::{Family, id};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::symbolic::{Expr, Graph, Leaf};
@@ -92,7 +92,7 @@ pub fn coefficients(model: &Model) -> Coefficients {
     };
     let mut kept = model.clone();
     kept.terms.retain(|term| match unfit(model, term) {
-        None => !is_restoring(term),
+        None => nature(model, term) != Nature::Restoring,
         Some(reason) => {
             let family = term.effect.about().family;
             result.left_out.push(LeftOut { term: term.name(), family, reason });
@@ -118,20 +118,15 @@ fn unfit(model: &Model, term: &Term) -> Option<String> {
     (!channels.is_empty()).then(|| format!("it reads {}", channels.join(", ")))
 }
 
-fn is_restoring(term: &Term) -> bool {
-    let id = term.effect.about().id;
-    id.starts_with("restoring_") || id == "trim_offset"
-}
-
 fn restoring(model: &Model) -> Restoring {
-    let value = |name: &str| model.value(name).unwrap_or(0.0);
+    let value = |dof: Dof| id::restoring(dof).and_then(|name| model.value(&name)).unwrap_or(0.0);
     let offset = |symbol: &str| {
-        let found = model.parameter("trim_offset", symbol);
+        let found = model.parameter(id::TRIM_OFFSET, symbol);
         model.weight * found.map_or(0.0, |p| model.parameters[p].value)
     };
     Restoring {
-        net_weight: [value("restoring_surge"), value("restoring_sway"), value("restoring_heave")],
-        righting: [value("restoring_roll"), value("restoring_pitch")],
+        net_weight: [Dof::Surge, Dof::Sway, Dof::Heave].map(value),
+        righting: [Dof::Roll, Dof::Pitch].map(value),
         trim: [offset("x_g"), offset("y_g")],
     }
 }

@@ -15,6 +15,7 @@ use super::header::{Bounds, Draft, one_line};
 use super::number::number;
 use super::{Export, ExportError, ExportOptions, Source, Target, losses};
 use crate::campaign::{FitParameter, described};
+use crate::effects::id;
 use crate::frame::Dof;
 use crate::model::Parameter;
 use crate::spreadsheet::{self, harmless};
@@ -51,7 +52,7 @@ pub(super) fn export(source: &Source<'_>, target: Target, options: &ExportOption
 /// SNAME's name and value; of a moment of inertia, which no vehicle file holds, by the dry one that is given.
 fn sname(p: &Parameter, told: FitParameter, inertia: Option<[f64; 3]>) -> FitParameter {
     let Some(dof) = p.place.dof else { return coriolis(p, told) };
-    if p.effect != "inertia" || !dof.is_rotation() {
+    if p.effect != id::INERTIA || !dof.is_rotation() {
         return told;
     }
     let dry = inertia.map(|i| i[dof.index() - 3]);
@@ -60,7 +61,7 @@ fn sname(p: &Parameter, told: FitParameter, inertia: Option<[f64; 3]>) -> FitPar
 
 /// A row of −C(ν)ν whose coefficient has SNAME's sign already: `k_vr` of surge is X_vr.
 fn coriolis(p: &Parameter, told: FitParameter) -> FitParameter {
-    let row = Dof::ALL.into_iter().find(|dof| p.effect == format!("coriolis_{}", dof.name()));
+    let row = Dof::ALL.into_iter().find(|dof| p.effect == id::coriolis(*dof));
     match (row, &told.sname, p.spec.name.strip_prefix("k_")) {
         (Some(row), None, Some(product)) => {
             FitParameter { sname: Some(format!("{}_{product}", row.sname())), sname_value: Some(p.value), ..told }

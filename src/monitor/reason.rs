@@ -12,6 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use crate::chain::{Nature, nature, nature_at};
 use crate::discover::{Columns, ModelOnRuns, Probe, candidates, in_chunks};
 use crate::effects::Family;
 use crate::estimate::filter_error::{Filtered, NoiseModel};
@@ -85,9 +86,8 @@ pub fn reasons(
         found.extend(known(&[k]).map(|r| (r, 1)));
     }
     // what changes together: all inertias, all drags
-    for kind in ["inertia", "drag"] {
-        let of =
-            |p: usize| model.parameters[p].effect == kind || model.parameters[p].effect.ends_with(&format!("_{kind}"));
+    for kinds in [&[Nature::Inertia][..], &[Nature::Drag, Nature::CrossDrag]] {
+        let of = |p: usize| model.term_of(p).is_some_and(|term| kinds.contains(&nature(model, term)));
         let columns: Vec<usize> = (0..directions.len()).filter(|k| of(directions[*k])).collect();
         if columns.len() > 1 {
             found.extend(known(&columns).map(|r| (r, columns.len())));
@@ -116,7 +116,7 @@ pub fn reasons(
                 after: (!shape).then(|| specs[0].neutral + delta[0]),
                 unit: specs.first().map(|s| s.dimension.to_string()).unwrap_or_default(),
                 explained,
-                meaning: meaning(effect.about().id, effect.about().family).into(),
+                meaning: meaning(nature_at(effect.as_ref(), candidate.terms[0].1, model), effect.about().family).into(),
             };
             best[probe.candidate] = Some((reason, delta.len()));
         }
@@ -185,24 +185,22 @@ fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], off: &O
         after: Some(first.value + delta[0]),
         unit: first.spec.dimension.to_string(),
         explained,
-        meaning: meaning(&first.effect, term.effect.about().family).into(),
+        meaning: meaning(nature(model, term), term.effect.about().family).into(),
     })
 }
 
 /// What a change of an effect most likely means.
-fn meaning(id: &str, family: Family) -> &'static str {
-    match (family, id) {
+fn meaning(nature: Nature, family: Family) -> &'static str {
+    match (family, nature) {
         (Family::Actuator, _) => {
             "the thrust has changed: a thruster fails or is fouled, its rope or the battery is at its end"
         }
         (Family::Environment, _) => "the water moves, or a tether pulls",
         (Family::Sensor, _) => "a sensor says something else than it did",
-        (_, "inertia" | "added_mass_coupling" | "added_mass_amplitude") => {
-            "the mass or where it sits has changed: payload, ballast, water inside"
-        }
-        (_, "bias" | "trim_offset") => "a steady force has come or gone: trim, tether, a stuck thruster",
-        (_, id) if id.starts_with("restoring") => "weight or buoyancy has changed: payload, ballast, water inside",
-        (_, id) if id.starts_with("coriolis") || id == "fluid_memory" => "the shape in the water has changed",
+        (_, Nature::Inertia) => "the mass or where it sits has changed: payload, ballast, water inside",
+        (_, Nature::Steady) => "a steady force has come or gone: trim, tether, a stuck thruster",
+        (_, Nature::Restoring) => "weight or buoyancy has changed: payload, ballast, water inside",
+        (_, Nature::Coriolis | Nature::Memory) => "the shape in the water has changed",
         _ => "the resistance has changed: fouling, something caught or lost",
     }
 }

@@ -14,6 +14,7 @@
 //! Avila et al. (2013), eq. 16 and 17.
 
 use super::result::{Estimate, Stage};
+use crate::effects::id;
 use crate::estimate::{SteadyWindow, mean_of};
 use crate::frame::Dof;
 use crate::least_squares::least_squares;
@@ -30,8 +31,8 @@ pub fn is_powered(run: &Run, dof: Dof) -> bool {
 
 /// Drag of `model` in `dof` at a speed, N or N·m: what a carriage pulls.
 pub fn towed_drag(model: &Model, dof: Dof, speed: f64) -> f64 {
-    let value = |effect: &str| model.value(&format!("{effect}@{dof}")).unwrap_or(0.0);
-    value("quadratic_drag") * speed * speed.abs() + value("linear_drag") * speed + value("bias")
+    let value = |effect: &str| model.value_at(effect, dof).unwrap_or(0.0);
+    value(id::QUADRATIC_DRAG) * speed * speed.abs() + value(id::LINEAR_DRAG) * speed + value(id::BIAS)
 }
 
 /// A line, its stage, and the covariance of slope and intercept.
@@ -103,7 +104,7 @@ pub(super) fn stage(
     let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
     let linear = least_squares(&[&speed, &vec![1.0; speed.len()]], &eta).map_err(|e| e.to_string())?;
     let estimate = |name: &str, k: usize, unit: &str| Estimate {
-        effect: "thrust_advance_loss".into(),
+        effect: id::THRUST_ADVANCE_LOSS.into(),
         dof: dof.to_string(),
         name: name.into(),
         value: linear.coefficients[k],

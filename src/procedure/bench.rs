@@ -1,8 +1,9 @@
 //! What every stage reads: the vehicle apart from its model, the runs of a kind, the parameters of effects.
 
 use super::prepare::shown;
+use crate::chain::{Nature, nature};
 use crate::frame::Dof;
-use crate::model::Model;
+use crate::model::{Model, Term};
 use crate::run::{Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::measured::MeasuredCurve;
@@ -28,6 +29,13 @@ pub struct Bench<'a> {
 pub(super) fn of_kind<'a>(runs: &'a [Run], kind: RunKind, dof: Dof, dofs: &[Dof]) -> Vec<&'a Run> {
     let shows = |run: &&Run| kind == RunKind::Zigzag || shown(run, dofs) == Some(dof);
     runs.iter().filter(|run| run.kind == kind).filter(shows).collect()
+}
+
+/// Free linear parameters of the terms in `dof` that are `wanted`.
+pub(super) fn parameters_of(model: &Model, dof: Dof, wanted: Nature) -> Vec<usize> {
+    let here = |term: &&Term| term.place.dof == Some(dof) && nature(model, term) == wanted;
+    let own = |p: &usize| !model.parameters[*p].fixed && model.parameters[*p].spec.is_linear();
+    model.terms.iter().filter(here).flat_map(|term| term.parameters.iter().copied().filter(own)).collect()
 }
 
 /// Free linear parameters of the terms of these effects in `dof`.

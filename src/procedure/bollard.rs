@@ -10,6 +10,7 @@
 use super::effective_thrust::group;
 use super::result::{Estimate, Stage};
 use super::{BollardStage, ProcedureError};
+use crate::effects::id;
 use crate::frame::Dof;
 use crate::least_squares::{LeastSquaresOptions, Names, StdMethod, least_squares_with};
 use crate::run::{Run, Signal};
@@ -61,7 +62,7 @@ fn of_group(
     let covariance = linear.covariance_by(StdMethod::Hac, &[&nominal], &load, &blocks).map_err(of_stage)?;
     let std = covariance[0][0].max(0.0).sqrt();
     let estimate = Estimate {
-        effect: "thrust_interaction_loss".into(),
+        effect: id::THRUST_INTERACTION_LOSS.into(),
         dof: dof.to_string(),
         name: "eta_inter".into(),
         value: fit.value,

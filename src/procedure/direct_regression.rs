@@ -7,9 +7,10 @@
 //! It simulates about as well as the staged model, and its parameters may be absurd (negative quadratic drag): in one
 //! run drag, inertia and the Munk moment are nearly the same signal. Shown side by side, never recommended.
 
-use super::numbers::DRAG;
 use super::result::Stage;
-use super::{ProcedureError, StagedOptions, parameters_at};
+use super::{ProcedureError, StagedOptions, parameters_at, parameters_of};
+use crate::chain::Nature;
+use crate::effects::id;
 use crate::estimate::{DirectError, IntegralError, direct_columns, fit_rows};
 use crate::frame::Dof;
 use crate::model::Model;
@@ -28,9 +29,9 @@ pub fn direct(
     options: &StagedOptions,
 ) -> Result<(Stage, Model), ProcedureError> {
     let mut all = model.clone();
-    let own = [&DRAG[..], &["inertia", "bias"]].concat();
-    let mut free = parameters_at(model, dof, &own);
-    if let Some(term) = model.term(&format!("coriolis_{dof}")) {
+    let own = [parameters_of(model, dof, Nature::Drag), parameters_at(model, dof, &[id::INERTIA, id::BIAS])];
+    let mut free = own.concat();
+    if let Some(term) = model.term(&id::coriolis(dof)) {
         free.extend(model.terms[term].parameters.iter().filter(|p| !model.parameters[**p].fixed));
     }
     for (k, parameter) in all.parameters.iter_mut().enumerate() {
@@ -40,7 +41,7 @@ pub fn direct(
         DirectError::Regressor(e) => ProcedureError::Integral(IntegralError::Regressor(e)),
         DirectError::Filter(e) => ProcedureError::Filter(e),
     })?;
-    let inertia = model.parameter_of(&format!("inertia@{dof}"));
+    let inertia = model.inertia(dof);
     let fit = fit_rows(&columns, inertia, options.std).map_err(|source| ProcedureError::Linear {
         stage: "direct",
         dof,

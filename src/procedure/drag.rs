@@ -8,10 +8,11 @@
 //! window and divided by its length, with no inertia: so the pitch term, a drag per direction, or any other effect of
 //! the model takes part. With few windows the deviations are widened by Student's t, so that two of them hold 95.4 %.
 
-use super::numbers::DRAG;
 use super::result::Stage;
 use super::stage_covariance::{Direction, Found, Held, How, Known};
-use super::{ProcedureError, SteadyStage, codes, parameters_at};
+use super::{ProcedureError, SteadyStage, codes, parameters_at, parameters_of};
+use crate::chain::{Nature, nature};
+use crate::effects::id;
 use crate::estimate::{Columns, Mean, RegressorOptions, Span, StdMethod, SteadyWindow, mean_of, steady_windows};
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -55,9 +56,9 @@ impl Drag {
     /// Hands over to later stages: drag by direction where it was found so.
     pub fn hold(&self, held: &mut Held, model: &Model, dof: Dof) {
         let every: Vec<usize> = self.found.fit.parameters.iter().map(|c| c.parameter).collect();
-        let drag = parameters_at(model, dof, &DRAG);
-        let asymmetry = model.parameter_of(&format!("drag_asymmetry@{dof}"));
-        let quadratic = model.parameter_of(&format!("quadratic_drag@{dof}"));
+        let drag = parameters_of(model, dof, Nature::Drag);
+        let asymmetry = model.at(id::DRAG_ASYMMETRY, dof);
+        let quadratic = model.at(id::QUADRATIC_DRAG, dof);
         let of_all = held.add(&self.found, &every, None);
         for (part, direction) in &self.ways {
             let extra = |p: usize| asymmetry.filter(|_| Some(p) == quadratic);
@@ -65,7 +66,7 @@ impl Drag {
         }
         if !self.ways.is_empty() {
             // each direction has all of its drag
-            for p in parameters_at(model, dof, &["drag_asymmetry"]) {
+            for p in parameters_at(model, dof, &[id::DRAG_ASYMMETRY]) {
                 for direction in [Direction::Positive, Direction::Negative] {
                     held.know(Known::Parameter(p, Some(direction)), 0.0, &[0.0]);
                 }
@@ -89,8 +90,8 @@ pub(super) fn stage(
         return Ok(Err(Finding::new(&codes::NO_STEADY, text)));
     }
     let still = without_inertia(model, dof);
-    let drag = parameters_at(model, dof, &DRAG);
-    let with_bias = [drag.clone(), parameters_at(model, dof, &["bias"])].concat();
+    let drag = parameters_of(model, dof, Nature::Drag);
+    let with_bias = [drag.clone(), parameters_at(model, dof, &[id::BIAS])].concat();
     let all: Vec<&Run> = windows.iter().map(|w| &w.run).collect();
     let free = if all.len() > with_bias.len() { &with_bias } else { &drag };
     let found = match ProcedureError::unless_data(name, dof, means(dof, &all, &still, free, held))? {
@@ -104,7 +105,7 @@ pub(super) fn stage(
             let of_it: Vec<&Run> = windows.iter().filter(|w| w.direction == direction).map(|w| &w.run).collect();
             // what only tells the directions apart has no place in one direction
             let one_way: Vec<usize> =
-                free.iter().copied().filter(|p| model.parameters[*p].effect != "drag_asymmetry").collect();
+                free.iter().copied().filter(|p| model.parameters[*p].effect != id::DRAG_ASYMMETRY).collect();
             if of_it.len() > one_way.len()
                 && let Ok(found) = ProcedureError::unless_data(name, dof, means(dof, &of_it, &still, &one_way, held))?
             {
@@ -184,11 +185,8 @@ fn means(
 /// `model` at constant velocity: its momentum in `dof` does not change.
 fn without_inertia(model: &Model, dof: Dof) -> Model {
     let mut still = model.clone();
-    for p in &mut still.parameters {
-        let momentum = ["inertia", "added_mass_coupling", "added_mass_amplitude"].contains(&p.effect.as_str());
-        if momentum && p.place.dof == Some(dof) {
-            p.value = 0.0;
-        }
+    for term in model.terms.iter().filter(|t| t.place.dof == Some(dof) && nature(model, t) == Nature::Inertia) {
+        term.parameters.iter().for_each(|p| still.parameters[*p].value = 0.0);
     }
     still
 }

@@ -13,11 +13,12 @@
 //! other amplitudes have shown, their misfit would pass for a Coriolis coefficient, for v r hardly changes sign. Each run has a stage of its own, and all runs together one more.
 
 use super::effective_thrust::acting_forces;
-use super::numbers::{DRAG, flow_numbers};
+use super::numbers::flow_numbers;
 use super::result::Stage;
 use super::stage_covariance::{Found, Held, How};
-use super::{Bench, ProcedureError, StagedOptions, codes, parameters_at};
-use crate::effects::Coriolis;
+use super::{Bench, ProcedureError, StagedOptions, codes, parameters_at, parameters_of};
+use crate::chain::Nature;
+use crate::effects::{Coriolis, id};
 use crate::estimate::{RegressorOptions, Span};
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -52,12 +53,12 @@ impl Kind {
 
     /// Parameters to estimate in `dof`.
     pub fn free(self, model: &Model, dof: Dof, held: &Held, options: &StagedOptions) -> Vec<usize> {
-        let drag = if self.options(options).1 { Vec::new() } else { parameters_at(model, dof, &DRAG) };
+        let drag = if self.options(options).1 { Vec::new() } else { parameters_of(model, dof, Nature::Drag) };
         let coriolis = match model.coriolis {
-            Coriolis::Free => parameters_of_term(model, &format!("coriolis_{dof}")),
+            Coriolis::Free => parameters_of_term(model, &id::coriolis(dof)),
             // tied: k_uv = m_v − m_u, and the mass in sway is found in yaw where no run of its own has shown it
             Coriolis::Tied if dof == Dof::Yaw => {
-                parameters_at(model, Dof::Sway, &["inertia"]).into_iter().filter(|p| !held.has(*p)).collect()
+                parameters_at(model, Dof::Sway, &[id::INERTIA]).into_iter().filter(|p| !held.has(*p)).collect()
             }
             Coriolis::Tied => Vec::new(),
         };
@@ -74,7 +75,7 @@ impl Kind {
 pub(super) const ZIGZAG: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
 /// What a run in one degree of freedom shows when its drag is held.
-const MOMENTUM_AND_BIAS: [&str; 3] = ["inertia", "added_mass_coupling", "bias"];
+const MOMENTUM_AND_BIAS: [&str; 3] = [id::INERTIA, id::ADDED_MASS_COUPLING, id::BIAS];
 
 fn parameters_of_term(model: &Model, name: &str) -> Vec<usize> {
     let all = model.term(name).map(|t| model.terms[t].parameters.clone()).unwrap_or_default();
@@ -106,7 +107,7 @@ pub(super) fn stages(
     }
     // only several runs tell an inertia that grows with the amplitude
     let several = kind == Kind::Oscillatory && runs.len() > 1;
-    let amplitude = if several { parameters_at(model, dof, &["added_mass_amplitude"]) } else { Vec::new() };
+    let amplitude = if several { parameters_at(model, dof, &[id::ADDED_MASS_AMPLITUDE]) } else { Vec::new() };
     let free = [free, amplitude].concat();
     let found = match ProcedureError::unless_data(kind.name(), dof, held.fit((dof, runs), model, &free, how, &|_| {}))?
     {
@@ -149,7 +150,7 @@ fn of_run(
 
 /// Says where the Munk coefficient is not the difference of the masses.
 fn finish(kind: Kind, model: &Model, stage: &mut Stage) {
-    let masses = (model.value("inertia@sway"), model.value("inertia@surge"));
+    let masses = (model.value_at(id::INERTIA, Dof::Sway), model.value_at(id::INERTIA, Dof::Surge));
     if let (Kind::Zigzag, (Some(m_v), Some(m_u)), Some(k)) = (kind, masses, stage.estimate("k_uv"))
         && m_v > 0.0
         && m_u > 0.0

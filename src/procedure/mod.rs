@@ -34,14 +34,13 @@ use std::collections::BTreeMap;
 
 pub use self::advance::{is_powered, towed_drag};
 pub use self::bench::Bench;
-use self::bench::{of_kind, parameters_at};
+use self::bench::{of_kind, parameters_at, parameters_of};
 pub use self::bollard::settled_loads;
 pub use self::curves::with_curve_moved;
 pub use self::drag::{steady_means, towed};
 pub use self::effective_thrust::{acting_forces, acting_thruster_force, thruster_force};
 pub use self::error::ProcedureError;
 use self::inertia::Kind;
-pub use self::numbers::DRAG;
 pub use self::numbers::FlowNumbers;
 pub use self::options::{
     Align, BollardStage, DirectStage, GivenWindow, OscillatoryStage, PitchSource, StagedOptions, SteadyStage,
@@ -51,9 +50,10 @@ pub use self::prepare::shown;
 pub use self::result::{Estimate, Stage, StagedResult};
 use self::stage_covariance::Held;
 use self::stages::Stages;
+use crate::effects::id;
 use crate::finding::Finding;
 use crate::frame::Dof;
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
 use crate::thrust::thruster::Thruster;
@@ -186,8 +186,11 @@ fn check_windows(runs: &[Run], options: &StagedOptions, warnings: &mut Vec<Findi
 /// What a reader has to know: signs that cannot be, parameters that no stage estimates.
 fn judge(model: &Model, held: &Held, vehicle: &Vehicle, runs: &[Run], result: &mut StagedResult) {
     for stage in &mut result.stages {
-        let drag = |e: &&Estimate| DRAG[..3].contains(&e.effect.as_str()) || e.effect == "inertia";
-        for e in stage.estimates.iter().filter(drag).filter(|e| e.value < 0.0) {
+        let unphysical = |e: &&Estimate| {
+            let is_this = |p: &&Parameter| p.effect == e.effect && p.spec.name == e.name;
+            model.parameters.iter().find(is_this).is_some_and(|p| p.spec.least >= 0.0 && e.value < 0.0)
+        };
+        for e in stage.estimates.iter().filter(unphysical) {
             let text = format!("{}, {}: {} = {:.4} ± {:.4} {}", stage.name, stage.dof, e.name, e.value, e.std, e.unit);
             stage.warnings.push(Finding::new(&codes::UNPHYSICAL, text));
         }
@@ -204,7 +207,7 @@ fn judge(model: &Model, held: &Held, vehicle: &Vehicle, runs: &[Run], result: &m
     if vehicle.net_weight().is_some()
         && pitches
         && model.dofs.contains(&Dof::Surge)
-        && model.term("restoring_surge").is_none()
+        && id::restoring(Dof::Surge).is_some_and(|id| model.term(&id).is_none())
     {
         result.warnings.push(Finding::new(&codes::GRAVITY, codes::GRAVITY.meaning));
     }

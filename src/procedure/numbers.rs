@@ -9,14 +9,13 @@
 
 use serde::Serialize;
 
+use crate::chain::{Nature, nature};
+use crate::effects::id;
 use crate::estimate::{Components, RegressorError, force_components};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
 use crate::vehicle::{Vehicle, Water};
-
-/// Terms that are drag.
-pub const DRAG: [&str; 5] = ["linear_drag", "quadratic_drag", "cubic_drag", "drag_asymmetry", "coulomb_friction"];
 
 /// Flow numbers; those whose vehicle figures are not known are absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -60,21 +59,22 @@ pub fn flow_numbers(
     let length = vehicle.characteristic_length();
     let arm = |l: f64| if dof.is_rotation() { greatest_speed * l } else { greatest_speed };
     let inertia_coefficient = (!dof.is_rotation())
-        .then(|| Some((model.value(&format!("inertia@{dof}"))? - vehicle.mass?) / (water.density * vehicle.volume?)));
+        .then(|| Some((model.value_at(id::INERTIA, dof)? - vehicle.mass?) / (water.density * vehicle.volume?)));
     Ok(Some(FlowNumbers {
         period,
         greatest_speed,
         reynolds: length.map(|l| arm(l) * l / water.kinematic_viscosity),
         keulegan_carpenter: length.map(|l| arm(l) * period / l),
-        lambda: drag_over_inertia(&parts, first),
+        lambda: drag_over_inertia(&parts, first, model),
         inertia_coefficient: inertia_coefficient.flatten(),
     }))
 }
 
 /// λ from the sample `first` on.
-fn drag_over_inertia(parts: &Components, first: usize) -> f64 {
+fn drag_over_inertia(parts: &Components, first: usize, model: &Model) -> f64 {
+    let is_drag = |name: &str| model.term(name).is_some_and(|t| nature(model, &model.terms[t]) == Nature::Drag);
     let size = |f: &[f64]| f[first..].iter().map(|f| f.abs()).sum::<f64>();
-    size(&parts.sum_of(&DRAG)) / size(&parts.total())
+    size(&parts.sum_of(is_drag)) / size(&parts.total())
 }
 
 /// Period of a signal, s: mean time between its upward crossings of its mean value; `None` with fewer than two.

@@ -16,6 +16,7 @@ use super::Bench;
 use super::curves::with_curve_moved;
 use super::effective_thrust::acting_forces;
 use super::small_sample;
+use crate::effects::id;
 use crate::estimate::{Columns, IntegralError, RegressorOptions, RowFit, StdMethod, fit_rows, regressors_of};
 use crate::frame::Dof;
 use crate::model::Model;
@@ -333,7 +334,7 @@ impl Held {
         match self.entries[k].known {
             Known::Parameter(p, _) => {
                 let parameter = &model.parameters[p];
-                let elsewhere = parameter.place.dof.is_some_and(|d| d != dof) && parameter.effect != "inertia";
+                let elsewhere = parameter.place.dof.is_some_and(|d| d != dof) && parameter.effect != id::INERTIA;
                 !free.contains(&p) && !elsewhere
             }
             Known::Interaction(i) => self.efficiency.eta_inter.0[i].dof == dof,
@@ -351,7 +352,7 @@ impl Held {
         how: How,
         finish: &dyn Fn(&mut Columns),
     ) -> Result<Found, IntegralError> {
-        let inertia = model.parameter_of(&format!("inertia@{dof}")).filter(|p| free.contains(p));
+        let inertia = model.inertia(dof).filter(|p| free.contains(p));
         let usual = self.acting(runs, None);
         let solve = |shifted: Option<(usize, f64)>| -> Result<RowFit, IntegralError> {
             let thrust = |k: usize| !matches!(self.entries[k].known, Known::Parameter(..));

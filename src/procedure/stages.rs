@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use super::drag::Drag;
 use super::inertia::Kind;
-use super::numbers::DRAG;
 use super::stage_covariance::{Held, Known};
 use super::{
     Bench, ProcedureError, StagedOptions, StagedResult, acting_forces, advance, bollard, codes, direct_regression,
-    drag, effective_thrust, inertia, of_kind, parameters_at, prepare,
+    drag, effective_thrust, inertia, of_kind, parameters_of, prepare,
 };
+use crate::chain::Nature;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::run::{Run, RunKind};
@@ -198,7 +198,7 @@ impl<'a> Stages<'a> {
         let propelled = self.drag_stage("steady", dof, &runs, &own)?;
         match propelled.or(towed) {
             Some(drag) => drag.hold(self.held, &self.result.model, dof),
-            None if parameters_at(&self.result.model, dof, &DRAG).iter().any(|p| !self.held.has(*p))
+            None if parameters_of(&self.result.model, dof, Nature::Drag).iter().any(|p| !self.held.has(*p))
                 && !self.options.steady.skip =>
             {
                 let text = format!("no run shows the drag in {dof}: constant_velocity or towing runs would");

@@ -8,11 +8,13 @@
 
 use super::{COVER, Results};
 use crate::campaign::FitStage;
+use crate::chain::{Nature, nature};
+use crate::effects::id;
 use crate::estimate::force_components;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::procedure::direct_regression::alone;
-use crate::procedure::{DRAG, is_powered, steady_means, towed};
+use crate::procedure::{is_powered, steady_means, towed};
 use crate::report::{Axis, Chart, Curves, Figure, Label, Panel, Series};
 use crate::run::{Run, RunKind, Signal};
 
@@ -36,7 +38,7 @@ fn curves(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     let model = drag_alone(&results.fit.model, dof);
     let [low, high] = *results.fit.envelope.get(dof.velocity())?;
     let whole: Vec<usize> = model.terms.iter().flat_map(|t| t.parameters.iter().copied()).collect();
-    if !whole.iter().any(|p| model.parameters[*p].effect != "bias") {
+    if !whole.iter().any(|p| model.parameters[*p].effect != id::BIAS) {
         return None;
     }
     let covariance = &results.fit.covariance;
@@ -94,10 +96,7 @@ fn curves(results: &Results<'_>, dof: Dof) -> Option<Figure> {
 /// The drag and the bias of one degree of freedom, nothing else.
 fn drag_alone(model: &Model, dof: Dof) -> Model {
     let mut own = alone(model, dof);
-    own.terms.retain(|term| {
-        let id = term.effect.about().id;
-        DRAG.contains(&id) || id == "bias"
-    });
+    own.terms.retain(|term| matches!(nature(model, term), Nature::Drag | Nature::Steady));
     own.observers.clear();
     own
 }
@@ -179,7 +178,7 @@ fn inertia(results: &Results<'_>) -> Option<Figure> {
     for dof in &results.fit.model.dofs {
         let of_stage = |s: &FitStage| {
             let numbers = s.numbers?;
-            let mass = s.estimates.iter().find(|e| e.effect == "inertia")?;
+            let mass = s.estimates.iter().find(|e| e.effect == id::INERTIA)?;
             Some((numbers.keulegan_carpenter?, numbers.inertia_coefficient?, mass.std / displaced?))
         };
         let staged = results.fit.stages.iter().filter(|s| s.dof == *dof).filter_map(of_stage);

@@ -1,7 +1,8 @@
 //! The part of the account on the model: its equations with their numbers, its parameters.
 
 use super::{COVER, Results};
-use crate::effects::{Place, common_name};
+use crate::chain::{Nature, nature};
+use crate::effects::{Place, common_name, id};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
 use crate::report::{Block, Cell, Column, Equation, Label, Section, Style, Table, number};
@@ -153,12 +154,12 @@ fn balance(model: &Model, dof: Dof) -> Equation {
         let formula = term.effect.formula_in(&model.dofs);
         let formula = written(formula.split(',').next().unwrap_or_default(), term.place);
         match (about.id, term.parameters.as_slice(), term.place.other) {
-            ("inertia", [p], _) => left = left.replacen(&format!("m_{v} "), &format!("{} ", value(*p)), 1),
-            ("added_mass_coupling", [p], Some(other)) => {
+            (id::INERTIA, [p], _) => left = left.replacen(&format!("m_{v} "), &format!("{} ", value(*p)), 1),
+            (id::ADDED_MASS_COUPLING, [p], Some(other)) => {
                 left += &format!(" {} {} {}̇", signed(*p).0, value(*p), other.velocity());
             }
             // the coefficient k_uv stands with the sign of its row
-            (id, [p], _) if id.starts_with("coriolis_") => {
+            (_, [p], _) if nature(model, term) == Nature::Coriolis => {
                 let row = model.parameters[*p].value * if formula.starts_with('−') { -1.0 } else { 1.0 };
                 let letters = model.parameters[*p].spec.name.trim_start_matches("k_").chars();
                 let product = letters.map(|c| format!(" {c}")).collect::<String>();

@@ -65,6 +65,7 @@ mod multirate;
 mod observe;
 mod ode_ref;
 mod ode_vehicle;
+mod one_word;
 mod output_error;
 mod outputs;
 mod paper;

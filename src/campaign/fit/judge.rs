@@ -1,6 +1,7 @@
 //! What there is to say about estimates.
 
 use super::super::codes;
+use crate::effects::id;
 use crate::finding::Finding;
 use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
@@ -10,7 +11,7 @@ const MOST_TIMES_DRY: f64 = 6.0;
 
 /// The dry mass, kg, where `p` is an inertia of a translation, which cannot be below it: added mass is not negative.
 pub(in crate::campaign) fn dry_mass(p: &Parameter, vehicle: &Vehicle) -> Option<f64> {
-    vehicle.mass.filter(|_| p.effect == "inertia" && p.place.dof.is_some_and(|dof| !dof.is_rotation()))
+    vehicle.mass.filter(|_| p.effect == id::INERTIA && p.place.dof.is_some_and(|dof| !dof.is_rotation()))
 }
 
 /// Whether an estimate lies below `least` by more than two deviations.
@@ -25,7 +26,7 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings:
         let std = p.std.unwrap_or(0.0);
         let shown = format!("{} of `{}` = {:.4} ± {:.2} {}{mark}", p.spec.name, p.term, p.value, std, p.spec.dimension);
         let dry = dry_mass(p, vehicle);
-        let zero = matches!(p.effect.as_str(), "inertia" | "linear_drag" | "quadratic_drag" | "cubic_drag");
+        let zero = p.spec.least >= 0.0;
         let least = dry.map(|mass| (mass, "the dry mass")).or(zero.then_some((0.0, "0")));
         if let Some((least, words)) = least.filter(|(least, _)| is_below(p, *least)) {
             let text = format!(

@@ -12,7 +12,7 @@ use crate::campaign::model_noise::ModelNoise;
 use crate::campaign::noise::Noise;
 use crate::campaign::thrusters::FittedCurve;
 use crate::check::codes::AT_REST;
-use crate::effects::Place;
+use crate::effects::{Place, id};
 use crate::envelope::Envelope;
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -181,8 +181,8 @@ pub(in crate::campaign) fn row_of(effect: &str, place: Place) -> Option<Dof> {
 /// those of its values per run.
 pub fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
     let dry = match (p.effect.as_str(), p.place.dof, p.place.other) {
-        ("inertia", Some(dof), _) => vehicle.mass.filter(|_| !dof.is_rotation()),
-        ("added_mass_coupling", Some(dof), Some(other)) => vehicle.dry_coupling(dof, other),
+        (id::INERTIA, Some(dof), _) => vehicle.mass.filter(|_| !dof.is_rotation()),
+        (id::ADDED_MASS_COUPLING, Some(dof), Some(other)) => vehicle.dry_coupling(dof, other),
         _ => Some(0.0),
     };
     // SNAME's N_ṙ and X_q̇ are the added part alone, which nobody knows without the dry one

@@ -11,10 +11,11 @@ pub(super) use covariance::of_covariance;
 use super::codes;
 use super::inertia_amplitude::{InertiaAgainstAmplitude, against_amplitude};
 use super::load::Campaign;
-use crate::effects::Coriolis;
+use crate::effects::{Coriolis, id};
 use crate::estimate::identifiability::{Collinearity, collinearity, factor_of, halves, shares};
 use crate::estimate::output_error::OutputErrorFit;
 use crate::finding::Finding;
+use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
 
@@ -272,7 +273,7 @@ fn coriolis(fit: &OutputErrorFit, findings: &mut Vec<Finding>) {
         Some((model.parameters[index].value, unknown))
     };
     // value and deviation of a sum of estimates with these signs
-    let sum = |parts: &[(&str, f64)]| -> Option<(f64, f64)> {
+    let sum = |parts: &[(String, f64)]| -> Option<(f64, f64)> {
         let found: Vec<((f64, Option<usize>), f64)> =
             parts.iter().map(|(name, sign)| Some((of(name)?, *sign))).collect::<Option<_>>()?;
         let value = found.iter().map(|((v, _), sign)| v * sign).sum();
@@ -289,14 +290,15 @@ fn coriolis(fit: &OutputErrorFit, findings: &mut Vec<Finding>) {
     if model.coriolis != Coriolis::Free {
         return;
     }
-    let munk = [("inertia@sway", 1.0), ("inertia@surge", -1.0)];
-    if let (Some((k, k_std)), Some((m, m_std))) = (sum(&[("coriolis_yaw", 1.0)]), sum(&munk)) {
+    let mass = |dof: Dof| format!("{}@{dof}", id::INERTIA);
+    let munk = [(mass(Dof::Sway), 1.0), (mass(Dof::Surge), -1.0)];
+    if let (Some((k, k_std)), Some((m, m_std))) = (sum(&[(id::coriolis(Dof::Yaw), 1.0)]), sum(&munk)) {
         let text = format!(
             "k_uv = {k:.1} ± {k_std:.1} kg stands beside m_v − m_u = {m:.1} ± {m_std:.1} kg: the same for an ideal fluid; lift on the hull is in k_uv too"
         );
         findings.push(Finding::new(&codes::MUNK, text));
     }
-    let power = [("coriolis_surge", 1.0), ("coriolis_sway", -1.0), ("coriolis_yaw", -1.0)];
+    let power = [(Dof::Surge, 1.0), (Dof::Sway, -1.0), (Dof::Yaw, -1.0)].map(|(row, sign)| (id::coriolis(row), sign));
     if let Some((value, std)) = sum(&power).filter(|(value, std)| *std > 0.0 && value.abs() > 3.0 * std) {
         let text = format!(
             "the free Coriolis terms do work: their coefficients leave {value:.1} ± {std:.1} kg of u v r, inertia alone would leave 0; lift, or a missing effect, is in them"

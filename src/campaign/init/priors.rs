@@ -6,12 +6,10 @@ use std::path::Path;
 use super::quoted;
 use crate::campaign::published::Published;
 use crate::campaign::vehicles::KnownVehicle;
-use crate::effects::Coriolis;
+use crate::effects::{Coriolis, id};
 use crate::frame::Dof;
 use crate::model::Model;
 
-/// Effects of which a published parameter makes a prior: those that stand in every campaign that `init` writes.
-const EFFECTS: [&str; 3] = ["inertia", "linear_drag", "quadratic_drag"];
 /// Deviation of a published parameter without one, as a part of it. Authors differ by about as much on the drag and the
 /// added mass of one small vehicle.
 const SPREAD: f64 = 0.3;
@@ -30,7 +28,8 @@ pub fn of(known: &KnownVehicle, dofs: &[Dof]) -> String {
         published.source, known.id
     );
     for (term, name, value, std) in published.values() {
-        let stands = |(id, place): (&str, &str)| EFFECTS.contains(&id) && dofs.iter().any(|dof| dof.name() == place);
+        let stands =
+            |(id, place): (&str, &str)| id::BALANCE.contains(&id) && dofs.iter().any(|dof| dof.name() == place);
         if !term.split_once('@').is_some_and(stands) {
             continue;
         }

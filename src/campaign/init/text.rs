@@ -9,7 +9,7 @@ use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_value};
 use crate::check::motion::{self, Moved};
-use crate::effects::{Coriolis, CoriolisRow, Effect};
+use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, Place, catalogue, id};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
 use crate::model::places_of;
@@ -257,40 +257,37 @@ impl Draft<'_> {
 
     fn model_table(&self, chosen: &Chosen) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
-        let mut effects = vec!["inertia".to_string(), "linear_drag".into(), "quadratic_drag".into()];
+        let mut effects = id::BALANCE.map(str::to_string).to_vec();
         let rows = chosen.dofs.iter().map(|row| CoriolisRow { row: *row, coriolis: Coriolis::Tied });
         let stands = |row: &CoriolisRow| !places_of(row, &chosen.dofs).is_empty();
         effects.extend(rows.filter(stands).map(|row| row.about().id.to_string()));
-        effects.extend(
-            [Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).map(|d| format!("restoring_{d}")),
-        );
+        effects.extend([Dof::Heave, Dof::Roll, Dof::Pitch].into_iter().filter(|d| has(*d)).filter_map(id::restoring));
         // a vehicle that tilts is pulled along its axes by the net weight, and a centre of gravity above or below the
         // origin ties surge to pitch and sway to roll
         for (along, tilt) in [(Dof::Surge, Dof::Pitch), (Dof::Sway, Dof::Roll)] {
             if has(along) && has(tilt) {
-                effects.push(format!("added_mass_coupling@{along}:{tilt}"));
-                effects.extend(has(Dof::Heave).then(|| format!("restoring_{along}")));
+                effects.push(format!("{}@{along}:{tilt}", id::ADDED_MASS_COUPLING));
+                effects.extend(id::restoring(along).filter(|_| has(Dof::Heave)));
             }
         }
         let logged =
             |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
         // fins whose angles are logged, of a vehicle of which nothing is known
         if self.vehicle.is_none() {
-            for (fin, turns) in [("rudder", Dof::Yaw), ("stern_plane", Dof::Pitch)] {
-                if logged(fin) && has(turns) {
-                    effects.push(format!("{fin}_force"));
-                    effects.extend(has(Dof::Surge).then(|| format!("{fin}_drag")));
-                }
+            let fins = chosen.dofs.iter().filter_map(|turns| id::fin(*turns));
+            for fin in fins.filter(|fin| logged(fin.channel)) {
+                effects.push(fin.lift);
+                effects.extend(has(Dof::Surge).then_some(fin.drag));
             }
         }
         if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
-            let reads = |id: &str| match id {
-                id if id.starts_with("rudder") => logged("rudder"),
-                id if id.starts_with("stern_plane") => logged("stern_plane"),
-                "propeller_advance" => logged("propeller_n"),
-                _ => true,
+            let known = catalogue(Coriolis::Tied);
+            let reads = |name: &EffectName| {
+                let effect = known.iter().find(|e| e.about().id == name.id);
+                let channels = effect.map(|e| e.channels(Place { dof: name.dof, other: name.other }));
+                channels.unwrap_or_default().iter().all(|channel| logged(channel))
             };
-            effects.extend(model.effects.iter().filter(|e| reads(&e.id)).map(ToString::to_string));
+            effects.extend(model.effects.iter().filter(|name| reads(name)).map(ToString::to_string));
         }
         let list = |items: Vec<String>| items.iter().map(|i| quoted(i)).collect::<Vec<_>>().join(", ");
         let mut text = "\n[model]\n".to_string();

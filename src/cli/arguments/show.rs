@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Loading, pair};
+use crate::demo::HIDDEN;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  hydrosysid demo\n  hydrosysid demo --hide current --seed 7")]
@@ -19,7 +20,7 @@ pub(in crate::cli) struct Demo {
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub noise: f64,
     /// Effect that the second campaign hides: any id of `hydrosysid effects`.
-    #[arg(long, value_name = "EFFECT", default_value = "coriolis_yaw")]
+    #[arg(long, value_name = "EFFECT", default_value = HIDDEN)]
     pub hide: String,
 }
 

@@ -12,6 +12,7 @@ use super::options::Forces;
 use super::problem::Filtered;
 use super::unseen_velocity;
 use crate::chain::StateId;
+use crate::effects::id;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, commanded_rms};
@@ -117,7 +118,7 @@ pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
     if let Some(thrust) = commanded_rms(runs, dof) {
         return thrust;
     }
-    let inertia = model.value(&format!("inertia@{dof}")).unwrap_or(1.0).abs();
+    let inertia = model.value_at(id::INERTIA, dof).unwrap_or(1.0).abs();
     // over a second, beside which the noise of a sensor does not count
     let changes = runs.iter().filter_map(|r| r.signal(dof.velocity())).flat_map(|s| {
         let (t, x) = (s.time(), s.values());

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::effects::id;
 use crate::estimate::force_components;
 use crate::model::Model;
 use crate::run::Run;
@@ -24,7 +25,7 @@ pub fn shares(model: &Model, runs: &[Run]) -> BTreeMap<String, f64> {
         for (index, run) in runs.iter().enumerate() {
             let Ok(parts) = force_components(*dof, run, index, model) else { continue };
             let total = |values: &[f64]| values.iter().map(|f| f.abs()).sum::<f64>();
-            *sums.entry(format!("inertia@{dof}")).or_default() += total(&parts.total());
+            *sums.entry(format!("{}@{dof}", id::INERTIA)).or_default() += total(&parts.total());
             for (name, values) in parts.terms.iter().filter(|(name, _)| name != THRUST) {
                 *sums.entry(name.clone()).or_default() += total(values);
             }

@@ -1,0 +1,75 @@
+//! Ids of effects that other rooms ask for by name: each is written in the file of its effect, and nowhere else.
+//!
+//! What an effect is in general (an inertia, a drag, a righting moment) is read off its formulas ([`crate::chain::nature`]); an
+//! id is for what is known of one effect alone: the masses of a stage, the columns of a table, a format that has a field for it.
+
+use super::restoring_force::RestoringForce;
+use super::restoring_moment::RestoringMoment;
+use super::{CoriolisRow, Effect, coriolis::Coriolis, fin_drag::FinDrag, fin_lift::Fin, fin_lift::FinLift};
+use crate::frame::Dof;
+
+pub use super::added_mass_amplitude::ID as ADDED_MASS_AMPLITUDE;
+pub use super::added_mass_coupling::ID as ADDED_MASS_COUPLING;
+pub use super::bias::ID as BIAS;
+pub use super::drag_asymmetry::ID as DRAG_ASYMMETRY;
+pub use super::inertia::ID as INERTIA;
+pub use super::linear_drag::ID as LINEAR_DRAG;
+pub use super::quadratic_drag::ID as QUADRATIC_DRAG;
+pub use super::sensor_delay::ID as SENSOR_DELAY;
+pub use super::thrust_advance_loss::ID as THRUST_ADVANCE_LOSS;
+pub use super::thrust_delay::ID as THRUST_DELAY;
+pub use super::thrust_interaction_loss::ID as THRUST_INTERACTION_LOSS;
+pub use super::thrust_lag::ID as THRUST_LAG;
+pub use super::trim_offset::ID as TRIM_OFFSET;
+
+/// The balance of one motion, (3) of Avila et al. (2013): what every model has.
+pub const BALANCE: [&str; 3] = [INERTIA, LINEAR_DRAG, QUADRATIC_DRAG];
+
+/// Effects that are asked for most, in the order of the chain.
+pub const ASKED_FOR: [&str; 8] = [
+    "coriolis_yaw",
+    super::cubic_drag::ID,
+    BIAS,
+    THRUST_INTERACTION_LOSS,
+    THRUST_LAG,
+    super::current::ID,
+    super::tether_spring::ID,
+    super::sensor_gyro_bias::ID,
+];
+
+/// The row of −C(ν)ν in `dof`: `coriolis_yaw`.
+pub fn coriolis(dof: Dof) -> String {
+    CoriolisRow { row: dof, coriolis: Coriolis::Tied }.about().id.to_string()
+}
+
+/// What pulls a vehicle back in `dof`: `restoring_heave` is its net weight, `restoring_roll` its righting moment; no turn of
+/// the heading has one.
+pub fn restoring(dof: Dof) -> Option<String> {
+    match dof {
+        Dof::Surge | Dof::Sway | Dof::Heave => Some(RestoringForce(dof).about().id.to_string()),
+        Dof::Roll | Dof::Pitch => Some(RestoringMoment(dof).about().id.to_string()),
+        Dof::Yaw => None,
+    }
+}
+
+/// Lift and drag of the fin that turns a vehicle in yaw or pitch, with the channel of its angle.
+pub fn fin(turns: Dof) -> Option<FinIds> {
+    let fin = match turns {
+        Dof::Yaw => Fin::Rudder,
+        Dof::Pitch => Fin::SternPlane,
+        _ => return None,
+    };
+    let id = |effect: &dyn Effect| effect.about().id.to_string();
+    Some(FinIds { channel: fin.channel(), lift: id(&FinLift(fin)), drag: id(&FinDrag(fin)) })
+}
+
+/// What a campaign calls a fin.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FinIds {
+    /// Channel of its angle, rad.
+    pub channel: &'static str,
+    /// Id of its lift.
+    pub lift: String,
+    /// Id of its drag.
+    pub drag: String,
+}
