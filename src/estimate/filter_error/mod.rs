@@ -29,11 +29,14 @@ mod problem;
 mod quasi_newton;
 mod refine;
 mod resampled;
+
 mod sensor;
+
 mod start;
 mod steps;
 mod transition;
 mod ud;
+mod uncertain_noise;
 mod unseen_velocity;
 mod whiteness;
 

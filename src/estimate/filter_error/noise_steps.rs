@@ -169,7 +169,7 @@ impl Search<'_> {
     }
 
     /// Gradient and information of −ln L by the noise, priors included.
-    fn scored(&mut self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
+    pub(super) fn scored(&mut self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
         let Search { filtered, model, noise, mobilities, limit, informed, .. } = self;
         let mut gradient = DVector::from_vec(filtered.slopes(model, noise, coordinates, mobilities, *limit));
         let at = DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| noise.at(*c)));
@@ -191,7 +191,7 @@ impl Search<'_> {
     }
 
     /// A logarithm within what has a meaning.
-    fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
+    pub(super) fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
         match coordinate {
             Coordinate::Sensor(output) => {
                 let coloured = self.noise.sensors[output].coloured.map_or(0.0, |c| LEAST_WHITE * c.rms);

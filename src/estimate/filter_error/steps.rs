@@ -18,9 +18,7 @@ use super::options::FilterErrorOptions;
 use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
 use super::{FilterErrorFit, Filtered, Plain};
-use crate::estimate::output_error::{
-    OutputErrorError, covariance, damped_step, move_by, prior_cost, read_inputs, value,
-};
+use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prior_cost, read_inputs, value};
 use crate::model::Model;
 use crate::progress;
 
@@ -383,10 +381,8 @@ impl<'a> Search<'a> {
         if !self.cost.is_finite() {
             return Err(diverges(&self.model));
         }
-        let factor = self.filtered.factor(&self.model, &self.current);
         let p = self.filtered.problem.unknowns.len();
-        let mut covariance =
-            if p == 0 { Vec::new() } else { covariance::bread(&self.filtered.problem, &self.model, &factor)? };
+        let mut covariance = if p == 0 { Vec::new() } else { self.covariance()? };
         let sum = |k: usize| self.current.iter().map(|s| s.held_back[k]).sum::<f64>();
         let samples: usize = self.current.iter().map(|s| s.samples).sum();
         if self.limit.is_finite() {
