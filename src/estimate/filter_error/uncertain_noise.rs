@@ -57,6 +57,7 @@ impl Search<'_> {
         }
         let p = self.filtered.problem.unknowns.len();
         let mut mean = here.to_vec();
+        // along all axes: those known well are those of σ, which the restricted likelihood moves most (without them nothing is gained)
         for (axis, variance) in axes.eigenvectors.column_iter().zip(&axes.eigenvalues) {
             let under = |out: f64| {
                 let mut noise = self.noise.clone();
