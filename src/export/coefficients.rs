@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::chain::{Available, Nature, assemble, memory_count, nature};
+use crate::chain::{Available, assemble, memory_count};
 use crate::effects::{Family, id};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
@@ -92,7 +92,7 @@ pub fn coefficients(model: &Model) -> Coefficients {
     };
     let mut kept = model.clone();
     kept.terms.retain(|term| match unfit(model, term) {
-        None => nature(model, term) != Nature::Restoring,
+        None => !is_restoring(term),
         Some(reason) => {
             let family = term.effect.about().family;
             result.left_out.push(LeftOut { term: term.name(), family, reason });
@@ -116,6 +116,12 @@ fn unfit(model: &Model, term: &Term) -> Option<String> {
     }
     let channels = term.effect.channels(term.place);
     (!channels.is_empty()).then(|| format!("it reads {}", channels.join(", ")))
+}
+
+/// Whether a term is one of [`Restoring`]; a user's formula of attitude or place is not.
+fn is_restoring(term: &Term) -> bool {
+    let id = term.effect.about().id;
+    id == id::TRIM_OFFSET || Dof::ALL.into_iter().filter_map(id::restoring).any(|known| known == id)
 }
 
 fn restoring(model: &Model) -> Restoring {
@@ -231,8 +237,11 @@ fn points() -> Vec<[f64; 6]> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::effects::Coriolis;
+    use crate::effects::{Coriolis, FormulaEffect, Place};
+    use crate::formula::Formula;
 
     const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
@@ -243,6 +252,17 @@ mod tests {
             model.set(name, *value);
         }
         model
+    }
+
+    /// A formula of attitude is no weight of the targets: it is left out, and by name.
+    #[test]
+    fn a_user_s_restoring_force_is_named_where_it_is_left_out() {
+        let mut model = Model::with_effects(&[Dof::Pitch], Coriolis::Tied, &["inertia", "restoring_pitch"]).unwrap();
+        let formula = Formula::parse("sin(2*theta)").unwrap();
+        let own = FormulaEffect::new("keel", Dof::Pitch, formula, crate::units::Dimension::MOMENT);
+        model.add(Arc::new(own), Place::at(Dof::Pitch)).unwrap();
+        let left: Vec<String> = coefficients(&model).left_out.into_iter().map(|left| left.term).collect();
+        assert_eq!(left, ["keel@pitch"]);
     }
 
     #[test]

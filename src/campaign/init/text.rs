@@ -9,11 +9,12 @@ use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_value};
 use crate::check::motion::{self, Moved};
-use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, Place, catalogue, id};
+use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, catalogue, id};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
 use crate::model::places_of;
 use crate::run::{Run, Signal};
+use crate::tank::derived;
 use crate::thrust::thruster::Thruster;
 
 /// All that the text is made of.
@@ -284,8 +285,9 @@ impl Draft<'_> {
             let known = catalogue(Coriolis::Tied);
             let reads = |name: &EffectName| {
                 let effect = known.iter().find(|e| e.about().id == name.id);
-                let channels = effect.map(|e| e.channels(Place { dof: name.dof, other: name.other }));
-                channels.unwrap_or_default().iter().all(|channel| logged(channel))
+                let places = effect.map(|e| places_of(e.as_ref(), &chosen.dofs)).unwrap_or_default();
+                let channels = places.iter().flat_map(|place| effect.map(|e| e.channels(*place)).unwrap_or_default());
+                channels.filter(|channel| !derived(channel)).all(|channel| logged(&channel))
             };
             effects.extend(model.effects.iter().filter(|name| reads(name)).map(ToString::to_string));
         }
