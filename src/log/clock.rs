@@ -32,8 +32,8 @@ pub enum NoTime {
 #[allow(clippy::cast_possible_truncation)] // a duration of 300 years fits
 pub fn duration(cell: &[u8], decimal: u8) -> Option<i128> {
     let text = std::str::from_utf8(cell).ok()?.trim();
-    let at = text.rfind(|c: char| !c.is_ascii_alphabetic())? + 1;
-    let seconds = match &text[at..] {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let seconds = match &text[digits.len()..] {
         "ms" => 1e-3,
         "s" | "sec" | "second" | "seconds" => 1.0,
         "min" => 60.0,
@@ -41,7 +41,7 @@ pub fn duration(cell: &[u8], decimal: u8) -> Option<i128> {
         "d" | "day" | "days" => 86_400.0,
         _ => return None,
     };
-    let x = number::parse(text[..at].trim_end().as_bytes(), decimal)?;
+    let x = number::parse(digits.trim_end().as_bytes(), decimal)?;
     (x.is_finite() && x.abs() < 1e10).then(|| (x * seconds * 1e9).round() as i128)
 }
 
@@ -259,6 +259,10 @@ mod tests {
         assert_eq!(read(TimeUnit::S, Some(TimeFormat::Duration), &durations), [0.0, 0.25, 59.9, 8999.9]);
         assert_eq!(duration(b"12.3", b'.'), None);
         assert_eq!(duration(b"12.3 parsec", b'.'), None);
+        // a letter of several bytes, and one that no reader knew
+        for text in ["3.5 µ", "3.5\u{fffd}", "µs", "ms"] {
+            assert_eq!(duration(text.as_bytes(), b'.'), None, "{text}");
+        }
         let night = ["23:59:59.900", "00:00:00.100", "12:00:00", "23:00:00", "00:00:00"];
         let t = read(TimeUnit::S, Some(TimeFormat::TimeOfDay), &night);
         assert_eq!(t, [0.0, 0.2, 43_200.1, 82_800.1, 86_400.1]);
