@@ -285,7 +285,7 @@ impl Draft<'_> {
             let known = catalogue(Coriolis::Tied);
             let reads = |name: &EffectName| {
                 let effect = known.iter().find(|e| e.about().id == name.id);
-                let places = effect.map(|e| places_of(e.as_ref(), &chosen.dofs)).unwrap_or_default();
+                let places = effect.map(|e| places_of(e.as_ref(), &Dof::ALL)).unwrap_or_default();
                 let channels = places.iter().flat_map(|place| effect.map(|e| e.channels(*place)).unwrap_or_default());
                 channels.filter(|channel| !derived(channel)).all(|channel| logged(&channel))
             };
