@@ -41,6 +41,9 @@ pub fn nature(model: &Model, term: &Term) -> Nature {
 
 /// What `effect` is at a place of `model`.
 pub fn nature_at(effect: &dyn Effect, place: Place, model: &Model) -> Nature {
+    if effect.about().family != Family::Body {
+        return Nature::Other;
+    }
     let graph = Graph::new();
     let channels = effect.channels(place);
     let at = somewhere(&graph, model, &channels);
@@ -48,9 +51,6 @@ pub fn nature_at(effect: &dyn Effect, place: Place, model: &Model) -> Nature {
     let (mut momentum, mut wrench) = ([graph.zero(); 6], [graph.zero(); 6]);
     effect.momentum(&at, place, &theta, &mut momentum);
     effect.wrench(&at, place, &theta, &memory, &mut wrench);
-    if effect.about().family != Family::Body {
-        return Nature::Other;
-    }
     if !memory.is_empty() {
         return Nature::Memory;
     }
@@ -73,13 +73,8 @@ fn of_force<'g>(at: &Instant<'g>, place: Place, wrench: &[Expr<'g>; 6]) -> Natur
     let driven = at.command.iter().any(reads) || reads(&at.time);
     match (moves.as_slice(), place.dof) {
         _ if driven || wrench.iter().all(|row| row.is_zero()) => Nature::Other,
-        ([], _) => {
-            if posed {
-                Nature::Restoring
-            } else {
-                Nature::Steady
-            }
-        }
+        ([], _) if posed => Nature::Restoring,
+        ([], _) => Nature::Steady,
         _ if posed => Nature::Other,
         ([own], Some(dof)) if *own == dof => Nature::Drag,
         (_, Some(_)) => Nature::CrossDrag,

@@ -1,4 +1,4 @@
-//! Ids of effects that other rooms ask for by name: each is written in the file of its effect, and nowhere else.
+//! Ids of effects that other rooms ask for by name: each is written in this room alone, in the file of its effect.
 //!
 //! What an effect is in general (an inertia, a drag, a righting moment) is read off its formulas ([`crate::chain::nature`]); an
 //! id is for what is known of one effect alone: the masses of a stage, the columns of a table, a format that has a field for it.

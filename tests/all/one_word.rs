@@ -4,9 +4,11 @@
 //! from [`hydrosysid::effects::id`]. The tank and the demo hide effects by name, as a campaign file does.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hydrosysid::effects::{Coriolis, catalogue};
+
+use crate::rooms::sources;
 
 /// Words that are ids and stand for something else where they are written.
 const OTHER_WORDS: [(&str, &str); 7] = [
@@ -18,17 +20,6 @@ const OTHER_WORDS: [(&str, &str); 7] = [
     ("cli/scatter.rs", "bias"),               // of an estimator
     ("check/excitation.rs", "inertia"),       // in a sentence
 ];
-
-fn sources(folder: &Path, list: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("src can be read") {
-        let path = entry.expect("src can be read").path();
-        match path.is_dir() {
-            true => sources(&path, list),
-            false if path.extension().is_some_and(|e| e == "rs") => list.push(path),
-            false => {}
-        }
-    }
-}
 
 /// Ids that are written between quotation marks, alone or with a place (`inertia@surge`), before the tests of a file.
 fn ids_in<'i>(text: &str, ids: &'i [String]) -> Vec<&'i str> {

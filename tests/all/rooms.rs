@@ -40,7 +40,8 @@ fn floor(room: &str) -> usize {
     found.unwrap_or_else(|| panic!("the room `{room}` has no floor yet: say in this list where it stands"))
 }
 
-fn sources(folder: &Path, list: &mut Vec<PathBuf>) {
+/// The files of Rust in a folder and below it.
+pub fn sources(folder: &Path, list: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("src can be read") {
         let path = entry.expect("src can be read").path();
         if path.is_dir() {

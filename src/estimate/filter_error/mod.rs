@@ -29,9 +29,7 @@ mod problem;
 mod quasi_newton;
 mod refine;
 mod resampled;
-
 mod sensor;
-
 mod start;
 mod steps;
 mod transition;
