@@ -203,6 +203,7 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
         time: graph.leaf(Leaf::Input(inputs.index("t")), Dimension::TIME),
         nu,
         nu_r: nu,
+        nu_logged: nu,
         position: [pose[0], pose[1], pose[2]],
         attitude: [pose[3], pose[4], pose[5]],
         turned,
@@ -214,6 +215,9 @@ pub fn assemble<'g>(graph: &'g Graph, model: &Model, available: &Available) -> E
     };
 
     let waters = through_the_water(&mut at, model, &theta, available.from_log);
+    if model.through_water {
+        at.nu_logged = at.nu_r;
+    }
     for (k, term) in model.terms.iter().enumerate() {
         let mut momentum = at.momentum;
         term.effect.momentum(&at, term.place, &theta(k), &mut momentum);

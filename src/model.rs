@@ -83,7 +83,7 @@ pub struct Parameter {
     pub min: f64,
     /// Upper bound.
     pub max: f64,
-    /// Standard deviation of a prior at `prior_mean`.
+    /// Mean and standard deviation of a Gaussian prior.
     pub prior: Option<(f64, f64)>,
 }
 

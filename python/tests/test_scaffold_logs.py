@@ -244,6 +244,23 @@ def test_tables_of_other_formats_become_campaigns(tmp_path: Path, format: str) -
     assert not hs.check(tmp_path / "dive").errors
 
 
+def test_a_time_called_t_and_groups_with_clocks_of_their_own_are_kept(tmp_path: Path) -> None:
+    """A table whose time is `t`, the usual name; an HDF5 file in which each sensor has its own rate."""
+    plain = {("t" if name == "time" else name): values for name, values in columns().items()}
+    pytest.importorskip("scipy.io").savemat(tmp_path / "log.mat", plain)
+    assert tomllib.loads(hs.init([tmp_path / "log.mat"], tmp_path / "plain"))["model"]["dofs"] == ["yaw"]
+    assert not hs.check(tmp_path / "plain").errors
+    with pytest.importorskip("h5py").File(tmp_path / "dive.h5", "w") as file:
+        file["imu/t"], file["imu/yaw_rate"] = columns()["time"], columns()["yaw_rate"]
+        file["imu/yaw_deg"] = columns()["yaw_deg"]
+        for name in ("time", "left_pwm", "right_pwm"):
+            file[f"cmd/{name}"] = columns()[name][::2]
+    text = hs.init([tmp_path / "dive.h5"], tmp_path / "dive")
+    assert {file.name for file in (tmp_path / "dive").glob("*.csv")} == {"dive_imu.csv", "dive_cmd.csv"}
+    tables = tomllib.loads(text)
+    assert (tables["model"]["dofs"], len(tables["thruster"])) == (["yaw"], 2)
+
+
 def test_a_ulog_becomes_a_campaign(tmp_path: Path) -> None:
     def message(kind: str, payload: bytes) -> bytes:
         return struct.pack("<HB", len(payload), ord(kind)) + payload

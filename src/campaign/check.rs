@@ -166,7 +166,7 @@ fn logged(run: &Run, campaign: &Campaign) -> Run {
 }
 
 fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
-    let (thrusters, model) = (campaign.file.thrusters.clone(), campaign.model.dofs.clone());
+    let (thrusters, model) = (campaign.file.thrusters.clone(), driven(campaign));
     let through_water = campaign.model.through_water;
     let options = CheckOptions { thrusters, model, through_water, ..CheckOptions::default() };
     let logged = logged(run, campaign);
@@ -175,6 +175,11 @@ fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let placed = campaign.model.dofs.iter().copied().filter(|dof| !logged.signals.contains_key(dof.force()));
     let placed: Vec<Dof> = placed.collect();
     report.with(if told { Vec::new() } else { check::placement(run, &placed) })
+}
+
+/// Modelled degrees of freedom that have a command: nobody can make vary what the vehicle has no thruster for.
+fn driven(campaign: &Campaign) -> Vec<Dof> {
+    campaign.model.dofs.iter().copied().filter(|dof| !campaign.file.model.undriven.contains(dof)).collect()
 }
 
 /// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.
@@ -187,7 +192,7 @@ fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> 
         return Vec::new();
     }
     let shown = |dof: Dof| free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && e.enough));
-    let absent: Vec<Dof> = campaign.model.dofs.iter().copied().filter(|dof| !shown(*dof)).collect();
+    let absent: Vec<Dof> = driven(campaign).into_iter().filter(|dof| !shown(*dof)).collect();
     let text = |dof: &Dof| {
         format!(
             "no run of the fit shows inertia and drag of {dof} by itself: what is found there rests on other runs or on \

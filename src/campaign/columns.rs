@@ -8,7 +8,7 @@
 //! current   k (νᵢ|νᵢ| − (νᵢ − cᵢ)|νᵢ − cᵢ|),  k cᵢ                   c = Rᵀ(ψ) (V_N, V_E)
 //! ```
 //!
-//! W, ψ_W: speed (m/s) and direction (rad) of the wind; ρ: density, kg/m³; V_N, V_E: velocity of the water, m/s. A
+//! W, ψ_W: speed (m/s) and direction (rad) of the wind; ρ: density, kg/m³, ρ̄ its median; V_N, V_E: velocity of the water, m/s. A
 //! direction from where it blows and one to where it blows differ by the sign of k. The supply voltage has an effect of
 //! the catalogue. Each becomes an `[[effect]]` of the campaign, role `candidate`, as though its file held it; a column
 //! that a formula of the user reads brings nothing. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*,
@@ -20,6 +20,7 @@ use super::moves::moves;
 use crate::finding::Finding;
 use crate::formula::Formula;
 use crate::frame::Dof;
+use crate::log::check::statistics::median;
 use crate::run::Run;
 use crate::units::Dimension;
 
@@ -73,6 +74,12 @@ impl Brought<'_> {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
     }
 
+    /// Median of a column that is there: one bad sample does not move it.
+    fn median(&self, name: &str) -> f64 {
+        let values = self.runs.iter().filter_map(|run| run.signal(name)).flat_map(|s| s.values());
+        median(values.copied()).unwrap_or(0.0)
+    }
+
     /// A degree of freedom that is modelled.
     fn models(&self, dof: Dof) -> bool {
         self.file.model.dofs.contains(&dof)
@@ -99,7 +106,7 @@ impl Brought<'_> {
         }
     }
 
-    /// The direction as a formula in rad; what is beyond a turn is taken for degrees, and said.
+    /// The direction as a formula in rad; what is beyond two turns is taken for degrees, and said.
     fn angle(&self, name: &str) -> (String, &'static str) {
         let (low, high) = self.range(name);
         if low.abs().max(high.abs()) > 2.0 * std::f64::consts::TAU {
@@ -130,7 +137,7 @@ impl Brought<'_> {
         if high <= low || low < 500.0 || high > 1500.0 {
             return;
         }
-        let mean = 0.5 * (low + high);
+        let mean = self.median(name);
         let before = self.tables.len();
         let (roll, pitch) = (self.knows(Dof::Roll), self.knows(Dof::Pitch));
         let buoyancy = Dimension::new(0, 4, -2);
@@ -153,7 +160,11 @@ impl Brought<'_> {
             let formula = format!("-({name}/{mean:.3} - 1)*{v}*abs({v})");
             self.add("density_drag", dof, Dimension::new(1, -1, 0), formula);
         }
-        self.tell(name, &format!("buoyancy and drag may follow the density (mean taken as {mean:.1} kg/m3)"), before);
+        self.tell(
+            name,
+            &format!("buoyancy and drag may follow the density (about its median, {mean:.1} kg/m3)"),
+            before,
+        );
     }
 
     fn current(&mut self) {
@@ -231,7 +242,7 @@ mod tests {
         let (brought, findings) = bring(&mut file, &[log]);
         let formula = |id: &str| brought.iter().find(|t| t.id == id).map(|t| t.formula.as_str());
         assert_eq!(formula("wind_surge"), Some("wind_speed^2*cos(wind_dir*pi/180 - psi)"));
-        assert_eq!(formula("density_buoyancy_surge"), Some("(density - 1006.000)*sin(theta)"));
+        assert_eq!(formula("density_buoyancy_surge"), Some("(density - 1008.000)*sin(theta)"));
         assert_eq!(formula("logged_current_linear_sway"), Some("(current_east*cos(psi) - current_north*sin(psi))"));
         assert!(brought.iter().all(|t| Formula::parse(&t.formula).is_ok() && t.role == EffectRole::Candidate));
         assert_eq!((file.effects.len(), findings.len()), (brought.len(), 4));

@@ -40,7 +40,7 @@ pub(super) fn options(campaign: &Campaign) -> CompareOptions {
 /// The runs of free motion, and the model with its values in those.
 fn of_motion(campaign: &Campaign, model: &Model) -> (Model, Vec<Run>) {
     let kept: Vec<usize> = (0..campaign.runs.len()).filter(|k| moves(campaign.runs[*k].kind)).collect();
-    let runs: Vec<Run> = kept.iter().map(|k| campaign.runs[*k].clone()).collect();
+    let runs = campaign.motion(None);
     let mut model = model.clone();
     for p in model.parameters.iter_mut().filter(|p| p.per_run.len() == campaign.runs.len()) {
         p.per_run = kept.iter().map(|k| p.per_run[*k]).collect();

@@ -9,6 +9,7 @@ use super::late_gyro;
 use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
+use super::steps_as_lines;
 use super::unexcited;
 
 use crate::discover::{self, Discovery, SearchOptions, Verdict};
@@ -17,6 +18,7 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
+use crate::run::{Role, Run};
 use crate::vehicle::Vehicle;
 
 /// How the campaign wants to be searched.
@@ -82,7 +84,11 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         let text = format!("only effects of the family {} were tried, and the campaign's own", names.join(", "));
         found.warnings.push(Finding::new(&codes::FAMILIES, text));
     }
-    let told = campaign.findings.iter().filter(|f| f.code != codes::NO_VALIDATION.code).cloned();
+    let train: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
+    let steps = found.steps.last().map(|step| &step.fit);
+    let lines = steps.is_some_and(|fit| steps_as_lines::refuted(&campaign.findings, fit, &train, &fitting));
+    let unsaid = |code: &str| code == codes::NO_VALIDATION.code || lines && code == codes::STEPS_AS_LINES.code;
+    let told = campaign.findings.iter().filter(|f| !unsaid(f.code)).cloned();
     let told: Vec<Finding> = told.chain(campaign.brought.iter().cloned()).collect();
     found.warnings.splice(0..0, told);
     let mended = |fault: &Fault| {

@@ -8,7 +8,7 @@ use super::examine_rows;
 use super::file::Estimator;
 use super::fit::Fit;
 use super::identifiability::{Identifiability, OtherLength, ProfileOf, UNCERTAIN};
-use super::load::{Campaign, moves};
+use super::load::Campaign;
 use super::plan::{PlannedParameter, plan};
 use super::plan_request::{PlanRequest, Want};
 use super::plan_source::PlanSource;
@@ -31,8 +31,7 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     if !matches!(fit.estimator, Estimator::FilterError | Estimator::OutputError) {
         return examine_rows::examine(campaign, fit);
     }
-    let train = |run: &&Run| run.role == Role::Train && moves(run.kind);
-    let runs: Vec<Run> = campaign.runs.iter().filter(train).cloned().collect();
+    let runs = campaign.motion(Some(Role::Train));
     let options = &campaign.options.output_error;
     let mut model = fit.model.clone();
     for p in &mut model.parameters {

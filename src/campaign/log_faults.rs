@@ -396,6 +396,7 @@ mod tests {
                 velocity: "v".into(),
                 gain: 0.1,
                 std: 0.01,
+                joined: false,
                 delay: None,
             }],
             ..report(false)

@@ -296,6 +296,7 @@ impl ModelFile {
         };
         let (mut model, _) = baseline::build(&campaign)
             .map_err(|e| ModelFileError::Model { file: file.clone(), source: Box::new(e) })?;
+        model.through_water = self.log.is_through_water();
         let mut known = 0;
         for told in &self.parameters {
             let absent = || ModelFileError::Parameter {

@@ -170,13 +170,16 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         }
     });
     let parameters: Vec<PlannedParameter> = parameters.collect();
+    let commands: Vec<(Run, f64)> =
+        proposal.runs.iter().map(|run| commands(&run.sailed.run, &source.thrusters)).collect();
+    warnings.extend(commands.iter().filter(|(_, part)| *part < WHOLE).map(saturates));
     let count = proposal.parameters.len();
     Ok(Plan {
         format: 1,
         sentence: sentence(&parameters, proposal.runs.len(), source.forces.as_deref().unwrap_or_default()),
         parameters,
         covariance: proposal.covariance.as_ref().map(|c| c.chunks(count.max(1)).map(<[f64]>::to_vec).collect()),
-        commands: proposal.runs.iter().map(|run| commands(&run.sailed.run, &source.thrusters)).collect(),
+        commands: commands.into_iter().map(|(run, _)| run).collect(),
         runs: proposal.runs.iter().map(planned).collect(),
         limits,
         sensors,
@@ -210,25 +213,44 @@ fn planned(run: &crate::plan::ProposedRun) -> PlannedRun {
     PlannedRun { name, kind, length, pushes, greatest, reach: run.sailed.reach, worst: run.worst }
 }
 
-/// The command history of a run: forces and, where the thrusters are known, their commands.
-fn commands(run: &Run, thrusters: &[Thruster]) -> Run {
+/// Part of a wrench that is all of it, but for rounding.
+const WHOLE: f64 = 0.999;
+
+fn saturates((run, part): &(Run, f64)) -> Finding {
+    let text = format!(
+        "{}: the thrusters give {:.0} % of the forces that are pushed with at once: they are cut, and the run shows less than is \
+         predicted; lower the limits with --limit",
+        run.name,
+        100.0 * part
+    );
+    Finding::new(&codes::SATURATES, text)
+}
+
+/// The command history of a run: forces and, where the thrusters are known, their commands; and the least part of the
+/// forces that the thrusters give, 0 to 1.
+fn commands(run: &Run, thrusters: &[Thruster]) -> (Run, f64) {
     let forces: BTreeMap<String, Signal> =
         Dof::ALL.iter().filter_map(|dof| Some((dof.force().to_string(), run.signal(dof.force())?.clone()))).collect();
     let mut told = Run { name: run.name.clone(), kind: run.kind, signals: forces, ..Run::default() };
-    let (Ok(allocation), Some(first)) = (Allocation::new(thrusters), told.signals.values().next()) else { return told };
+    let (Ok(allocation), Some(first)) = (Allocation::new(thrusters), told.signals.values().next()) else {
+        return (told, 1.0);
+    };
     let time = first.shared_time().clone();
     let mut volts = vec![Vec::with_capacity(time.len()); allocation.len()];
+    let mut part: f64 = 1.0;
     for k in 0..time.len() {
         let value = |dof: Dof| told.signal(dof.force()).map_or(0.0, |s| s.values()[k]);
         let wrench = Vector6::from_iterator(Dof::ALL.into_iter().map(value));
-        for (list, v) in volts.iter_mut().zip(allocation.allocate(&wrench).commands) {
+        let given = allocation.allocate(&wrench);
+        part = part.min(given.part);
+        for (list, v) in volts.iter_mut().zip(given.commands) {
             list.push(v);
         }
     }
     for (k, values) in volts.into_iter().enumerate() {
         told.signals.insert(format!("V{}", k + 1), Signal::new(time.clone(), values));
     }
-    told
+    (told, part)
 }
 
 /// Covariance of the shared free parameters that the model has already, row-major.
@@ -260,4 +282,41 @@ fn beyond(proposal: &Proposal, envelope: &Envelope) -> Vec<Finding> {
         }
     }
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thrust::curve::Coefficients;
+
+    /// Two thrusters side by side give all of a surge or all of a turn, and half of both at once.
+    #[test]
+    fn what_thrusters_do_not_give_together_is_told() {
+        let side = Coefficients { a: 10.0, b: 0.0 };
+        let thruster = |y: f64| Thruster {
+            name: format!("{y}"),
+            position: [0.0, y, 0.0],
+            axis: [1.0, 0.0, 0.0],
+            forward: side,
+            reverse: side,
+            bollard: None,
+            deadband: 0.0,
+            max: Some(1.0),
+            neutral: None,
+            span: None,
+            supply: None,
+        };
+        let pushed = |tau_u: f64, tau_r: f64| {
+            let mut run = Run { name: "plan01".into(), ..Run::default() };
+            for (name, values) in [("tau_u", vec![0.0, tau_u]), ("tau_r", vec![0.0, tau_r])] {
+                run.signals.insert(name.into(), Signal::new(vec![0.0, 1.0].into(), values));
+            }
+            commands(&run, &[thruster(0.2), thruster(-0.2)])
+        };
+        let (run, part) = pushed(20.0, 0.0);
+        assert!(part > WHOLE && (run.signals["V1"].values()[1] - 1.0).abs() < 1e-9, "{run:?}");
+        let half = pushed(20.0, 4.0);
+        assert!((half.1 - 0.5).abs() < 1e-9, "{}", half.1);
+        assert!(saturates(&half).message.contains("50 % of the forces"), "{}", saturates(&half).message);
+    }
 }

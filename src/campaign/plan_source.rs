@@ -39,7 +39,7 @@ impl PlanSource {
             vehicle: file.vehicle.clone(),
             envelope: file.envelope.clone(),
             sensors: file.sensors.clone(),
-            thrusters: Vec::new(),
+            thrusters: file.thrusters.clone(),
             covariance: file.covariance.clone(),
             forces: file.noise.as_ref().map(ModelNoise::forces),
             fitting: OutputErrorOptions { join: true, ..OutputErrorOptions::default() },

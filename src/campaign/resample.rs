@@ -137,7 +137,7 @@ const CURVES: u64 = 1 << 32;
 
 /// Training runs of free motion.
 fn motions(campaign: &Campaign) -> Vec<Run> {
-    campaign.runs.iter().filter(|run| run.role == Role::Train && moves(run.kind)).cloned().collect()
+    campaign.motion(Some(Role::Train))
 }
 
 fn by_output_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Result<Resampling, Error> {

@@ -6,13 +6,18 @@
 //!
 //! A held command that is read as a line acts up to a row too early on the way to the next step. A coarse value of a
 //! smooth command also stays for some rows, but its changes are one quantum, far below its range.
+//!
+//! A log of steps looks the same where the command was a line between two samples. Only the motion tells: where the fitted
+//! model explains the runs no better with held commands than with lines, nothing is advised.
 
 use super::codes;
 use super::moves::moves;
 use crate::check::rates::number_of;
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, cost_of};
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log::check::hold;
+use crate::model::{Interpolation, Model};
 use crate::run::{Run, Signal};
 
 /// Part of the range that a step is at least.
@@ -40,6 +45,22 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
         channels.join(", ")
     );
     Some(Finding::new(&codes::STEPS_AS_LINES, text))
+}
+
+/// Whether the motion refutes the advice of `findings`: `fitted` explains these runs no better with held commands.
+pub(super) fn refuted(
+    findings: &[Finding],
+    fitted: &FilterErrorFit,
+    runs: &[Run],
+    options: &FilterErrorOptions,
+) -> bool {
+    if fitted.model.input == Interpolation::Hold || !findings.iter().any(|f| f.code == codes::STEPS_AS_LINES.code) {
+        return false;
+    }
+    let mut held = fitted.model.clone();
+    held.input = Interpolation::Hold;
+    let cost = |model: &Model| cost_of(model, runs, (&fitted.noise, fitted.limit), options);
+    matches!((cost(&held), cost(&fitted.model)), (Ok(held), Ok(lines)) if held > lines)
 }
 
 /// What was commanded: the thrusters' commands or forces where they are logged, else the wrench.

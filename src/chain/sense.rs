@@ -17,8 +17,7 @@ pub(super) fn sense<'g>(
     pose: &Six<'g>,
     quaternion: Option<([Expr<'g>; 4], [Expr<'g>; 4])>,
 ) -> Vec<(String, Expr<'g>)> {
-    let nu = if model.through_water { at.nu_r } else { at.nu };
-    let mut log = Logged { nu, position: at.position, attitude: at.attitude };
+    let mut log = Logged { nu: at.nu_logged, position: at.position, attitude: at.attitude };
     for (k, term) in model.terms.iter().enumerate() {
         let before = log.clone();
         term.effect.sense(at, term.place, &theta(k), &memory[k], &mut log);

@@ -104,6 +104,7 @@ pub(super) fn somewhere<'g>(graph: &'g Graph, model: &Model, channels: &[String]
         time: input(0, Dimension::TIME),
         nu,
         nu_r: nu,
+        nu_logged: nu,
         position: [pose[0], pose[1], pose[2]],
         attitude: [pose[3], pose[4], pose[5]],
         turned: None,

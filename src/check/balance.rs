@@ -7,7 +7,8 @@
 //! over windows [a, b] by the trapezoid; all terms are accelerations: g = 1/m for a force. The velocity's noise stands on
 //! the left, where it does no harm; what is on the right is averaged. Of a control voltage the force is the power of it that fits
 //! best, V |V|ᵖ⁻¹ with p = 1, 1.5 or 2, as large as V at the greatest V: the curve of a thruster is not known here. It serves to see signs, lags and what a run can
-//! show; its estimates are not ones to use.
+//! show; its estimates are not ones to use. Of commands that always go together, as those of two vertical thrusters, one
+//! stands for all.
 
 use super::fit::{Fit, fit};
 use super::lag;
@@ -21,6 +22,11 @@ use crate::run::Run;
 pub const WINDOW: f64 = 0.5;
 /// Powers of a control voltage that its thrust may grow with, beside 1.
 const POWERS: [f64; 2] = [1.5, 2.0];
+
+/// Part of the squares of a command below which it is what others say already.
+const SAME: f64 = 1e-10;
+/// Part of it that a command gives to such another one, beyond which it stands for it.
+const SHARE: f64 = 0.01;
 
 /// What a column stands for.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +55,8 @@ pub struct Balance {
     /// The velocity.
     pub nu: Samples,
     commands: Vec<Samples>,
+    /// Which of the commands stand for others that always go with them.
+    together: Vec<bool>,
     windows: Vec<(f64, f64)>,
     others: Vec<Vec<f64>>,
     target: Vec<f64>,
@@ -130,25 +138,34 @@ impl Balance {
         all.push(&nu);
         let windows = windows(&all, width.max(2.0 * step), lag::REACH);
         let over = |s: &Samples| -> Vec<f64> { windows.iter().map(|(a, b)| s.integral(*a, *b)).collect() };
-        let mut terms: Vec<Term> = names.into_iter().map(Term::Command).collect();
+        let (kept, together) = independent(&commands.iter().map(over).collect::<Vec<_>>());
+        let mut terms: Vec<Term> = kept.iter().map(|k| Term::Command(names[*k].clone())).collect();
+        let commands: Vec<Samples> = kept.iter().map(|k| commands[*k].clone()).collect();
         terms.extend([Term::Linear, Term::Quadratic]);
         let mut others = vec![over(&nu), over(&nu.map(|_, x| x * x.abs()))];
         let other = |name: &str| velocity(run, Dof::ALL.into_iter().find(|other| other.velocity() == name)?);
         for (a, b) in products(dof) {
             let (Some(x), Some(y)) = (other(a), other(b)) else { continue };
-            terms.push(Term::Product(a, b));
-            others.push(over(&nu.map(|t, _| x.at(t) * y.at(t))));
+            let column = over(&nu.map(|t, _| x.at(t) * y.at(t)));
+            // of a rate that rests nothing depends
+            if rms(&column) > 0.0 {
+                terms.push(Term::Product(a, b));
+                others.push(column);
+            }
         }
         if matches!(dof, Dof::Roll | Dof::Pitch)
             && let Some(angle) = run.signal(dof.position()).and_then(Samples::of_angle)
         {
-            terms.push(Term::Restoring);
-            others.push(over(&nu.map(|t, _| angle.at(t).sin())));
+            let column = over(&nu.map(|t, _| angle.at(t).sin()));
+            if rms(&column) > 0.0 {
+                terms.push(Term::Restoring);
+                others.push(column);
+            }
         }
         terms.push(Term::Constant);
         others.push(windows.iter().map(|(a, b)| b - a).collect());
         let target = windows.iter().map(|(a, b)| nu.at(*b) - nu.at(*a)).collect();
-        Some(Balance { dof, terms, nu, commands, windows, others, target })
+        Some(Balance { dof, terms, nu, commands, together, windows, others, target })
     }
 
     /// The columns with the commands `delay` s late.
@@ -191,12 +208,83 @@ impl Balance {
         self.commands.iter().map(Samples::step).fold(self.nu.step(), f64::max)
     }
 
+    /// Whether the command number `k` stands for others that always go with it: its gain is theirs together.
+    pub fn is_joined(&self, k: usize) -> bool {
+        self.together[k]
+    }
+
     /// Channels of the commands.
     pub fn channels(&self) -> Vec<&str> {
         self.terms.iter().filter_map(|t| if let Term::Command(name) = t { Some(name.as_str()) } else { None }).collect()
     }
 }
 
+/// Which of the columns say something of their own, and which of those stand for others.
+fn independent(columns: &[Vec<f64>]) -> (Vec<usize>, Vec<bool>) {
+    let (mut kept, mut together): (Vec<usize>, Vec<bool>) = (Vec::new(), Vec::new());
+    for (k, column) in columns.iter().enumerate() {
+        let others: Vec<&[f64]> = kept.iter().map(|j| columns[*j].as_slice()).collect();
+        match fit(&others, column).filter(|f| 1.0 - f.explained < SAME) {
+            Some(same) => {
+                for ((part, other), joined) in same.theta.iter().zip(&others).zip(&mut together) {
+                    *joined |= part.abs() * rms(other) > SHARE * rms(column);
+                }
+            }
+            None => {
+                kept.push(k);
+                together.push(false);
+            }
+        }
+    }
+    (kept, together)
+}
+
 fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+    use crate::run::Signal;
+
+    /// ẇ = V₁ + V₂ − w, the two thrusters always driven alike; `late` s after their commands.
+    fn hovering(late: usize) -> Run {
+        let time: std::sync::Arc<[f64]> = (0..900).map(|k| 0.1 * f64::from(k)).collect();
+        let mut noise = Noise::new(3, 1);
+        let steps: Vec<f64> = (0..60).map(|_| noise.normal()).collect();
+        let command: Vec<f64> = (0..time.len()).map(|k| steps[k / 15]).collect();
+        let (mut w, mut speed) = (Vec::new(), 0.0);
+        for k in 0..time.len() {
+            w.push(speed + 2e-3 * noise.normal());
+            speed += 0.1 * (2.0 * command[k.saturating_sub(late)] - speed);
+        }
+        let mut run = Run::default();
+        let still = vec![0.0; time.len()];
+        for (name, values) in
+            [("V1", command.clone()), ("V2", command), ("w", w), ("phi", still.clone()), ("theta", still)]
+        {
+            run.signals.insert(name.into(), Signal::new(time.clone(), values));
+        }
+        run
+    }
+
+    /// Two commands that are one, and rates and angles that rest, leave a balance that can be solved.
+    #[test]
+    fn commands_that_always_go_together_are_asked_as_one() {
+        let balance = Balance::new(&hovering(0), Dof::Heave).expect("velocity and commands");
+        assert_eq!((balance.channels(), balance.is_joined(0)), (vec!["V1"], true));
+        let fit = balance.fit(0.0).expect("independent columns");
+        // the sums of ẇ go by steps of a tenth of the time constant
+        assert!((fit.theta[0] - 2.0).abs() < 0.2, "{fit:?}");
+    }
+
+    #[test]
+    fn commands_that_always_go_together_show_that_they_are_late() {
+        let late = super::super::commands::measure(&Balance::new(&hovering(5), Dof::Heave).expect("a balance"));
+        let delay = late[0].delay.expect("a delay").seconds;
+        assert!((delay - 0.5).abs() < 0.1, "{delay}");
+        assert!(late[0].joined);
+    }
 }

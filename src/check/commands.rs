@@ -42,6 +42,7 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
         gain: fit.theta[k],
         std: fit.std[k],
         delay,
+        joined: balance.is_joined(k),
     };
     let clear = |(k, a): &(usize, Answer)| a.gain.abs() > CERTAIN * a.std && a.gain * at_once.theta[*k] > 0.0;
     let answers = channels.iter().enumerate().map(answer).enumerate();
@@ -52,7 +53,8 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
 pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for a in answers {
-        let Some(right) = expected(a, thrusters) else { continue };
+        // the sign of several together is that of the strongest
+        let Some(right) = expected(a, thrusters).filter(|_| !a.joined) else { continue };
         // one thruster can show in several degrees of freedom
         if a.gain * right > 0.0 || found.iter().any(|f| f.channels[0] == a.channel) {
             continue;

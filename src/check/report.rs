@@ -123,6 +123,9 @@ pub struct Answer {
     /// How much later the motion answers, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay: Option<Lag>,
+    /// Whether it stands for commands that always go with it: the gain is theirs together.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub joined: bool,
 }
 
 /// Everything a check says about one run.

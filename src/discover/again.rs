@@ -63,7 +63,7 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         let gain = without.as_ref().map_or(f64::INFINITY, |without| merit(without, fit, without.cost - fit.cost));
         let needed = log_survival(gain, parameters) <= found.screen.threshold;
         // beside the others a name needs physics still
-        let flaw = broken(&model, &fit.model, &found.added[k].candidate, fit.filtered.sample_time());
+        let flaw = broken(&model, fit, &found.added[k].candidate);
         match (needed && flaw.is_none(), without) {
             (false, Ok(without)) => {
                 found.added.remove(k);

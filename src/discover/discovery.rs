@@ -213,7 +213,7 @@ pub fn discover(
     let seen: Vec<String> = found.screen.scores.iter().map(|s| found.candidates[s.candidate].name()).collect();
     let unseen: Vec<String> =
         found.candidates.iter().map(Candidate::name).filter(|name| !seen.contains(name)).collect();
-    let better = improvement(&gap);
+    let better = improvement(&gap, &effects);
     let places = if verdict == Verdict::NothingMissing {
         Vec::new()
     } else {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::found::FoundEffect;
 use super::held_out::on_others;
 use super::search::{Search, Step};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce};
@@ -152,16 +153,19 @@ pub(super) fn gap_step(
 /// Times that predictions have to be better for it to be worth a word.
 const BETTER: f64 = 1.1;
 
-/// The quantity whose held-out predictions 8 s ahead have become better by most, and how many times.
-pub(super) fn improvement(gap: &[GapStep]) -> Option<(Measured, f64)> {
+/// The quantity whose held-out predictions 8 s ahead have become better by most, and how many times: of those in which
+/// `effects` act, where one has become better.
+pub(super) fn improvement(gap: &[GapStep], effects: &[FoundEffect]) -> Option<(Measured, f64)> {
     let (first, last) = (gap.first()?, gap.last()?);
     let of = |step: &GapStep, measured: &Measured| {
         let own = step.prediction.iter().filter(|p| p.ahead == Some(8.0) && p.dof == *measured);
         own.map(|p| p.rms * p.rms).sum::<f64>().sqrt()
     };
     let times = |m: &Measured| (m.clone(), of(first, m) / of(last, m));
-    let all = first.held_out_rms.keys().map(times).filter(|(_, t)| t.is_finite() && *t > BETTER);
-    all.max_by(|a, b| a.1.total_cmp(&b.1))
+    let all = || first.held_out_rms.keys().map(times).filter(|(_, t)| t.is_finite() && *t > BETTER);
+    let acts_in = |m: &Measured| effects.iter().flat_map(|e| &e.dofs).any(|dof| m.dof() == Some(*dof));
+    let greatest = |a: &(Measured, f64), b: &(Measured, f64)| a.1.total_cmp(&b.1);
+    all().filter(|(m, _)| acts_in(m)).max_by(greatest).or_else(|| all().max_by(greatest))
 }
 
 /// What free runs leave beyond the noise of the sensors: Σ (E²/σ² − 1)₊ over what is compared.

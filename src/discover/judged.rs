@@ -1,7 +1,7 @@
 //! Step 7: how the fits of the search predict the runs that took no part, and where the last one fails.
 //!
 //! ```text
-//! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white;      σ_F ≤ 10 rms τ
+//! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white;      σ_F ≤ 10 rms τ;      σ_F ≤ 0.2 rms τ or T ≤ 10 s
 //! ```
 //!
 //! A run that took no part may go where no run of the fit went: astern, faster. What fails on such runs alone is missing all
@@ -10,7 +10,7 @@
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
 use super::held_out::on_others;
 use super::search::{Search, Task};
-use super::verdict::{failing, overwhelmed};
+use super::verdict::{failing, lasting, overwhelmed};
 use crate::envelope;
 use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
@@ -69,6 +69,12 @@ impl Judged {
         for (dof, times) in overwhelmed(&fit.noise.forces, task.train) {
             if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
                 failing_in.push((dof.velocity().to_string(), times));
+                beyond.clear();
+            }
+        }
+        for (dof, _) in lasting(&fit.noise.forces, task.train) {
+            if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
+                failing_in.push((dof.velocity().to_string(), 1.0));
                 beyond.clear();
             }
         }

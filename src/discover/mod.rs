@@ -20,6 +20,7 @@ mod rules;
 mod screen;
 mod search;
 mod simulated_states;
+mod slow_force;
 mod surrogate;
 mod verdict;
 

@@ -34,7 +34,7 @@ const PROMISE: f64 = 0.5;
 const PENALTY: f64 = 4.0;
 
 /// Share of the command's rms beyond which a random force is more than the water's: turbulence and tethers stay at a tenth.
-const MUCH: f64 = 0.2;
+pub(super) const MUCH: f64 = 0.2;
 
 /// A candidate refitted in full.
 pub(super) struct Contender {

@@ -1,13 +1,17 @@
 //! Step 5: a name needs physics.
 //!
 //! ```text
-//! |θ̂ − neutral| > 3 s        of one parameter at least
+//! |θ̂ − neutral| > 3 s        of one parameter at least, or of all of them together:  χ²_k(θᵀ C⁻¹ θ) as improbable as 3 s is
 //! min < θ̂ < max              dissipation dissipates, a delay is not negative
 //! θ̂ > h/20                   of a time, h: the time between samples
 //! s < ½ |θ̂|                  of a time constant, a limit or another shape that was searched over a grid
 //! ```
 
+use nalgebra::{DMatrix, DVector};
+
 use super::candidate::Candidate;
+use super::screen::log_survival;
+use crate::estimate::filter_error::FilterErrorFit;
 use crate::model::{Model, Parameter};
 use crate::units::Dimension;
 
@@ -26,9 +30,18 @@ const RESOLVED: f64 = 0.05;
 /// An amplitude of a wave below this share of the greatest counts as none: a wave is there in every run.
 const FAINT: f64 = 0.2;
 
-/// Which rule the parameters that `candidate` brought break, in words; `None` where they break none. `sample` is the time
-/// between samples, s.
-pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sample: f64) -> Option<String> {
+/// Which rule the parameters that `candidate` brought to `before` break, in words; `None` where they break none.
+pub(super) fn broken(before: &Model, fit: &FilterErrorFit, candidate: &Candidate) -> Option<String> {
+    rule(before, &fit.model, candidate, (fit.filtered.sample_time(), || are_together_something(before, fit)))
+}
+
+/// The rule, for samples that are so many seconds apart; `together`: whether the parameters are something together.
+fn rule(
+    before: &Model,
+    after: &Model,
+    candidate: &Candidate,
+    (sample, together): (f64, impl Fn() -> bool),
+) -> Option<String> {
     let new = brought(before, after);
     if new.is_empty() {
         return None;
@@ -52,7 +65,7 @@ pub(super) fn broken(before: &Model, after: &Model, candidate: &Candidate, sampl
             return Some(format!("{} is not determined", told(p)));
         }
     }
-    if is_nothing(before, after) {
+    if is_nothing(before, after) && !together() {
         return Some(format!(
             "{} is within three deviations of nothing",
             new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
@@ -79,6 +92,29 @@ pub(super) fn is_nothing(before: &Model, after: &Model) -> bool {
     let strengths: Vec<&Parameter> = new.iter().copied().filter(|p| p.spec.is_linear()).collect();
     let judged = if strengths.is_empty() { &new } else { &strengths };
     !judged.is_empty() && !judged.iter().any(apart)
+}
+
+/// Whether the strengths that `fit` has beyond `before` are something together, though each may be nothing: the deviation of a
+/// compass and its constant part, of which runs without a position show the sum.
+fn are_together_something(before: &Model, fit: &FilterErrorFit) -> bool {
+    let unknowns = &fit.filtered.problem.unknowns;
+    let known = |p: &Parameter| before.parameters.iter().any(|q| q.term == p.term && q.spec.name == p.spec.name);
+    let at: Vec<usize> = (0..unknowns.len())
+        .filter(|k| {
+            let p = &fit.model.parameters[unknowns[*k].parameter];
+            unknowns[*k].run.is_none() && p.spec.is_linear() && !known(p)
+        })
+        .collect();
+    if at.len() < 2 {
+        return false;
+    }
+    let covariance = DMatrix::from_fn(at.len(), at.len(), |i, j| fit.covariance[at[i] * unknowns.len() + at[j]]);
+    let off = DVector::from_fn(at.len(), |i, _| {
+        let p = &fit.model.parameters[unknowns[at[i]].parameter];
+        p.value - p.spec.neutral
+    });
+    let Some(factor) = covariance.cholesky() else { return false };
+    log_survival(off.dot(&factor.solve(&off)), at.len()) < log_survival(BEYOND * BEYOND, 1)
 }
 
 /// A wave that is there in some runs only follows something else that comes and goes.
@@ -111,7 +147,7 @@ mod tests {
         for (p, (value, std)) in new.zip(values) {
             (p.value, p.std) = (*value, Some(*std));
         }
-        broken(&before, &after, &candidate, 0.1)
+        rule(&before, &after, &candidate, (0.1, || false))
     }
 
     #[test]

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! A name needs the least p-value of all candidates to be below what chance makes of the least one: its quantile is
-//! drawn from N(0, C) of all columns, the candidates' own correlation. Rao, *Proceedings of the Cambridge Philosophical
+//! drawn from N(0, C), the candidates' own correlation. Candidates are scored in chunks, and each chunk is drawn by itself: what
+//! two chunks have in common would make the threshold lower. Rao, *Proceedings of the Cambridge Philosophical
 //! Society* 44 (1948) 50-57.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,7 +26,7 @@ use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::noise::Noise;
 use crate::run::Run;
 
-/// A candidate of which a refit of the model leaves less than this share of its signal is the model itself.
+/// Below this share of its signal after projection onto the columns of the model, a candidate is indistinguishable from it.
 pub(super) const INDISTINGUISHABLE: f64 = 0.003;
 
 /// Draws of the least p-value by chance: the quantile at 1 % is then known to a fifth.

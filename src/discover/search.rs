@@ -21,6 +21,7 @@ use super::held_out::{HeldOut, agree};
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
+use super::slow_force;
 use super::verdict::overwhelmed;
 use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
@@ -282,15 +283,17 @@ fn name_among(
             best.push(score);
         }
     }
-    best.retain(|score| {
+    let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
         let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);
-        score.log_p < threshold + NEARLY && of_kind && candidate.is_possible(score)
-    });
+        of_kind && candidate.is_possible(score)
+    };
+    best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
     // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
     let (first, later) = best.split_at(best.len().min(REFITS));
     let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));
-    let best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
+    let mut best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
+    best.extend(slow_force::hidden(found, &best, is_asked, task)?);
     let mut contenders: Vec<Contender> = Vec::new();
     for start in starts(&here, &best, &found.candidates, task) {
         progress::tell("refitting the best candidates", contenders.len(), best.len());
@@ -314,7 +317,7 @@ fn name_among(
         let candidate = &found.candidates[contender.score.candidate];
         let HeldOut { gain, against } = agree(&here, &contender.fit, task)?;
         contender.held_out = gain;
-        match broken(&here.model, &contender.fit.model, candidate, here.filtered.sample_time()).or(against) {
+        match broken(&here.model, &contender.fit, candidate).or(against) {
             None => names.push(contender),
             Some(why) => {
                 found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: contender.gain });

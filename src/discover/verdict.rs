@@ -6,7 +6,9 @@
 
 use serde::Serialize;
 
+use super::refit::MUCH;
 use super::search::BehavesLike;
+use super::slow_force::is_slow;
 use super::{ChangedParameter, FoundEffect};
 use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
@@ -58,6 +60,14 @@ pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64
     let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
     let beyond = |f: &RandomForce| Some((f.dof, ratio(f).filter(|r| *r > RandomForce::OVERWHELMING)?));
     forces.iter().filter_map(beyond).collect()
+}
+
+/// Degrees of freedom in which a random force stays for tens of seconds and is a good part of the commands' (root mean square
+/// over theirs): a tether, a tide, a payload, and no turbulence.
+pub(super) fn lasting(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
+    let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
+    let lasts = |f: &RandomForce| Some((f.dof, ratio(f).filter(|r| is_slow(f) && *r > MUCH)?));
+    forces.iter().filter_map(lasts).collect()
 }
 
 /// What there is to say where nothing can be named for `overwhelmed`.
@@ -131,6 +141,9 @@ pub(super) fn sentence(
                 force_in_words(forces)
             ),
         },
+        Verdict::Explained if gain.is_empty() => {
+            format!("Explained: {names} {were} missing; with it the model predicts the log down to {left}.")
+        }
         Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}."),
         Verdict::PartlyExplained if !beyond.is_empty() => format!(
             "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit do not show: it is in \

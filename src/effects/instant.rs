@@ -36,6 +36,8 @@ pub struct Instant<'g> {
     pub nu: Six<'g>,
     /// ν_r: velocity through the water, m/s and rad/s; ν where no current is modelled.
     pub nu_r: Six<'g>,
+    /// What the log's velocities are of: ν_r where they are measured against the water, else ν.
+    pub nu_logged: Six<'g>,
     /// Position north, east, down, m.
     pub position: [Expr<'g>; 3],
     /// φ, θ, ψ, rad.

@@ -39,12 +39,12 @@ impl Effect for SensorDvlDelay {
 
     fn sense<'g>(&self, at: &Instant<'g>, _: Place, _: &[Expr<'g>], memory: &[Expr<'g>], logged: &mut Logged<'g>) {
         for (i, z) in at.translations().zip(memory) {
-            logged.nu[i] += (*z - at.nu[i]) * 2.0;
+            logged.nu[i] += (*z - at.nu_logged[i]) * 2.0;
         }
     }
 
     fn memory<'g>(&self, at: &Instant<'g>, _: Place, _: &Six<'g>) -> Vec<Expr<'g>> {
-        at.translations().map(|i| at.nu[i]).collect()
+        at.translations().map(|i| at.nu_logged[i]).collect()
     }
 
     fn memory_rate<'g>(
@@ -55,6 +55,6 @@ impl Effect for SensorDvlDelay {
         memory: &[Expr<'g>],
         _: &Six<'g>,
     ) -> Vec<Expr<'g>> {
-        at.translations().zip(memory).map(|(i, z)| (at.nu[i] - *z) * 2.0 / theta[0]).collect()
+        at.translations().zip(memory).map(|(i, z)| (at.nu_logged[i] - *z) * 2.0 / theta[0]).collect()
     }
 }

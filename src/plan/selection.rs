@@ -1,10 +1,11 @@
 //! Which of the candidates to sail: greedy choice, then exchange.
 //!
 //! ```text
-//! min over sets of runs of   Σ_k max(0, ln std_k/wanted_k) + ε Σ_k ln std_k/wanted_k
+//! min over sets of runs of   Σ_k max(0, ln std_k/wanted_k)          while a wish is open
+//!                            ε Σ_k min(0, ln std_k/wanted_k)        once all are fulfilled
 //! ```
 //!
-//! The first sum is 0 when every wish is fulfilled; the second, of small weight, prefers the better of two such sets.
+//! The second, which is negative, prefers the better of two sets that fulfil every wish.
 //! Runs are added one at a time, the best first; then each is exchanged for a better one, and left out where the wishes
 //! are fulfilled without it. A run may be sailed twice: its noise is new. Fedorov, *Theory of Optimal Experiments*
 //! (1972), ch. 3. Nothing is random: the same candidates give the same set.

@@ -13,13 +13,16 @@
 //!
 //! Avila et al. (2013), eq. 16 and 17.
 
+use std::sync::Arc;
+
 use super::result::{Estimate, Stage};
+use crate::chain::{Nature, nature};
 use crate::effects::id;
-use crate::estimate::{SteadyWindow, mean_of};
+use crate::estimate::{RegressorError, SteadyWindow, force_components, mean_of};
 use crate::frame::Dof;
 use crate::least_squares::least_squares;
-use crate::model::Model;
-use crate::run::Run;
+use crate::model::{Model, Term};
+use crate::run::{Run, Signal};
 use crate::thrust::advance::{AdvanceFit, fit_advance};
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
@@ -29,10 +32,24 @@ pub fn is_powered(run: &Run, dof: Dof) -> bool {
     run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|f| f.abs() > 0.0))
 }
 
-/// Drag of `model` in `dof` at a speed, N or N·m: what a carriage pulls.
-pub fn towed_drag(model: &Model, dof: Dof, speed: f64) -> f64 {
-    let value = |effect: &str| model.value_at(effect, dof).unwrap_or(0.0);
-    value(id::QUADRATIC_DRAG) * speed * speed.abs() + value(id::LINEAR_DRAG) * speed + value(id::BIAS)
+/// Drag of `model` in `dof` at speeds, N or N·m: what a carriage pulls, all drags and the bias.
+///
+/// # Errors
+/// [`RegressorError`] where a drag reads what a towed vehicle does not tell.
+pub fn towed_drag(model: &Model, dof: Dof, speeds: &[f64]) -> Result<Vec<f64>, RegressorError> {
+    let time: Arc<[f64]> = (0..speeds.len()).map(|k| k as f64).collect();
+    let mut run = Run::default();
+    // straight ahead and level, without thrust
+    for other in Dof::ALL {
+        for name in [other.velocity(), other.position(), other.force()] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), vec![0.0; speeds.len()]));
+        }
+    }
+    run.signals.insert(dof.velocity().into(), Signal::new(time, speeds.to_vec()));
+    let pulled = |term: &&Term| term.effect.about().id == id::BIAS || nature(model, term) == Nature::Drag;
+    let names: Vec<String> = model.terms.iter().filter(pulled).map(Term::name).collect();
+    let forces = force_components(dof, &run, 0, model)?;
+    Ok(forces.sum_of(|name| names.iter().any(|n| n == name)).into_iter().map(|force| -force).collect())
 }
 
 /// A line, its stage, and the covariance of slope and intercept.
@@ -43,17 +60,25 @@ pub(super) struct Line {
 }
 
 /// Speed and η_adv of each powered towing run of `dof`; `model` has the drag that was found without thrust.
-fn rows(dof: Dof, runs: &[&Run], model: &Model, losses: &Efficiency, thrusters: &[Thruster]) -> (Vec<f64>, Vec<f64>) {
+fn rows(
+    dof: Dof,
+    runs: &[&Run],
+    model: &Model,
+    losses: &Efficiency,
+    thrusters: &[Thruster],
+) -> Result<(Vec<f64>, Vec<f64>), String> {
     let of = |run: &&Run| {
         let (from, to) = run.span()?;
         let mean = |name: &str| mean_of(run, name, SteadyWindow { from, to }).map(|m| m.value);
         let (speed, load, force) = (mean(dof.velocity())?, mean(dof.load())?, mean(dof.force())?);
-        let drag = towed_drag(model, dof, speed);
         let group = super::effective_thrust::group(run, dof, thrusters);
         let names: Vec<&str> = group.iter().map(String::as_str).collect();
-        Some((speed.abs(), (drag - load) / (losses.eta_inter.value(dof, &names) * force)))
+        Some((speed, load, losses.eta_inter.value(dof, &names) * force))
     };
-    runs.iter().filter_map(of).unzip()
+    let means: Vec<(f64, f64, f64)> = runs.iter().filter_map(of).collect();
+    let speeds: Vec<f64> = means.iter().map(|(speed, ..)| *speed).collect();
+    let drags = towed_drag(model, dof, &speeds).map_err(|e| e.to_string())?;
+    Ok(means.iter().zip(drags).map(|((speed, load, thrust), drag)| (speed.abs(), (drag - load) / thrust)).unzip())
 }
 
 /// Slope and intercept of η_adv. The error says what the data lacks.
@@ -64,7 +89,7 @@ pub(super) fn values(
     losses: &Efficiency,
     thrusters: &[Thruster],
 ) -> Result<Vec<f64>, String> {
-    let (speed, eta) = rows(dof, runs, model, losses, thrusters);
+    let (speed, eta) = rows(dof, runs, model, losses, thrusters)?;
     let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
     Ok(vec![fit.slope.value, fit.intercept.value])
 }
@@ -100,7 +125,7 @@ pub(super) fn stage(
     losses: &Efficiency,
     thrusters: &[Thruster],
 ) -> Result<Line, String> {
-    let (speed, eta) = rows(dof, runs, model, losses, thrusters);
+    let (speed, eta) = rows(dof, runs, model, losses, thrusters)?;
     let fit = fit_advance(&speed, &eta).map_err(|e| e.to_string())?;
     let linear = least_squares(&[&speed, &vec![1.0; speed.len()]], &eta).map_err(|e| e.to_string())?;
     let estimate = |name: &str, k: usize, unit: &str| Estimate {
@@ -127,4 +152,34 @@ pub(super) fn stage(
     };
     let c = &linear.covariance;
     Ok(Line { fit, stage, covariance: [[c[0][0], c[0][1]], [c[1][0], c[1][1]]] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+
+    /// Every drag of the model is pulled, with its own sign of the speed.
+    #[test]
+    fn exact_towed_drag_of_all_drags() {
+        let effects =
+            ["inertia", "linear_drag", "quadratic_drag", "cubic_drag@surge", "drag_asymmetry@surge", "bias@surge"];
+        let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &effects).expect("a model");
+        for (name, value) in [
+            ("inertia@surge", 300.0),
+            ("linear_drag@surge", 20.0),
+            ("quadratic_drag@surge", 100.0),
+            ("cubic_drag@surge", 7.0),
+            ("drag_asymmetry@surge", 11.0),
+            ("bias@surge", 3.0),
+        ] {
+            assert!(model.set(name, value), "{name}");
+        }
+        // k_L u + k_Q u|u| + k_C u³ + b, and astern d u|u| more
+        let drag = |u: f64| 20.0 * u + (100.0 + 11.0 * f64::from(u < 0.0)) * u * u.abs() + 7.0 * u.powi(3) + 3.0;
+        let speeds = [0.5, 1.2, -0.7];
+        for (found, speed) in towed_drag(&model, Dof::Surge, &speeds).expect("drags").iter().zip(speeds) {
+            assert!((found - drag(speed)).abs() < 1e-10, "{found} at {speed}");
+        }
+    }
 }

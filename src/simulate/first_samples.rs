@@ -4,11 +4,14 @@
 //! d_k = min(|y_k − ℓ₁₂|, |y_k − ℓ₃₅|, |y_k − ℓ₄₇|)     ℓ_ij: line through the samples k+i and k+j, at the instant of k
 //! a_k = min |y_k − y_{k+i}|,  i = 1, 2, 3               s: steps between the nine samples after the first three
 //! wild, of k = 0, 1, 2:   d_k > 3 q₉₀(d)  and  a_k > 3 q₈₀(s)         q₉₀: of the next 200 samples
+//!                         and no start from rest: y_{k+1} − y_k, y_{k+2} − y_{k+1}, y_{k+3} − y_{k+2} of one sign, each at most
+//!                         twice the next
 //! ```
 //!
 //! Nothing is known of a state before a stretch begins, so that its first samples are believed whatever they are, and an estimator
 //! that holds outliers back holds none back there. A first heading 30 deviations off made the innovations of a whole run coloured.
-//! A good sample that is left out costs next to nothing; of three lines one is that of good samples even where two are wild.
+//! Of three lines one is that of good samples even where two are wild. A step of its command sends a vehicle off from rest in an
+//! arc that bends by more from sample to sample than anything later in the log.
 
 use super::track::NO_SAMPLE;
 
@@ -27,6 +30,9 @@ const STEEP: f64 = 0.8;
 
 /// By how many times the usual a wild sample is off: of Gaussian noise one in a million is.
 const TIMES: f64 = 3.0;
+
+/// A step from rest is at most so many times the next one: of a vehicle whose time constant is 1.5 samples or more.
+const SETTLES: f64 = 2.0;
 
 /// Samples of a beginning that are judged.
 const FIRST: usize = 3;
@@ -79,8 +85,13 @@ fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
     let steps: Vec<f64> = (FIRST..FIRST + NEAR).map(|k| apart(k, k + 1)).collect();
     let step = quantile(&steps, STEEP);
     let stands_off = |k: &usize| (1..=3).all(|i| apart(*k, k + i) > TIMES * step);
+    let sets_off = |k: &usize| {
+        let steps: Vec<f64> = (*k..k + 3).map(|i| nearest(samples[i + 1].1 - samples[i].1, turns)).collect();
+        steps.windows(2).all(|s| s[0] * s[1] > 0.0 && s[0].abs() <= SETTLES * s[1].abs())
+    };
     // a channel that does not change says nothing of what is usual
-    let wild: Vec<usize> = (0..FIRST).filter(|k| usual > 0.0 && off[*k] > TIMES * usual).filter(stands_off).collect();
+    let far: Vec<usize> = (0..FIRST).filter(|k| usual > 0.0 && off[*k] > TIMES * usual).collect();
+    let wild: Vec<usize> = far.into_iter().filter(stands_off).filter(|k| !sets_off(k)).collect();
     // all of them: that is how the run begins, and no fault
     if wild.len() < FIRST { wild } else { Vec::new() }
 }
@@ -163,6 +174,9 @@ mod tests {
         turning.iter_mut().for_each(|y| *y += 1e-3 * noise.normal());
         let at: Vec<f64> = (0..60).map(|k| 0.5 * f64::from(k)).collect();
         assert!(leave_out(&mut turning, &at, &[0], &["psi".to_string()]).is_empty());
+        // a yaw rate from rest under full command, its time constant three samples long
+        let mut rate: Vec<f64> = time.iter().map(|t| 0.4 * (1.0 - (-t / 0.3).exp()) + 0.003 * noise.normal()).collect();
+        assert!(leave_out(&mut rate, &time, &[0], &["r".to_string()]).is_empty());
         let mut quiet = vec![0.5; 100];
         quiet[0] = 0.6;
         assert!(leave_out(&mut quiet, &time, &[0], &["u".to_string()]).is_empty(), "nothing is usual");

@@ -175,6 +175,9 @@ struct Found {
     converged: bool,
 }
 
+/// Dampings that are tried for one step: from the least, 1e-12, to one with which a step is nothing.
+const TRIES: usize = 24;
+
 /// Levenberg-Marquardt.
 fn search(runs: &[BenchRun<'_>], places: &Places, begin: DVector<f64>) -> Found {
     let mut best = begin;
@@ -184,13 +187,16 @@ fn search(runs: &[BenchRun<'_>], places: &Places, begin: DVector<f64>) -> Found 
         let jacobian = jacobian(runs, places, &best, &residuals);
         let normal = jacobian.tr_mul(&jacobian);
         let gradient = jacobian.tr_mul(&residuals);
-        let mut fell = 0.0;
-        for _ in 0..8 {
+        let (mut fell, mut solved) = (0.0, true);
+        for _ in 0..TRIES {
             let mut damped = normal.clone();
             for k in 0..best.len() {
                 damped[(k, k)] += damping * normal[(k, k)].max(1e-12);
             }
-            let Some(step) = damped.lu().solve(&gradient) else { break };
+            let Some(step) = damped.lu().solve(&gradient) else {
+                solved = false;
+                break;
+            };
             let tried = bounded(&(&best - step), places);
             let (other, price) = priced(runs, places, &tried);
             if price < cost {
@@ -202,7 +208,8 @@ fn search(runs: &[BenchRun<'_>], places: &Places, begin: DVector<f64>) -> Found 
             damping *= 5.0;
         }
         if fell < 1e-7 {
-            converged = true;
+            // where no step of any length lowers a sum that is a number, that is a minimum
+            converged = solved && cost.is_finite();
             break;
         }
     }

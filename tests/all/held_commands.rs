@@ -3,8 +3,11 @@
 // a fixture that fails is a failed test
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
 use std::sync::Arc;
 
+use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
+use hydrosysid::campaign::{Campaign, FitOptions, fit};
 use hydrosysid::chain::Available;
 use hydrosysid::dynamics::Dynamics;
 use hydrosysid::effects::Coriolis;
@@ -297,5 +300,27 @@ fn a_lag_of_no_time_goes_to_its_bound() {
         let fit = output_error(&model, &[lagged_run(1e-5, 1e-4)], &options).unwrap();
         let found = &fit.model.parameters[p];
         assert!(found.value <= found.min, "{} at steps of {longest_step} s", found.value);
+    }
+}
+
+/// A log that begins 0.23 s after a step that the late vehicle has not felt: what is logged before the command can be known
+/// takes no part in a fit.
+#[test]
+fn a_fit_leaves_out_what_commands_of_before_the_log_do() {
+    let whole = run(0.5, 0.002, 0.0);
+    let mut part = Run { name: "late.csv".into(), ..whole.between(8.0, 39.9) };
+    let since = |t: f64| STEPS.iter().map(|(begin, _)| *begin).filter(move |begin| *begin > t);
+    let instants: Vec<f64> = std::iter::once(8.0).chain(since(8.0)).collect();
+    let forces: Vec<f64> = instants.iter().map(|t| held(*t)).collect();
+    part.signals.insert("tau_u".into(), Signal::new(instants.into(), forces));
+    let text = "format = 1\n[vehicle]\nmass = 250.0\n[model]\ndofs = ['surge']\ninput = 'hold'\n\
+                effects = ['inertia', 'linear_drag', 'thrust_delay']\n[[run]]\nfile = 'late.csv'\n";
+    let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+    let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("late.toml"), &options).unwrap();
+    let found = fit(&Campaign::from_runs(file, vec![part]).unwrap(), FitOptions::default()).unwrap();
+    for (parameter, truth) in found.parameters.iter().zip([MASS, DRAG, 0.5]) {
+        let std = parameter.std.unwrap();
+        // three deviations; half a second of a wrong push would put the mass some fifty off
+        assert!((parameter.value - truth).abs() < 3.0 * std, "{}: {} ± {std}", parameter.name, parameter.value);
     }
 }

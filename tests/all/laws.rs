@@ -102,6 +102,7 @@ fn instant<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Instant<'
         time: input(0, Dimension::TIME),
         nu,
         nu_r: nu,
+        nu_logged: nu,
         position: std::array::from_fn(|i| state(6 + i, Dimension::LENGTH)),
         attitude: std::array::from_fn(|i| state(9 + i, Dimension::ONE)),
         turned: None,

@@ -65,8 +65,7 @@ def init(
     found = Findings(folder, log, tuple(fspath(one) for one in msg), {p.name for p in given if not is_known(p)})
     shown = []
     for path in given:
-        one = found.convert(path) if is_known(path) else _beside(path, folder, file is not None)
-        shown += [] if one is None else [one]
+        shown += found.convert(path) if is_known(path) else [_beside(path, folder, file is not None)]
     figures = (mass, volume, weight, buoyancy, length)
     chosen = None if vehicle is None else str(vehicle)
     options, learned = json.dumps(found.left()), json.dumps(found.learned())

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
 from ._errors import DataError, UsageError
@@ -53,19 +54,21 @@ class Findings:
         self.placed: set[str] = set()
         self.plain = bool(taken)
 
-    def convert(self, path: Path) -> tuple[str, str] | None:
-        """Writes a log as CSV into the folder; its path and its name, `None` where nothing of it could be placed."""
+    def convert(self, path: Path) -> list[tuple[str, str]]:
+        """Writes a log as CSV into the folder, groups with clocks of their own each as one; path and name of each."""
         kind = KINDS.get(format_of(path) or "")
         try:
             if kind is None:
                 self.plain = True
-                made: str | None = self._write(path, _table(path))
+                tables, left_out = _tables(path)
+                self.guessed += [f"{path.name}: {reason}" for reason in left_out]
+                made = [self._write(_named(path, group), data) for group, data in tables.items()]
             else:
                 made = self._signals(path, kind)
         except DataError as error:
             self.guessed.append(f"{path.name} could not be read: {error}")
-            return None
-        return None if made is None else (str(self.folder / made), made)
+            return []
+        return [(str(self.folder / name), name) for name in made]
 
     def left(self) -> dict[str, Any]:
         """The reading options that the CSV logs are read with.
@@ -92,7 +95,7 @@ class Findings:
             **self.autopilot,
         }
 
-    def _signals(self, path: Path, kind: str) -> str | None:
+    def _signals(self, path: Path, kind: str) -> list[str]:
         source, columns = open_source(path, ColumnMap(msg=self.msg))
         said = told(path, source, kind)
         found = guess(source, kind, said.parameters)
@@ -101,7 +104,7 @@ class Findings:
         read = _run(source, found, columns)
         if read is None:
             self.guessed.append(f"nothing of {path.name} could be placed; it has {source.listed(400)}")
-            return None
+            return []
         run, origin = read
         stretches = _stretches(said, run, origin or 0)
         run = _with_modes(run, stretches)
@@ -114,7 +117,7 @@ class Findings:
             for start, end, mode in stretches
         ]
         self._vehicle(path, found, run)
-        return made
+        return [made]
 
     def _overrule(self, source: Source, found: Guess) -> None:
         """Takes columns and options that somebody has said, those that this log has."""
@@ -225,17 +228,50 @@ def _rest(run: Run, thruster: int, trim: float | None) -> float | None:
     return trim if abs(values[np.argmax(counts)] - trim) < 1.5 else None
 
 
-def _table(path: Path) -> bytes:
-    """Columns of a plain table as CSV under their own names, those of the usual length."""
+def _tables(path: Path) -> tuple[dict[str, bytes], list[str]]:
+    """Columns of a plain table as CSV under their own names, and what was left out; a group with its own clock is one.
+
+    ``dvl/t, dvl/u, imu/t, imu/r`` become two; columns without a group of their own are those of the usual length.
+    """
     timed: Mapping[str, Any] = {"columns": {"_": {"name": "_", "time": "_"}}}
     source, _ = open_source(path, ColumnMap.of(timed))
-    names = frozenset(source.contents.get("", ()))
-    fields = source.read({"": names})[""].fields if names else {}
-    if not fields:
+    names = source.contents.get("", ())
+    stream = source.read({"": frozenset(names)})[""] if names else None
+    if stream is None or not stream.fields:
         raise DataError(f"{path}: it holds no column of numbers")
-    usual, _ = Counter(len(values) for values in fields.values()).most_common(1)[0]
-    columns = [name for name in source.contents[""] if len(fields[name]) == usual]
+    fields = {name: stream.fields[name] for name in names}
+    clocks = {name.rpartition("/")[0] for name in fields if _is_clock(name)} - {""}
+    groups: dict[str, dict[str, NDArray[Any]]] = {}
+    for name, values in fields.items():
+        group = name.rpartition("/")[0]
+        groups.setdefault(group if group in clocks else "", {})[name] = values
+    if len(stream.stamps) > 0:
+        # the column `t` is the time of a plain table, and no field of it
+        seconds = np.asarray(stream.stamps, dtype=np.float64) / stream.per_second
+        groups[""] = {"t": seconds, **groups.get("", {})}
+    left_out: list[str] = []
+    tables = {}
+    for group, columns in groups.items():
+        usual, _ = Counter(len(values) for values in columns.values()).most_common(1)[0]
+        others = [f"{name} ({len(values)})" for name, values in columns.items() if len(values) != usual]
+        if others:
+            left_out.append(f"left out, of another length than the {usual} rows of the others: {', '.join(others)}")
+        tables[group] = _csv({name: values for name, values in columns.items() if len(values) == usual})
+    return (tables if len(tables) > 1 else {"": next(iter(tables.values()))}), left_out
+
+
+def _is_clock(name: str) -> bool:
+    """Whether a dataset is the time of its group, by its name."""
+    return name.rpartition("/")[2].partition("[")[0].strip().lower() in ("t", "time", "timestamp", "stamp")
+
+
+def _named(path: Path, group: str) -> Path:
+    """The log's name with that of the group: ``dive.h5``, ``dvl`` → ``dive_dvl.h5``."""
+    return path.with_name(f"{path.stem}_{group.replace('/', '_')}{path.suffix}") if group else path
+
+
+def _csv(columns: Mapping[str, NDArray[Any]]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "table.csv"
-        write_columns(target, {name: fields[name] for name in columns})
+        write_columns(target, dict(columns))
         return target.read_bytes()

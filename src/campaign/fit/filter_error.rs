@@ -8,8 +8,9 @@ use super::super::error::Error;
 use super::super::file::Estimator;
 use super::super::first_samples;
 use super::super::identifiability::of_covariance;
-use super::super::load::{Campaign, moves};
+use super::super::load::Campaign;
 use super::super::noise;
+use super::super::steps_as_lines;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust};
@@ -88,6 +89,10 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         );
         warnings.push(Finding::new(&codes::MORE_MISSING, text));
     }
+    let mut refuted = Vec::new();
+    if steps_as_lines::refuted(&campaign.findings, &fitted, runs, &options) {
+        refuted.push(codes::STEPS_AS_LINES.code);
+    }
     let mut covariance = in_model_order(&fitted);
     let mut fitted = fitted;
     let carried = thrust::carried(campaign, runs, |runs| {
@@ -121,12 +126,13 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         converged: fitted.converged,
         sentence: Some(sentence),
         warnings,
+        refuted,
     })
 }
 
 /// Runs of free motion that take no part.
 fn others(campaign: &Campaign) -> Vec<Run> {
-    campaign.runs.iter().filter(|run| run.role == Role::Validate && moves(run.kind)).cloned().collect()
+    campaign.motion(Some(Role::Validate))
 }
 
 /// The runs that took no part, made ready with all parameters held; the training runs where there are none.

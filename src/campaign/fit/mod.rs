@@ -55,6 +55,8 @@ pub(super) struct Raw {
     pub converged: bool,
     pub sentence: Option<String>,
     pub warnings: Vec<Finding>,
+    /// Codes of what was found in the campaign and is refuted by the fit.
+    pub refuted: Vec<&'static str>,
 }
 
 /// Fits the free parameters of the campaign's model to its training runs.
@@ -63,8 +65,10 @@ pub(super) struct Raw {
 /// [`Error`] when there is no run to fit or the data does not determine the parameters.
 pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     let estimator = options.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign));
-    let used = |run: &&Run| run.role == Role::Train && (moves(run.kind) || estimator == Estimator::Staged);
-    let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
+    let runs: Vec<Run> = match estimator {
+        Estimator::Staged => campaign.runs.iter().filter(|run| run.role == Role::Train).cloned().collect(),
+        _ => campaign.motion(Some(Role::Train)),
+    };
     if runs.is_empty() {
         let text = match campaign.runs.iter().any(|run| run.role == Role::Train) {
             false => "no run takes part in the fit: at least one needs role = \"train\"".to_string(),
@@ -141,7 +145,8 @@ pub(super) fn assembled(
     instruments: Instruments,
 ) -> Fit {
     judge::judge(&raw.model, &campaign.vehicle, raw.converged, &mut raw.warnings);
-    let mut warnings = campaign.findings.clone();
+    let stands = |finding: &&Finding| !raw.refuted.contains(&finding.code);
+    let mut warnings: Vec<Finding> = campaign.findings.iter().filter(stands).cloned().collect();
     warnings.extend(raw.warnings);
     let parameters = raw
         .model

@@ -85,6 +85,7 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         converged: fitted.converged,
         sentence: None,
         warnings,
+        refuted: Vec::new(),
     })
 }
 

@@ -149,6 +149,7 @@ pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String
         converged,
         sentence,
         warnings,
+        refuted: Vec::new(),
     }
 }
 
@@ -186,5 +187,6 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
         converged: true,
         sentence: None,
         warnings,
+        refuted: Vec::new(),
     })
 }

@@ -17,6 +17,7 @@ use super::super::fit::Fit;
 use super::super::load::{Campaign, moves};
 use super::super::simulate::one;
 use crate::check::samples::Samples;
+use crate::estimate::IntegralError;
 use crate::estimate::output_error::Problem;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -53,7 +54,7 @@ impl Made {
             let (dof, own) = own_force(&run, fitted);
             let clean = |by: f64| match moves(run.kind) {
                 true => sailed(&acting, &fitted.model, &pushed(&acting.runs[index], dof, by), index),
-                false => Ok(on_load_cells(&run, &fitted.model, &fitted.efficiency, campaign, by)),
+                false => on_load_cells(&run, &fitted.model, &fitted.efficiency, campaign, by),
             };
             let mut moved = if own > 0.0 { clean(own)? } else { Clean::new() };
             let mut errors = BTreeMap::new();
@@ -148,7 +149,13 @@ fn simulated(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Res
 }
 
 /// What the load cells of a bollard or towing run would read, `by` more.
-fn on_load_cells(run: &Run, model: &Model, efficiency: &Efficiency, campaign: &Campaign, by: f64) -> Clean {
+fn on_load_cells(
+    run: &Run,
+    model: &Model,
+    efficiency: &Efficiency,
+    campaign: &Campaign,
+    by: f64,
+) -> Result<Clean, Error> {
     let towing = run.kind == RunKind::Towing;
     // held still there is no advance
     let losses = Efficiency { eta_adv: efficiency.eta_adv.filter(|_| towing), ..efficiency.clone() };
@@ -157,12 +164,17 @@ fn on_load_cells(run: &Run, model: &Model, efficiency: &Efficiency, campaign: &C
     for dof in &model.dofs {
         let Some(load) = run.signal(dof.load()).filter(|load| !load.is_empty()) else { continue };
         let thrust = |t: f64| acting.signal(dof.force()).map_or(0.0, |force| force.at(t));
-        let speed = |t: f64| run.signal(dof.velocity()).map_or(0.0, |speed| speed.at(t));
-        let still = |t: f64| if towing { towed_drag(model, *dof, speed(t)) - thrust(t) } else { thrust(t) };
-        let reads = |t: &f64| still(*t) + by;
-        let values: Vec<f64> = load.time().iter().map(reads).collect();
+        let speed = |t: &f64| run.signal(dof.velocity()).map_or(0.0, |speed| speed.at(*t));
+        let values: Vec<f64> = match towing {
+            true => {
+                let speeds: Vec<f64> = load.time().iter().map(speed).collect();
+                let drags = towed_drag(model, *dof, &speeds).map_err(IntegralError::from)?;
+                load.time().iter().zip(drags).map(|(t, drag)| drag - thrust(*t) + by).collect()
+            }
+            false => load.time().iter().map(|t| thrust(*t) + by).collect(),
+        };
         let noise = Samples::of(load).map_or(0.0, |samples| samples.noise());
         clean.insert(dof.load().to_string(), (Signal::new(load.shared_time().clone(), values), noise));
     }
-    clean
+    Ok(clean)
 }

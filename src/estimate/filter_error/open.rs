@@ -1,4 +1,4 @@
-//! Predictions whose parameters, forces and start are open: how far they spread.
+//! Spread of predictions by Monte Carlo over parameters, random force and initial state.
 //!
 //! ```text
 //! s = R + mean |ŷ(θ, d, x₀) − ŷ|²      θ ~ N(θ̂, C),  d: forces of the noise model,  x₀ ~ N(x̂, P)

@@ -12,6 +12,10 @@
 use crate::noise::Noise;
 use crate::simd::{Lanes, Wide};
 
+/// Times which a variance that is nothing underflows to 0: below 1e-113. A state that nothing drives, as the memory of a lag,
+/// forgets what was not known of its beginning, and the inverse of what is left after 350 time constants is no number.
+const NOTHING: f64 = 1e-210;
+
 /// `L` factored covariances of `n` states.
 #[derive(Debug, Clone)]
 pub(super) struct Covariance<const L: usize> {
@@ -53,8 +57,9 @@ impl<const L: usize> Covariance<L> {
                     length = wide.plus(length, x, scaled);
                 }
             }
-            self.d[j] = wide.store(length);
-            let inverse = wide.only_where(wide.div(wide.splat(1.0), length), length);
+            let known = wide.mul(length, wide.splat(NOTHING));
+            self.d[j] = wide.store(wide.only_where(length, known));
+            let inverse = wide.only_where(wide.div(wide.splat(1.0), length), known);
             for i in 0..j {
                 let other = &mut above[i * columns..(i + 1) * columns];
                 let mut product = wide.splat(0.0);
@@ -232,6 +237,20 @@ mod tests {
         });
         let d = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| p.d[i][lane]));
         &u * d * u.transpose()
+    }
+
+    /// A state that is driven by nothing and decays: long after its beginning, its variance is 0, and those of others are numbers.
+    #[test]
+    fn exact_covariance_of_a_state_that_is_forgotten() {
+        let mut p = Covariance::<2>::diagonal(&[[1.0; 2], [1e4; 2]]);
+        let mut work = Work::new(vec![First::default(), First { column: 1, source: 1 }], 1);
+        let (f, w) = ([[0.9; 2], [0.1; 2], [0.0; 2], [0.7; 2]], [[0.5; 2], [0.0; 2]]);
+        for _ in 0..2000 {
+            p.predict(Plain, &f, &w, &mut work);
+            assert!((0..2).all(|lane| full(&p, lane).iter().all(|x| x.is_finite())));
+        }
+        let stationary = 0.25 / (1.0 - 0.81);
+        assert!((full(&p, 0)[(0, 0)] - stationary).abs() < 1e-12 * stationary && full(&p, 0)[(1, 1)] == 0.0);
     }
 
     /// The textbook's formulas in full matrices: the same but for roundings. A lane without a measurement stays.

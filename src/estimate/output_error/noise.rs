@@ -1,4 +1,4 @@
-//! Standard deviation of the noise of each output: as given, else from what no smooth motion has.
+//! Standard deviation of the noise of each output: as given, else estimated from third differences.
 //!
 //! ```text
 //! σ = median |yₖ₊₃ − 3 yₖ₊₂ + 3 yₖ₊₁ − yₖ| / (0.6745 √20)

@@ -1,0 +1,66 @@
+//! A slow random force that has taken up what is missing.
+//!
+//! ```text
+//! (σ, T) → (σ √(T₁/T), T₁)     where T > 10 s,  T₁ = 1 s: over a second it pushes as it did
+//! ```
+//!
+//! Water pushes for a second or three. A force that stays for tens of seconds follows a trim, a tide or a snagged tether as
+//! well as any effect does, and under it what is constant has no score: a pitch moment of 75 deviations was "a random force
+//! (correlation 35 s)". The candidates are scored a second time under a force that is as strong from one second to the next
+//! and forgets as water does. The likelihood ratio of a refit decides as it does for all others.
+
+use super::screen::{Score, screen};
+use super::search::{Search, Task};
+use crate::estimate::filter_error::{FilterErrorFit, RandomForce};
+use crate::estimate::output_error::OutputErrorError;
+
+/// Correlation time above which a force is slow, s: three times that of what is slowest in water.
+const SLOW: f64 = 10.0;
+
+/// Correlation time under which the candidates are scored instead, s.
+const USUAL: f64 = 1.0;
+
+/// Candidates that are refitted because of it.
+const MOST: usize = 3;
+
+/// Whether a force is slower than what water does.
+pub(super) fn is_slow(force: &RandomForce) -> bool {
+    force.time > SLOW
+}
+
+/// The fit with its slow forces at the usual correlation time; `None` where none is slow.
+fn quickened(fit: &FilterErrorFit) -> Option<FilterErrorFit> {
+    if !fit.noise.forces.iter().any(is_slow) {
+        return None;
+    }
+    let mut quick = fit.clone();
+    for force in quick.noise.forces.iter_mut().filter(|f| is_slow(f)) {
+        force.rms *= (USUAL / force.time).sqrt();
+        force.time = USUAL;
+    }
+    Some(quick)
+}
+
+/// Scores of candidates that a slow force of the last fit hides, the best probe of each, beside those in `known`; those that
+/// are `wanted`.
+///
+/// # Errors
+/// As [`screen`].
+pub(super) fn hidden(
+    found: &Search,
+    known: &[Score],
+    wanted: impl Fn(&Score) -> bool,
+    task: &Task<'_>,
+) -> Result<Vec<Score>, OutputErrorError> {
+    let Some(quick) = quickened(found.last_fit()) else { return Ok(Vec::new()) };
+    let asked = (task.options.level, task.options.seed);
+    let under = screen(&quick, task.train, &found.candidates, &task.fitting.base, asked)?;
+    let mut best: Vec<Score> = Vec::new();
+    for score in under.scores {
+        let is_known = known.iter().chain(&best).any(|k| k.candidate == score.candidate);
+        if best.len() < MOST && !is_known && score.log_p < under.threshold && wanted(&score) {
+            best.push(score);
+        }
+    }
+    Ok(best)
+}
