@@ -31,7 +31,6 @@ __all__ = [
     "effects",
     "euler",
     "export_model",
-    "fail",
     "fit_streamed",
     "fit_thruster",
     "init_campaign",
@@ -108,7 +107,6 @@ def export_model(
     acting: bool,
     version: str | None,
 ) -> tuple[str, bytes]: ...
-def fail(door: str) -> None: ...
 def fit_streamed(path: _Path, progress: _Progress) -> tuple[str, str]: ...
 def fit_thruster(
     command: _Array,
