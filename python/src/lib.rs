@@ -38,7 +38,7 @@ mod _native {
     #[pymodule_export]
     use super::models::{adopt, export_model, model_difference};
     #[pymodule_export]
-    use super::numbers::{fit_thruster, polynomial_filter, rk4};
+    use super::numbers::{fit_thruster, polynomial_filter, rk4, student_quantile};
     #[pymodule_export]
     use super::plan::{plan_campaign, plan_model};
 
