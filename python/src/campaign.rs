@@ -97,6 +97,11 @@ impl NativeCampaign {
         Ok((told, model, left))
     }
 
+    /// The estimator of a fit: the one asked for, else that of the campaign, else the one that suits its runs.
+    fn estimator(&self, py: Python<'_>, asked: Option<&str>) -> PyResult<&'static str> {
+        Ok(FitOptions { estimator: named(py, asked)? }.estimator_for(&self.0).name())
+    }
+
     /// Refits number `first` to `end` as JSON, and the estimates of each that has a solution, (draws, p).
     fn resample<'py>(
         &self,
@@ -108,7 +113,7 @@ impl NativeCampaign {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, Bound<'py, PyArray2<f64>>)> {
         let method = serde_json::from_value(method.into()).map_err(|e| error::usage(py, &e))?;
-        let estimator = named(py, estimator)?.unwrap_or(Estimator::OutputError);
+        let estimator = FitOptions { estimator: named(py, estimator)? }.estimator_for(&self.0);
         let refits = Refits { numbers: numbers.0..numbers.1, seed };
         let result = interruptible(py, progress, || campaign::resample(&self.0, estimator, method, refits))?;
         let result = result.map_err(|e| error::campaign(py, &e))?;

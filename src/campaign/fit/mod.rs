@@ -41,6 +41,13 @@ pub struct FitOptions {
     pub estimator: Option<Estimator>,
 }
 
+impl FitOptions {
+    /// The estimator by which `campaign` is fitted and refitted.
+    pub fn estimator_for(self, campaign: &Campaign) -> Estimator {
+        self.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign))
+    }
+}
+
 /// What an estimator hands over before it is put into one form.
 pub(super) struct Raw {
     pub model: Model,
@@ -62,7 +69,7 @@ pub(super) struct Raw {
 /// # Errors
 /// [`Error`] when there is no run to fit or the data does not determine the parameters.
 pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
-    let estimator = options.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign));
+    let estimator = options.estimator_for(campaign);
     let used = |run: &&Run| run.role == Role::Train && (moves(run.kind) || estimator == Estimator::Staged);
     let runs: Vec<Run> = campaign.runs.iter().filter(used).cloned().collect();
     if runs.is_empty() {
