@@ -374,8 +374,11 @@ pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> 
     written.map_err(|e| error::usage(py, &e))
 }
 
-/// The text of a campaign file over logs (each a path to read and the text that is to stand in the campaign), and the
-/// files that it needs beside it. `figures`: mass, volume, weight, buoyancy, length.
+/// Text, files that the campaign needs beside it (where they are, how it names them), and warnings.
+type Scaffolded = (String, Vec<(PathBuf, String)>, Vec<String>);
+
+/// The text of a campaign file over logs (each a path to read and the text that is to stand in the campaign), the
+/// files that it needs beside it, and warnings. `figures`: mass, volume, weight, buoyancy, length.
 #[pyfunction]
 pub fn init_campaign(
     py: Python<'_>,
@@ -385,7 +388,7 @@ pub fn init_campaign(
     vehicle: Option<String>,
     log_options: &str,
     learned: &str,
-) -> PyResult<(String, Vec<(PathBuf, String)>)> {
+) -> PyResult<Scaffolded> {
     let [mass, volume, weight, buoyancy, length] = figures;
     let request = InitRequest {
         logs,
@@ -395,7 +398,8 @@ pub fn init_campaign(
         learned: serde_json::from_str(learned).map_err(|e| error::usage(py, &e))?,
     };
     let made = interruptible(py, None, || campaign::init(&request))?.map_err(|e| error::campaign(py, &e))?;
-    Ok((made.text, made.companions))
+    let warnings = made.warnings();
+    Ok((made.text, made.companions, warnings))
 }
 
 /// The vehicles that come with the program: name, their tables, as JSON.
