@@ -99,7 +99,7 @@ class Findings:
         said = told(path, source, kind)
         found = guess(source, kind, said.parameters)
         self._overrule(source, found)
-        found.reasons += source.notes
+        found.reasons += [*source.notes, *said.notes]
         read = _run(source, found, columns)
         if read is None:
             self.guessed.append(f"nothing of {path.name} could be placed; it has {source.listed(400)}")
