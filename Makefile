@@ -9,6 +9,8 @@ PEERS  := target/peers
 
 # The wheel of the tests is made of the objects that the Rust tests have built; that of the benches as users get it.
 test test-python test-browser: PROFILE := dev
+# and has a panic on demand, which no published wheel has
+test test-python test-browser: FEATURES := --features panics
 
 test: test-rust test-python test-browser
 
@@ -23,7 +25,7 @@ $(BIN)/python:
 # The wheel is built and installed as a user would, in an environment of its own.
 PROFILE ?= release
 wheel: $(BIN)/python
-	MATURIN_PEP517_ARGS="--profile $(PROFILE)" $(BIN)/python -m pip install --quiet './python[test]'
+	MATURIN_PEP517_ARGS="--profile $(PROFILE) $(FEATURES)" $(BIN)/python -m pip install --quiet './python[test]'
 
 test-python: wheel
 	cd python && ../$(BIN)/python -m pytest

@@ -97,6 +97,11 @@ impl NativeCampaign {
         Ok((told, model, left))
     }
 
+    /// The estimator of a fit: the one asked for, else that of the campaign, else the one that suits its runs.
+    fn estimator(&self, py: Python<'_>, asked: Option<&str>) -> PyResult<&'static str> {
+        Ok(FitOptions { estimator: named(py, asked)? }.estimator_for(&self.0).name())
+    }
+
     /// Refits number `first` to `end` as JSON, and the estimates of each that has a solution, (draws, p).
     fn resample<'py>(
         &self,
@@ -108,7 +113,7 @@ impl NativeCampaign {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, Bound<'py, PyArray2<f64>>)> {
         let method = serde_json::from_value(method.into()).map_err(|e| error::usage(py, &e))?;
-        let estimator = named(py, estimator)?.unwrap_or(Estimator::OutputError);
+        let estimator = FitOptions { estimator: named(py, estimator)? }.estimator_for(&self.0);
         let refits = Refits { numbers: numbers.0..numbers.1, seed };
         let result = interruptible(py, progress, || campaign::resample(&self.0, estimator, method, refits))?;
         let result = result.map_err(|e| error::campaign(py, &e))?;
@@ -369,8 +374,11 @@ pub fn tank_campaign(py: Python<'_>, folder: PathBuf, seed: u64, noise: f64) -> 
     written.map_err(|e| error::usage(py, &e))
 }
 
-/// The text of a campaign file over logs (each a path to read and the text that is to stand in the campaign), and the
-/// files that it needs beside it. `figures`: mass, volume, weight, buoyancy, length.
+/// Text, files that the campaign needs beside it (where they are, how it names them), and warnings.
+type Scaffolded = (String, Vec<(PathBuf, String)>, Vec<String>);
+
+/// The text of a campaign file over logs (each a path to read and the text that is to stand in the campaign), the
+/// files that it needs beside it, and warnings. `figures`: mass, volume, weight, buoyancy, length.
 #[pyfunction]
 pub fn init_campaign(
     py: Python<'_>,
@@ -380,7 +388,7 @@ pub fn init_campaign(
     vehicle: Option<String>,
     log_options: &str,
     learned: &str,
-) -> PyResult<(String, Vec<(PathBuf, String)>)> {
+) -> PyResult<Scaffolded> {
     let [mass, volume, weight, buoyancy, length] = figures;
     let request = InitRequest {
         logs,
@@ -390,7 +398,8 @@ pub fn init_campaign(
         learned: serde_json::from_str(learned).map_err(|e| error::usage(py, &e))?,
     };
     let made = interruptible(py, None, || campaign::init(&request))?.map_err(|e| error::campaign(py, &e))?;
-    Ok((made.text, made.companions))
+    let warnings = made.warnings();
+    Ok((made.text, made.companions, warnings))
 }
 
 /// The vehicles that come with the program: name, their tables, as JSON.

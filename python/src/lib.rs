@@ -38,15 +38,20 @@ mod _native {
     #[pymodule_export]
     use super::models::{adopt, export_model, model_difference};
     #[pymodule_export]
-    use super::numbers::{fit_thruster, polynomial_filter, rk4};
+    use super::numbers::{fit_thruster, polynomial_filter, rk4, student_quantile};
     #[pymodule_export]
     use super::plan::{plan_campaign, plan_model};
-    #[pymodule_export]
-    use super::work::fail;
 
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         use pyo3::types::PyModuleMethods;
+        // not in `__all__`, so that the stub is that of every wheel
+        #[cfg(feature = "panics")]
+        pyo3::types::PyAnyMethods::setattr(
+            module.as_any(),
+            "fail",
+            pyo3::wrap_pyfunction!(super::work::fail, module)?,
+        )?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,6 +1,7 @@
-//! Small building blocks: Runge-Kutta, the polynomial filter, a thruster's curve.
+//! Small building blocks: Runge-Kutta, the polynomial filter, a thruster's curve, quantiles of Student's t.
 
 use hydrosysid::filter::{PolynomialFilter, Window};
+use hydrosysid::least_squares;
 use hydrosysid::run::Signal;
 use hydrosysid::simulate::{self, OdeError};
 use hydrosysid::thrust::bollard::{Bollard, CurveOptions, DeadBand};
@@ -99,4 +100,10 @@ fn to_dict<'py>(py: Python<'py>, fit: &CurveFit) -> PyResult<Bound<'py, PyDict>>
     result.set_item("deadband", (fit.deadband.value, fit.deadband.std))?;
     result.set_item("exponent", fit.exponent.map(|n| (n.value, n.std)))?;
     Ok(result)
+}
+
+/// The quantile of Student's t below which lies this share.
+#[pyfunction]
+pub fn student_quantile(below: f64, freedom: f64) -> f64 {
+    least_squares::student_quantile(below, freedom)
 }

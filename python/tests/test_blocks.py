@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from matplotlib.patches import Rectangle
+from scipy import stats
 
 mpl.use("Agg")
 
@@ -44,6 +46,20 @@ def test_exact_line_through_five_points() -> None:
     assert fit.r_squared == pytest.approx(0.64, rel=1e-13)
     assert "slope" in fit.summary()
     assert "<table>" in fit._repr_html_()
+
+
+@pytest.mark.parametrize("rows", [3, 5, 12, 10_000])
+def test_intervals_are_those_of_student(rows: int) -> None:
+    H = np.c_[np.ones(rows), np.arange(rows, dtype=float)]
+    fit = hs.least_squares(H, H @ [1.0, 2.0] + np.random.default_rng(rows).standard_normal(rows))
+    reach = stats.t.ppf(0.975, rows - 2)
+    for solved in (fit, pickle.loads(pickle.dumps(fit))):
+        for row, value, std in zip(solved.rows(), fit.coefficients, fit.standard_errors, strict=True):
+            assert row["[0.025"] == pytest.approx(value - reach * std, rel=1e-9)
+            assert row["0.975]"] == pytest.approx(value + reach * std, rel=1e-9)
+    drawn = [patch.get_width() for patch in fit.plot().patches if isinstance(patch, Rectangle)]
+    expected = 100.0 * reach * fit.standard_errors / np.abs(fit.coefficients)
+    np.testing.assert_allclose(sorted(drawn), sorted(expected), rtol=1e-9)
 
 
 @pytest.mark.parametrize(

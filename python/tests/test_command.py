@@ -1,6 +1,7 @@
 """The command of the wheel: what Python adds to it, and what it shares with the functions."""
 
 import json
+import os
 import subprocess
 import sys
 import urllib.error
@@ -73,6 +74,40 @@ def test_json_and_refusals_of_convert(table: Path) -> None:
     (table / "typo.toml").write_text('colums = { u = "speed" }\n')
     typo = command(table, "convert", "dive.npz", "-o", "p.csv", "--map", "typo.toml")
     assert "did you mean `columns`" in typo.stderr
+
+
+@pytest.mark.parametrize(("name", "content"), [("bad.BIN", bytes(20)), ("bad.csv", b"nothing")])
+def test_strict_init_refuses_a_log_that_it_cannot_read(tmp_path: Path, name: str, content: bytes) -> None:
+    """By Python and by the crate."""
+    (tmp_path / name).write_bytes(content)
+    lax = command(tmp_path, "init", name, "-o", "lax")
+    assert lax.returncode == 0, lax.stderr
+    assert f"warning: not read: {name}" in lax.stderr
+    done = command(tmp_path, "init", name, "-o", "dive", "--strict")
+    assert done.returncode == 1
+    assert f"warning: not read: {name}" in done.stderr
+    assert "--strict takes warnings as errors" in done.stderr
+    assert not (tmp_path / "dive" / "campaign.toml").exists()
+
+
+@pytest.mark.parametrize("verb", ["convert", "init"])
+def test_jobs_limit_the_threads(table: Path, verb: str) -> None:
+    """By the variable that the pool of the compiled part asks."""
+    own = ["--map", "map.toml"] if verb == "convert" else []
+    program = (
+        "import os, sys; from hydrosysid._command import run_with\n"
+        f"code = run_with([{verb!r}, 'dive.npz', '-o', 'made', '-q', *sys.argv[1:]])\n"
+        "print(code, os.environ.get('RAYON_NUM_THREADS'))"
+    )
+
+    def threads(*words: str) -> str:
+        run = [sys.executable, "-c", program, *own, "--force", *words]
+        unset = {key: value for key, value in os.environ.items() if key != "RAYON_NUM_THREADS"}
+        return subprocess.run(run, cwd=table, env=unset, capture_output=True, text=True, check=True).stdout.strip()
+
+    assert threads() == "0 None"
+    assert threads("-j", "1") == "0 1"
+    assert command(table, verb, "dive.npz", "-o", "other", "--jobs", "none", *own).returncode == 2
 
 
 def test_series_side_by_side(folder: Path, fit_of_folder: hs.Fit) -> None:

@@ -379,7 +379,7 @@ def test_control_c_ends_init(tmp_path: Path) -> None:
     assert main is not None
 
     def press() -> None:
-        while (frame := sys._current_frames()[main]).f_code.co_name != "init":
+        while (frame := sys._current_frames()[main]).f_code.co_name != "scaffold":
             time.sleep(0.001)
         del frame
         os.kill(os.getpid(), signal.SIGINT)

@@ -96,6 +96,64 @@ def test_what_is_no_formula_is_evaluated_on_the_log():
     assert pickle.loads(pickle.dumps(made)).effects == made.effects
 
 
+def read(function, held=False, **channels):
+    """What a function says on a run of these channels, (time stamps, values) each."""
+    effect = hs.OwnEffect("own", "surge", function, unit="1")
+    return effect.evaluated_on(hs.Run(channels), held=held)[1]
+
+
+@pytest.mark.parametrize("begin", [-np.pi, 0.0])
+@pytest.mark.parametrize("name", ["phi", "psi"])
+def test_angles_are_read_the_short_way_around(name, begin):
+    turning = np.linspace(-2.0, 12.0, 15)
+    logged = begin + (turning - begin) % (2.0 * np.pi)
+    stamps, between = np.arange(15.0), np.linspace(0.0, 14.0, 57)
+    function = {"phi": lambda wind, phi: np.array(list(phi)), "psi": lambda wind, psi: np.array(list(psi))}[name]
+    found = read(function, wind=(between, np.zeros(57)), **{name: (stamps, logged)})
+    expected = np.interp(between, stamps, turning)
+    np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * expected), atol=1e-12)
+    # in the range in which it is logged
+    assert begin <= found.min()
+    assert found.max() <= begin + 2.0 * np.pi
+
+
+def test_an_angle_that_counts_turns_goes_on_counting():
+    found = read(lambda wind, psi: np.array(list(psi)), wind=([0.0, 0.5, 1.0], [0.0] * 3), psi=([0.0, 1.0], [6.0, 7.0]))
+    assert found.tolist() == [6.0, 6.5, 7.0]
+
+
+@pytest.mark.parametrize("name", ["tau_u", "V2", "F1"])
+def test_commands_are_read_as_the_campaign_reads_them(name):
+    functions = {
+        "tau_u": lambda wind, tau_u: np.array(list(tau_u)),
+        "V2": lambda wind, V2: np.array(list(V2)),
+        "F1": lambda wind, F1: np.array(list(F1)),
+    }
+    channels = {"wind": ([0.0, 0.5, 1.0, 1.5], [0.0] * 4), name: ([0.0, 1.0], [2.0, 4.0])}
+    assert read(functions[name], **channels).tolist() == [2.0, 3.0, 4.0, 4.0]
+    assert read(functions[name], held=True, **channels).tolist() == [2.0, 2.0, 4.0, 4.0]
+    # what a sensor says lies on a line whatever commands do
+    other = {"wind": channels["wind"], "fog": channels[name]}
+    assert read(lambda wind, fog: np.array(list(fog)), held=True, **other).tolist() == [2.0, 3.0, 4.0, 4.0]
+
+
+def test_input_of_the_campaign_says_how_commands_are_read():
+    seen = []
+
+    def own(wind, tau_u):
+        seen.append(np.array(list(tau_u)))
+        return seen[-1]
+
+    runs = [simulated(0, 0.0, "train").with_channels({"wind": (np.arange(0.05, 59.0, 0.1), np.zeros(590))})]
+    for how in ("linear", "hold"):
+        effect = hs.OwnEffect("own", "surge", own, unit="1")
+        with pytest.warns(UserWarning, match="evaluated on"):
+            hs.Campaign(dofs=["surge"], effects=["inertia"], runs=runs, own_effects=[effect], input=how)
+    tau = runs[0]["tau_u"][1]
+    np.testing.assert_allclose(seen[0], (tau[:590] + tau[1:591]) / 2.0, atol=1e-12)
+    np.testing.assert_array_equal(seen[1], tau[:590])
+
+
 def test_what_follows_a_simulated_state_must_be_a_formula():
     with pytest.raises(hs.UsageError, match="u is simulated"):
         campaign(lambda u: np.interp(u, [0.0, 1.0], [0.0, 2.0]))

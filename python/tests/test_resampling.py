@@ -53,6 +53,24 @@ def test_every_estimator_can_be_resampled(
 
 
 @pytest.mark.parametrize("method", ["bootstrap", "monte_carlo"])
+def test_refits_are_by_the_estimator_of_the_fit(
+    windy: hs.Campaign, method: Literal["bootstrap", "monte_carlo"]
+) -> None:
+    """That of the campaign, else the one that suits its runs."""
+    effects = ["inertia", "linear_drag", "quadratic_drag"]
+    runs = [pushed(k) for k in range(4)]
+    integral = hs.Campaign(
+        vehicle={"mass": 150.0}, dofs=["surge"], effects=effects, runs=runs, fit={"estimator": "integral"}
+    )
+    for campaign in (windy, integral):
+        named = hs.fit(campaign).estimator
+        said = hs.resample(campaign, method=method, draws=4, seed=3, estimator=named)
+        assert hs.resample(campaign, method=method, draws=4, seed=3) == said
+        other = hs.resample(campaign, method=method, draws=4, seed=3, estimator="output_error")
+        assert other.parameters[0].std != said.parameters[0].std
+
+
+@pytest.mark.parametrize("method", ["bootstrap", "monte_carlo"])
 def test_refits_by_filter_error_know_of_the_random_force(
     windy: hs.Campaign, method: Literal["bootstrap", "monte_carlo"]
 ) -> None:

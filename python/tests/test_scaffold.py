@@ -89,6 +89,7 @@ def test_a_dataflash_log_becomes_a_campaign(tmp_path: Path) -> None:
     assert [t["span"] for t in tables["thruster"]] == [-400.0, 400.0, 400.0, 400.0, 400.0, 400.0]
     assert set(tables["model"]["dofs"]) >= {"heave", "yaw"}
     assert "mode ALT_HOLD" in text
+    assert "dive.BIN: no message names the vehicle: its modes are read as those of ArduSub" in text
     assert tables["model"]["input"] == "hold"
     found = hs.check(place)
     assert any(f.code == "K133" for f in found.warnings), [f.message for f in found.warnings]

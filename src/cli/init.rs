@@ -49,11 +49,12 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
         learned: a.learned.as_deref().map(learned).transpose()?.unwrap_or_default(),
     };
     let scaffold = output.working("reading logs", || campaign::init(&request))??;
-    for log in &scaffold.unread {
-        output.remark(&format!("warning: not read: {log}"));
+    let warnings = scaffold.warnings();
+    for warning in &warnings {
+        output.remark(&format!("warning: {warning}"));
     }
-    if let Some(idle) = &scaffold.idle {
-        output.remark(&format!("warning: {idle}"));
+    if output.strict && !warnings.is_empty() {
+        return Err(Failure::Strict(warnings.len()));
     }
     let Some(file) = file.as_deref() else {
         if !output.json_on_stdout() {

@@ -19,6 +19,7 @@ mod scale;
 mod singular;
 mod solve;
 mod streaming_qr;
+mod student;
 mod system;
 mod triangle;
 mod whitened;
@@ -32,5 +33,6 @@ pub use solve::{
     least_squares_with,
 };
 pub use streaming_qr::StreamingQr;
+pub use student::student_quantile;
 pub use system::{LeastSquaresError, Names};
 pub(crate) use triangle::Triangle;

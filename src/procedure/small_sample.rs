@@ -11,7 +11,9 @@
 //! for no more than ν₀ = 4 degrees of freedom, and for nothing where the residuals speak against it. That is an inverse
 //! χ² prior: Gelman et al., *Bayesian Data Analysis* (2013), section 3.2.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::least_squares::student_quantile;
 
 /// Degrees of freedom for which the samples' own noise counts.
 const OF_SAMPLES: f64 = 4.0;
@@ -36,7 +38,7 @@ pub(super) fn widening(freedom: f64, shown: f64, expected: f64) -> f64 {
 /// Half of the quantile of Student's t that holds what two standard deviations of a normal hold.
 fn student(freedom: f64) -> f64 {
     const TWO_SIGMA: f64 = 0.977_249_868_051_820_8;
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(TWO_SIGMA) / 2.0)
+    student_quantile(TWO_SIGMA, freedom.max(1.0)) / 2.0
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ class Campaign:
         observe: Sequence[Mapping[str, str]] = (),
         **tables: Any,
     ) -> None:
-        effect_tables, kept = prepared(own_effects, runs, dofs)
+        effect_tables, kept = prepared(own_effects, runs, dofs, held=input == "hold")
         model = {"dofs": list(dofs), "effects": list(effects), "coriolis": coriolis, "input": input}
         # a campaign file names a log for each run; here the runs are at hand
         listed = [{"file": f"run{k}.csv", "kind": r.kind, "role": r.role} for k, r in enumerate(kept)]

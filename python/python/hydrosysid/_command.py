@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import signal
 import sys
 import tempfile
 import tomllib
 from pathlib import Path
+from typing import Any
 
 from . import _native
 from ._convert import as_json, convert
@@ -16,7 +18,7 @@ from ._errors import DataError, HydrosysidError, UsageError
 from ._files import may_write, write
 from ._formats import is_known
 from ._run import Run
-from ._scaffold import campaign_file, init
+from ._scaffold import campaign_file, scaffold
 from ._series import mcap_of
 
 FIGURES = ("mass", "volume", "weight", "buoyancy", "length")
@@ -33,12 +35,15 @@ def main() -> int:
 def run_with(arguments: list[str]) -> int:
     """Runs the command with these arguments; returns its exit code: 0 done, 1 the data was refused, 2 wrong use."""
     try:
-        logs = _other_logs(arguments)
-        if logs is not None:
-            return _init(logs)
-        foreign = _other_format(arguments)
-        if foreign is not None:
-            return _convert(foreign)
+        # those whose logs are in formats that the crate does not read
+        typed = _typed(arguments, "init")
+        if typed is not None and any(map(is_known, typed.logs)):
+            _use_threads(typed.jobs)
+            return _init(typed)
+        typed = _typed(arguments, "convert")
+        if typed is not None and is_known(typed.log):
+            _use_threads(typed.jobs)
+            return _convert(typed)
         place = _mcap_series(arguments)
         if place is not None:
             return _with_mcap(arguments, *place)
@@ -48,48 +53,93 @@ def run_with(arguments: list[str]) -> int:
     return _native.command(["hydrosysid", *arguments])
 
 
-def _other_logs(arguments: list[str]) -> argparse.Namespace | None:
-    """What was typed for `init`, where one of its logs is in a format that the crate does not read."""
-    if "init" not in arguments or "--help" in arguments or "-h" in arguments:
+def _typed(arguments: list[str], verb: str) -> argparse.Namespace | None:
+    """What was typed for `verb`; `None` where it is another verb, or help or a mistake, of which the crate tells."""
+    if verb not in arguments or "--help" in arguments or "-h" in arguments:
         return None
     parser = argparse.ArgumentParser(prog="hydrosysid", add_help=False, exit_on_error=False, allow_abbrev=False)
     parser.add_argument("verb")
-    parser.add_argument("logs", type=Path, nargs="+")
     parser.add_argument("-o", "--output", type=Path)
-    parser.add_argument("--vehicle")
-    parser.add_argument("--name", default="")
-    for figure in FIGURES:
-        parser.add_argument(f"--{figure}", type=float)
+    if verb == "init":
+        parser.add_argument("logs", type=Path, nargs="+")
+        parser.add_argument("--vehicle")
+        parser.add_argument("--name", default="")
+        for figure in FIGURES:
+            parser.add_argument(f"--{figure}", type=float)
+    else:
+        parser.add_argument("log", type=Path)
+        parser.add_argument("place", type=Path, nargs="?")
+        parser.add_argument("--map", type=Path)
     parser.add_argument("--log", dest="options", action="append", default=[])
     parser.add_argument("--msg", action="append", default=[])
     parser.add_argument("--json", type=Path)
-    parser.add_argument("-j", "--jobs")
+    parser.add_argument("-j", "--jobs", type=_threads)
     for flag in ("--strict", "--force", "--no-color"):
         parser.add_argument(flag, action="store_true")
     parser.add_argument("-q", "--quiet", action="store_true")
     try:
         typed, unknown = parser.parse_known_args(arguments)
     except argparse.ArgumentError:
-        return None  # the crate says what is wrong
-    return typed if not unknown and typed.verb == "init" and any(map(is_known, typed.logs)) else None
+        return None
+    return typed if not unknown and typed.verb == verb else None
+
+
+def _threads(text: str) -> int:
+    """A number of threads, at most that of the cores."""
+    count = int(text)
+    if count < 1:
+        raise ValueError(text)
+    return min(count, os.cpu_count() or count)
+
+
+def _use_threads(count: int | None) -> None:
+    """Limits the threads of this process; all cores when `None`."""
+    if count is not None:
+        # the pool of the compiled part is made at its first use, and asks this variable
+        os.environ["RAYON_NUM_THREADS"] = str(count)
+
+
+def _reading(typed: argparse.Namespace) -> dict[str, Any]:
+    """The options of ``[log]`` that were typed.
+
+    Raises:
+        UsageError: they are no TOML.
+    """
+    try:
+        options = tomllib.loads("\n".join(typed.options))
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"--log: {error}") from None
+    return options | ({"msg": typed.msg} if typed.msg else {})
+
+
+def _json_file(typed: argparse.Namespace) -> Path | None:
+    """Where the result goes as JSON; `None` without one, and for standard output."""
+    place: Path | None = typed.json
+    return None if place is None or str(place) == "-" else place
+
+
+def _refuse(warnings: int) -> None:
+    """What ``--strict`` says of warnings, as the crate says it."""
+    if warnings:
+        counted = "1 warning" if warnings == 1 else f"{warnings} warnings"
+        raise DataError(f"{counted}, and --strict takes warnings as errors")
 
 
 def _init(typed: argparse.Namespace) -> int:
     if typed.output is None:
         raise UsageError("say with -o which folder or campaign file to write")
-    try:
-        options = tomllib.loads("\n".join(typed.options))
-    except tomllib.TOMLDecodeError as error:
-        raise UsageError(f"--log: {error}") from None
-    json_file = typed.json if typed.json is not None and str(typed.json) != "-" else None
+    options, json_file = _reading(typed), _json_file(typed)
     if json_file is not None:
         may_write(json_file, typed.force)
+
+    def told(warnings: list[str]) -> None:
+        for warning in () if typed.quiet else warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        _refuse(len(warnings) if typed.strict else 0)
+
     figures = {figure: getattr(typed, figure) for figure in FIGURES}
-    if typed.msg:
-        options["msg"] = typed.msg
-    text = init(
-        typed.logs, typed.output, vehicle=typed.vehicle, name=typed.name, force=typed.force, **figures, **options
-    )
+    about = {"vehicle": typed.vehicle, "name": typed.name, "force": typed.force} | figures | options
+    text = scaffold(typed.logs, typed.output, told, **about)
     file, guesses = campaign_file(typed.output), text.count("# guessed:")
     result = json.dumps({"format": 1, "file": str(file), "campaign": text, "guesses": guesses}, indent=2)
     if json_file is not None:
@@ -102,51 +152,20 @@ def _init(typed: argparse.Namespace) -> int:
     return 0
 
 
-def _other_format(arguments: list[str]) -> argparse.Namespace | None:
-    """What was typed for `convert`, where its log is in a format that the crate does not read."""
-    if "convert" not in arguments or "--help" in arguments or "-h" in arguments:
-        return None
-    parser = argparse.ArgumentParser(prog="hydrosysid", add_help=False, exit_on_error=False, allow_abbrev=False)
-    parser.add_argument("verb")
-    parser.add_argument("log", type=Path)
-    parser.add_argument("output", type=Path, nargs="?")
-    parser.add_argument("-o", "--output", dest="out", type=Path)
-    parser.add_argument("--map", type=Path)
-    parser.add_argument("--log", dest="options", action="append", default=[])
-    parser.add_argument("--msg", action="append", default=[])
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("-j", "--jobs")
-    for flag in ("--strict", "--force", "--no-color"):
-        parser.add_argument(flag, action="store_true")
-    parser.add_argument("-q", "--quiet", action="store_true")
-    try:
-        typed, unknown = parser.parse_known_args(arguments)
-    except argparse.ArgumentError:
-        return None  # the crate says what is wrong
-    return typed if not unknown and typed.verb == "convert" and is_known(typed.log) else None
-
-
 def _convert(typed: argparse.Namespace) -> int:
-    output = typed.out or typed.output
+    output = typed.output or typed.place
     if output is None:
         raise UsageError("say with -o which file to write")
-    json_file = typed.json if typed.json is not None and str(typed.json) != "-" else None
+    options, json_file = _reading(typed), _json_file(typed)
     for place in (output, json_file):
         if place is not None:
             may_write(place, typed.force)
-    try:
-        options = tomllib.loads("\n".join(typed.options))
-    except tomllib.TOMLDecodeError as error:
-        raise UsageError(f"--log: {error}") from None
-    if typed.msg:
-        options["msg"] = typed.msg
     run = convert(typed.log, map=typed.map, **options)
     warnings = [finding for finding in run.findings if finding.severity == "warning"]
     if not typed.quiet:
         for finding in run.findings:
             print(f"{finding.severity}: {finding}", file=sys.stderr)
-    if typed.strict and warnings:
-        raise DataError(f"{len(warnings)} warnings, and --strict takes them as errors")
+    _refuse(len(warnings) if typed.strict else 0)
     run.to_csv(output, force=typed.force)
     if typed.json is not None and json_file is None:
         print(as_json(run))

@@ -17,7 +17,18 @@ from ._model import Model
 from ._noise import Noise
 from ._result import Result
 from ._thruster import Estimate, ThrustDirection
-from ._view import UNSETTLED, Rows, deviation, known_and_unknown, labelled, latex_table, number, stacked, text_table
+from ._view import (
+    UNSETTLED,
+    Z_95,
+    Rows,
+    deviation,
+    known_and_unknown,
+    labelled,
+    latex_table,
+    number,
+    stacked,
+    text_table,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -262,8 +273,8 @@ class Fit(Result):
                 "std err": "held" if p.fixed else deviation(p.std, self.converged),
                 "z": z(p),
                 "P>|z|": None if z(p) is None else math.erfc(abs(z(p) or 0.0) / math.sqrt(2.0)),
-                "[0.025": None if p.std is None or p.fixed else p.value - 1.96 * p.std,
-                "0.975]": None if p.std is None or p.fixed else p.value + 1.96 * p.std,
+                "[0.025": None if p.std is None or p.fixed else p.value - Z_95 * p.std,
+                "0.975]": None if p.std is None or p.fixed else p.value + Z_95 * p.std,
                 "unit": p.unit,
             }
             for p in self.parameters
@@ -307,7 +318,7 @@ class Fit(Result):
 
     def _shown_rows(self) -> Rows:
         def interval(p: Parameter) -> str:
-            ends = [number(p.value + way * 1.96 * (p.std or 0.0)) for way in (-1.0, 1.0)]
+            ends = [number(p.value + way * Z_95 * (p.std or 0.0)) for way in (-1.0, 1.0)]
             words = " to ".join(ends) if self.converged else f"{' to '.join(ends)} {UNSETTLED}"
             return "held" if p.fixed else "" if p.std is None else words
 

@@ -13,7 +13,7 @@ import numpy as np
 from ._fit import Fit
 from ._html import html_table, picture
 from ._result import Result
-from ._view import Rows, axes, deviation, text_table
+from ._view import Z_95, Rows, axes, deviation, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -188,7 +188,7 @@ class Fits(Result):
             names = ", ".join(row["parameter"] for row in self._spread_rows())
             raise KeyError(f"no parameter {parameter!r}; there are {names}")
         look: dict[str, Any] = {"fmt": "o", "markersize": 3, "elinewidth": 0.8}
-        half = [1.96 * (p.std or 0.0) for _, p in found]
+        half = [Z_95 * (p.std or 0.0) for _, p in found]
         ax.errorbar([k for k, _ in found], [p.value for _, p in found], yerr=half, **(look | style))
         ax.axhline(float(np.median([p.value for _, p in found])), color="0.3", linewidth=0.8, zorder=0)
         first = found[0][1]

@@ -101,7 +101,7 @@ def _guessed(kind: type[Run], arrays: dict[str, NDArray[Any]], options: dict[str
         log = Path(folder) / "frame.csv"
         write_columns(log, arrays)
         figures = (None,) * 5
-        text, _ = _native.init_campaign([(log, log.name)], "", figures, None, json.dumps(options), "{}")
+        text, *_ = _native.init_campaign([(log, log.name)], "", figures, None, json.dumps(options), "{}")
         campaign = tomllib.loads(text)
         if not campaign.get("run"):
             raise DataError(f"nothing in the frame could be placed; it has {', '.join(arrays)}")

@@ -101,7 +101,7 @@ def resample(
         block: with ``runs``, length of stretches that are drawn instead of whole runs, s: much longer than residuals
             remember. A handful of runs say little of their own spread.
         seed: seed of the draws; that of the campaign when absent, 1 with ``runs``.
-        estimator: as for `fit`; output error when absent, with ``runs`` that of the campaign.
+        estimator: as for `fit`: that of the campaign when absent, else the one that suits its runs.
         executor: as for `map_fit`; without one, refits are made in this process, on all cores.
         progress: called as ``progress(what, done, of)``; `True` shows a bar.
 
@@ -109,11 +109,12 @@ def resample(
         DataError: the data does not determine the parameters, or has too few runs or stretches to draw from.
         UsageError: fewer than two draws, or an argument that belongs to another method.
     """
-    is_slow = method == "runs" or (method == "monte_carlo" and estimator == "filter_error")
-    count = (200 if is_slow else 1000) if draws is None else draws
-    if count < 2:
-        raise UsageError(f"draws = {count}: at least two are needed")
+    if draws is not None and draws < 2:
+        raise UsageError(f"draws = {draws}: at least two are needed")
     loaded = campaign_of(campaign)
+    used = loaded._native.estimator(estimator)
+    is_slow = method == "runs" or (method == "monte_carlo" and used == "filter_error")
+    count = (200 if is_slow else 1000) if draws is None else draws
     if method == "runs":
         return _of_runs(loaded, count, block, 1 if seed is None else seed, estimator, executor, progress)
     if block is not None:

@@ -12,7 +12,7 @@ from ._html import html_table, picture
 from ._motion import Disagreement
 from ._noise import Noise
 from ._result import Result
-from ._view import Rows, axes, bars, over_noise, probability, text_table
+from ._view import Z_95, Rows, axes, bars, over_noise, probability, text_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +81,7 @@ class _Apart(Result, ABC):
         """
         known = [(f"{p.effect} {p.name}", p.z) for p in self.parameters if p.z is not None]
         ax = bars(ax, known, 0.0, f"{self._difference()}, standard deviations", style)
-        ax.axvspan(-1.96, 1.96, color="0.9", zorder=0)
+        ax.axvspan(-Z_95, Z_95, color="0.9", zorder=0)
         return ax
 
 

@@ -63,6 +63,13 @@ class LeastSquares(Result):
             raise UsageError("H or y was changed since they were fitted: residuals are those of other numbers")
         return np.asarray(found)
 
+    @property
+    def _t_95(self) -> float:
+        """Half of a 95 % interval in standard errors, which few rows know but roughly."""
+        # a copy has residuals and no system
+        rows = len(self.system[1]) or len(self.residuals)
+        return _native.student_quantile(0.975, rows - len(self.coefficients))
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, the residuals among them."""
         return super().to_dict() | {"residuals": self.residuals.tolist()}
@@ -73,7 +80,7 @@ class LeastSquares(Result):
         return (_solved, (kept | {"residuals": self.residuals},))
 
     def rows(self) -> Rows:
-        """One row a coefficient, with its 95 % interval."""
+        """One row a coefficient, with its 95 % interval, by Student's t with n − p degrees of freedom."""
         columns = zip(self.names, self.coefficients.tolist(), self.standard_errors.tolist(), strict=True)
         return [
             {
@@ -81,8 +88,8 @@ class LeastSquares(Result):
                 "coef": c,
                 "std err": s,
                 "t": c / s if s else None,
-                "[0.025": c - 1.96 * s,
-                "0.975]": c + 1.96 * s,
+                "[0.025": c - self._t_95 * s,
+                "0.975]": c + self._t_95 * s,
             }
             for n, c, s in columns
         ]
@@ -104,7 +111,7 @@ class LeastSquares(Result):
             style: passed on to `matplotlib.axes.Axes.barh`.
         """
         columns = zip(self.names, self.coefficients.tolist(), self.standard_errors.tolist(), strict=True)
-        return known_and_unknown(ax, [(n, c, s, "") for n, c, s in columns if c != 0.0 and s > 0.0], style)
+        return known_and_unknown(ax, [(n, c, s, "") for n, c, s in columns if c != 0.0 and s > 0.0], style, self._t_95)
 
 
 def _solved(kept: dict[str, Any]) -> LeastSquares:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ._between import read_at
 from ._errors import UsageError
 from ._run import Run
 
@@ -173,11 +174,19 @@ class OwnEffect:
         formula = self.formula if self.formula is not None else self.id
         return {"id": self.id, "dof": self.dof, "formula": formula, "unit": self.unit, "role": self.role}
 
-    def evaluated_on(self, run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Time stamps of the first argument's channel, and what the function says there."""
+    def evaluated_on(self, run: Run, *, held: bool = False) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Time stamps of the first argument's channel, and what the function says there.
+
+        Args:
+            run: a run that logs all arguments.
+            held: commands keep their value until the next sample, as with ``input = "hold"``; else they lie on straight
+                lines between samples, as all other channels do.
+
+        Raises:
+            UsageError: the function does not give one value a sample.
+        """
         time = run[self.arguments[0]][0]
-        # straight lines between the samples of channels with stamps of their own
-        read = [np.interp(time, *run[name]) for name in self.arguments]
+        read = [read_at(time, name, *run[name], held=held) for name in self.arguments]
         assert self.function is not None
         values = np.asarray(self.function(*read), dtype=np.float64)
         if values.shape != time.shape:
@@ -189,9 +198,12 @@ class OwnEffect:
 
 
 def prepared(
-    own: Sequence[OwnEffect | Mapping[str, Any]], runs: Iterable[Run], dofs: Sequence[str]
+    own: Sequence[OwnEffect | Mapping[str, Any]], runs: Iterable[Run], dofs: Sequence[str], *, held: bool
 ) -> tuple[list[dict[str, Any]], tuple[Run, ...]]:
-    """The ``[[effect]]`` tables, and the runs with a channel for each function that is no formula."""
+    """The ``[[effect]]`` tables, and the runs with a channel for each function that is no formula.
+
+    `held` says whether commands are held between samples.
+    """
     kept = tuple(runs)
     tables: list[dict[str, Any]] = []
     for effect in own:
@@ -200,7 +212,7 @@ def prepared(
             continue
         tables.append(effect.table())
         if effect.formula is None:
-            kept = tuple(_with_channel(effect, run, dofs) for run in kept)
+            kept = tuple(_with_channel(effect, run, dofs, held) for run in kept)
             warnings.warn(
                 f"effect {effect.id!r} is no formula ({effect._why}): it was evaluated on the logged "
                 f"{', '.join(effect.arguments)} beforehand",
@@ -219,7 +231,7 @@ _STATES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def _with_channel(effect: OwnEffect, run: Run, dofs: Sequence[str]) -> Run:
+def _with_channel(effect: OwnEffect, run: Run, dofs: Sequence[str], held: bool) -> Run:
     simulated = [name for name in effect.arguments if any(name in _STATES.get(dof, ()) for dof in dofs)]
     absent = [name for name in effect.arguments if name not in run.channels]
     where = f"effect {effect.id!r} is no formula ({effect._why})"
@@ -227,7 +239,7 @@ def _with_channel(effect: OwnEffect, run: Run, dofs: Sequence[str]) -> Run:
         raise UsageError(f"{where}, and {', '.join(simulated)} is simulated: only a formula can follow it")
     if absent or not effect.arguments:
         raise UsageError(f"{where}, and run {run.name!r} does not log {', '.join(absent) or 'anything it reads'}")
-    return run.with_channels({effect.id: effect.evaluated_on(run)})
+    return run.with_channels({effect.id: effect.evaluated_on(run, held=held)})
 
 
 def _part(x: Any) -> Symbol:

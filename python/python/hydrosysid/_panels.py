@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ._errors import UsageError
 from ._units import unit_of
-from ._view import new_figure
+from ._view import Z_95, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 ORDER = ["u", "v", "w", "p", "q", "r", "x", "y", "z", "phi", "theta", "psi"]
 """States in the order of their panels; other channels follow."""
-BAND = 1.96
-"""Half of the band in its standard deviations: 95 % of the samples."""
 
 
 def channels_of(run: SimulatedRun) -> list[str]:
@@ -46,7 +44,7 @@ def draw_channel(ax: Axes, run: SimulatedRun, channel: str, style: dict[str, Any
     own: dict[str, Any] = {"label": "simulated", "linewidth": 1.3, "zorder": 3}
     (drawn,) = ax.plot(time, line, **(own | style))
     if np.isfinite(std).any():
-        low, high = line - BAND * std, line + BAND * std
+        low, high = line - Z_95 * std, line + Z_95 * std
         look: dict[str, Any] = {"color": drawn.get_color(), "alpha": 0.18, "linewidth": 0}
         ax.fill_between(time, low, high, label="95 % of the samples", zorder=2, **look)
     unit = unit_of(channel)

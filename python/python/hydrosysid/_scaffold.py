@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -52,6 +52,29 @@ def init(
     Raises:
         UsageError: no such vehicle or log, a log of another format without `output`, or a campaign that is there.
     """
+    about = {"vehicle": vehicle, "name": name, "force": force, "msg": msg} | log
+    return scaffold(
+        logs, output, None, mass=mass, volume=volume, weight=weight, buoyancy=buoyancy, length=length, **about
+    )
+
+
+def scaffold(
+    logs: Iterable[str | PathLike[str]],
+    output: str | PathLike[str] | None,
+    told: Callable[[list[str]], None] | None,
+    *,
+    vehicle: str | PathLike[str] | None = None,
+    name: str = "",
+    mass: float | None = None,
+    volume: float | None = None,
+    weight: float | None = None,
+    buoyancy: float | None = None,
+    length: float | None = None,
+    force: bool = False,
+    msg: Iterable[str | PathLike[str]] = (),
+    **log: Any,
+) -> str:
+    """As `init`; `told` hears the warnings before the campaign is written, and what it raises leaves it unwritten."""
     file = None if output is None else campaign_file(Path(output))
     folder = Path() if file is None else may_write(file, force).parent
     if file is not None:
@@ -69,7 +92,9 @@ def init(
     figures = (mass, volume, weight, buoyancy, length)
     chosen = None if vehicle is None else str(vehicle)
     options, learned = json.dumps(found.left()), json.dumps(found.learned())
-    text, companions = _native.init_campaign(shown, name, figures, chosen, options, learned)
+    text, companions, warnings = _native.init_campaign(shown, name, figures, chosen, options, learned)
+    if told is not None:
+        told([*found.unread, *warnings])
     if file is not None:
         for source, beside in companions:
             _copy(Path(source), folder / beside)

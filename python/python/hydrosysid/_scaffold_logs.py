@@ -47,6 +47,7 @@ class Findings:
     def __init__(self, folder: Path, options: Mapping[str, Any], msg: tuple[str, ...], taken: set[str]) -> None:
         self.folder, self.options, self.msg, self.taken = folder, dict(options), msg, set(taken)
         self.guessed: list[str] = []
+        self.unread: list[str] = []
         self.converted: list[str] = []
         self.closed_loop: dict[str, list[str]] = {}
         self.not_placed: dict[str, list[str]] = {}
@@ -67,6 +68,7 @@ class Findings:
                 made = self._signals(path, kind)
         except DataError as error:
             self.guessed.append(f"{path.name} could not be read: {error}")
+            self.unread.append(f"not read: {path.name}: {error}")
             return []
         return [(str(self.folder / name), name) for name in made]
 
@@ -100,10 +102,11 @@ class Findings:
         said = told(path, source, kind)
         found = guess(source, kind, said.parameters)
         self._overrule(source, found)
-        found.reasons += source.notes
+        found.reasons += [*source.notes, *said.notes]
         read = _run(source, found, columns)
         if read is None:
             self.guessed.append(f"nothing of {path.name} could be placed; it has {source.listed(400)}")
+            self.unread.append(f"not read: {path.name}: nothing of it could be placed")
             return []
         run, origin = read
         stretches = _stretches(said, run, origin or 0)

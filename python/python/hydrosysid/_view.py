@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Rows = list[dict[str, Any]]
+Z_95 = 1.96
+"""Half of a 95 % interval in standard deviations of a normal: that of estimates from large logs."""
 
 
 def frame(rows: Rows, library: Literal["pandas", "polars"] | None = None) -> Any:
@@ -174,9 +176,17 @@ def over_noise(
     return ax
 
 
-def known_and_unknown(ax: Axes | None, found: Sequence[tuple[str, float, float, str]], style: dict[str, Any]) -> Axes:
-    """Half of the 95 % interval of each (name, value, std, unit) as a share of the value, in red from all of it on."""
-    half = [1.96 * std for _, _, std, _ in found]
+def known_and_unknown(
+    ax: Axes | None,
+    found: Sequence[tuple[str, float, float, str]],
+    style: dict[str, Any],
+    quantile: float = Z_95,
+) -> Axes:
+    """Half of the 95 % interval of each (name, value, std, unit) as a share of the value, in red from all of it on.
+
+    `quantile` is this half in standard deviations.
+    """
+    half = [quantile * std for _, _, std, _ in found]
     share = [100.0 * h / abs(value) for h, (_, value, _, _) in zip(half, found, strict=True)]
     texts = zip(half, found, strict=True)
     names = [f"{name}\n{number(value)} ± {h:.2g} {unit}".rstrip() for h, (name, value, _, unit) in texts]

@@ -41,6 +41,13 @@ pub struct FitOptions {
     pub estimator: Option<Estimator>,
 }
 
+impl FitOptions {
+    /// The estimator by which `campaign` is fitted and refitted.
+    pub fn estimator_for(self, campaign: &Campaign) -> Estimator {
+        self.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign))
+    }
+}
+
 /// What an estimator hands over before it is put into one form.
 pub(super) struct Raw {
     pub model: Model,
@@ -64,7 +71,7 @@ pub(super) struct Raw {
 /// # Errors
 /// [`Error`] when there is no run to fit or the data does not determine the parameters.
 pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
-    let estimator = options.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign));
+    let estimator = options.estimator_for(campaign);
     let runs: Vec<Run> = match estimator {
         Estimator::Staged => campaign.runs.iter().filter(|run| run.role == Role::Train).cloned().collect(),
         _ => campaign.motion(Some(Role::Train)),

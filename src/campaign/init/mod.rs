@@ -120,6 +120,13 @@ pub struct Scaffold {
     pub idle: Option<String>,
 }
 
+impl Scaffold {
+    /// What there is to say before anybody reads the text, a line each.
+    pub fn warnings(&self) -> Vec<String> {
+        self.unread.iter().map(|log| format!("not read: {log}")).chain(self.idle.clone()).collect()
+    }
+}
+
 /// The text of a campaign over logs.
 ///
 /// # Errors

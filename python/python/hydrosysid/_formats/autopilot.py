@@ -16,25 +16,54 @@ from typing import Any
 from .dataflash import told_by_dataflash
 from .source import Source
 
-SUB_MODES = {
-    0: "STABILIZE",
-    1: "ACRO",
-    2: "ALT_HOLD",
-    3: "AUTO",
-    4: "GUIDED",
-    7: "CIRCLE",
-    9: "SURFACE",
-    16: "POSHOLD",
-    19: "MANUAL",
-    20: "MOTOR_DETECT",
-    21: "SURFTRAK",
+SUB, ROVER = "Sub", "Rover"
+"""Vehicles of ArduPilot whose modes are known here, by the names of their firmware."""
+MODES: Mapping[str, Mapping[int, str]] = {
+    SUB: {
+        0: "STABILIZE",
+        1: "ACRO",
+        2: "ALT_HOLD",
+        3: "AUTO",
+        4: "GUIDED",
+        7: "CIRCLE",
+        9: "SURFACE",
+        16: "POSHOLD",
+        19: "MANUAL",
+        20: "MOTOR_DETECT",
+        21: "SURFTRAK",
+    },
+    ROVER: {
+        0: "MANUAL",
+        1: "ACRO",
+        3: "STEERING",
+        4: "HOLD",
+        5: "LOITER",
+        6: "FOLLOW",
+        7: "SIMPLE",
+        8: "DOCK",
+        9: "CIRCLE",
+        10: "AUTO",
+        11: "RTL",
+        12: "SMART_RTL",
+        15: "GUIDED",
+        16: "INITIALISING",
+    },
 }
-"""Modes of ArduSub by their numbers (ArduPilot, ArduSub/mode.h)."""
-BY_HAND = "MANUAL"
-"""The mode that hands the pilot's command through; in all others a controller steers."""
-ARDUPILOT, SUBMARINE = 3, 12
-"""MAV_AUTOPILOT_ARDUPILOTMEGA, MAV_TYPE_SUBMARINE."""
-NAMES = {"MAV_AUTOPILOT_ARDUPILOTMEGA": ARDUPILOT, "MAV_TYPE_SUBMARINE": SUBMARINE}
+"""Modes of vehicles by their numbers (ArduPilot, ArduSub/mode.h and Rover/mode.h): one number is not one mode."""
+OPEN_LOOP = frozenset({"MANUAL", "HOLD", "INITIALISING"})
+"""Modes in which no controller steers: MANUAL hands commands through, the others, of Rover, stop the motors."""
+UNKNOWN = "number "
+"""Begin of the name of a mode of which only the number is known."""
+ARDUPILOT = 3
+"""MAV_AUTOPILOT_ARDUPILOTMEGA."""
+VEHICLES = {10: ROVER, 11: ROVER, 12: SUB}
+"""Vehicles by MAV_TYPE_GROUND_ROVER, MAV_TYPE_SURFACE_BOAT and MAV_TYPE_SUBMARINE."""
+NAMES = {
+    "MAV_AUTOPILOT_ARDUPILOTMEGA": ARDUPILOT,
+    "MAV_TYPE_GROUND_ROVER": 10,
+    "MAV_TYPE_SURFACE_BOAT": 11,
+    "MAV_TYPE_SUBMARINE": 12,
+}
 """The same where BlueOS writes names."""
 
 
@@ -45,17 +74,21 @@ class Told:
     Attributes:
         parameters: parameters of the autopilot by name, the last value of each.
         modes: from when on (ns, on the clock of the log) it was in which mode.
+        notes: what was taken for granted, for people.
     """
 
     parameters: dict[str, float] = field(default_factory=dict)
     modes: list[tuple[int, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def told(path: Path, source: Source, kind: str) -> Told:
     """Parameters and modes of a log of this `kind` (``ardupilot``, ``mavlink``, ``px4`` or ``ros``)."""
     if kind == "ardupilot":
-        parameters, modes = told_by_dataflash(path)
-        return Told(parameters, [(at, SUB_MODES.get(number, f"number {number}")) for at, number in modes])
+        parameters, vehicle, modes = told_by_dataflash(path)
+        named = [(at, mode_name(vehicle or SUB, number)) for at, number in modes]
+        assumed = ["no message names the vehicle: its modes are read as those of ArduSub"]
+        return Told(parameters, named, assumed if modes and vehicle is None else [])
     if source.messages is None:
         return Told()
     readers = {
@@ -67,14 +100,29 @@ def told(path: Path, source: Source, kind: str) -> Told:
     return made
 
 
+def mode_name(vehicle: str, number: int) -> str:
+    """A mode of a vehicle of ArduPilot; ``number N`` of those that are not known.
+
+    >>> mode_name("Sub", 0), mode_name("Rover", 0), mode_name("Copter", 0)
+    ('STABILIZE', 'MANUAL', 'number 0')
+    """
+    return MODES.get(vehicle, {}).get(number, f"{UNKNOWN}{number}")
+
+
 def closed_loop(modes: list[tuple[int, str]], end: int) -> list[tuple[int, int, str]]:
     """Stretches in modes that steer: from, to, mode; `end` is that of the log. All in ns.
 
-    >>> closed_loop([(0, "MANUAL"), (10, "ALT_HOLD"), (30, "MANUAL")], 40)
+    Of a mode of which only the number is known nothing is claimed.
+
+    >>> closed_loop([(0, "MANUAL"), (10, "ALT_HOLD"), (30, "number 99")], 40)
     [(10, 30, 'ALT_HOLD')]
     """
     following = itertools.pairwise([*modes, (end, "")])
-    return [(start, stop, mode) for (start, mode), (stop, _) in following if mode != BY_HAND and stop > start]
+    return [(start, stop, mode) for (start, mode), (stop, _) in following if _steers(mode) and stop > start]
+
+
+def _steers(mode: str) -> bool:
+    return mode not in OPEN_LOOP and not mode.startswith(UNKNOWN)
 
 
 def _parameter(made: Told, _: int, message: Any) -> None:
@@ -92,12 +140,12 @@ def _mavros_parameter(made: Told, _: int, message: Any) -> None:
 
 
 def _heartbeat(made: Told, at: int, message: Any) -> None:
-    """``HEARTBEAT`` of an autopilot: of ArduSub the name of the mode, of other vehicles of ArduPilot its number."""
+    """``HEARTBEAT`` of ArduSub or ArduRover; a gimbal or a ground station has modes of its own."""
     fields = _fields(message)
     kind = fields.get("type") if "mavtype" not in fields else fields["mavtype"]
-    if _number(fields.get("autopilot")) == ARDUPILOT and _number(kind) == SUBMARINE:
-        number = int(fields["custom_mode"])
-        _add(made, at, SUB_MODES.get(number, f"number {number}"))
+    vehicle = VEHICLES.get(_number(kind))
+    if _number(fields.get("autopilot")) == ARDUPILOT and vehicle is not None:
+        _add(made, at, mode_name(vehicle, int(fields["custom_mode"])))
 
 
 def _mavros_state(made: Told, at: int, message: Any) -> None:

@@ -6,6 +6,7 @@ defines them: angles of ``XKF1`` in degrees, outputs of ``RCOU`` in µs. Time is
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,10 @@ from .source import Source, Stream
 HEAD = b"\xa3\x95"
 """Begin of every message of a binary log."""
 TIMES = {"TimeUS": 1e6, "TimeMS": 1e3}
+FIRMWARE = {"MSG": "Message", "VER": "FWS"}
+"""Messages that name the firmware, and the field that does; a MSG may say anything else, too."""
+VEHICLE = re.compile(r"(?:Ardu|APM:|Antenna)?(Sub|Rover|Copter|Plane|Blimp|Tracker) [Vv]\d")
+"""The vehicle in ``ArduSub V4.1.0 (f2af3c7e)``."""
 
 
 def open_dataflash(path: Path) -> Source:
@@ -78,22 +83,30 @@ def open_dataflash(path: Path) -> Source:
     return Source(str(path), contents, read)
 
 
-def told_by_dataflash(path: Path) -> tuple[dict[str, float], list[tuple[int, int]]]:
-    """Parameters of a DataFlash log, and when (ns) the vehicle went into which mode (its number)."""
+def told_by_dataflash(path: Path) -> tuple[dict[str, float], str | None, list[tuple[int, int]]]:
+    """Parameters of a DataFlash log, its vehicle, and when (ns) this went into which mode (its number).
+
+    The vehicle is named as its firmware is (``Sub``, ``Rover``, ``Copter``, …); `None` where no message names it.
+    """
     library = needed("pymavlink.DFReader", "ardupilot", "DataFlash logs")
     text = _is_text(path)
     parameters: dict[str, float] = {}
+    vehicle: str | None = None
     modes: list[tuple[int, int]] = []
     log = (library.DFReader_text if text else library.DFReader_binary)(str(path))
     try:
-        while (message := log.recv_match(type=["PARM", "MODE"])) is not None:
-            if message.get_type() == "PARM":
+        while (message := log.recv_match(type=["PARM", "MODE", "MSG", "VER"])) is not None:
+            kind = message.get_type()
+            if kind == "PARM":
                 parameters[str(message.Name)] = float(message.Value)
+            elif kind in FIRMWARE:
+                named = VEHICLE.match(str(getattr(message, FIRMWARE[kind], "")))
+                vehicle = named[1] if named else vehicle
             elif (stamp := _time(message)) is not None:
                 modes.append((round(getattr(message, stamp) * 1e9 / TIMES[stamp]), int(message.ModeNum)))
     finally:
         log.close()
-    return parameters, modes
+    return parameters, vehicle, modes
 
 
 def _is_text(path: Path) -> bool:
