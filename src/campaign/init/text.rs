@@ -226,7 +226,10 @@ impl Draft<'_> {
                 }
                 (Moved::Unmeasured, true) => {
                     words.push(format!("{dof} is left out: no log measures it"));
-                    left_out.push(format!("{dof} (commanded, and no log measures it)"));
+                    // thrusters that are guessed drive degrees of freedom of which nothing is logged
+                    if self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(dof.force()))) {
+                        left_out.push(format!("{dof} (commanded, and no log measures it)"));
+                    }
                 }
                 (Moved::Unmeasured, false) => {}
             }
