@@ -229,6 +229,19 @@ fn plain(file: &VehicleFile) -> String {
     format!("{sources}{table}")
 }
 
+/// Vehicle text with these lines at the head of each thruster's table, by its index.
+pub(super) fn with_thruster_lines(text: &str, lines: impl Fn(usize) -> String) -> String {
+    let (mut out, mut index) = (String::new(), 0);
+    for line in text.lines() {
+        out = out + line + "\n";
+        if line.trim_start().starts_with("[[thruster]]") {
+            out += &lines(index);
+            index += 1;
+        }
+    }
+    out
+}
+
 /// The text with another value of a key of thruster `index` (from 0): `change` of the value that stands there.
 pub(super) fn with_thruster_value(
     text: &str,

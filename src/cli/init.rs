@@ -80,6 +80,9 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
         format!("then: hydrosysid check {}", place.display())
     };
     output.print(&format!("{} written, with {guesses} to read through (`# guessed:`); {next}", file.display()));
+    if !scaffold.left_out.is_empty() {
+        output.print(&format!("left out of the model: {}", scaffold.left_out.join(", ")));
+    }
     output.json(&serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}))
 }
 

@@ -93,6 +93,12 @@ impl Clock {
         Clock { written, per_second, decimal, zero: Zero::Unknown }
     }
 
+    /// The clock whose unit is this many times longer: a row of a log by 10 Hz takes 0.1 s.
+    #[must_use]
+    pub fn scaled(self, times: f64) -> Clock {
+        Clock { per_second: self.per_second / times, ..self }
+    }
+
     /// What was subtracted from the stamps, s since 1970 for dates; `None` when nothing was.
     #[allow(clippy::cast_precision_loss)] // for people, the differences are exact
     pub fn origin(&self) -> Option<f64> {
@@ -243,6 +249,8 @@ mod tests {
     fn stamps_near_zero_are_kept() {
         assert_eq!(read(TimeUnit::Ms, None, &["100", "200"]), [0.1, 0.2]);
         assert_eq!(read(TimeUnit::S, None, &["12.5", "12.6"]), [12.5, 12.6]);
+        let mut rows = Clock::new(TimeUnit::S, None, b'.').scaled(0.1);
+        assert_eq!(["1", "2", "15"].map(|cell| rows.read(cell.as_bytes()).unwrap()), [0.1, 0.2, 1.5]);
     }
 
     #[test]

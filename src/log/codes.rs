@@ -29,7 +29,7 @@ codes! {
     BLANK_LINE = "L103" "blank-line" Warning "A blank line stands between rows; it was skipped.";
     SHORT_LAST_FIELD = "L104" "no-final-newline-short-field" Warning "The file ends without a line end and its last number has fewer decimals than every other of its column: it may be cut.";
     GAP = "L105" "gap" Warning "Time jumps forward, or one sensor falls silent while the others go on. Where all are silent the run is cut in two; where one is, no row of a regression that reads it reaches across, and filter error and output error go on with the others.";
-    TIME_UNIT = "L106" "time-unit" Warning "The usual step of time is implausible in this unit: check time_unit.";
+    TIME_UNIT = "L106" "time-unit" Warning "The usual step of time is implausible in this unit, or time is a counter of rows: check time_unit, or the scale of columns.t.";
     SENTINEL = "L107" "sentinel" Warning "A value far from all others comes back exactly: a sensor's code for 'no value'. List it in missing_values.";
     OUTLIER = "L108" "outlier" Warning "Single samples stand far off their neighbours.";
     MAGNITUDE = "L109" "implausible-magnitude" Warning "Single samples are larger than anything a vehicle does.";

@@ -371,8 +371,10 @@ pub enum OptionsError {
         /// The value given.
         sign: i8,
     },
-    /// Time is not scaled.
-    #[error("columns.t: time takes a unit (s, ms, us, ns, min, h), no scale and no sign")]
+    /// Time runs forward, and dates have no scale.
+    #[error(
+        "columns.t: time takes a unit (s, ms, us, ns, min, h) and a positive scale, no sign; dates, durations and times of day take none"
+    )]
     TimeScale,
     /// A unit the column does not have.
     #[error("columns.{column}: unit = {unit:?} is not one of {accepted}")]
@@ -467,6 +469,11 @@ impl LogOptions {
         VELOCITIES.into_iter().find_map(|name| self.columns.get(name)?.frame?.earth())
     }
 
+    /// Factor of the time stamps after their unit: for a counter of rows the time that one takes.
+    pub fn time_scale(&self) -> f64 {
+        self.columns.get("t").map_or(1.0, |source| source.scale)
+    }
+
     fn validate_column(&self, column: &str, source: &ColumnSource) -> Result<(), OptionsError> {
         let (column, header) = (column.to_string(), source.name.trim());
         if !source.scale.is_finite() || source.scale == 0.0 {
@@ -475,7 +482,8 @@ impl LogOptions {
         if source.sign.abs() != 1 {
             return Err(OptionsError::Sign { column, sign: source.sign });
         }
-        if column == "t" && ((source.scale, source.sign) != (1.0, 1)) {
+        let is_scaled = (source.scale - 1.0).abs() > 0.0;
+        if column == "t" && (source.sign != 1 || source.scale < 0.0 || is_scaled && self.time_format.is_some()) {
             return Err(OptionsError::TimeScale);
         }
         if let (Some(unit), Some(quantity)) = (&source.unit, columns::quantity(&column))
@@ -535,7 +543,10 @@ mod tests {
         assert_eq!(refused("decimal = \",\""), OptionsError::DelimiterIsDecimal(','));
         assert_eq!(refused("comment = \" \""), OptionsError::EmptyComment);
         assert_eq!(refused("max_columns = 0"), OptionsError::Limit("max_columns"));
-        assert_eq!(refused("columns.t = { name = \"t\", scale = 2.0 }"), OptionsError::TimeScale);
+        assert_eq!(refused("columns.t = { name = \"t\", scale = -2.0 }"), OptionsError::TimeScale);
+        assert_eq!(refused("columns.t = { name = \"t\", sign = -1 }"), OptionsError::TimeScale);
+        let dated = "time_format = \"iso8601\"\ncolumns.t = { name = \"t\", scale = 2.0 }";
+        assert_eq!(refused(dated), OptionsError::TimeScale);
         let unit = refused("columns.r = { name = \"gyro\", unit = \"grad/s\" }").to_string();
         assert!(unit.contains("deg/s") && unit.contains("grad/s"), "{unit}");
         assert!(matches!(refused("columns = { u = \"a\", v = \"a\" }"), OptionsError::SameHeader { .. }));

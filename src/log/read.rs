@@ -9,11 +9,12 @@ use super::LogError;
 use super::cells::add_time_order;
 use super::check;
 use super::codes;
+use super::columns::split_header;
 use super::derived;
 use super::earth_velocity;
 use super::faults::Faults;
 use super::header::Plan;
-use super::options::{Duplicates, LogOptions, Repeated};
+use super::options::{Duplicates, LogOptions, Repeated, TimeUnit};
 use super::rows::{Passage, Rows};
 use crate::finding::{Code, Finding, Severity};
 use crate::run::Signal;
@@ -185,6 +186,9 @@ fn collect<R: Read>(
             &format!("{taken} rows; a fit needs at least two rows more than parameters"),
         );
     }
+    if let Some(seen) = counted(&plan, &time, options) {
+        log.add(Finding::at(&seen.code, &log.file, None, Some("t"), &seen.text));
+    }
     if timed {
         log.gaps = check::time::log_gaps(&time, &log.signals);
         for seen in check::all(&time, &log.signals, &log.units) {
@@ -194,6 +198,15 @@ fn collect<R: Read>(
         }
     }
     Ok(log)
+}
+
+/// A counter of rows that is read as seconds, where nobody has said that it is in seconds.
+fn counted(plan: &Plan, time: &[f64], options: &LogOptions) -> Option<check::Seen> {
+    let (_, header) = plan.time.as_ref()?;
+    let stated = options.columns.get("t").is_some_and(|source| source.unit.is_some())
+        || split_header(header).1.is_some_and(|unit| TimeUnit::from_name(unit).is_some());
+    let said = stated || options.time_unit.is_some() || options.time_format.is_some();
+    (!said).then(|| check::time::check_counter(header, time)).flatten()
 }
 
 /// Sorts the rows by time; equal stamps keep the order of the file.

@@ -161,7 +161,7 @@ impl<R: Read> Rows<R> {
         Ok(Rows {
             file: file.to_string(),
             records,
-            clock: Clock::new(plan.time_unit, options.time_format, decimal),
+            clock: Clock::new(plan.time_unit, options.time_format, decimal).scaled(options.time_scale()),
             options: options.clone(),
             missing_numbers,
             decimal,

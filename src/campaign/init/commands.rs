@@ -1,6 +1,8 @@
 //! Columns of thruster commands: which there are, in which unit, from which neutral on, held or not.
 
-use super::words::Words;
+use super::units;
+use super::words::{self, Words};
+use crate::log::columns::Quantity;
 use crate::log::options::{ColumnSource, LogOptions};
 use crate::run::Signal;
 
@@ -153,7 +155,8 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
     let is_number = |word: &&str| word.bytes().all(|b| b.is_ascii_digit());
     let arrayed =
         w.contains(&"data") && w.iter().all(|word| ["field", "msg", "data"].contains(word) || is_number(word));
-    let by_unit = matches!(words.unit.as_deref(), Some("us" | "rpm" | "%"));
+    let turned = w.len() == 2 && w[0] == "n" && matches!(words.unit.as_deref(), Some("rad/s"));
+    let by_unit = turned || matches!(words.unit.as_deref(), Some("us" | "rpm" | "rps" | "%"));
     let at = match (drive, lettered, number, side) {
         (true, _, Some(k), _) | (_, true, Some(k), _) => k,
         (false, _, Some(k), _) if arrayed => k,
@@ -170,17 +173,24 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
     let rest: Vec<&str> = w.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, word)| *word).collect();
     let kind = match words.unit.as_deref() {
         Some("us") => Some(Kind::Pulse),
-        Some("rpm") => Some(Kind::Turns),
+        Some("rpm" | "rps" | "rad/s") => Some(Kind::Turns),
         Some("%") => Some(Kind::Percent),
-        Some("N" | "kgf" | "lbf") => Some(Kind::Force),
+        Some(unit) if units::is_read(Quantity::Force, unit) => Some(Kind::Force),
         Some("V") => Some(Kind::Volts),
         Some("1" | "-") => Some(Kind::Part),
         _ if rest.contains(&"rpm") => Some(Kind::Turns),
-        _ if w[0] == "f" && lettered || rest.contains(&"force") || rest == ["thrust"] => Some(Kind::Force),
+        _ if w[0] == "f" && (lettered || sided) || rest.contains(&"force") || rest == ["thrust"] => Some(Kind::Force),
         _ if rest.iter().any(|word| ["volt", "voltage"].contains(word)) => Some(Kind::Volts),
         _ => None,
     };
     Some(Column { header: header.to_string(), label, order, kind, group: rest.join(" ") })
+}
+
+/// Whether only the name says that a command is a force: `thrust_left` may be a part of the full thrust as well.
+pub fn is_force_by_name(column: &Column) -> bool {
+    let words = words::of(&column.header);
+    let lettered = words.words.first().is_some_and(|w| w == "f") && column.label.bytes().all(|b| b.is_ascii_digit());
+    column.kind == Some(Kind::Force) && words.unit.is_none() && !lettered
 }
 
 /// Commands whose columns somebody has said, V1, V2, … or F1, F2, …
@@ -229,6 +239,10 @@ pub fn chosen(columns: &[Column]) -> Vec<Column> {
     group.sort_by_key(|c| c.order);
     group
 }
+
+/// Greatest size of commands that are called forces and are parts of the full command all the same: a newton and a half is
+/// no thrust.
+pub const PARTS: f64 = 1.5;
 
 /// Kind of commands by their values, where names do not tell.
 pub fn kind_of(values: &[&Signal]) -> Kind {
@@ -288,7 +302,6 @@ pub fn held(values: &[&Signal], rows: usize) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::init::words;
 
     fn column(header: &str) -> Option<Column> {
         of(header, &words::of(header))
@@ -307,6 +320,10 @@ mod tests {
             ("servo4_raw", "4", None),
             ("thrust_1 [N]", "1", Some(Kind::Force)),
             ("u_left", "left", None),
+            ("n1 [rad/s]", "1", Some(Kind::Turns)),
+            ("n_left [rps]", "left", Some(Kind::Turns)),
+            ("thruster_2 [kN]", "2", Some(Kind::Force)),
+            ("f_left", "left", Some(Kind::Force)),
             ("field.data0", "0", None),
             ("Motor rechts [%]", "rechts", Some(Kind::Percent)),
         ] {
@@ -324,6 +341,7 @@ mod tests {
             "field.data",
             "vel_left",
             "field.pose.covariance0",
+            "gyro_1 [rad/s]",
         ] {
             assert_eq!(column(other), None, "{other}");
         }

@@ -6,8 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use super::commands::{self, Kind};
+use super::commands::{self, Column, Kind};
 use super::reading::Understood;
+use super::{units, words};
 use crate::log::columns;
 use crate::log::options::ColumnSource;
 use crate::run::Signal;
@@ -27,6 +28,65 @@ pub fn greatest(signals: &[&Signal]) -> f64 {
 /// Headers of the commands of a log: logs with the same ones are written alike.
 pub fn headers(this: &Understood) -> Vec<&str> {
     this.commands.iter().map(|column| column.header.as_str()).collect()
+}
+
+/// Places commands anew where the values of all logs with the same ones say another thing than their names: a channel that
+/// never changes is no thruster, and a thrust that stays within ±1.5 is a part of the full one. `thrusters` is how many the
+/// vehicle has, where it is known. Gives the logs that are to be read again.
+pub fn place_anew(logs: &mut [Understood], thrusters: Option<usize>) -> Vec<usize> {
+    let mut changed = Vec::new();
+    for k in 0..logs.len() {
+        let Some((columns, remark)) = other_columns(&logs[k], logs, thrusters) else { continue };
+        changed.push((k, columns, remark));
+    }
+    let numbers = changed.iter().map(|(k, ..)| *k).collect();
+    for (k, columns, remark) in changed {
+        logs[k].assign_anew(columns);
+        logs[k].remarks.extend(remark);
+    }
+    numbers
+}
+
+/// The commands of a log as its values and those of its like say, with a remark; `None` where they are as their names say.
+fn other_columns(
+    log: &Understood,
+    logs: &[Understood],
+    thrusters: Option<usize>,
+) -> Option<(Vec<Column>, Option<String>)> {
+    // what somebody has said, or called V1, is what it is called
+    let is_said = |column: &Column| columns::quantity(columns::split_header(&column.header).0).is_some();
+    if log.commands.iter().any(is_said) || !commands::given(&log.given).is_empty() {
+        return None;
+    }
+    let together: Vec<Vec<&Signal>> = logs
+        .iter()
+        .filter(|l| headers(l) == headers(log))
+        .map(signals)
+        .filter(|s| s.len() == log.commands.len())
+        .collect();
+    let values = |k: usize| together.iter().flat_map(move |log| log[k].values()).copied();
+    let mut kept = log.commands.clone();
+    let mut remark = None;
+    let is_idle = |k: usize| values(k).next().is_some_and(|first| values(k).all(|x| x.to_bits() == first.to_bits()));
+    let idle: Vec<usize> = (0..log.commands.len()).filter(|k| is_idle(*k)).collect();
+    let moving = log.commands.len() - idle.len();
+    // by their number the outputs of a known vehicle are told, and by a side where a thruster sits
+    let by_number = log.commands.iter().all(|c| c.label.bytes().all(|b| b.is_ascii_digit()));
+    let counts = thrusters.is_none_or(|count| count == moving && count < log.commands.len());
+    if !idle.is_empty() && moving > 0 && by_number && counts {
+        let told = |k: &usize| format!("{:?} ({})", log.commands[*k].header, values(*k).next().unwrap_or_default());
+        remark = Some(format!(
+            "guessed: no thruster is behind a channel that never changes: {}. Where one is, number the thrusters in \
+             [log.columns] or give the vehicle with --vehicle",
+            idle.iter().map(told).collect::<Vec<_>>().join(", ")
+        ));
+        kept = kept.into_iter().enumerate().filter(|(k, _)| !idle.contains(k)).map(|(_, column)| column).collect();
+    }
+    let most = (0..log.commands.len()).flat_map(values).fold(0.0, |m: f64, x| m.max(x.abs()));
+    if kept.iter().all(commands::is_force_by_name) && 0.0 < most && most <= commands::PARTS {
+        kept.iter_mut().for_each(|column| column.kind = Some(Kind::Part));
+    }
+    (kept != log.commands).then_some((kept, remark))
 }
 
 /// Settles unit and scale of the commands of all logs together; `full_rpm` is that of the vehicle.
@@ -49,6 +109,7 @@ pub fn settle(logs: &mut [Understood], full_rpm: Option<f64>) {
             (Some(Kind::Pulse), _) => ("us", 1.0, "pulse widths by name or size"),
             (Some(Kind::Part), _) => ("1", 1.0, "they stay between -1 and 1"),
             (Some(Kind::Percent), _) => ("1", 0.01, "per cent of the full command"),
+            // the factor of the column's own unit comes beside this one
             (Some(Kind::Turns), Some((scale, why))) => ("1", *scale, why.as_str()),
             _ => continue,
         };
@@ -88,6 +149,13 @@ fn write(this: &mut Understood, unit: &str, scale: f64, why: &str) {
     let channels: Vec<String> = (1..=this.commands.len().max(log.signals.len())).map(|k| format!("V{k}")).collect();
     for channel in channels.into_iter().filter(there).collect::<Vec<_>>() {
         let before = this.options.columns.get(&channel).map_or(1.0, |s| s.scale);
+        let scale = match this.kind {
+            Some(Kind::Turns) => {
+                let header = this.options.columns.get(&channel).map_or(channel.as_str(), |s| s.name.as_str());
+                scale * units::turns_a_minute(words::of(header).unit.as_deref())
+            }
+            _ => scale,
+        };
         if read_as.get(&channel).copied() == Some(unit) && (scale - before).abs() < f64::EPSILON {
             continue;
         }

@@ -1,10 +1,12 @@
 //! The layout of a table of text: separator, decimal mark, comment lines, header.
 
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::Path;
 
+use super::{commands, meaning, units, words};
 use crate::log::clock::duration;
-use crate::log::columns::split_header;
+use crate::log::columns::{self, split_header};
 use crate::log::encoding::{Opening, opening};
 use crate::log::{LogOptions, iso8601, number};
 
@@ -26,6 +28,8 @@ pub struct Layout {
     pub decimal: char,
     /// Begin of lines that are no data, where there are such lines before the header.
     pub comment: Option<String>,
+    /// Whether that is the first of two header lines, which says where the columns come from: the second has their names.
+    pub two_headers: bool,
     /// What the file is where it is no CSV, and who reads it.
     pub no_csv: Option<String>,
 }
@@ -76,6 +80,15 @@ fn of_text(text: &str, given: &LogOptions) -> Layout {
     let mut headers = data.next().map_or_else(Vec::new, |line| fields(line, delimiter));
     let mut rows: Vec<Vec<String>> =
         data.map(|line| fields(line, delimiter)).filter(|row| row.len() == headers.len()).collect();
+    let comment = told.clone().or(comment);
+    let of_sources = (!given.unit_row && comment.is_none() && has_units(&rows, decimal as u8) && are_names(&rows[0]))
+        .then(|| beginning(lines))
+        .flatten();
+    let two_headers = of_sources.is_some();
+    if two_headers {
+        headers = rows.remove(0);
+    }
+    let comment = comment.or(of_sources);
     let unit_row = given.unit_row || has_units(&rows, decimal as u8);
     if unit_row && !rows.is_empty() {
         for (header, unit) in headers.iter_mut().zip(rows.remove(0)) {
@@ -85,7 +98,28 @@ fn of_text(text: &str, given: &LogOptions) -> Layout {
             }
         }
     }
-    Layout { unit_row, headers, rows, delimiter, decimal, comment: told.clone().or(comment), no_csv: None }
+    Layout { unit_row, headers, rows, delimiter, decimal, comment, two_headers, no_csv: None }
+}
+
+/// Whether most cells are names of channels, each once, and no units.
+fn are_names(cells: &[String]) -> bool {
+    let filled: Vec<&String> = cells.iter().filter(|cell| !cell.is_empty()).collect();
+    let is_name = |cell: &&&String| {
+        let words = words::of(cell);
+        let means = columns::quantity(split_header(cell).0).is_some() || !meaning::of(&words).is_empty();
+        !units::is_unit(cell) && (means || commands::of(cell, &words).is_some())
+    };
+    let once = filled.iter().collect::<BTreeSet<_>>().len() == filled.len();
+    once && 2 * filled.iter().filter(is_name).count() > filled.len()
+}
+
+/// How the first line begins and no other does.
+fn beginning(lines: &[&str]) -> Option<String> {
+    const LENGTH: usize = 24;
+    let begin: String = lines.first()?.trim().chars().take(LENGTH).collect();
+    let begin = begin.trim_end().to_string();
+    let other = lines[1..].iter().any(|line| line.trim().starts_with(&begin));
+    (!begin.is_empty() && !other).then_some(begin)
 }
 
 /// Whether the first row holds words in most of the cells that hold numbers in the second.
@@ -194,6 +228,18 @@ mod tests {
         assert_eq!(layout("t\tu\n0\t1\n1\t2\n2\t3\n").delimiter, '\t');
         assert_eq!(layout("t u\n0 1\n1 2\n2 3\n").delimiter, ' ');
         assert!(layout("0,1\n1,2\n2,3\n").nameless());
+    }
+
+    #[test]
+    fn of_two_header_lines_the_second_has_the_names() {
+        let two = layout(
+            "clock,DVL,DVL,IMU,IMU,Cmd\ntime,u,v,r,psi,tau_u\n0,0.1,0,0,1,2\n0.1,0.1,0,0,1,2\n0.2,0.1,0,0,1,2\n",
+        );
+        assert!(two.two_headers && !two.unit_row, "{two:?}");
+        assert_eq!(two.headers, ["time", "u", "v", "r", "psi", "tau_u"]);
+        assert_eq!(two.comment.as_deref(), Some("clock,DVL,DVL,IMU,IMU,Cm"));
+        let units = layout("t,u,v,battery,rpm_1\ns,m/s,m/s,V,rpm\n0,1,0,16,9\n1,1,0,16,9\n2,1,0,16,9\n");
+        assert!(units.unit_row && !units.two_headers && units.headers[1] == "u [m/s]", "{units:?}");
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! What a column means by its name: phrases of pilots, autopilots and ROS for the channels of a log.
 
+use super::units;
 use super::words::Words;
+use crate::log::columns::Quantity;
 
 /// A channel that a name may mean.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,29 +28,29 @@ const PHRASES: &[Phrases] = &[
     (
         "x",
         1,
-        "x, north, northing, pos x, x pos, position x, x position, pos n, pos north, position north, \
+        "x, eta x, north, northing, pos x, x pos, position x, x position, pos n, pos north, position north, \
          pn",
     ),
-    ("y", 1, "y, east, easting, pos y, y pos, position y, y position, pos e, pos east, position east, pe"),
+    ("y", 1, "y, eta y, east, easting, pos y, y pos, position y, y position, pos e, pos east, position east, pe"),
     (
         "z",
         1,
-        "z, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
+        "z, eta z, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
          tiefe",
     ),
     ("z", -1, "height, up, pos up, elevation"),
-    ("phi", 1, "phi, roll, roll angle, bank"),
-    ("theta", 1, "theta, pitch, pitch angle"),
+    ("phi", 1, "phi, roll, roll angle, bank, eta phi, orientation roll, euler roll, attitude roll"),
+    ("theta", 1, "theta, pitch, pitch angle, eta theta, orientation pitch, euler pitch, attitude pitch"),
     (
         "psi",
         1,
         "psi, yaw, yaw angle, heading, heading angle, hdg, compass, compass heading, true heading, \
-         kurs",
+         kurs, eta psi, orientation yaw, euler yaw, attitude yaw",
     ),
     (
         "u",
         1,
-        "u, surge, surge vel, surge velocity, surge speed, vel surge, velocity surge, forward vel, \
+        "u, nu u, surge, surge vel, surge velocity, surge speed, vel surge, velocity surge, forward vel, \
          forward velocity, forward speed, vel forward, vx, v x, vel x, x vel, velocity x, x velocity, \
          speed x, linear x, linear velocity x, twist linear x, longitudinal velocity, longitudinal \
          speed, speed through water, velocity through water, u through water, stw, fwd vel, fwd velocity, fwd speed, vel fwd",
@@ -56,7 +58,7 @@ const PHRASES: &[Phrases] = &[
     (
         "v",
         1,
-        "v, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
+        "v, nu v, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
          velocity, lateral speed, vy, v y, vel y, y vel, velocity y, y velocity, speed y, linear y, \
          linear velocity y, twist linear y, starboard velocity, lat vel, lat velocity, \
          lat speed, vel lat",
@@ -65,26 +67,26 @@ const PHRASES: &[Phrases] = &[
     (
         "w",
         1,
-        "w, heave, heave vel, heave velocity, heave speed, vel heave, velocity heave, vz, v z, vel z, \
+        "w, nu w, heave, heave vel, heave velocity, heave speed, vel heave, velocity heave, vz, v z, vel z, \
          z vel, velocity z, z velocity, speed z, linear z, linear velocity z, twist linear z, down \
          velocity",
     ),
     (
         "p",
         1,
-        "p, roll rate, rollrate, roll speed, rollspeed, roll vel, gyro x, gyr x, gyrx, gx, wx, w x, omega \
+        "p, nu p, roll rate, rollrate, roll speed, rollspeed, roll vel, gyro x, gyr x, gyrx, gx, wx, w x, omega \
          x, angular x, angular velocity x, angular rate x, rate x, twist angular x, phi dot",
     ),
     (
         "q",
         1,
-        "q, pitch rate, pitchrate, pitch speed, pitchspeed, pitch vel, gyro y, gyr y, gyry, gy, wy, w y, \
+        "q, nu q, pitch rate, pitchrate, pitch speed, pitchspeed, pitch vel, gyro y, gyr y, gyry, gy, wy, w y, \
          omega y, angular y, angular velocity y, angular rate y, rate y, twist angular y, theta dot",
     ),
     (
         "r",
         1,
-        "r, yaw rate, yawrate, yaw speed, yawspeed, yaw vel, yaw velocity, heading rate, turn rate, \
+        "r, nu r, yaw rate, yawrate, yaw speed, yawspeed, yaw vel, yaw velocity, heading rate, turn rate, \
          rate of turn, rot, gyro z, gyr z, gyrz, gz, drehrate, gierrate, wz, w z, omega z, angular z, angular velocity z, \
          angular rate z, rate z, twist angular z, psi dot",
     ),
@@ -107,9 +109,24 @@ const PHRASES: &[Phrases] = &[
         "tau w, tau z, force z, fz, z force, heave force, force heave, tau heave, thrust z, heave \
          thrust, thrust heave, wrench force z, kraft z",
     ),
-    ("tau_p", 1, "tau p, tau k, torque x, moment x, mx, roll moment, roll torque, tau roll, wrench torque x"),
-    ("tau_q", 1, "tau q, tau m, torque y, moment y, my, pitch moment, pitch torque, tau pitch, wrench torque y"),
-    ("tau_r", 1, "tau r, tau n, torque z, moment z, mz, yaw moment, yaw torque, tau yaw, wrench torque z, nz"),
+    (
+        "tau_p",
+        1,
+        "tau p, tau k, tau phi, torque x, moment x, mx, roll moment, roll torque, moment roll, torque roll, tau roll, \
+         wrench torque x",
+    ),
+    (
+        "tau_q",
+        1,
+        "tau q, tau m, tau theta, torque y, moment y, my, pitch moment, pitch torque, moment pitch, torque pitch, \
+         tau pitch, wrench torque y",
+    ),
+    (
+        "tau_r",
+        1,
+        "tau r, tau n, tau psi, torque z, moment z, mz, yaw moment, yaw torque, moment yaw, torque yaw, tau yaw, \
+         wrench torque z, nz",
+    ),
     (
         "supply_V",
         1,
@@ -167,7 +184,8 @@ const SYMBOLS: [(&str, &str, &str); 6] = [
 /// A force or moment by its symbol and unit, `X [N]`.
 fn by_symbol(words: &Words) -> Option<Meaning> {
     let ([symbol], Some(unit)) = (&words.words[..], &words.unit) else { return None };
-    let (.., channel) = SYMBOLS.iter().find(|(name, of, _)| name == symbol && of == unit)?;
+    let of = |usual: &str| units::is_read(if usual == "N" { Quantity::Force } else { Quantity::Moment }, unit);
+    let (.., channel) = SYMBOLS.iter().find(|(name, usual, _)| name == symbol && of(usual))?;
     Some(Meaning { channel, sign: 1, score: 100 })
 }
 
@@ -191,14 +209,8 @@ pub fn of(words: &Words) -> Vec<Meaning> {
     if words.words.iter().any(|w| has(OTHERS, w) && !(speed && w == "lat")) {
         return Vec::new();
     }
-    let mut list = words.words.clone();
-    // `pos_n` is north, and no newton
-    if words.unit.as_deref() == Some("N") && list.last().is_some_and(|w| ["pos", "position"].contains(&w.as_str())) {
-        list.push("n".into());
-    }
-    let whole = list.join(" ");
-    let bare: Vec<&str> = list.iter().map(String::as_str).filter(|w| !has(FILLERS, w)).collect();
-    let bare = bare.join(" ");
+    let whole = words.words.join(" ");
+    let bare = bare(&words.words);
     let mut found: Vec<Meaning> = Vec::new();
     for (table, off) in [(PHRASES, 0), (DOUBTFUL, 40)] {
         for (channel, sign, phrases) in table {
@@ -213,6 +225,26 @@ pub fn of(words: &Words) -> Vec<Meaning> {
     }
     found.sort_by_key(|m| std::cmp::Reverse(m.score));
     found
+}
+
+/// Without the words of the source and their numbers: `imu1_yaw` is a yaw.
+fn bare(words: &[String]) -> String {
+    let is_number = |word: &str| word.bytes().all(|b| b.is_ascii_digit());
+    let mut kept: Vec<&str> = Vec::new();
+    let mut after_source = false;
+    for word in words.iter().map(String::as_str) {
+        let source = is_filler(word);
+        if !source && !(after_source && is_number(word)) {
+            kept.push(word);
+        }
+        after_source = source;
+    }
+    kept.join(" ")
+}
+
+/// Whether a word says where a quantity comes from, not what it is.
+pub fn is_filler(word: &str) -> bool {
+    has(FILLERS, word)
 }
 
 /// Whether a list of words holds this one.
@@ -276,6 +308,21 @@ mod tests {
             ("quat_z", "qz"),
             ("pos_n", "x"),
             ("Drehrate [°/s]", "r"),
+            ("tau_N", "tau_r"),
+            ("tauN", "tau_r"),
+            ("TAU_N", "tau_r"),
+            ("tau_psi", "tau_r"),
+            ("torqueYaw", "tau_r"),
+            ("tauX", "tau_u"),
+            ("X [kN]", "tau_u"),
+            ("nu_u", "u"),
+            ("nu_v", "v"),
+            ("nu_r", "r"),
+            ("eta_x", "x"),
+            ("eta_psi", "psi"),
+            ("imu1_yaw", "psi"),
+            ("imu.orientation.yaw", "psi"),
+            ("v_n", "v_north"),
         ] {
             assert_eq!(of(&words::of(header)).first().map(|m| m.channel), Some(channel), "{header}");
         }

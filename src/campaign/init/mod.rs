@@ -14,6 +14,7 @@ mod priors;
 mod reading;
 mod reading_options;
 mod roles;
+mod ros;
 mod stamps;
 mod text;
 mod told;
@@ -118,6 +119,8 @@ pub struct Scaffold {
     pub unread: Vec<String>,
     /// What is said where no degree of freedom moves under a command.
     pub idle: Option<String>,
+    /// Degrees of freedom of which some channels are logged and a command or a measurement is wanting.
+    pub left_out: Vec<String>,
 }
 
 impl Scaffold {
@@ -148,15 +151,16 @@ pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
         request.logs.iter().map(|(path, shown)| reading::understand(path, shown, given(shown))).collect();
     let paths: Vec<&Path> = request.logs.iter().map(|(path, _)| path.as_path()).collect();
     let full_rpm = known.as_ref().and_then(|(known, _)| known.file.full_rpm);
-    reading::settle(&mut understood, &paths, full_rpm);
+    let thrusters = known.as_ref().map(|(known, _)| known.file.thrusters.len()).filter(|count| *count > 0);
+    reading::settle(&mut understood, &paths, thrusters, full_rpm);
     let dives = dives::of(&understood);
     let companions = known.as_ref().map(|(known, _)| companions(known)).unwrap_or_default();
-    let (text, idle) =
+    let text::Written { text, idle, left_out } =
         text::Draft { request, given: &request.options, vehicle: known.as_ref(), logs: &understood, dives: &dives }
             .write();
     let unread = understood.iter().filter(|log| log.log.is_none());
     let unread = unread.map(|log| format!("{}: {}", log.shown, log.refused.join("; "))).collect();
-    Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread, idle })
+    Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread, idle, left_out })
 }
 
 /// Bollard tables that the thrusters of a vehicle file name.

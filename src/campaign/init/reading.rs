@@ -8,12 +8,21 @@ use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
 use super::told::Told;
 use super::words::{self, Words};
-use super::{altitude, drives, units, values};
-use crate::log::options::{ColumnSource, Duplicates, Missing, Repeated, Truncated, VelocityReference};
+use super::{altitude, drives, ros, units, values};
+use crate::log::columns::Quantity;
+use crate::log::options::{
+    BodyFrame, ColumnSource, Duplicates, EarthFrame, Missing, Repeated, Truncated, VelocityReference,
+};
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
 
 /// Attempts to read before the file is written without this log.
 const ATTEMPTS: usize = 12;
+
+/// Rows that are this late may be out of order, s; further back a clock was set or another log begins.
+const SET_BACK: f64 = 1.0;
+
+/// What a thruster may be commanded in.
+const COMMANDS: &[Quantity] = &[Quantity::Command, Quantity::Force];
 
 /// A log as far as it was understood.
 #[derive(Debug, Clone, Default)]
@@ -69,8 +78,16 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
     this
 }
 
-/// Settles what the values of all logs tell together, and reads those again whose options it changes.
-pub fn settle(logs: &mut [Understood], paths: &[&Path], full_rpm: Option<f64>) {
+/// Settles what the values of all logs tell together, and reads those again whose options it changes. `thrusters` is how
+/// many the vehicle has, `full_rpm` what a full command of it turns, where it is known.
+pub fn settle(logs: &mut [Understood], paths: &[&Path], thrusters: Option<usize>, full_rpm: Option<f64>) {
+    let placed_anew = drives::place_anew(logs, thrusters);
+    for (k, (log, path)) in logs.iter_mut().zip(paths).enumerate() {
+        // the rest is told by stamps in seconds
+        if values::counter(log) || placed_anew.contains(&k) {
+            log.attempt(path);
+        }
+    }
     let before: Vec<LogOptions> = logs.iter().map(|log| log.options.clone()).collect();
     altitude::settle(logs);
     logs.iter_mut().for_each(values::settle);
@@ -100,7 +117,13 @@ impl Understood {
         }
         if layout.comment != given.comment {
             self.options.comment.clone_from(&layout.comment);
-            self.guess("comment", "lines before the header begin with it");
+            let why = match layout.two_headers {
+                true => {
+                    "of two header lines the first says where the columns come from: it is passed over for the second"
+                }
+                false => "lines before the header begin with it",
+            };
+            self.guess("comment", why);
         }
         if layout.unit_row && !given.unit_row {
             self.options.unit_row = true;
@@ -122,6 +145,11 @@ impl Understood {
             let words = words::of(header);
             let (base, unit) = columns::split_header(header);
             if let Some(quantity) = columns::quantity(base).filter(|_| !own.iter().any(|o| o == base)) {
+                let all = if quantity == Quantity::Command { COMMANDS } else { &[quantity] };
+                if let Some(unit) = units::unknown(all, header, words.unit.as_deref()) {
+                    self.set_aside(base, header, unit);
+                    continue;
+                }
                 own.push(base.to_string());
                 if let Some(command) = commands::of(header, &words) {
                     driven.push(command);
@@ -131,7 +159,10 @@ impl Understood {
                 continue;
             }
             if let Some(command) = commands::of(header, &words) {
-                driven.push(command);
+                match units::unknown(COMMANDS, header, words.unit.as_deref()) {
+                    Some(unit) => self.remarks.push(units::left_out("V1", header, unit)),
+                    None => driven.push(command),
+                }
                 continue;
             }
             let meanings = meaning::of(&words);
@@ -144,6 +175,11 @@ impl Understood {
         meant.sort_by_key(|(m, ..)| std::cmp::Reverse(m.score));
         let mut told = Told::default();
         for (meaning, header, words) in meant {
+            let quantity = columns::quantity(meaning.channel);
+            if let Some(unit) = units::unknown(quantity.as_slice(), &header, words.unit.as_deref()) {
+                self.remarks.push(units::left_out(meaning.channel, &header, unit));
+                continue;
+            }
             told.note_ground(&header, &words);
             if !own.iter().any(|o| o == meaning.channel) && told.take(meaning.channel, &header, &words) {
                 continue;
@@ -169,6 +205,7 @@ impl Understood {
         }
         self.place_told(&told, layout, &mut own, &mut left);
         self.planar_theta(&own);
+        self.ros(layout);
         self.time(layout, &mut own, &mut left);
         if !own.iter().any(|c| log::check::is_velocity(c) || log::check::is_measured(c)) {
             self.bench(&mut driven, &mut left);
@@ -189,6 +226,25 @@ impl Understood {
         }
         self.options.columns.insert(channel.to_string(), source);
         self.guess(format!("columns.{channel}"), format!("{header:?} is {channel} by {why}{how}"));
+    }
+
+    /// Keeps a column of a known name in an unknown unit under another name: the reader would refuse the log for it.
+    fn set_aside(&mut self, channel: &str, header: &str, unit: &str) {
+        let other = format!("{channel}_as_logged");
+        self.options.columns.insert(other.clone(), ColumnSource::from(header));
+        self.guess(format!("columns.{other}"), units::left_out(channel, header, unit));
+    }
+
+    /// Takes the axes of ROS where the columns are fields of its messages, as those of a bag are.
+    fn ros(&mut self, layout: &Layout) {
+        let usual = LogOptions::default();
+        let unsaid = self.given.body_frame == usual.body_frame && self.given.earth_frame == usual.earth_frame;
+        let Some(field) = ros::field(&layout.headers).filter(|_| unsaid) else { return };
+        let why = format!("{field:?} is a field of a message of ROS, whose axes are taken as those of REP 103");
+        self.options.body_frame = BodyFrame::Flu;
+        self.guess("body_frame", format!("{why}: forward, port, up (\"frd\" where they are forward, starboard, down)"));
+        self.options.earth_frame = EarthFrame::Enu;
+        self.guess("earth_frame", format!("{why}: east, north, up (\"ned\" where they are north, east, down)"));
     }
 
     /// Notices a velocity that its name calls one through the water.
@@ -246,12 +302,31 @@ impl Understood {
         for other in driven.iter().filter(|c| !chosen.contains(c)) {
             self.remarks.push(format!("{:?} may be a command too and is not used", other.header));
         }
+        self.assign(chosen);
+    }
+
+    /// Places other commands, or the same as another kind.
+    pub(super) fn assign_anew(&mut self, chosen: Vec<commands::Column>) {
+        for (k, column) in self.commands.clone().iter().enumerate() {
+            self.options.columns.retain(|_, source| source.name != column.header);
+            for letter in ["V", "F"] {
+                self.reasons.remove(&format!("columns.{letter}{}", k + 1));
+            }
+        }
+        self.assign(chosen);
+    }
+
+    /// Writes the commands as V1, V2, … or F1, F2, …
+    fn assign(&mut self, chosen: Vec<commands::Column>) {
         self.kind = chosen.first().and_then(|c| c.kind);
         let letter = if self.kind == Some(Kind::Force) { "F" } else { "V" };
         for (k, column) in chosen.iter().enumerate() {
             let channel = format!("{letter}{}", k + 1);
             let unit = words::of(&column.header).unit;
-            let (source, how) = units::source(&channel, &column.header, unit.as_deref(), 1);
+            let (source, mut how) = units::source(&channel, &column.header, unit.as_deref(), 1);
+            if commands::is_force_by_name(column) {
+                how += "; its name says no unit: N is taken";
+            }
             if columns::split_header(&column.header).0 != channel
                 || source != ColumnSource::from(column.header.as_str())
             {
@@ -276,8 +351,9 @@ impl Understood {
                     return;
                 }
                 Err(error) => {
-                    if !self.relax(&error) {
+                    if !self.relax(&error, path) {
                         self.refused = error.to_string().lines().map(str::to_string).collect();
+                        self.refused.extend(self.set_back(path));
                         return;
                     }
                 }
@@ -286,7 +362,7 @@ impl Understood {
     }
 
     /// Allows what was refused; whether there was anything to allow.
-    fn relax(&mut self, error: &LogError) -> bool {
+    fn relax(&mut self, error: &LogError, path: &Path) -> bool {
         let before = self.options.clone();
         for finding in error.findings() {
             let code = finding.code;
@@ -305,9 +381,12 @@ impl Understood {
                 if self.options.duplicates == Duplicates::Error {
                     self.options.duplicates = Duplicates::First;
                     self.guess("duplicates", "time stamps come twice");
-                } else {
+                } else if self.set_back(path).is_none() {
                     self.options.sort = true;
-                    self.guess("sort", "time stamps go back");
+                    self.guess(
+                        "sort",
+                        format!("time stamps go back, by less than {SET_BACK} s: rows are out of order"),
+                    );
                 }
             } else if code == codes::FIELD_COUNT.code {
                 self.options.truncated = Truncated::Drop;
@@ -328,6 +407,26 @@ impl Understood {
             }
         }
         before != self.options
+    }
+
+    /// What there is to do where time goes back by more than rows out of order do: sorted, the two stretches would be
+    /// rows of one another.
+    fn set_back(&self, path: &Path) -> Option<String> {
+        let sorted = LogOptions { sort: true, ..self.options.clone() };
+        let mut rows = log::Rows::open(path, &sorted, &["t"]).ok()?;
+        let mut latest = f64::NEG_INFINITY;
+        while let Some(row) = rows.next_row() {
+            if latest - row.t > SET_BACK {
+                return Some(format!(
+                    "the time goes back by {:.3} s at line {}: a clock that was set back, or two logs in one. Split the file \
+                     before that line and give both parts; where the rows are merely out of order say --log sort=true",
+                    latest - row.t,
+                    row.line
+                ));
+            }
+            latest = latest.max(row.t);
+        }
+        None
     }
 
     /// Takes codes for no value out; whether there was a new one.

@@ -25,7 +25,10 @@ impl Understood {
                 let words = words::of(&layout.headers[k]);
                 commands::of(&layout.headers[k], &words).is_some() || names(&words, FORCE) || names(&words, COMMAND)
             };
-            let found = (0..layout.headers.len()).find(|k| layout.is_date(*k) || grows(*k) && !is_thrust(*k));
+            let is_time = |k: &usize| layout.is_date(*k) || grows(*k) && !is_thrust(*k);
+            let counts = |k: &usize| log::check::time::is_called_counter(&layout.headers[*k]);
+            // a counter of rows only where nothing else grows with them
+            let found = (0..layout.headers.len()).filter(is_time).min_by_key(counts);
             if let Some(k) = found {
                 let header = layout.headers[k].clone();
                 left.retain(|h| *h != header);

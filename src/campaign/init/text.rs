@@ -7,7 +7,7 @@ use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
-use crate::campaign::vehicles::{KnownVehicle, with_thruster_value};
+use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
 use crate::check::motion::{self, Moved};
 use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, catalogue, id};
 use crate::frame::Dof;
@@ -31,6 +31,16 @@ pub struct Draft<'a> {
     pub dives: &'a [Vec<usize>],
 }
 
+/// The campaign and what is said beside it.
+pub struct Written {
+    /// The whole text.
+    pub text: String,
+    /// That nothing moves under a command.
+    pub idle: Option<String>,
+    /// Degrees of freedom that are logged in part and not modelled, each with what is wanting.
+    pub left_out: Vec<String>,
+}
+
 /// Degrees of freedom that are modelled, and the words about those that are not.
 struct Chosen {
     dofs: Vec<Dof>,
@@ -39,11 +49,13 @@ struct Chosen {
     undriven: Vec<Dof>,
     /// Said on the terminal, too: nothing moves under a command.
     idle: Option<String>,
+    /// Said on the terminal, too: what wants a command or a measurement.
+    left_out: Vec<String>,
 }
 
 impl Draft<'_> {
     /// The whole text, and what is said of the logs beside it.
-    pub fn write(&self) -> (String, Option<String>) {
+    pub fn write(&self) -> Written {
         let thrusters = self.thruster_tables();
         let known = geometry::read(&thrusters);
         let chosen = self.chosen(&known);
@@ -62,7 +74,7 @@ impl Draft<'_> {
         for (dive, role) in self.dives.iter().zip(roles) {
             text += &self.run_table(dive, role, common.is_none());
         }
-        (text + &self.not_placed(), chosen.idle)
+        Written { text: text + &self.not_placed(), idle: chosen.idle, left_out: chosen.left_out }
     }
 
     /// What a log of another format has and the campaign does not take.
@@ -132,14 +144,9 @@ impl Draft<'_> {
                     text = with_thruster_value(&text, k, "neutral", |_| *neutral, &why);
                 }
             }
-            return format!("\n{text}");
+            return format!("\n{}", self.with_pulses(&text));
         }
-        let Some(log) = self.logs.iter().filter(|l| l.log.is_some()).max_by_key(|l| l.commands.len()) else {
-            return String::new();
-        };
-        // one vehicle: what its commands are is told by all of its logs
-        let alike = self.logs.iter().filter(|l| drives::headers(l) == drives::headers(log));
-        let signals: Vec<&Signal> = alike.flat_map(drives::signals).collect();
+        let Some((log, signals)) = self.commands() else { return String::new() };
         let forced =
             self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.keys().any(|n| n.starts_with("tau_"))));
         let Some(kind) = log.kind.filter(|_| !log.commands.is_empty() && !signals.is_empty()) else {
@@ -158,6 +165,34 @@ impl Draft<'_> {
         tables
     }
 
+    /// The log with the most commands, and those of its like: one vehicle, and all of its logs tell what its commands are.
+    fn commands(&self) -> Option<(&Understood, Vec<&Signal>)> {
+        let log = self.logs.iter().filter(|l| l.log.is_some()).max_by_key(|l| l.commands.len())?;
+        let alike = self.logs.iter().filter(|l| drives::headers(l) == drives::headers(log));
+        Some((log, alike.flat_map(drives::signals).collect()))
+    }
+
+    /// The thrusters of a vehicle, with neutral and span where the log has pulses and the vehicle file does not say them.
+    fn with_pulses(&self, text: &str) -> String {
+        let Some((log, signals)) = self.commands() else { return text.to_string() };
+        if log.kind != Some(Kind::Pulse) || signals.is_empty() {
+            return text.to_string();
+        }
+        let (neutral, span, why) = self.pulses(&signals);
+        let thrusters = geometry::read(text);
+        with_thruster_lines(text, |k| {
+            let says = |of: fn(&Thruster) -> Option<f64>| thrusters.get(k).is_none_or(|t| of(t).is_some());
+            let mut lines = String::new();
+            if !says(|t| t.neutral) {
+                let _ = writeln!(lines, "# guessed: the vehicle file says no neutral: {why}\nneutral = {neutral:?}");
+            }
+            if !says(|t| t.span) {
+                let _ = writeln!(lines, "# guessed: the vehicle file says no span: {why}\nspan = {span:?}");
+            }
+            lines
+        })
+    }
+
     /// Neutral and span of the pulses, with the reason: what the autopilot says, else what the values show.
     fn pulses(&self, signals: &[&Signal]) -> (f64, f64, String) {
         let (neutral, span, why) = commands::pulses(signals);
@@ -171,7 +206,7 @@ impl Draft<'_> {
     fn chosen(&self, thrusters: &[Thruster]) -> Chosen {
         let mut words = Vec::new();
         let mut dofs = Vec::new();
-        let (mut drifting, mut undriven) = (Vec::new(), Vec::new());
+        let (mut drifting, mut undriven, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         let (mut measured_all, mut driven_all) = (Vec::new(), Vec::new());
         for dof in Dof::ALL {
             let moved = self.logs.iter().filter_map(|l| l.log.as_ref()).map(|log| motion::of(&log.signals, dof)).max();
@@ -189,17 +224,27 @@ impl Draft<'_> {
                 (Moved::Rests, _) => {
                     words.push(format!("{dof} is left out: it does not move beyond the noise of its sensor"));
                 }
-                (Moved::Unmeasured, true) => words.push(format!("{dof} is left out: no log measures it")),
+                (Moved::Unmeasured, true) => {
+                    words.push(format!("{dof} is left out: no log measures it"));
+                    // thrusters that are guessed drive degrees of freedom of which nothing is logged
+                    if self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(dof.force()))) {
+                        left_out.push(format!("{dof} (commanded, and no log measures it)"));
+                    }
+                }
                 (Moved::Unmeasured, false) => {}
             }
         }
+        let mut undrivable = |dof: Dof, words: &mut Vec<String>| {
+            words.push(format!("{dof} is left out: it moves, and no command drives it"));
+            left_out.push(format!("{dof} (it moves, and no command drives it)"));
+        };
         for dof in drifting {
             // turning at speed throws a vehicle outwards, which drags it, and its own drag tells how
             let thrown = match dof {
                 Dof::Sway => [Dof::Surge, Dof::Yaw],
                 Dof::Heave => [Dof::Surge, Dof::Pitch],
                 _ => {
-                    words.push(format!("{dof} is left out: it moves, and no command drives it"));
+                    undrivable(dof, &mut words);
                     continue;
                 }
             };
@@ -211,7 +256,7 @@ impl Draft<'_> {
                 dofs.push(dof);
                 undriven.push(dof);
             } else {
-                words.push(format!("{dof} is left out: it moves, and no command drives it"));
+                undrivable(dof, &mut words);
             }
         }
         dofs.sort_unstable();
@@ -230,7 +275,11 @@ impl Draft<'_> {
         if dofs.is_empty() {
             dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
         }
-        Chosen { dofs, words, undriven, idle }
+        // where nothing is left that can be modelled, that is said
+        if idle.is_some() {
+            left_out.clear();
+        }
+        Chosen { dofs, words, undriven, idle, left_out }
     }
 
     /// Whether a log commands `dof`.

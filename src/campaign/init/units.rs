@@ -1,5 +1,6 @@
 //! From a unit as it is written to one that the reader knows, with a factor where it knows none.
 
+use super::{meaning, words};
 use crate::log::columns::{self, Quantity};
 use crate::log::options::ColumnSource;
 
@@ -19,10 +20,71 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
     (Quantity::Position, "dbar", "m", 1e4 / 9806.65),
     (Quantity::Position, "bar", "m", 1e5 / 9806.65),
     (Quantity::Rate, "rpm", "rad/s", std::f64::consts::TAU / 60.0),
+    (Quantity::Rate, "rps", "rad/s", std::f64::consts::TAU),
+    (Quantity::Rate, "mrad/s", "rad/s", 1e-3),
     (Quantity::Rate, "deg/min", "deg/s", 1.0 / 60.0),
+    (Quantity::Angle, "mrad", "rad", 1e-3),
+    (Quantity::Position, "km", "m", 1e3),
+    // of a force no unit is a knot
+    (Quantity::Force, "kN", "N", 1e3),
+    (Quantity::Force, "kn", "N", 1e3),
+    (Quantity::Force, "mN", "N", 1e-3),
+    (Quantity::Force, "gf", "N", 9.806_65e-3),
+    (Quantity::Moment, "kN*m", "N*m", 1e3),
+    (Quantity::Moment, "mN*m", "N*m", 1e-3),
     (Quantity::Command, "%", "1", 0.01),
     (Quantity::Command, "rpm", "1", 1.0),
+    (Quantity::Command, "rps", "1", 60.0),
+    (Quantity::Command, "rad/s", "1", 60.0 / std::f64::consts::TAU),
 ];
+
+/// What is written for a unit and is none.
+const NONE: [&str; 3] = ["-", "1", "%"];
+
+/// The factor from a unit to one that the reader knows, and that one.
+fn other(quantity: Quantity, unit: &str) -> Option<(&'static str, f64)> {
+    let found = OTHERS.iter().find(|(q, name, ..)| (*q, *name) == (quantity, unit))?;
+    Some((found.2, found.3))
+}
+
+/// Whether a quantity can be read in a unit.
+pub fn is_read(quantity: Quantity, unit: &str) -> bool {
+    quantity.unit(unit).is_some() || other(quantity, unit).is_some()
+}
+
+/// Whether a word alone is a unit, of whatever is measured.
+pub fn is_unit(word: &str) -> bool {
+    use Quantity::{Angle, Command, Force, Moment, Position, Rate, Time, Velocity};
+    let all = [Time, Position, Angle, Velocity, Rate, Force, Moment, Command];
+    // a single letter is spelled as it is: `v` is a velocity, `V` a volt
+    let unit = if word.chars().count() == 1 { word.to_string() } else { words::spelled(word) };
+    let unit = unit.trim_matches(['[', ']', '(', ')']);
+    all.into_iter().any(|quantity| is_read(quantity, unit))
+}
+
+/// Turns a minute of one turn in this unit; those without a unit are turns a minute.
+pub fn turns_a_minute(unit: Option<&str>) -> f64 {
+    unit.filter(|unit| *unit != "%").and_then(|unit| other(Quantity::Command, unit)).map_or(1.0, |(_, factor)| factor)
+}
+
+/// The unit in the brackets behind a name, where none of the quantities is read in it. Words that say where a column comes
+/// from are no units, and neither is the last word of a name: `yaw_m` may be the measured one.
+pub fn unknown<'a>(quantities: &[Quantity], header: &str, unit: Option<&'a str>) -> Option<&'a str> {
+    let stated = unit.filter(|_| header.trim_end().ends_with([']', ')']))?;
+    let is_word = |word: &str| meaning::is_filler(&word.to_lowercase());
+    let is_none = NONE.contains(&stated) || !stated.chars().any(|c| c.is_alphabetic() || c == '°') || is_word(stated);
+    let known = |quantity: &Quantity| *quantity == Quantity::Time || is_read(*quantity, stated);
+    (!is_none && !quantities.is_empty() && !quantities.iter().any(known)).then_some(stated)
+}
+
+/// How to say of a column that is left out what its unit is.
+pub fn left_out(channel: &str, header: &str, unit: &str) -> String {
+    let usual = columns::quantity(channel).and_then(|q| q.units().first()).map_or("", |u| u.name);
+    format!(
+        "{header:?} would be {channel} by its name and is left out: the unit {unit:?} is not known. Write columns.{channel} = \
+         {{ name = {header:?}, unit = {usual:?}, scale = … }}, the scale being what one {unit} is in {usual}"
+    )
+}
 
 /// Where a channel stands, read in `unit`, and what there is to say of the unit.
 pub fn source(channel: &str, header: &str, unit: Option<&str>, sign: i8) -> (ColumnSource, String) {
@@ -43,9 +105,9 @@ pub fn source(channel: &str, header: &str, unit: Option<&str>, sign: i8) -> (Col
             source.unit = Some(known.name.into());
             how += &format!("; {} as the name says", known.name);
         }
-    } else if let Some((.., to, factor)) = OTHERS.iter().find(|(q, name, ..)| (*q, *name) == (quantity, unit)) {
-        source.unit = Some((*to).into());
-        source.scale = *factor;
+    } else if let Some((to, factor)) = other(quantity, unit) {
+        source.unit = Some(to.into());
+        source.scale = factor;
         how += &format!("; from {unit} by the factor {factor:.6}");
     } else if bracketed.is_none() {
         let usual = quantity.units().first().map_or("", |u| u.name);
@@ -81,7 +143,32 @@ mod tests {
         assert_eq!((km.unit.as_deref(), km.scale), (Some("m/s"), 1.0 / 3.6));
         assert_eq!(source("z", "depth [m]", Some("m"), 1).0, ColumnSource::from("depth [m]"));
         assert_eq!(source("r", "gyro [counts]", Some("counts"), 1).0.unit.as_deref(), Some("rad/s"));
+        let (kilo, _) = source("tau_u", "Fx [kN]", Some("kN"), 1);
+        assert_eq!((kilo.unit.as_deref(), kilo.scale), (Some("N"), 1e3));
+        let (kilo, _) = source("tau_r", "Mz [kNm]", Some("kN*m"), 1);
+        assert_eq!((kilo.unit.as_deref(), kilo.scale), (Some("N*m"), 1e3));
+        assert_eq!(source("V1", "n1 [rps]", Some("rps"), 1).0.scale, 60.0);
         let there_and_back = as_written("psi", Some(&deg), (-9999.0_f64).to_radians());
         assert_eq!(there_and_back, "-9999");
+    }
+
+    #[test]
+    fn a_unit_that_is_stated_and_unknown_is_told_from_a_word() {
+        use Quantity::{Command, Force, Position, Time};
+        assert_eq!(unknown(&[Force], "Fx [foo]", Some("foo")), Some("foo"));
+        assert_eq!(unknown(&[Force], "Fx (foo)", Some("foo")), Some("foo"));
+        for (quantity, header, unit) in [
+            (Force, "Fx [kN]", "kN"),
+            (Force, "Fx [-]", "-"),
+            (Force, "Fx [%]", "%"),
+            (Position, "pos_n", "N"),
+            (Position, "x [ekf]", "ekf"),
+            (Command, "cmd [-1..1]", "-1..1"),
+            (Time, "t [ticks]", "ticks"),
+        ] {
+            assert_eq!(unknown(&[quantity], header, Some(unit)), None, "{header}");
+        }
+        let told = left_out("tau_u", "Fx [foo]", "foo");
+        assert!(told.contains("columns.tau_u = { name = \"Fx [foo]\", unit = \"N\", scale = … }"), "{told}");
     }
 }

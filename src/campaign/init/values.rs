@@ -12,6 +12,11 @@ use crate::log::{LogFile, check};
 use crate::navigation::unwrap;
 use crate::run::Signal;
 
+/// Steps over which a turn is held against its rate, s.
+const STEP: f64 = 0.5;
+/// A rate in rad/s that no vehicle turns at.
+const TOO_FAST: f64 = 6.0;
+
 /// Settles units and signs by the values.
 pub fn settle(this: &mut Understood) {
     let Some(log) = this.log.clone() else { return };
@@ -20,6 +25,54 @@ pub fn settle(this: &mut Understood) {
     angles(this, &log, &open);
     rates(this, &log, &open, &given);
     depth(this, &log, &given);
+}
+
+/// Rows that the turn of a log by a counter is looked at over: long enough for a heading to show it.
+const ROWS: [f64; 3] = [10.0, 50.0, 200.0];
+/// How near a rate has to be to a whole number of hertz to be that.
+const WHOLE: f64 = 0.02;
+
+/// Where the time is a counter of rows: how much time one takes, by the heading and the yaw rate; whether it is found.
+///
+/// ```text
+/// dt = Σ Δψ ∫r / Σ (∫r)²        over rows in place of seconds
+/// ```
+pub fn counter(this: &mut Understood) -> bool {
+    let Some(log) = this.log.clone().filter(|_| !this.given.columns.contains_key("t")) else { return false };
+    let Some(source) = this.options.columns.get("t").cloned() else { return false };
+    let said = this.options.time_unit.is_some() || this.options.time_format.is_some();
+    if said || !check::time::is_counter(&source.name, &log.time) {
+        return false;
+    }
+    let reason = this.reasons.get("columns.t").cloned().unwrap_or_default();
+    let counts = format!("{reason}; it counts rows");
+    let Some(step) = row(this, &log) else {
+        let text = format!(
+            "{counts}, and nothing tells their rate: a row a second is taken, which is hardly right. Write the time of a row, \
+             for 10 Hz columns.t = {{ name = {:?}, scale = 0.1 }}",
+            source.name
+        );
+        this.guess("columns.t", text);
+        return false;
+    };
+    let (rate, whole) = (1.0 / step, (1.0 / step).round());
+    let is_whole = whole >= 1.0 && (rate / whole - 1.0).abs() < WHOLE;
+    let rate = if is_whole { whole } else { format!("{rate:.2e}").parse().unwrap_or(rate) };
+    this.options.columns.insert("t".into(), ColumnSource { scale: 1.0 / rate, ..source });
+    this.guess("columns.t", format!("{counts}, {rate} a second: psi turns {step:.4} of the sum of r over the rows"));
+    true
+}
+
+/// How much time a row takes, s; `None` where heading and yaw rate do not tell.
+fn row(this: &mut Understood, log: &LogFile) -> Option<f64> {
+    let open = |channel: &str, this: &Understood| unit_is_open(channel, this);
+    angles(this, log, &open);
+    let (psi, r) = (log.signals.get("psi")?, log.signals.get("r")?);
+    let turn = std::f64::consts::PI / 180.0;
+    let degrees = this.options.columns.get("psi").is_some_and(|s| s.unit.as_deref() == Some("deg"));
+    let of_psi = if degrees && !reads_degrees(log, "psi") { turn } else { 1.0 };
+    let of_r = if unit_is_open("r", this) && most(r) > TOO_FAST { turn } else { 1.0 };
+    ROWS.into_iter().find_map(|rows| ratio(psi, r, of_psi, rows)).map(|k| k.abs() / of_r)
 }
 
 /// Whether neither somebody nor the header says the unit of a channel, and none was found.
@@ -107,7 +160,7 @@ fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOption
         let degrees = this.options.columns.get(angle).is_some_and(|s| s.unit.as_deref() == Some("deg"));
         // the log was read before the angle's unit was known
         let before = if degrees && !reads_degrees(log, angle) { std::f64::consts::PI / 180.0 } else { 1.0 };
-        let related = log.signals.get(angle).and_then(|a| ratio(a, signal, before));
+        let related = log.signals.get(angle).and_then(|a| ratio(a, signal, before, STEP));
         match related {
             Some(k) if (1.0 / 75.0..1.0 / 45.0).contains(&k.abs()) && open(rate, this) => {
                 set(this, rate, "deg/s", &format!("the turn of {angle} is {:.3} of its integral", k.abs()));
@@ -115,7 +168,7 @@ fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOption
             Some(k) if (45.0..75.0).contains(&k.abs()) && open(angle, this) => {
                 set(this, angle, "deg", &format!("it turns {:.1} times the integral of {rate}", k.abs()));
             }
-            None if open(rate, this) && most(signal) > 6.0 => {
+            None if open(rate, this) && most(signal) > TOO_FAST => {
                 set(this, rate, "deg/s", &format!("it goes to {:.0}, which in rad/s no vehicle does", most(signal)));
             }
             _ => {}
@@ -136,20 +189,19 @@ fn reads_degrees(log: &LogFile, angle: &str) -> bool {
     log.signals.get(angle).is_some_and(|s| most(s) < 10.0)
 }
 
-/// Σ Δψ ∫r / Σ (∫r)² over steps of half a second, where both move and agree.
-fn ratio(angle: &Signal, rate: &Signal, factor: f64) -> Option<f64> {
-    const STEP: f64 = 0.5;
+/// Σ Δψ ∫r / Σ (∫r)² over steps of time, where both move and agree.
+fn ratio(angle: &Signal, rate: &Signal, factor: f64, step: f64) -> Option<f64> {
     let radians: Vec<f64> = angle.values().iter().map(|x| x * factor).collect();
     let unwrapped = Signal::new(angle.shared_time().clone(), unwrap(&radians));
     let (from, to) = (rate.time().first()?.max(*angle.time().first()?), rate.time().last()?.min(*angle.time().last()?));
-    let steps = ((to - from) / STEP) as usize;
+    let steps = ((to - from) / step) as usize;
     let mut integral = vec![0.0];
     for w in 1..rate.len() {
         let dt = rate.time()[w] - rate.time()[w - 1];
         integral.push(integral[w - 1] + 0.5 * dt * (rate.values()[w] + rate.values()[w - 1]));
     }
     let turned = Signal::new(rate.shared_time().clone(), integral);
-    let change = |s: &Signal, k: usize| s.at(from + STEP * (k + 1) as f64) - s.at(from + STEP * k as f64);
+    let change = |s: &Signal, k: usize| s.at(from + step * (k + 1) as f64) - s.at(from + step * k as f64);
     let pairs: Vec<(f64, f64)> = (0..steps).map(|k| (change(&unwrapped, k), change(&turned, k))).collect();
     let sum = |f: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(f).sum::<f64>();
     let (xy, xx, yy) = (sum(&|p| p.0 * p.1), sum(&|p| p.1 * p.1), sum(&|p| p.0 * p.0));

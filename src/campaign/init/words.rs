@@ -16,6 +16,10 @@ const TRAILING: &[(&[&str], &str)] = &[
     (&["rad", "per", "s"], "rad/s"),
     (&["deg", "per", "s"], "deg/s"),
     (&["m", "per", "s"], "m/s"),
+    (&["deg", "per", "min"], "deg/min"),
+    (&["k", "n", "m"], "kN*m"),
+    (&["k", "n"], "kN"),
+    (&["m", "n"], "mN"),
     (&["rad", "s"], "rad/s"),
     (&["deg", "s"], "deg/s"),
     (&["mm", "s"], "mm/s"),
@@ -40,9 +44,13 @@ const TRAILING: &[(&[&str], &str)] = &[
     (&["percent"], "%"),
     (&["pct"], "%"),
     (&["rpm"], "rpm"),
+    (&["rps"], "rps"),
     (&["volts"], "V"),
     (&["newton"], "N"),
     (&["nm"], "N*m"),
+    (&["knm"], "kN*m"),
+    (&["kgf"], "kgf"),
+    (&["lbf"], "lbf"),
     (&["usec"], "us"),
     (&["msec"], "ms"),
     (&["sec"], "s"),
@@ -65,6 +73,10 @@ const TRAILING: &[(&[&str], &str)] = &[
     (&["s"], "s"),
 ];
 
+/// Words after which a last letter is a direction or a symbol: `pos_n` is north, `tau_N` a moment.
+const SYMBOLS: &[(&str, &str)] =
+    &[("pos", "n"), ("position", "n"), ("vel", "n"), ("velocity", "n"), ("v", "n"), ("tau", "n"), ("tau", "m")];
+
 /// Takes a header apart.
 pub fn of(header: &str) -> Words {
     let (name, bracketed) = split_header(header);
@@ -76,6 +88,11 @@ pub fn of(header: &str) -> Words {
     };
     let mut words = split(name);
     let unit = unit.filter(|u| !u.is_empty()).map(spelled).or_else(|| {
+        if let [.., before, last] = &words[..]
+            && SYMBOLS.contains(&(before.as_str(), last.as_str()))
+        {
+            return None;
+        }
         let found = TRAILING.iter().find(|(last, _)| words.len() > last.len() && ends(&words, last))?;
         words.truncate(words.len() - found.0.len());
         Some(found.1.to_string())
@@ -88,7 +105,7 @@ fn ends(words: &[String], last: &[&str]) -> bool {
 }
 
 /// A unit in the spelling of the reader.
-fn spelled(unit: &str) -> String {
+pub fn spelled(unit: &str) -> String {
     let plain: String = unit.chars().filter(|c| !c.is_whitespace()).collect();
     let small = plain.to_lowercase();
     let known = match small.as_str() {
@@ -96,6 +113,7 @@ fn spelled(unit: &str) -> String {
         "radians" | "radian" => "rad",
         "°/s" | "deg/sec" | "dps" | "degs" | "deg*s-1" => "deg/s",
         "rad/sec" | "rads" | "rad*s-1" => "rad/s",
+        "°/min" => "deg/min",
         "m/sec" | "mps" | "m*s-1" | "ms-1" => "m/s",
         "km/hr" | "kmh" | "kph" => "km/h",
         "knots" | "kts" | "knot" => "kn",
@@ -113,8 +131,13 @@ fn spelled(unit: &str) -> String {
         "bar" | "mbar" | "dbar" => return small,
         "n" | "newton" => "N",
         "nm" | "n*m" | "n.m" | "n·m" => "N*m",
+        "knm" | "kn*m" | "kn.m" | "kn·m" => "kN*m",
+        // mega begins with another letter
+        "mnm" | "mn*m" | "mn.m" | "mn·m" if plain.starts_with('m') => "mN*m",
+        "norm" | "normalized" | "normalised" => "1",
         "metre" | "meter" | "metres" | "meters" => "m",
-        "rev/min" | "1/min" => "rpm",
+        "rpm" | "rev/min" | "1/min" => "rpm",
+        "rps" | "rev/s" | "rev/sec" => "rps",
         _ => return plain,
     };
     known.to_string()
@@ -159,6 +182,15 @@ mod tests {
             ("time_s", "time", Some("s")),
             ("depth_m", "depth", Some("m")),
             ("s", "s", None),
+            ("tau_N", "tau n", None),
+            ("tauN", "tau n", None),
+            ("tau_m", "tau m", None),
+            ("pos_n", "pos n", None),
+            ("x_pos_m", "x pos", Some("m")),
+            ("tau_u_kN", "tau u", Some("kN")),
+            ("Mz [kNm]", "mz", Some("kN*m")),
+            ("Mz [kN*m]", "mz", Some("kN*m")),
+            ("n1 [rev/s]", "n 1", Some("rps")),
             ("field.twist.twist.linear.x", "field twist twist linear x", None),
         ] {
             let found = of(header);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::codes;
+use super::super::columns;
 use super::super::number::short;
 use super::statistics::median;
 use super::{Seen, is_measured};
@@ -123,6 +124,35 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
     seen
 }
 
+/// Names of what counts rows.
+const COUNTERS: [&str; 8] = ["index", "idx", "sample", "row", "frame", "record", "count", "seq"];
+
+/// Whether a column is called as a counter of rows is.
+pub fn is_called_counter(header: &str) -> bool {
+    let name = columns::split_header(header).0.to_lowercase();
+    COUNTERS.iter().any(|word| name.contains(word)) && !["time", "stamp"].iter().any(|word| name.contains(word))
+}
+
+/// Whether a time column is a counter of rows: by its name, and as its stamps are whole numbers one apart.
+pub fn is_counter(header: &str, time: &[f64]) -> bool {
+    let steps = || time.windows(2).map(|w| w[1] - w[0]);
+    is_called_counter(header)
+        && time.len() > 2
+        && steps().all(|step| step.fract() == 0.0)
+        && usual_step(time).is_some_and(|step| (step - 1.0).abs() < f64::EPSILON)
+}
+
+/// A counter of rows that is read as seconds.
+pub fn check_counter(header: &str, time: &[f64]) -> Option<Seen> {
+    let text = || {
+        format!(
+            "t is read from {header:?}, which counts rows: a row a second is hardly their rate. Set columns.t = {{ name = \
+             {header:?}, scale = … }}, the time of a row, s (0.1 for 10 Hz), or unit = \"s\" where it is a second"
+        )
+    };
+    is_counter(header, time).then(|| Seen::new(codes::TIME_UNIT, &["t"], None, text()))
+}
+
 /// Both checks of the rows.
 pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let mut seen = Vec::new();
@@ -221,6 +251,20 @@ mod tests {
         let both = silences(&signals((5.0, 7.0), (5.5, 7.5)));
         assert!(matches!(both[..], [end] if (end - 7.0).abs() < 1e-9), "{both:?}");
         assert!(silences(&signals((5.0, 7.0), (8.0, 9.0))).is_empty());
+    }
+
+    #[test]
+    fn a_counter_of_rows_is_told_from_seconds() {
+        let counted: Vec<f64> = (7..40).map(f64::from).collect();
+        for header in ["index", "Sample", "frame_id", "Row [-]", "sampleIdx"] {
+            assert!(is_counter(header, &counted), "{header}");
+        }
+        assert!(!is_counter("time", &counted) && !is_counter("sample_time", &counted));
+        let tenths: Vec<f64> = counted.iter().map(|t| 0.1 * t).collect();
+        assert!(!is_counter("index", &tenths));
+        let seen = check_counter("index", &counted).unwrap();
+        assert!(seen.code == codes::TIME_UNIT && seen.text.contains("scale = "), "{seen:?}");
+        assert_eq!(check_counter("index", &tenths), None);
     }
 
     #[test]
