@@ -234,7 +234,7 @@ fn bare(words: &[String]) -> String {
     let mut after_source = false;
     for word in words.iter().map(String::as_str) {
         let source = is_filler(word);
-        if !source && !(after_source && is_number(word)) {
+        if !(source || after_source && is_number(word)) {
             kept.push(word);
         }
         after_source = source;
