@@ -8,7 +8,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`.
+/// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`. An exponent beyond 127 stays there: a formula that goes
+/// so far has a unit that is none of the known ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dimension {
     /// Exponent of the kilogram.
@@ -44,17 +45,17 @@ impl Dimension {
 
     /// Dimension of a product.
     pub const fn times(self, other: Dimension) -> Dimension {
-        Dimension::new(self.kg + other.kg, self.m + other.m, self.s + other.s)
+        Dimension::new(self.kg.saturating_add(other.kg), self.m.saturating_add(other.m), self.s.saturating_add(other.s))
     }
 
     /// Dimension of a quotient.
     pub const fn over(self, other: Dimension) -> Dimension {
-        Dimension::new(self.kg - other.kg, self.m - other.m, self.s - other.s)
+        Dimension::new(self.kg.saturating_sub(other.kg), self.m.saturating_sub(other.m), self.s.saturating_sub(other.s))
     }
 
     /// Dimension of an integer power.
     pub const fn power(self, n: i8) -> Dimension {
-        Dimension::new(self.kg * n, self.m * n, self.s * n)
+        Dimension::new(self.kg.saturating_mul(n), self.m.saturating_mul(n), self.s.saturating_mul(n))
     }
 }
 
@@ -70,8 +71,12 @@ impl fmt::Display for Dimension {
         let part = |sign: i8| -> Vec<String> {
             [("kg", self.kg), ("m", self.m), ("s", self.s)]
                 .into_iter()
-                .filter(|(_, n)| n * sign > 0)
-                .map(|(name, n)| if n.abs() == 1 { name.to_string() } else { format!("{name}{}", n.abs()) })
+                .filter(|(_, n)| n.signum() == sign)
+                .map(
+                    |(name, n)| {
+                        if n.unsigned_abs() == 1 { name.to_string() } else { format!("{name}{}", n.unsigned_abs()) }
+                    },
+                )
                 .collect()
         };
         let (above, below) = (part(1), part(-1));
@@ -165,6 +170,15 @@ impl<'de> Deserialize<'de> for Dimension {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// `((u^15)^15)` of a user's formula.
+    #[test]
+    fn a_power_of_a_power_has_a_unit_that_is_none() {
+        let beyond = Dimension::VELOCITY.power(15).power(15);
+        assert_eq!((beyond, beyond.to_string().as_str()), (Dimension::new(0, 127, -128), "m127/s128"));
+        assert_eq!(beyond.times(beyond), beyond);
+        assert_ne!(beyond.over(Dimension::VELOCITY), Dimension::VELOCITY);
+    }
 
     #[test]
     fn law_a_printed_unit_reads_back() {
