@@ -234,7 +234,7 @@ def _rest(run: Run, thruster: int, trim: float | None) -> float | None:
 def _tables(path: Path) -> tuple[dict[str, bytes], list[str]]:
     """Columns of a plain table as CSV under their own names, and what was left out; a group with its own clock is one.
 
-    ``dvl/t, dvl/u, imu/t, imu/r`` become two; columns without a group of their own are those of the usual length.
+    ``dvl/t, dvl/u, imu/t, imu/r`` become two, of ``t, u`` and ``t, r``; columns without a group of their own are those of the usual length.
     """
     timed: Mapping[str, Any] = {"columns": {"_": {"name": "_", "time": "_"}}}
     source, _ = open_source(path, ColumnMap.of(timed))
@@ -246,8 +246,11 @@ def _tables(path: Path) -> tuple[dict[str, bytes], list[str]]:
     clocks = {name.rpartition("/")[0] for name in fields if _is_clock(name)} - {""}
     groups: dict[str, dict[str, NDArray[Any]]] = {}
     for name, values in fields.items():
-        group = name.rpartition("/")[0]
-        groups.setdefault(group if group in clocks else "", {})[name] = values
+        group, _, own = name.rpartition("/")
+        if group in clocks:
+            groups.setdefault(group, {})[own] = values
+        else:
+            groups.setdefault("", {})[name] = values
     if len(stream.stamps) > 0:
         # the column `t` is the time of a plain table, and no field of it
         seconds = np.asarray(stream.stamps, dtype=np.float64) / stream.per_second
