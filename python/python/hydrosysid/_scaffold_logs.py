@@ -234,7 +234,8 @@ def _rest(run: Run, thruster: int, trim: float | None) -> float | None:
 def _tables(path: Path) -> tuple[dict[str, bytes], list[str]]:
     """Columns of a plain table as CSV under their own names, and what was left out; a group with its own clock is one.
 
-    ``dvl/t, dvl/u, imu/t, imu/r`` become two, of ``t, u`` and ``t, r``; columns without a group of their own are those of the usual length.
+    ``dvl/t, dvl/u, imu/t, imu/r`` become two, of ``t, u`` and ``t, r``; columns without a group of their own are those
+    of the usual length.
     """
     timed: Mapping[str, Any] = {"columns": {"_": {"name": "_", "time": "_"}}}
     source, _ = open_source(path, ColumnMap.of(timed))
