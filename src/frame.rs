@@ -2,7 +2,8 @@
 //!
 //! Body axes are forward, starboard, down; earth axes are north, east, down (SNAME 1950, Fossen 2011).
 //! The velocity ν = (u, v, w, p, q, r) is in body axes, the position η = (x, y, z, φ, θ, ψ) in earth axes, with
-//! roll φ, pitch θ and yaw ψ the z-y-x Euler angles: `R(φ, θ, ψ)` turns a vector from body to earth axes, v_earth = R v_body.
+//! roll φ, pitch θ and yaw ψ the z-y-x Euler angles: `R(φ, θ, ψ)` turns a vector from body to earth axes,
+//! v_earth = R v_body.
 
 use std::sync::Arc;
 

@@ -8,8 +8,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`. An exponent beyond 127 stays there: a formula that goes
-/// so far has a unit that is none of the known ones.
+/// Exponents of kg, m and s: `X_u|u|` in kg/m is `Dimension::new(1, -1, 0)`. An exponent beyond 127 stays there: a formula
+/// that goes so far has a unit that is none of the known ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dimension {
     /// Exponent of the kilogram.

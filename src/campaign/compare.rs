@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::error::Error;
-use super::load::{Campaign, moves};
+use super::load::Campaign;
 use super::noise::Noise;
 use super::prediction::foretold;
 use crate::compare::{self, CompareOptions, Disagreement};
@@ -39,7 +39,7 @@ pub(super) fn options(campaign: &Campaign) -> CompareOptions {
 
 /// The runs of free motion, and the model with its values in those.
 fn of_motion(campaign: &Campaign, model: &Model) -> (Model, Vec<Run>) {
-    let kept: Vec<usize> = (0..campaign.runs.len()).filter(|k| moves(campaign.runs[*k].kind)).collect();
+    let kept = campaign.motion_numbers(None);
     let runs = campaign.motion(None);
     let mut model = model.clone();
     for p in model.parameters.iter_mut().filter(|p| p.per_run.len() == campaign.runs.len()) {

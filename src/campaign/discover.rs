@@ -85,8 +85,8 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         found.warnings.push(Finding::new(&codes::FAMILIES, text));
     }
     let train: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
-    let steps = found.steps.last().map(|step| &step.fit);
-    let lines = steps.is_some_and(|fit| steps_as_lines::refuted(&campaign.findings, fit, &train, &fitting));
+    let last = found.steps.last().map(|step| &step.fit);
+    let lines = last.is_some_and(|fit| steps_as_lines::refuted(&campaign.findings, fit, &train, &fitting));
     let unsaid = |code: &str| code == codes::NO_VALIDATION.code || lines && code == codes::STEPS_AS_LINES.code;
     let told = campaign.findings.iter().filter(|f| !unsaid(f.code)).cloned();
     let told: Vec<Finding> = told.chain(campaign.brought.iter().cloned()).collect();

@@ -175,8 +175,7 @@ fn of_stages(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<
 /// One fit a training run.
 fn of_fits(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<(OwnModel, Model)> {
     let training = campaign.motion(Some(Role::Train));
-    let number = |run: &Run| campaign.runs.iter().position(|own| own.name == run.name).unwrap_or(0);
-    let moving: Vec<(usize, &Run)> = training.iter().map(|run| (number(run), run)).collect();
+    let moving: Vec<(usize, &Run)> = campaign.motion_numbers(Some(Role::Train)).into_iter().zip(&training).collect();
     let moving = longest(moving, |(_, run)| duration(run), |(_, run)| run.name.clone(), left_out);
     let count = Count::begun("fitting each run alone", moving.len());
     let fitting = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };

@@ -155,9 +155,14 @@ impl Campaign {
     /// Runs of free motion, all or of one role: what output error and simulation work on. Where the thrust of the model comes
     /// late, sensors are not asked while commands of before the log may act.
     pub fn motion(&self, role: Option<Role>) -> Vec<Run> {
-        let of_role = |r: &&Run| moves(r.kind) && role.is_none_or(|role| r.role == role);
-        let runs = self.runs.iter().filter(of_role).cloned().collect();
+        let runs = self.motion_numbers(role).into_iter().map(|k| self.runs[k].clone()).collect();
         if lead_in::is_late(&self.model) { lead_in::settled(runs, &self.model) } else { runs }
+    }
+
+    /// Which of the runs those of [`Campaign::motion`] are, in its order.
+    pub(super) fn motion_numbers(&self, role: Option<Role>) -> Vec<usize> {
+        let of_role = |r: &Run| moves(r.kind) && role.is_none_or(|role| r.role == role);
+        (0..self.runs.len()).filter(|k| of_role(&self.runs[*k])).collect()
     }
 
     /// The runs with nominal instead of acting forces, for procedures that apply efficiencies themselves.

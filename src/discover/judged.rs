@@ -1,7 +1,8 @@
 //! Step 7: how the fits of the search predict the runs that took no part, and where the last one fails.
 //!
 //! ```text
-//! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white;      σ_F ≤ 10 rms τ;      σ_F ≤ 0.2 rms τ or T ≤ 10 s
+//! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white
+//! σ_F ≤ 10 rms τ,  and σ_F ≤ 0.2 rms τ where T > 10 s                                   σ_F, T: random force, τ: commands
 //! ```
 //!
 //! A run that took no part may go where no run of the fit went: astern, faster. What fails on such runs alone is missing all
@@ -66,15 +67,10 @@ impl Judged {
                 beyond = strange.concat();
             }
         }
-        for (dof, times) in overwhelmed(&fit.noise.forces, task.train) {
+        let forces = &fit.noise.forces;
+        for (dof, times) in overwhelmed(forces, task.train).into_iter().chain(lasting(forces, task.train)) {
             if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
                 failing_in.push((dof.velocity().to_string(), times));
-                beyond.clear();
-            }
-        }
-        for (dof, _) in lasting(&fit.noise.forces, task.train) {
-            if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
-                failing_in.push((dof.velocity().to_string(), 1.0));
                 beyond.clear();
             }
         }

@@ -76,8 +76,11 @@ fn rule(
 
 /// Parameters that `after` has beyond those of `before`.
 fn brought<'a>(before: &Model, after: &'a Model) -> Vec<&'a Parameter> {
-    let known = |p: &&Parameter| before.parameters.iter().all(|q| q.term != p.term || q.spec.name != p.spec.name);
-    after.parameters.iter().filter(known).collect()
+    after.parameters.iter().filter(|p| is_new(before, p)).collect()
+}
+
+fn is_new(before: &Model, parameter: &Parameter) -> bool {
+    before.parameters.iter().all(|p| p.term != parameter.term || p.spec.name != parameter.spec.name)
 }
 
 /// Whether all that `after` has beyond `before` is within three deviations of nothing.
@@ -98,21 +101,14 @@ pub(super) fn is_nothing(before: &Model, after: &Model) -> bool {
 /// compass and its constant part, of which runs without a position show the sum.
 fn are_together_something(before: &Model, fit: &FilterErrorFit) -> bool {
     let unknowns = &fit.filtered.problem.unknowns;
-    let known = |p: &Parameter| before.parameters.iter().any(|q| q.term == p.term && q.spec.name == p.spec.name);
-    let at: Vec<usize> = (0..unknowns.len())
-        .filter(|k| {
-            let p = &fit.model.parameters[unknowns[*k].parameter];
-            unknowns[*k].run.is_none() && p.spec.is_linear() && !known(p)
-        })
-        .collect();
+    let of = |k: usize| &fit.model.parameters[unknowns[k].parameter];
+    let is_strength = |k: &usize| unknowns[*k].run.is_none() && of(*k).spec.is_linear() && is_new(before, of(*k));
+    let at: Vec<usize> = (0..unknowns.len()).filter(is_strength).collect();
     if at.len() < 2 {
         return false;
     }
     let covariance = DMatrix::from_fn(at.len(), at.len(), |i, j| fit.covariance[at[i] * unknowns.len() + at[j]]);
-    let off = DVector::from_fn(at.len(), |i, _| {
-        let p = &fit.model.parameters[unknowns[at[i]].parameter];
-        p.value - p.spec.neutral
-    });
+    let off = DVector::from_fn(at.len(), |i, _| of(at[i]).value - of(at[i]).spec.neutral);
     let Some(factor) = covariance.cholesky() else { return false };
     log_survival(off.dot(&factor.solve(&off)), at.len()) < log_survival(BEYOND * BEYOND, 1)
 }

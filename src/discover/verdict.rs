@@ -57,17 +57,25 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
 /// Degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many times that of
 /// the command it is.
 pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
-    let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
-    let beyond = |f: &RandomForce| Some((f.dof, ratio(f).filter(|r| *r > RandomForce::OVERWHELMING)?));
-    forces.iter().filter_map(beyond).collect()
+    beside_commands(forces, runs, |_, times| times > RandomForce::OVERWHELMING)
 }
 
 /// Degrees of freedom in which a random force stays for tens of seconds and is a good part of the commands' (root mean square
 /// over theirs): a tether, a tide, a payload, and no turbulence.
 pub(super) fn lasting(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
-    let ratio = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
-    let lasts = |f: &RandomForce| Some((f.dof, ratio(f).filter(|r| is_slow(f) && *r > MUCH)?));
-    forces.iter().filter_map(lasts).collect()
+    beside_commands(forces, runs, |force, times| is_slow(force) && times > MUCH)
+}
+
+/// Forces in degrees of freedom that are commanded, with how many times the command's root mean square they are, those that
+/// are too much of it.
+fn beside_commands(
+    forces: &[RandomForce],
+    runs: &[Run],
+    is_too_much: impl Fn(&RandomForce, f64) -> bool,
+) -> Vec<(Dof, f64)> {
+    let times = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
+    let found = |force: &RandomForce| Some((force.dof, times(force).filter(|times| is_too_much(force, *times))?));
+    forces.iter().filter_map(found).collect()
 }
 
 /// What there is to say where nothing can be named for `overwhelmed`.

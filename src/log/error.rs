@@ -1,7 +1,7 @@
 //! Why a log was not read.
 
 use super::faults::Faults;
-use super::options::OptionsError;
+use super::valid_options::OptionsError;
 use crate::finding::Finding;
 
 /// Why a log was not read.

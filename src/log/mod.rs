@@ -26,14 +26,16 @@ mod pieces;
 mod read;
 pub mod records;
 pub mod rows;
+mod valid_options;
 mod write;
 
 pub use error::LogError;
 pub use fast_rows::Row;
-pub use options::{LogOptions, OptionsError};
+pub use options::LogOptions;
 pub use pieces::{Piece, Pieces};
 pub use read::{LogFile, read, read_from};
 pub use rows::{Passage, Rows};
+pub use valid_options::OptionsError;
 pub use write::{WriteError, write, write_log, write_signals, write_to, write_wall_clock};
 
 use crate::frame::Dof;

@@ -137,9 +137,9 @@ def _init(typed: argparse.Namespace) -> int:
             print(f"warning: {warning}", file=sys.stderr)
         _refuse(len(warnings) if typed.strict else 0)
 
-    figures = {figure: getattr(typed, figure) for figure in FIGURES}
-    about = {"vehicle": typed.vehicle, "name": typed.name, "force": typed.force} | figures | options
-    text = scaffold(typed.logs, typed.output, told, **about)
+    about = (typed.name, tuple(getattr(typed, figure) for figure in FIGURES), typed.vehicle)
+    msg = options.pop("msg", ())
+    text = scaffold(typed.logs, typed.output, about, options, msg=msg, force=typed.force, told=told)
     file, guesses = campaign_file(typed.output), text.count("# guessed:")
     result = json.dumps({"format": 1, "file": str(file), "campaign": text, "guesses": guesses}, indent=2)
     if json_file is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -52,29 +52,25 @@ def init(
     Raises:
         UsageError: no such vehicle or log, a log of another format without `output`, or a campaign that is there.
     """
-    about = {"vehicle": vehicle, "name": name, "force": force, "msg": msg} | log
-    return scaffold(
-        logs, output, None, mass=mass, volume=volume, weight=weight, buoyancy=buoyancy, length=length, **about
-    )
+    figures = (mass, volume, weight, buoyancy, length)
+    return scaffold(logs, output, (name, figures, vehicle), log, msg=msg, force=force)
 
 
 def scaffold(
     logs: Iterable[str | PathLike[str]],
     output: str | PathLike[str] | None,
-    told: Callable[[list[str]], None] | None,
+    about: tuple[str, tuple[float | None, ...], str | PathLike[str] | None],
+    log: Mapping[str, Any],
     *,
-    vehicle: str | PathLike[str] | None = None,
-    name: str = "",
-    mass: float | None = None,
-    volume: float | None = None,
-    weight: float | None = None,
-    buoyancy: float | None = None,
-    length: float | None = None,
-    force: bool = False,
-    msg: Iterable[str | PathLike[str]] = (),
-    **log: Any,
+    msg: Iterable[str | PathLike[str]],
+    force: bool,
+    told: Callable[[list[str]], None] | None = None,
 ) -> str:
-    """As `init`; `told` hears the warnings before the campaign is written, and what it raises leaves it unwritten."""
+    """As `init`; `about` is the vehicle's name, its figures and the one that it is.
+
+    `told` hears the warnings before the campaign is written, and what it raises leaves it unwritten.
+    """
+    name, figures, vehicle = about
     file = None if output is None else campaign_file(Path(output))
     folder = Path() if file is None else may_write(file, force).parent
     if file is not None:
@@ -89,7 +85,6 @@ def scaffold(
     shown = []
     for path in given:
         shown += found.convert(path) if is_known(path) else [_beside(path, folder, file is not None)]
-    figures = (mass, volume, weight, buoyancy, length)
     chosen = None if vehicle is None else str(vehicle)
     options, learned = json.dumps(found.left()), json.dumps(found.learned())
     text, companions, warnings = _native.init_campaign(shown, name, figures, chosen, options, learned)

@@ -8,8 +8,9 @@
 //!
 //! The likelihood makes the noise too small by what the parameters took of it, as a regression does that divides by n and not
 //! by n − p; and half a minute holds some thirty independent samples of a force with a correlation time of a second: its rms is
-//! known to a fifth, its correlation time to a factor of two. Patterson and Thompson, *Biometrika* 58 (1971) 545-554; Kenward and Roger, *Biometrics*
-//! 53 (1997) 983-997; the differences are the sigma points of Julier and Uhlmann, *Proc. IEEE* 92 (2004) 401-422.
+//! known to a fifth, its correlation time to a factor of two. Patterson and Thompson, *Biometrika* 58 (1971) 545-554; Kenward and
+//! Roger, *Biometrics* 53 (1997) 983-997; the differences are the sigma points of Julier and Uhlmann, *Proc. IEEE* 92 (2004)
+//! 401-422.
 
 use nalgebra::DMatrix;
 
