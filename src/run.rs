@@ -22,9 +22,15 @@ pub fn thruster_of(channel: &str, letter: &str) -> Option<usize> {
     number.parse().ok()
 }
 
-/// Whether a channel holds what was commanded: a force `tau_u`, a command `V3`, a thruster's force `F3`, `acting_F3`. Between
-/// samples it does what commands do, held or on a line.
+/// Angles of fins and turns of a propeller: what is commanded besides forces and thrusters.
+const DEFLECTIONS: [&str; 3] = ["rudder", "stern_plane", "propeller_n"];
+
+/// Whether a channel holds what was commanded: a force `tau_u`, a command `V3`, a thruster's force `F3`, `acting_F3`, the angle
+/// of a fin or the turns of a propeller. Between samples it does what commands do, held or on a line.
 pub fn is_command(channel: &str) -> bool {
+    if DEFLECTIONS.contains(&channel) {
+        return true;
+    }
     let own = channel.strip_prefix("acting_").unwrap_or(channel);
     channel.starts_with("tau_") || ["V", "F"].into_iter().any(|letter| thruster_of(own, letter).is_some())
 }
@@ -208,6 +214,16 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_commanded_is_told_from_what_is_measured() {
+        for command in ["tau_u", "V3", "F12", "acting_F3", "rudder", "stern_plane", "propeller_n"] {
+            assert!(is_command(command), "{command}");
+        }
+        for other in ["u", "psi", "V", "Vx", "F", "supply_V", "wind_speed"] {
+            assert!(!is_command(other), "{other}");
+        }
+    }
 
     #[test]
     fn span_covers_sensors_of_different_rates() {

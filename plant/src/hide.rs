@@ -307,6 +307,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "cross_drag@yaw:sway",
         "mixed_drag@sway:yaw",
         "even_drag@surge:yaw",
+        "lift_moment@yaw:sway",
         "bias@sway",
         "thrust_interaction_loss@yaw",
         "thrust_advance_loss@surge",

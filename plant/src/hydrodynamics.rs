@@ -27,6 +27,8 @@ pub struct Hydrodynamics {
     pub mixed: Matrix6<f64>,
     /// Force e_ij in proportion to the square of the motion in another direction, whichever way that goes.
     pub even: Matrix6<f64>,
+    /// Moment l_ij of the lift of the hull: in proportion to the speed ahead and the motion across.
+    pub lift: Matrix6<f64>,
     /// Cubic drag c_i.
     pub cubic: [f64; 6],
     /// Quadratic drag a_i that is more astern than ahead.
@@ -48,6 +50,7 @@ impl Hydrodynamics {
             quadratic: Matrix6::zeros(),
             mixed: Matrix6::zeros(),
             even: Matrix6::zeros(),
+            lift: Matrix6::zeros(),
             cubic: [0.0; 6],
             asymmetry: [0.0; 6],
             three_halves: [0.0; 6],
@@ -70,6 +73,7 @@ impl Hydrodynamics {
         let magnitude = nu.abs();
         let mut drag = self.linear * nu + self.quadratic * nu.component_mul(&magnitude);
         drag += (self.mixed * magnitude).component_mul(nu) + self.even * nu.component_mul(nu);
+        drag += self.lift * nu * nu[0];
         for i in 0..6 {
             let v = nu[i];
             drag[i] += self.cubic[i] * v * v * v;

@@ -27,6 +27,7 @@ pub(crate) fn slots<'s>(name: &Name<'_>, setup: &'s mut Setup) -> Option<Vec<(St
         }
         ("mixed_drag", Place::Pair(i, j)) => vec![(format!("k_|{1}|{0}", V[i], V[j]), &mut water.mixed[(i, j)])],
         ("even_drag", Place::Pair(i, j)) => vec![(format!("k_{0}{0}", V[j]), &mut water.even[(i, j)])],
+        ("lift_moment", Place::Pair(i, j)) => vec![(format!("k_lift{}", V[i]), &mut water.lift[(i, j)])],
         ("fluid_memory", Place::One(i)) => {
             let (strength, time) = &mut water.memory[i];
             vec![(format!("k_mem{}", V[i]), strength), (format!("T_mem{}", V[i]), time)]
@@ -105,6 +106,7 @@ pub(crate) fn sensible(name: &Name<'_>, vehicle: &Vehicle, size: f64, duration: 
         "linear_cross_damping" => strength(0.25 * f / speed[j]),
         "cross_drag" => strength(0.25 * f / (speed[j] * speed[j])),
         "even_drag" => strength(0.25 * f / (speed[j] * speed[j])),
+        "lift_moment" => strength(0.5 * f / (speed[0] * speed[j])),
         "mixed_drag" => strength(0.6 * f / (u * speed[j])),
         "fluid_memory" => Some(vec![size * 0.4 * f / u, 3.0]),
         "added_mass_amplitude" => strength(0.02 * m),

@@ -69,6 +69,37 @@ def test_dates_and_durations_are_time_stamps_and_nothing_else() -> None:
             make(t=lost, u=U)
 
 
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        np.array([0, 1, 400], "m8[Y]"),
+        np.array([0, 1, 2**62], "m8[M]"),
+        np.array(["2000", "2001", "2500"], "M8[s]"),
+        np.array(["1200", "2000", "2001"], "M8[D]"),
+    ],
+)
+def test_an_instant_that_nanoseconds_do_not_hold_is_refused(stamps: np.ndarray) -> None:
+    """NumPy and pandas wrap it to another."""
+    bad = 1 if stamps[0] == np.datetime64("1200") else 3
+    told = (
+        rf"t.*: the time stamp of sample {bad} is .*: a (date from 1678 to 2261|duration up to 292 years) can be read"
+    )
+    with pytest.raises(hs.DataError, match=told):
+        hs.Run(t=stamps, u=U[:3])
+    with pytest.raises(hs.DataError, match=told):
+        hs.Run.from_numpy({"t": stamps, "u": U[:3]})
+    if stamps.dtype == "M8[s]":
+        with pytest.raises(hs.DataError, match=told):
+            hs.Run.from_pandas(pd.DataFrame({"t": stamps, "u": U[:3]}))
+
+
+def test_a_run_of_more_than_292_years_is_refused() -> None:
+    with pytest.raises(hs.DataError, match="longer than the 292 years"):
+        hs.Run(t=np.array(["1700", "2200"], "M8[Y]"), u=U[:2])
+    years = np.array([0, 1, 2, 3], "m8[Y]")
+    assert hs.Run(t=years, u=U)["u"][0].tolist() == [0.0, 31556952.0, 63113904.0, 94670856.0]
+
+
 def test_a_setting_that_is_no_number_is_told_by_its_key() -> None:
     run = hs.Run(t=np.arange(50) / 10, u=np.sin(np.arange(50)), tau_u=np.cos(np.arange(50)))
 

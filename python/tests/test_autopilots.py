@@ -107,8 +107,11 @@ def test_dataflash_as_text(tmp_path: Path) -> None:
 def test_velocities_along_earth_axes_need_the_attitude(tmp_path: Path) -> None:
     path = tmp_path / "dive.BIN"
     write_dataflash(path)
-    with pytest.raises(hs.UsageError, match="missing: v, w, phi, theta, psi"):
-        hs.Run.from_dataflash(path, columns={"u": {"name": "XKF1[0]:VN", "frame": "ned"}})
+    columns = {c: {"name": f"XKF1[0]:{n}", "frame": "ned"} for c, n in (("u", "VN"), ("v", "VE"), ("w", "VD"))}
+    with pytest.raises(hs.UsageError, match="missing: phi, theta, psi"):
+        hs.Run.from_dataflash(path, columns=columns)
+    with pytest.raises(hs.UsageError, match=r"columns\.v: .* say the same frame for u, v and w"):
+        hs.Run.from_dataflash(path, columns={"u": columns["u"]})
 
 
 def test_no_dataflash_is_refused(tmp_path: Path) -> None:

@@ -1,7 +1,9 @@
 """Axes of single channels, and velocities along earth axes, alike in CSV and in every other format."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
+import h5py
 import hydrosysid as hs
 import numpy as np
 import pyarrow as pa
@@ -9,7 +11,9 @@ import pyarrow.ipc
 import pyarrow.parquet
 import pytest
 import scipy.io
+import xarray as xr
 
+FORMS = ["csv", "parquet", "arrows", "npz", "mat", "h5"]
 N = 50
 T = np.arange(N) / 10.0
 PHI, THETA, PSI = 0.1 * np.sin(T), 0.2 * np.cos(T), 2.0 + 0.5 * T
@@ -34,25 +38,29 @@ def body() -> np.ndarray:
     return np.array(turned)
 
 
-def write(folder: Path, form: str) -> Path:
+def write(folder: Path, form: str, columns: Mapping[str, np.ndarray] = TABLE) -> Path:
     path = folder / f"dive.{form}"
-    table = pa.table(TABLE)
+    table = pa.table(columns)
     if form == "csv":
-        rows = [",".join(map(repr, row)) for row in zip(*(x.tolist() for x in TABLE.values()), strict=True)]
-        path.write_text("\n".join([",".join(TABLE), *rows]) + "\n")
+        rows = [",".join(map(repr, row)) for row in zip(*(x.tolist() for x in columns.values()), strict=True)]
+        path.write_text("\n".join([",".join(columns), *rows]) + "\n")
     elif form == "parquet":
         pyarrow.parquet.write_table(table, path)
     elif form == "arrows":
         with pyarrow.ipc.new_stream(path, table.schema) as stream:
             stream.write_table(table)
     elif form == "npz":
-        np.savez(path, **TABLE)
+        np.savez(path, **columns)
+    elif form == "h5":
+        with h5py.File(path, "w") as file:
+            for name, values in columns.items():
+                file[name] = values
     else:
-        scipy.io.savemat(path, TABLE)
+        scipy.io.savemat(path, columns)
     return path
 
 
-@pytest.mark.parametrize("form", ["csv", "parquet", "arrows", "npz", "mat"])
+@pytest.mark.parametrize("form", FORMS)
 def test_velocities_along_earth_axes_become_those_of_the_body(tmp_path: Path, form: str) -> None:
     path = write(tmp_path, form)
     run = hs.convert(path, columns=COLUMNS)
@@ -61,9 +69,36 @@ def test_velocities_along_earth_axes_become_those_of_the_body(tmp_path: Path, fo
     assert any(f.code == "L214" and "sampled with it" in f.message for f in run.findings)
     with pytest.raises(hs.HydrosysidError, match="missing: psi"):
         hs.convert(path, columns={k: v for k, v in COLUMNS.items() if k != "psi"})
-    mixed = COLUMNS | {"w": {"name": "vd"}}
-    with pytest.raises(hs.UsageError, match=r"same frame for u, v and w|in one frame; u: ned, v: ned, w: none"):
-        hs.convert(path, columns=mixed)
+    without = {k: v for k, v in COLUMNS.items() if k != "w"}
+    for columns in (COLUMNS | {"w": {"name": "vd"}}, without):
+        told = r"columns\.w: velocities along earth axes are turned together: say the same frame for u, v and w"
+        with pytest.raises(hs.UsageError, match=told):
+            hs.convert(path, columns=columns)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_an_attitude_under_its_own_names_need_not_be_said(tmp_path: Path, form: str) -> None:
+    own = {"roll": "phi [deg]", "pitch": "theta", "yaw": "psi"}
+    table = {own.get(name, name): x for name, x in TABLE.items()}
+    table["phi [deg]"] = np.rad2deg(PHI)
+    velocities = {c: COLUMNS[c] for c in "uvw"}
+    run = hs.convert(write(tmp_path, form, table), columns=velocities)
+    # products of three sines and cosines, and degrees there and back
+    np.testing.assert_allclose(np.c_[run["u"][1], run["v"][1], run["w"][1]], body(), atol=1e-14)
+    np.testing.assert_array_equal(run["psi"][1], PSI)
+    with pytest.raises(hs.HydrosysidError, match="phi, theta, psi; missing: phi, theta"):
+        hs.convert(write(tmp_path, form, {k: table[k] for k in ("t", "psi", "vn", "ve", "vd")}), columns=velocities)
+
+
+def test_the_attitude_of_a_dataset_keeps_its_own_time() -> None:
+    attitude = {"phi": PHI, "theta": THETA, "psi": PSI}
+    variables = {name: ("t_dvl", x[::2]) for name, x in zip(("vn", "ve", "vd"), NED.T, strict=True)}
+    dataset = xr.Dataset(
+        variables | {name: ("t_imu", x) for name, x in attitude.items()}, coords={"t_dvl": T[::2], "t_imu": T}
+    )
+    run = hs.Run.from_xarray(dataset, columns={c: COLUMNS[c] for c in "uvw"})
+    np.testing.assert_allclose(np.c_[run["u"][1], run["v"][1], run["w"][1]], body()[::2], atol=1e-14)
+    np.testing.assert_array_equal(run["psi"], [T, PSI])
 
 
 def test_every_format_says_the_same(tmp_path: Path) -> None:

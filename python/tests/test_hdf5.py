@@ -107,6 +107,14 @@ def test_cell_arrays_of_mat(tmp_path: Path) -> None:
     np.testing.assert_array_equal(run["r"][1], GYRO)
 
 
+def test_a_number_in_brackets_is_no_unit(tmp_path: Path) -> None:
+    cells = np.empty(2, dtype=object)
+    cells[:] = [T, U]
+    scipy.io.savemat(tmp_path / "a.mat", {"data": cells})
+    run = hs.convert(tmp_path / "a.mat", columns={"t": "data[0]", "u": "data[1]"})
+    np.testing.assert_array_equal(run["u"], [T, U])
+
+
 def test_hdf5(tmp_path: Path) -> None:
     path = tmp_path / "dive.h5"
     with h5py.File(path, "w") as file:

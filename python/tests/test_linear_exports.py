@@ -140,6 +140,21 @@ def test_the_stationary_gain_is_that_of_a_filter_that_has_run_long(noisy: hs.Mod
     assert np.abs(gain).max() > 0.01
 
 
+def test_a_filter_that_nothing_keeps_awake_has_no_stationary_gain(tmp_path: Path) -> None:
+    pytest.importorskip("control")
+    text = FLOATING.read_text()
+    at = text.index("[[parameter]]")
+    quiet = "[noise]\ninnovations_white = true\n"
+    for channel, std in {**SENSORS, "psi": 0.01}.items():
+        quiet += f'[[noise.sensor]]\nchannel = "{channel}"\nstd = {std}\nrestlessness = 1.0\n'
+    made = hs.export(hs.Model(text[:at] + quiet + "\n" + text[at:]), "kalman-python")
+    found = module(made.text, tmp_path, "kalman_quiet")
+    assert found.UNSEEN == []
+    # a logged heading neither decays nor is pushed
+    with pytest.raises(ValueError, match="give Q_D what pushes your vehicle"):
+        found.gain()
+
+
 def test_every_file_of_a_filter_holds_the_same(noisy: hs.Model, tmp_path: Path) -> None:
     loadmat = pytest.importorskip("scipy.io").loadmat
     told = json.loads(hs.export(noisy, "kalman").text)

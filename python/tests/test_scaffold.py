@@ -119,6 +119,32 @@ def test_a_table_of_another_format_is_guessed_like_a_csv(tmp_path: Path) -> None
     assert (tmp_path / "dive" / "log.csv").is_file()
 
 
+@pytest.mark.parametrize("dated", [False, True])
+def test_time_stamps_that_are_coarser_than_the_rows_are_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], dated: bool
+) -> None:
+    k = np.arange(600)
+    second = k // 10
+    time = np.datetime64("2026-05-01T12:00:00") + second.astype("m8[s]") if dated else second * 1.0
+    columns = {"time": time, "heading": np.sin(k / 50), "pwm1": 1500 + 100 * np.sign(np.sin(k / 40))}
+    np.savez(tmp_path / "log.npz", **columns)
+    assert run_with(["init", str(tmp_path / "log.npz"), "-o", str(tmp_path / "dive")]) == 0
+    told = "log.npz: 'time' has 60 time stamps for 600 rows, about 10 rows each"
+    assert f"warning: {told}" in capfd.readouterr().err
+    assert f"# guessed: {told}" in (tmp_path / "dive" / "campaign.toml").read_text()
+    # a clock that tells the rows apart is the one that counts, and what somebody has said is no news
+    np.savez(tmp_path / "both.npz", t=0.1 * k, **columns)
+    assert "rows each" not in hs.init([tmp_path / "both.npz"], tmp_path / "both")
+    assert "rows each" not in hs.init([tmp_path / "log.npz"], tmp_path / "said", duplicates="first")
+
+
+def test_a_time_in_a_unit_that_is_not_known_is_told_in_the_campaign(tmp_path: Path) -> None:
+    np.savez(tmp_path / "log.npz", **{"t [sec]": np.arange(9.0), "heading": np.arange(9.0)})
+    text = hs.init([tmp_path / "log.npz"], tmp_path / "dive")
+    assert "log.npz could not be read" in text
+    assert "the unit 'sec' is not one of s, ms" in text
+
+
 def test_other_formats_need_a_folder(tmp_path: Path) -> None:
     (tmp_path / "a.BIN").write_bytes(b"\x00" * 20)
     with pytest.raises(hs.UsageError, match="output"):

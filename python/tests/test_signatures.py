@@ -72,7 +72,7 @@ def test_a_binary_log_is_named_and_not_to_be_cut(
     out = "".join(capfd.readouterr())
     said = " ".join(out.split())
     assert told in said, out
-    assert "hydrosysid convert" in said, out
+    assert "hydrosysid init" in said, out
     assert "cut these bytes" not in said, out
 
 

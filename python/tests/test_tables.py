@@ -61,6 +61,46 @@ def test_a_plain_table_with_units_in_its_names_needs_no_map() -> None:
     assert run.channels == ("u",)
 
 
+def test_a_unit_in_a_name_counts_whether_the_column_is_mapped_or_not() -> None:
+    table = {"time [ms]": T * 1e3, "gyro [deg/s]": GYRO, "bath [degC]": U, "dvl/t [ms]": T * 2e3, "side": U}
+    columns = {
+        "t": "time [ms]",
+        "r": "gyro [deg/s]",
+        "bath": "bath [degC]",
+        "v": {"name": "side", "time": "dvl/t [ms]"},
+    }
+    run = hs.Run.from_numpy(table, columns=columns)
+    np.testing.assert_array_equal(run["r"], [T * 1e3 / 1e3, GYRO * np.pi / 180.0])
+    np.testing.assert_array_equal(run["bath"][1], U)
+    np.testing.assert_array_equal(run["v"][0], T * 2e3 / 1e3)
+    said = hs.Run.from_numpy(table, columns=columns | {"r": {"name": "gyro [deg/s]", "unit": "rad/s"}})
+    np.testing.assert_array_equal(said["r"][1], GYRO)
+
+
+@pytest.mark.parametrize(
+    ("names", "columns", "words"),
+    [
+        (
+            ("time [sec]", "u"),
+            {"t": "time [sec]", "u": "u"},
+            r"columns\.t = 'time \[sec\]': the unit 'sec' is not one of s, ms",
+        ),
+        (("t [sec]", "u"), None, r"columns\.t = 't \[sec\]': the unit 'sec' is not one of s, ms"),
+        (("t", "u [degC]"), None, r"columns\.u = 'u \[degC\]': unit = \"degC\" is not one of m/s, mm/s"),
+        (
+            ("t", "u"),
+            {"t": {"name": "t", "unit": "sec"}, "u": "u"},
+            r"columns\.t = 't': the unit 'sec' is not one of s",
+        ),
+    ],
+)
+def test_a_unit_that_is_not_known_is_told_with_its_column(
+    names: tuple[str, str], columns: dict[str, object] | None, words: str
+) -> None:
+    with pytest.raises(hs.UsageError, match=words):
+        hs.Run.from_numpy(dict(zip(names, (T, U), strict=True)), columns=columns)
+
+
 def test_every_frame_is_read_by_one_function() -> None:
     table = {k: v for k, v in TABLE.items() if k != "note"}
     frames = [pd.DataFrame(table), pl.DataFrame(table), pa.table(table), pd.DataFrame(table).set_index("time")]
@@ -147,7 +187,7 @@ def test_missing_values_are_refused_or_no_samples() -> None:
     ]
     frame = pd.DataFrame({"t": T[:3], "u": pd.array([1, None, 3], dtype="Int64")})
     for read in frames:
-        with pytest.raises(hs.DataError, match=r"u, sample 2 is nan.*no_sample"):
+        with pytest.raises(hs.DataError, match=r"u, sample 2 is nan; missing = 'no_sample'"):
             read(frame)
         run = read(frame, missing="no_sample")
         assert run["u"][0].tolist() == [T[0], T[2]]

@@ -228,10 +228,15 @@ impl ModelFile {
     /// # Errors
     /// [`ModelFileError`].
     pub fn read(path: &Path) -> Result<ModelFile, ModelFileError> {
-        let file = path.to_path_buf();
+        let path = ModelFile::at(path);
         let text =
-            text_file::read(path).map_err(|e| ModelFileError::CannotRead { file: file.clone(), kind: e.kind() })?;
-        ModelFile::from_text(&text, path)
+            text_file::read(&path).map_err(|e| ModelFileError::CannotRead { file: path.clone(), kind: e.kind() })?;
+        ModelFile::from_text(&text, &path)
+    }
+
+    /// The model file that a path stands for: of a folder the `model.toml` in it.
+    pub fn at(path: &Path) -> PathBuf {
+        if path.is_dir() { path.join("model.toml") } else { path.to_path_buf() }
     }
 
     /// Reads the text of a model file as though it were that of `path`.

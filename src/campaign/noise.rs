@@ -38,6 +38,16 @@ impl Noise {
         }
     }
 
+    /// The random forces in one line; `None` where none is found.
+    pub fn forces(&self) -> Option<String> {
+        let one = |f: &ForceFound| {
+            let share = f.share_of_thrust.map_or(String::new(), |s| format!(" ({} %)", digits(100.0 * s)));
+            format!("{} {} {}{share}", f.dof, digits(f.rms), f.unit.replace('*', " "))
+        };
+        let all: Vec<String> = self.force.iter().map(one).collect();
+        (!all.is_empty()).then(|| format!("random force (% of its thrust): {}", all.join(", ")))
+    }
+
     /// Unit of the predictions in a degree of freedom: of its velocity, or of its position or angle where no sensor gives the
     /// velocity.
     pub fn unit_in(&self, dof: Dof) -> &'static str {
@@ -307,6 +317,10 @@ mod tests {
             "1.2 N in surge (correlation 0.82 s, 3.1 % of its thrust) and 0.051 N m in yaw (correlation 0.82 s, 3.1 % of its thrust)"
         );
         assert_eq!(in_words(&[]), "");
+        let found = Noise { force: forces.to_vec(), ..Noise::default() };
+        let line = "random force (% of its thrust): surge 1.2 N (3.1 %), yaw 0.051 N m (3.1 %)";
+        assert_eq!(found.forces().as_deref(), Some(line));
+        assert_eq!(Noise::default().forces(), None);
     }
 
     /// Ten times what is commanded is said to move the vehicle, where most of it is; less, or without commands, is not.

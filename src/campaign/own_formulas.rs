@@ -21,7 +21,7 @@ use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
-use crate::symbolic::{Graph, Leaf};
+use crate::symbolic::{DimensionError, Graph, Leaf};
 use crate::units::Dimension;
 
 /// Refuses a user's formula that reads a state which is neither modelled nor logged, has another unit than its parameter
@@ -60,7 +60,7 @@ pub(super) fn check(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<
 pub(super) fn check_observed_units(file: &CampaignFile, logged: &[Logged]) -> Result<(), Error> {
     for (i, table) in file.observed.iter().enumerate() {
         let formula = Formula::parse(&table.formula).ok().filter(|formula| !formula.has_numbers());
-        let Some(predicted) = formula.as_ref().and_then(dimension) else { continue };
+        let Some(Ok(predicted)) = formula.as_ref().and_then(dimension) else { continue };
         for log in logged {
             let Some(unit) = log.units.get(&table.channel) else { continue };
             if unit.parse().is_ok_and(|measured: Dimension| measured != predicted) {
@@ -99,7 +99,15 @@ fn no_number(formula: &Formula, run: &Run) -> Option<String> {
 
 /// Why formula and unit make no force; `None` where they do or where nobody can tell.
 fn wrong_unit(table: &EffectTable) -> Option<String> {
-    let found = dimension(&Formula::parse(&table.formula).ok()?)?;
+    let formula = Formula::parse(&table.formula).ok()?;
+    let found = match dimension(&formula)? {
+        Ok(found) => found,
+        Err(wrong @ DimensionError::Mismatch { .. }) if !formula.has_numbers() => {
+            return Some(format!("`{}`: {wrong}", table.formula));
+        }
+        // a number may have the unit that is wanting, and a tanh of a speed is a smooth sign
+        Err(_) => return None,
+    };
     let force = if table.dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE };
     let wanted = force.over(found);
     (wanted != table.unit).then(|| {
@@ -112,8 +120,8 @@ fn wrong_unit(table: &EffectTable) -> Option<String> {
     })
 }
 
-/// Unit of a formula; `None` where it reads a column of the log or has hidden units in it.
-fn dimension(formula: &Formula) -> Option<Dimension> {
+/// Unit of a formula, or why it has none; `None` where it reads a column of the log.
+fn dimension(formula: &Formula) -> Option<Result<Dimension, DimensionError>> {
     let graph = Graph::new();
     let names: Vec<&str> = formula.names().into_iter().collect();
     let units: Vec<Dimension> = names.iter().map(|name| known_unit(name)).collect::<Option<_>>()?;
@@ -121,7 +129,7 @@ fn dimension(formula: &Formula) -> Option<Dimension> {
         let k = names.iter().position(|n| *n == name).unwrap_or_default();
         graph.leaf(Leaf::Input(k as u16), units.get(k).copied().unwrap_or(Dimension::ONE))
     };
-    formula.lower(&graph, &leaf).dimension().ok()
+    Some(formula.lower(&graph, &leaf).dimension())
 }
 
 /// Unit of a state, a force or the time; `None` for a column of the log.
@@ -155,6 +163,11 @@ mod tests {
         // a column has no unit, and a sum of unlike ones has numbers with units of their own
         assert_eq!(wrong_unit(&table("wind^2*cos(psi)", Dimension::FORCE)), None);
         assert_eq!(wrong_unit(&table("u^2 + 0.1*u", Dimension::FORCE)), None);
+        assert_eq!(
+            wrong_unit(&table("u + r", drag)).as_deref(),
+            Some("`u + r`: m/s and 1/s cannot be added or compared")
+        );
+        assert!(wrong_unit(&table("u^2 + u", drag)).is_some(), "an exponent has no unit to hide");
     }
 
     #[test]

@@ -96,7 +96,7 @@ mod tests {
             (Memory, vec!["fluid_memory"]),
             (Coriolis, vec!["coriolis_surge", "coriolis_heave", "coriolis_pitch", "coriolis_yaw"]),
             (Drag, vec!["linear_drag", "quadratic_drag", "cubic_drag", "drag_asymmetry", "coulomb_friction"]),
-            (CrossDrag, vec!["linear_cross_damping", "cross_drag", "even_drag", "mixed_drag"]),
+            (CrossDrag, vec!["linear_cross_damping", "cross_drag", "even_drag", "mixed_drag", "lift_moment"]),
             (Restoring, vec!["restoring_surge", "restoring_heave", "restoring_roll", "restoring_pitch", "trim_offset"]),
             (Steady, vec!["bias"]),
             (Other, vec!["current", "thrust_lag", "rudder_force", "tether_spring", "sensor_gyro_bias"]),

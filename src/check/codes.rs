@@ -16,7 +16,7 @@ macro_rules! placed {
 placed! {
     HELD = "K101" "held-samples" Warning Sampling Amber "A slower sensor is written at the rate of the log: only the first of the repeated values is a measurement.";
     FROZEN = "K102" "frozen" Warning Values Amber "A sensor that otherwise never repeats a value stays at exactly one for long.";
-    COMMAND_SATURATION = "K103" "saturation" Warning Commands Amber "A command stays at its largest or smallest value for long: a limit was reached.";
+    COMMAND_SATURATION = "K103" "saturation" Note Commands Green "A command stays at its largest or smallest value for long: a limit was reached. Where the log holds what was sent to the thrusters, as it mostly does, nothing is wrong with it.";
     CLOCK_DRIFT = "K104" "clock-drift" Warning Clock Amber "A second column of time runs at another rate than t: one of the two is nominal and not measured.";
     CLOCK_STEP = "K105" "clock-step" Warning Clock Amber "The clock was set: t steps unlike its usual steps, or a second column of time jumps against it.";
 

@@ -12,7 +12,7 @@ use super::lag;
 use super::report::{Answer, FaultKind, Found};
 use crate::frame::Dof;
 use crate::log::number::short;
-use crate::run::Run;
+use crate::run::{Run, thruster_of};
 use crate::thrust::thruster::Thruster;
 
 /// How many standard deviations a gain must be from zero to speak of its sign or its delay.
@@ -49,8 +49,18 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
     answers.filter(clear).map(|(_, a)| a).collect()
 }
 
+/// How the sign of `channel` is turned in the log: that of a thruster's force by its command, of which it is made.
+fn turned(channel: &str, logs: impl Fn(&str) -> bool) -> String {
+    let command = thruster_of(channel, "F").map(|number| format!("V{number}")).filter(|command| logs(command));
+    match command {
+        Some(command) => format!("turn its command, columns.{command} = {{ name = \"its column\", sign = -1 }}"),
+        None => format!("set columns.{channel}.sign = -1"),
+    }
+}
+
 /// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
-pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
+/// `logs` says which channels the run has.
+pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster], logs: impl Fn(&str) -> bool + Copy) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for a in answers {
         // the sign of several together is that of the strongest
@@ -60,13 +70,13 @@ pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
             continue;
         }
         let text = format!(
-            "{} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite; \
-             check body_frame, or set columns.{}.sign = -1",
+            "{} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite, or two commands are \
+             exchanged; check body_frame, or {}",
             a.channel,
             a.velocity,
             short(a.gain, 3),
             short(a.std, 2),
-            a.channel
+            turned(&a.channel, logs)
         );
         found.push(Found::new(&codes::COMMAND_SIGN, &[&a.channel, &a.velocity], text).fault(
             FaultKind::Sign,
@@ -182,5 +192,13 @@ mod tests {
             assert_eq!(told(wandering, |t| slope(&wandering, t + late)), Some(1.0), "{late} s late");
             assert_eq!(told(wandering, |t| -slope(&wandering, t + late)), Some(-1.0), "{late} s late, and reversed");
         }
+    }
+
+    #[test]
+    fn the_sign_of_a_force_is_turned_where_it_comes_from() {
+        let logs = |channel: &str| channel == "V1";
+        assert_eq!(turned("F1", logs), "turn its command, columns.V1 = { name = \"its column\", sign = -1 }");
+        assert_eq!(turned("F2", logs), "set columns.F2.sign = -1", "a force that is logged itself");
+        assert_eq!(turned("tau_u", logs), "set columns.tau_u.sign = -1");
     }
 }

@@ -9,7 +9,7 @@ use super::report::Found;
 use crate::log::check::time::usual_step;
 use crate::log::check::{hold, is_measured, repeat};
 use crate::log::number::short;
-use crate::run::{Run, Signal, is_command};
+use crate::run::{Run, Signal, is_command, thruster_of};
 
 /// Fewest samples and shortest time of a freeze.
 const FREEZE: (usize, f64) = (20, 2.0);
@@ -30,13 +30,16 @@ pub fn check(run: &Run) -> Vec<Found> {
             );
             found.push(Found::new(&codes::FROZEN, &[name], text));
         }
+        // a force that is made of a command stays where that does
+        let made = thruster_of(name, "F").is_some_and(|number| run.signals.contains_key(&format!("V{number}")));
         if is_command(name)
             && number_of(name).is_some()
+            && !made
             && let Some((first, limit, samples)) = repeat::saturated(signal.values())
         {
             let text = format!(
-                "{name} stays at its extreme {} for {samples} samples, first at t = {} s: a limit was reached, \
-                 and beyond it the nominal force is not what was asked for",
+                "{name} stays at its extreme {} for {samples} samples, first at t = {} s: a limit was reached; \
+                 where the log holds what was asked for, and not what was sent, the force is less than its curve says",
                 short(limit, 6),
                 short(signal.time()[first], 6)
             );
@@ -92,6 +95,8 @@ mod tests {
         let volts = |limit: f64| time.iter().map(|t| (5.0 * t.sin()).clamp(-limit, limit)).collect::<Vec<_>>();
         run.signals.insert("V1".into(), Signal::new(time.clone(), volts(4.0)));
         run.signals.insert("V2".into(), Signal::new(time.clone(), volts(6.0)));
+        // made of the command: at its limit where that is
+        run.signals.insert("F1".into(), Signal::new(time.clone(), volts(4.0)));
         let found = check(&run);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].channels, ["V1"]);

@@ -11,9 +11,11 @@ const LINES: usize = 3;
 /// Most warnings that are named under a verdict.
 const NAMED: usize = 2;
 
-/// The verdict in plain words: as many of its first sentences as three lines hold; all with `--verbose`.
-pub(super) fn verdict(text: &str, output: &Output) {
-    output.print(&if output.is_verbose() { wrapped(text) } else { shortened(text, width()) });
+/// The verdict in plain words: as many of its first sentences as three lines hold; all with `--verbose`. Whether that was all.
+pub(super) fn verdict(text: &str, output: &Output) -> bool {
+    let told = if output.is_verbose() { wrapped(text) } else { shortened(text, width()) };
+    output.print(&told);
+    told.split_whitespace().eq(text.split_whitespace())
 }
 
 /// The command to type next; the last line of an answer.

@@ -95,11 +95,30 @@ fn verdict(found: &Check) -> String {
             format!("nothing in {logs} by itself speaks against a fit, the campaign asks for attention")
         }
         (0, 0, Light::Red) => "the campaign cannot be used as it is".into(),
-        (0, amber, _) => format!("{amber} of {logs} ask for attention before a fit is believed"),
-        (red, _, _) if found.errors.is_empty() => {
-            format!("{red} of {logs} are not what they say; mend them before a fit")
+        (0, amber, _) => {
+            part(amber, "asks for attention", "ask for attention", found.logs.len()) + " before a fit is believed"
         }
-        (red, ..) => format!("{red} of {logs} cannot be used as they are; mend them before a fit"),
+        (red, _, _) if found.errors.is_empty() => part(
+            red,
+            "is not what it says; mend it before a fit",
+            "are not what they say; mend them before a fit",
+            found.logs.len(),
+        ),
+        (red, ..) => part(
+            red,
+            "cannot be used as it is; mend it before a fit",
+            "cannot be used as they are; mend them before a fit",
+            found.logs.len(),
+        ),
+    }
+}
+
+/// `2 of 6 logs ask for attention`, `1 of 6 logs asks …`, `the log asks …`.
+fn part(some: usize, of_one: &str, of_many: &str, all: usize) -> String {
+    match (some, all) {
+        (1, 1) => format!("the log {of_one}"),
+        (1, _) => format!("1 of {} {of_one}", count(all, "log")),
+        _ => format!("{some} of {} {of_many}", count(all, "log")),
     }
 }
 
@@ -181,4 +200,15 @@ fn pairs(log: &CheckedLog) -> Vec<Vec<String>> {
         .iter()
         .map(|a| vec![log.file.clone(), a.channel.clone(), a.velocity.clone(), "-".into(), late(a.delay)]);
     agreements.chain(answers).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::part;
+
+    #[test]
+    fn one_log_of_several_is_one() {
+        let told = |some, all| part(some, "asks", "ask", all);
+        assert_eq!([told(1, 1), told(1, 6), told(3, 6)], ["the log asks", "1 of 6 logs asks", "3 of 6 logs ask"]);
+    }
 }

@@ -1,18 +1,21 @@
 //! A fit as tables for people.
 
-use std::path::Path;
-
+use super::arguments as typed;
 use super::output::Output;
 use super::table::{UNSETTLED, estimated, measured, number, table};
 use super::{answer, noise};
-use crate::campaign::{self, Fit};
+use crate::campaign::file::Estimator;
+use crate::campaign::{self, Fit, Noise};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
 
 /// The verdict, the worst warnings, the parameters; with `--verbose` noise, stages, curves of thrusters, filters, and what
 /// speaks for the estimates. What was asked for by an option is shown in any case.
 pub(super) fn print(fitted: &Fit, output: &Output) {
-    answer::verdict(&fitted.sentence, output);
+    let whole = answer::verdict(&fitted.sentence, output);
+    if let Some(forces) = fitted.noise.as_ref().filter(|_| !whole).and_then(Noise::forces) {
+        output.print(&forces);
+    }
     answer::worst(&fitted.warnings, output);
     parameters(fitted, output);
     if output.is_verbose() {
@@ -31,12 +34,15 @@ pub(super) fn print(fitted: &Fit, output: &Output) {
 }
 
 /// The command to type next.
-pub(super) fn print_next(fitted: &Fit, campaign: &Path, model: Option<&Path>, output: &Output) {
-    let campaign = campaign.display();
-    let next = match (fitted.converged && !fitted.is_at_rest(), fitted.may_lack(), model) {
+pub(super) fn print_next(fitted: &Fit, a: &typed::Fit, output: &Output) {
+    let campaign = a.campaign.display();
+    // as it was fitted
+    let by = a.estimator.map(Estimator::from);
+    let by = by.map_or(String::new(), |estimator| format!(" --estimator {}", estimator.name()));
+    let next = match (fitted.converged && !fitted.is_at_rest(), fitted.may_lack(), &a.model) {
         (false, ..) => format!("hydrosysid check {campaign}"),
         (true, true, _) => format!("hydrosysid discover {campaign}"),
-        (true, false, None) => format!("hydrosysid fit {campaign} --model model.toml"),
+        (true, false, None) => format!("hydrosysid fit {campaign}{by} --model model.toml"),
         (true, false, Some(model)) => format!("hydrosysid compare {campaign} --model {}", model.display()),
     };
     answer::next(&next, output);

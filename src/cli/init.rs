@@ -1,5 +1,7 @@
 //! The verb `init`: where the campaign goes, logs copied beside it, the text written.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use super::arguments as typed;
@@ -116,20 +118,62 @@ fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
 
 /// Copies a file; one that is there already is left where it holds the same.
 fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
-    let bytes = std::fs::read(from).map_err(|source| Failure::Read { file: from.to_path_buf(), source })?;
-    match std::fs::read(to) {
-        Ok(there) if there == bytes => Ok(()),
+    let unread = |source| Failure::Read { file: from.to_path_buf(), source };
+    let mut log = File::open(from).map_err(unread)?;
+    match File::open(to) {
+        Ok(there) if is_same(&log, &there).map_err(unread)? => Ok(()),
         Ok(_) => Err(Failure::Argument(format!(
             "{} is there already and is another log than {}: rename one of them",
             to.display(),
             from.display()
         ))),
-        Err(_) => atomic_file::write(to, |file| std::io::Write::write_all(file, &bytes))
+        Err(_) => atomic_file::write(to, |file| std::io::copy(&mut log, file).map(drop))
             .map_err(|source| Failure::Write { file: to.to_path_buf(), source }),
+    }
+}
+
+/// Whether two files hold the same, a piece at a time: a log may be larger than the memory.
+fn is_same(one: &File, other: &File) -> std::io::Result<bool> {
+    if one.metadata()?.len() != other.metadata()?.len() {
+        return Ok(false);
+    }
+    let (mut one, mut other) = (BufReader::new(one), BufReader::new(other));
+    loop {
+        let (a, b) = (one.fill_buf()?, other.fill_buf()?);
+        let count = a.len().min(b.len());
+        if count == 0 || a[..count] != b[..count] {
+            return Ok(a.is_empty() && b.is_empty());
+        }
+        one.consume(count);
+        other.consume(count);
     }
 }
 
 fn learned(path: &Path) -> Result<Learned, Failure> {
     let text = std::fs::read_to_string(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
     toml::from_str(&text).map_err(|e| Failure::Argument(format!("{}: {}", path.display(), e.message())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_the_same_to_the_last_byte() {
+        let folder = std::env::temp_dir().join(format!("hydrosysid-same-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let written = |name: &str, bytes: &[u8]| {
+            std::fs::write(folder.join(name), bytes).unwrap();
+            File::open(folder.join(name)).unwrap()
+        };
+        let mut bytes = vec![7; 100_000];
+        let one = written("one", &bytes);
+        assert!(is_same(&one, &written("same", &bytes)).unwrap());
+        let one = written("one", &bytes);
+        assert!(!is_same(&one, &written("shorter", &bytes[1..])).unwrap());
+        bytes[99_999] = 8;
+        let one = File::open(folder.join("one")).unwrap();
+        assert!(!is_same(&one, &written("other", &bytes)).unwrap());
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

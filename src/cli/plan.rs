@@ -11,6 +11,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::table::{number, size, table};
 use super::verbs::load;
+use crate::campaign::file::CampaignFile;
 use crate::campaign::{self, FitOptions, ModelFile, Plan, PlanRequest, PlanSource, PlannedRun};
 use crate::frame::Dof;
 use crate::log;
@@ -77,13 +78,14 @@ fn next(a: &typed::Plan, made: &Plan, output: &Output) -> String {
 
 /// The model of a model file, or the fit of a campaign.
 fn source(a: &typed::Plan, output: &Output) -> Result<PlanSource, Failure> {
-    let read = |source| Failure::Read { file: a.source.clone(), source };
-    let text = text_file::read(&a.source).map_err(read)?;
+    let file = CampaignFile::at(&a.source);
+    let read = |source| Failure::Read { file: file.clone(), source };
+    let text = text_file::read(&file).map_err(read)?;
     // a model says which version wrote it, a campaign never does
-    let json = a.source.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let json = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let is_model = json || text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("hydrosysid"));
     if is_model {
-        return Ok(PlanSource::of_file(&ModelFile::from_text(&text, &a.source)?, &a.source)?);
+        return Ok(PlanSource::of_file(&ModelFile::from_text(&text, &file)?, &file)?);
     }
     let loaded = load(&a.source, &a.loading, output)?;
     let busy = output.busy("fitting");

@@ -47,7 +47,7 @@ pub(super) fn fit(a: &typed::Fit, output: &Output) -> Result<(), Failure> {
         output.print(&format!("written: {}, the model with its noise and covariance", path.display()));
     }
     output.tell(&fitted.warnings)?;
-    super::fitted::print_next(&fitted, &a.campaign, a.model.as_deref(), output);
+    super::fitted::print_next(&fitted, a, output);
     Ok(())
 }
 

@@ -160,6 +160,12 @@ fn whole_rows(model: &Model) -> Vec<Arc<dyn Effect>> {
     rows.map(|row| Arc::new(CoriolisRow { row: *row, coriolis: Coriolis::Tied }) as Arc<dyn Effect>).collect()
 }
 
+/// Whether a row of −C(ν)ν stands in a model.
+fn has_row(model: &Model, row: Dof) -> bool {
+    let own = CoriolisRow { row, coriolis: model.coriolis };
+    model.terms.iter().any(|term| term.effect.about().id == own.about().id)
+}
+
 /// All candidates for `model` on `runs`, those of users (`own`) included.
 pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)]) -> Vec<Candidate> {
     let present: BTreeSet<String> = model.terms.iter().map(crate::model::Term::name).collect();
@@ -177,7 +183,8 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         if present.contains(&name_of(about.id, place)) || SPOKEN_FOR.iter().any(|(_, other)| *other == about.id) {
             continue;
         }
-        if !readable(effect.as_ref(), place, model, runs) {
+        let alone = |row: Dof| model.coriolis == Coriolis::Free || !has_row(model, row);
+        if effect.shares_row(place).is_some_and(alone) || !readable(effect.as_ref(), place, model, runs) {
             continue;
         }
         let shared = effect.parameters(place).first().and_then(|p| p.shared);

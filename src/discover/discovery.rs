@@ -14,7 +14,7 @@ use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, SearchOptions, Step, Task, search};
 use super::surrogate::{leave_out, surrogates};
-use super::verdict::{Verdict, moved_otherwise, overwhelmed, sentence, verdict};
+use super::verdict::{Verdict, alike, moved_otherwise, overwhelmed, sentence, verdict};
 use crate::effects::{Effect, Place, id};
 use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
@@ -109,7 +109,7 @@ const TIED: Code = Code {
     code: "D103",
     kind: "also-possible",
     severity: Severity::Warning,
-    meaning: "Other effects explain this data as well as the one that was named: see `also_possible`, and run the \
+    meaning: "Other effects explain this data as well as the one that was named: see `also_possible` in the JSON, and run the \
               experiment that would tell them apart.",
 };
 
@@ -188,8 +188,12 @@ pub fn discover(
     let fit = found.last_fit();
     let is_hopeless = found.hopeless && effects.is_empty();
     let otherwise = if is_hopeless { overwhelmed(&fit.noise.forces, &train) } else { Vec::new() };
-    if effects.iter().any(|e| !e.also_possible.is_empty()) {
-        warnings.push(Finding::new(&TIED, TIED.meaning));
+    let alike = alike(&effects);
+    if !alike.is_empty() {
+        warnings.push(Finding::new(
+            &TIED,
+            format!("{}: run the experiment that would tell them apart", alike.trim().trim_end_matches('.')),
+        ));
     }
     warnings.extend(half_a_sample(&effects, &train));
     if !strange.is_empty() {

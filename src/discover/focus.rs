@@ -64,9 +64,11 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
             all.push(start);
         };
         match has_grid(&one).then(|| fine.next()).flatten() {
-            Some((loud, quiet)) => {
+            Some((loud, mut quiet)) => {
                 // closer than half a mesh they lead to one hill
                 let differs = (quiet.shape() - loud.shape()).abs() > 0.5 * quiet.mesh();
+                // under a tenth of the forces a score says where the hill is, and not how high
+                quiet.score.statistic = loud.score.statistic;
                 of_list(loud);
                 if differs {
                     of_list(quiet);

@@ -10,13 +10,15 @@
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
 use super::held_out::on_others;
+use super::refit::MUCH;
 use super::search::{Search, Task};
 use super::verdict::{failing, lasting, overwhelmed};
 use crate::envelope;
-use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
+use crate::estimate::filter_error::{FilterErrorFit, Forecast, RandomForce, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::progress;
+use crate::run::commanded_rms;
 
 /// What predictions say of the fits of a search.
 pub(super) struct Judged {
@@ -33,6 +35,14 @@ pub(super) struct Judged {
 /// How a fit predicts the runs that it was made of.
 pub(super) fn on_training(fit: &FilterErrorFit) -> Vec<Forecast> {
     fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)
+}
+
+/// Whether the runs of the fit show that something is missing: innovations that follow a candidate, or a random force that is
+/// more than turbulence.
+fn is_shown(found: &Search, task: &Task<'_>) -> bool {
+    let follows = found.screen.scores.first().is_some_and(|best| best.log_p < found.screen.threshold);
+    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
+    follows || found.last_fit().noise.forces.iter().any(much)
 }
 
 impl Judged {
@@ -63,7 +73,7 @@ impl Judged {
             let strange: Vec<Vec<Finding>> = held.iter().map(|run| envelope::beyond(run, &range)).collect();
             let within = allowed.into_iter().zip(&strange).filter(|(_, found)| found.is_empty());
             let within: Vec<Forecast> = within.map(|(forecast, _)| forecast).collect();
-            if !failing_in.is_empty() && failing(outputs, &within, &training).is_empty() {
+            if !failing_in.is_empty() && !is_shown(found, task) && failing(outputs, &within, &training).is_empty() {
                 beyond = strange.concat();
             }
         }

@@ -59,7 +59,8 @@ pub(super) fn merit(from: &FilterErrorFit, to: &FilterErrorFit, gain: f64) -> f6
 
 /// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
 /// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
-/// is true. From the log alone where the last model is of a vehicle that its commands do not move.
+/// is true. From the log alone where the last model is of a vehicle that its commands do not move. What promised less than
+/// `best` has already gained from the last model is not begun anew: that model is a start, and what is left comes up again.
 /// `None` where it has no hope of half of what `best`, the best one so far, has gained.
 pub(super) fn refitted(
     found: &mut Search,
@@ -80,12 +81,14 @@ pub(super) fn refitted(
         Some(Err(OutputErrorError::GivenUp { cost, held: false, .. })) => here.plain.cost - cost,
         Some(Err(_)) | None => f64::NEG_INFINITY,
     };
+    let given_up = matches!(&near, Some(Err(OutputErrorError::GivenUp { .. })));
+    let outdone = given_up && best.is_some_and(|best| best.gain > score.statistic);
     let near = near.and_then(Result::ok);
     // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
     // the last model makes no use of the commands
     let lost = near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
-    if far < PROMISE * score.statistic || lost || is_exchange(&candidate) {
+    if (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate) {
         let from_log = started(&model, task.train);
         let anew = || filter_error(&from_log, task.train, &rough).ok().map(won);
         if let Some(anew) = unheld(here, &from_log, task).or_else(anew).filter(|(gain, _)| *gain > far) {

@@ -18,7 +18,7 @@ use crate::units::Dimension;
 /// Deviations from what it is without the effect. The ratio of likelihoods asks for more than three of a lone parameter at
 /// one per cent over all candidates; where the parameter itself has fewer, its size hangs on something else that is open (the
 /// mass, the scale of all forces), and it is no name.
-const BEYOND: f64 = 3.0;
+pub(super) const BEYOND: f64 = 3.0;
 
 /// Deviation of a shape over its value from which on it is not determined.
 const DETERMINED: f64 = 0.5;

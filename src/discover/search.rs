@@ -19,7 +19,7 @@ use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::starts;
 use super::held_out::{HeldOut, agree};
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
-use super::rules::broken;
+use super::rules::{BEYOND, broken};
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use super::slow_force;
 use super::verdict::overwhelmed;
@@ -27,9 +27,10 @@ use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::{moved_by_thrust, started};
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 use crate::progress;
 use crate::run::{Run, commanded_rms};
+use crate::units::Dimension;
 
 /// How the search is done.
 #[derive(Debug, Clone, PartialEq)]
@@ -324,7 +325,8 @@ fn name_among(
             }
         }
     }
-    names.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    let standing = |c: &Contender| c.worth() - if makes_thrust(&here.model, &c.fit.model) { TIE } else { 0.0 };
+    names.sort_by(|a, b| standing(b).total_cmp(&standing(a)));
     let name_of = |c: &Contender| found.candidates[c.score.candidate].name();
     let added = |c: &Contender| Added {
         candidate: found.candidates[c.score.candidate].clone(),
@@ -355,12 +357,21 @@ fn name_among(
         };
         let others = &names[k + 1..];
         let mut named = added(first);
-        let tied = others.iter().filter(|other| first.worth() - other.worth() < TIE).map(name_of);
+        let tied = others.iter().filter(|other| standing(first) - other.worth() < TIE).map(name_of);
         named.also_possible.extend(tied);
         named.rivals = others.iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
         return Ok(Some((named, fit)));
     }
     Ok(None)
+}
+
+/// Whether a scale of the thrust that a name brings is above one, beyond three deviations. Thrust is lost on its way to the
+/// water more often than made, and in a model whose inertias are open the scale of one degree of freedom is what any of them
+/// lacks: of names for one signal it comes last.
+fn makes_thrust(before: &Model, after: &Model) -> bool {
+    let is_scale = |p: &&Parameter| p.spec.is_linear() && p.spec.dimension == Dimension::ONE && p.spec.neutral > 0.0;
+    let new = after.parameters.iter().filter(|p| before.term(&p.term).is_none());
+    new.filter(is_scale).any(|p| p.value - p.spec.neutral > BEYOND * p.std.unwrap_or(f64::INFINITY))
 }
 
 /// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
@@ -382,5 +393,29 @@ fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
         if gone && !newest.also_possible.contains(&name) && name != newest.candidate.name() {
             newest.also_possible.push(name);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    #[test]
+    fn a_scale_above_one_makes_thrust_and_one_below_loses_it() {
+        let before = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap();
+        let mut after =
+            Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "thrust_interaction_loss"]).unwrap();
+        let scale = after.parameter_of("thrust_interaction_loss@surge").unwrap();
+        let mut with = |value: f64, std: f64| {
+            (after.parameters[scale].value, after.parameters[scale].std) = (value, Some(std));
+            makes_thrust(&before, &after)
+        };
+        assert!(with(2.0, 0.02));
+        assert!(!with(1.05, 0.02), "chance");
+        assert!(!with(0.7, 0.02));
+        let drag = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        assert!(!makes_thrust(&before, &drag));
     }
 }

@@ -106,6 +106,15 @@ fn force_in_words(forces: &[RandomForce]) -> String {
     forces.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
+/// ` This data does not tell the first name from …`; nothing where each name is alone.
+pub(super) fn alike(effects: &[FoundEffect]) -> String {
+    let of = |e: &FoundEffect| {
+        let others: Vec<String> = e.also_possible.iter().map(|other| named(other)).collect();
+        format!(" This data does not tell {} from {}.", e.id, others.join(", "))
+    };
+    effects.iter().filter(|e| !e.also_possible.is_empty()).map(of).collect()
+}
+
 /// The verdict in plain words. `better` says how much better held-out predictions 8 s ahead are with the names, and in which
 /// degree of freedom; `beyond` are the runs that go beyond the range of those of the fit, where the model fails on these alone.
 pub(super) fn sentence(
@@ -141,6 +150,7 @@ pub(super) fn sentence(
         [one] => format!("`{one}`, which goes"),
         runs => format!("`{}`, which go", runs.join("`, `")),
     };
+    let alike = alike(effects);
     match verdict {
         Verdict::NothingMissing => match forces {
             [] => "Nothing is missing: what the model leaves is the noise of the sensors.".into(),
@@ -150,9 +160,9 @@ pub(super) fn sentence(
             ),
         },
         Verdict::Explained if gain.is_empty() => {
-            format!("Explained: {names} {were} missing; with it the model predicts the log down to {left}.")
+            format!("Explained: {names} {were} missing; with it the model predicts the log down to {left}.{alike}")
         }
-        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}."),
+        Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}.{alike}"),
         Verdict::PartlyExplained if !beyond.is_empty() => format!(
             "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit do not show: it is in \
              {strange} beyond their range{}.",
@@ -164,7 +174,7 @@ pub(super) fn sentence(
         ),
         Verdict::PartlyExplained => format!(
             "Partly explained: {names} {were} missing{gain}; something is left{} that no effect of the catalogue \
-             explains.{changes}",
+             explains.{changes}{alike}",
             at(" in")
         ),
         Verdict::Unexplained => {

@@ -39,6 +39,7 @@ const NAMES: &[(&str, &str)] = &[
     ("linear_cross_damping", "linear cross damping"),
     ("even_drag", "an even force"),
     ("mixed_drag", "drag that grows with another speed"),
+    ("lift_moment", "the lift moment of the hull"),
     ("restoring_surge", "net weight"),
     ("restoring_sway", "net weight"),
     ("restoring_heave", "net weight"),

@@ -197,6 +197,12 @@ pub trait Effect: Debug + Send + Sync {
     ) {
     }
 
+    /// The row of −C(ν)ν whose leading product is its own. Where that row is not in a model, or has a coefficient of its own,
+    /// no log tells the two apart, and the row is the name of both.
+    fn shares_row(&self, _place: Place) -> Option<Dof> {
+        None
+    }
+
     /// Index of the parameter by which the whole command comes late, for an effect that delays it.
     fn delays_command(&self) -> Option<usize> {
         None

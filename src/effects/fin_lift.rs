@@ -15,6 +15,9 @@ use crate::frame::Dof;
 use crate::symbolic::Expr;
 use crate::units::Dimension;
 
+/// No fin is farther from the origin, m: the longest ships have 460 m.
+const FARTHEST: f64 = 500.0;
+
 /// A fin that is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fin {
@@ -59,7 +62,7 @@ impl Effect for FinLift {
         let name = self.0.channel();
         vec![
             ParameterSpec::linear(format!("k_{name}"), Dimension::new(1, -1, 0)),
-            ParameterSpec::shape(format!("x_{name}"), Dimension::LENGTH, &[-0.5], -20.0, 20.0),
+            ParameterSpec::shape(format!("x_{name}"), Dimension::LENGTH, &[-0.5], -FARTHEST, FARTHEST),
         ]
     }
 

@@ -29,6 +29,7 @@ mod formula_effect;
 pub mod id;
 mod inertia;
 mod instant;
+mod lift_moment;
 mod linear_cross_damping;
 mod linear_drag;
 mod look_alikes;
@@ -115,6 +116,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(cross_drag::CrossDrag),
         Arc::new(even_drag::EvenDrag),
         Arc::new(mixed_drag::MixedDrag),
+        Arc::new(lift_moment::LiftMoment),
         Arc::new(restoring_force::RestoringForce(Dof::Surge)),
         Arc::new(restoring_force::RestoringForce(Dof::Sway)),
         Arc::new(restoring_force::RestoringForce(Dof::Heave)),

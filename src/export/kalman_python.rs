@@ -45,7 +45,7 @@ def gain():
     """Gain L of the stationary filter, for samples of all outputs every DT seconds.
 
     x[k + 1] = A_D x[k] + B_D u[k] + L (y[k] - C x[k] - D u[k]), x, u and y less their values at the operating point. Rows
-    of UNSEEN states, which no output tells of, are 0.
+    of UNSEEN states, which no output tells of, are 0. ValueError where no random force keeps the filter awake.
     """
     import control
     import numpy as np
@@ -54,8 +54,13 @@ def gain():
     among = np.ix_(seen, seen)
     found = np.zeros((len(STATES), len(OUTPUTS)))
     of_seen = np.array(C)[:, seen]
-    found[seen] = control.dlqe(
-        np.array(A_D)[among], np.eye(len(seen)), of_seen, np.array(Q_D)[among], np.array(R)
-    )[0]
+    noise = np.array(Q_D)[among]
+    try:
+        found[seen] = control.dlqe(np.array(A_D)[among], np.eye(len(seen)), of_seen, noise, np.array(R))[0]
+    except np.linalg.LinAlgError as error:
+        raise ValueError(
+            "no stationary gain: states that neither decay nor are pushed by a random force (Q_D) would in the end be "
+            "known exactly; give Q_D what pushes your vehicle"
+        ) from error
     return found
 "#;

@@ -122,13 +122,19 @@ pub fn quantity(name: &str) -> Option<Quantity> {
     }
 }
 
-/// The name and the unit of a header `name [unit]`; the unit is `None` without brackets.
+/// The name and the unit of a header `name [unit]`; the unit is `None` without brackets. Digits right behind a name are no
+/// unit: `data[0]` is an element's name, and `V1 [1]` a part of the full command.
 pub fn split_header(header: &str) -> (&str, Option<&str>) {
     let header = header.trim();
     match header.strip_suffix(']').and_then(|h| h.rsplit_once('[')) {
+        Some((name, number)) if !name.ends_with(char::is_whitespace) && is_number(number) => (header, None),
         Some((name, unit)) if !name.trim().is_empty() => (name.trim_end(), Some(unit.trim())),
         _ => (header, None),
     }
+}
+
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// A unit that some known quantity is read in: an auxiliary channel with such a unit becomes SI too.
@@ -166,6 +172,8 @@ mod tests {
         assert_eq!(split_header("Yaw rate[deg/s]"), ("Yaw rate", Some("deg/s")));
         assert_eq!(split_header("u"), ("u", None));
         assert_eq!(split_header("[m]"), ("[m]", None));
+        assert_eq!(split_header("data[12]"), ("data[12]", None));
+        assert_eq!(split_header("V1 [1]"), ("V1", Some("1")));
     }
 
     #[test]

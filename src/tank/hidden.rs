@@ -187,6 +187,7 @@ fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
         "cross_drag" => vec![Strength(0.25 * f / (speed[j] * speed[j]))],
         "even_drag" => vec![Strength(0.25 * f / (speed[j] * speed[j]))],
         "mixed_drag" => vec![Strength(0.6 * f / (u * speed[j]))],
+        "lift_moment" => vec![Strength(0.5 * f / (speed[0] * speed[j]))],
         "restoring_surge" | "restoring_sway" | "restoring_heave" => vec![Strength(-craft.force[0])],
         "bias" => vec![Strength(0.1 * f)],
         "trim_offset" => vec![Strength(0.01), Strength(-0.005)],

@@ -17,7 +17,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// Ids of the catalogue that users and other programs know.
-const IDS: [&str; 60] = [
+const IDS: [&str; 61] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -37,6 +37,7 @@ const IDS: [&str; 60] = [
     "cross_drag",
     "even_drag",
     "mixed_drag",
+    "lift_moment",
     "restoring_surge",
     "restoring_sway",
     "restoring_heave",

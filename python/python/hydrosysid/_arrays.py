@@ -17,6 +17,8 @@ from ._errors import DataError, UsageError
 from ._quantities import without_units
 
 Vector = NDArray[np.float64]
+FINER = ("ps", "fs", "as")
+"""Units of NumPy below a nanosecond: all that 64 bits hold of them is less than 292 years."""
 DATED = (np.datetime64, np.timedelta64, datetime.date, datetime.timedelta)
 
 
@@ -92,8 +94,30 @@ def seconds(values: Any, name: str, origin: np.datetime64 | None = None) -> NDAr
         raise DataError(f"{name}[{int(np.argmax(without))}] is no time stamp: leave that sample out")
     if given.dtype.kind == "M" and origin is None:
         raise UsageError(f"{name} holds dates, and this run counts seconds: give seconds")
-    passed = np.asarray(given) - origin if given.dtype.kind == "M" else np.asarray(given)
-    return np.asarray(passed.astype("timedelta64[ns]").astype(np.int64) / 1e9)
+    passed = nanoseconds(np.asarray(given), name)
+    if origin is not None and given.dtype.kind == "M":
+        start = int(nanoseconds(np.asarray(origin), name))
+        if len(passed) and int(passed.max()) - start > np.iinfo(np.int64).max:
+            raise DataError(f"{name}: the run lasts longer than the 292 years that 64 bits of nanoseconds hold")
+        passed = passed - start
+    return np.asarray(passed / 1e9)
+
+
+def nanoseconds(times: NDArray[Any], name: str) -> NDArray[np.int64]:
+    """Instants since 1970 or durations as whole nanoseconds.
+
+    Raises:
+        DataError: one that 64 bits of nanoseconds do not hold, which NumPy would wrap to another.
+    """
+    made = times.astype(f"{times.dtype.kind}8[ns]")
+    if np.datetime_data(times.dtype)[0] not in FINER:
+        wrapped = np.atleast_1d(made.astype(times.dtype) != times)
+        if wrapped.any():
+            k = int(np.argmax(wrapped))
+            kind, span = ("date", "from 1678 to 2261") if times.dtype.kind == "M" else ("duration", "up to 292 years")
+            value = np.atleast_1d(times)[k]
+            raise DataError(f"{name}: the time stamp of sample {k + 1} is {value}: a {kind} {span} can be read")
+    return np.asarray(made.astype(np.int64))
 
 
 def shaped(values: Any, name: str, dimensions: int = 1) -> NDArray[np.float64]:

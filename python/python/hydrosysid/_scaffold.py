@@ -89,7 +89,7 @@ def scaffold(
     options, learned = json.dumps(found.left()), json.dumps(found.learned())
     text, companions, warnings = _native.init_campaign(shown, name, figures, chosen, options, learned)
     if told is not None:
-        told([*found.unread, *warnings])
+        told([*found.unread, *found.warned, *warnings])
     if file is not None:
         for source, beside in companions:
             _copy(Path(source), folder / beside)

@@ -48,6 +48,7 @@ class Findings:
         self.folder, self.options, self.msg, self.taken = folder, dict(options), msg, set(taken)
         self.guessed: list[str] = []
         self.unread: list[str] = []
+        self.warned: list[str] = []
         self.converted: list[str] = []
         self.closed_loop: dict[str, list[str]] = {}
         self.not_placed: dict[str, list[str]] = {}
@@ -61,8 +62,9 @@ class Findings:
         try:
             if kind is None:
                 self.plain = True
-                tables, left_out = _tables(path)
-                self.guessed += [f"{path.name}: {reason}" for reason in left_out]
+                tables, left_out, coarse = _tables(path, self.options)
+                self.guessed += [f"{path.name}: {reason}" for reason in (*left_out, *coarse)]
+                self.warned += [f"{path.name}: {reason}" for reason in coarse]
                 made = [self._write(_named(path, group), data) for group, data in tables.items()]
             else:
                 made = self._signals(path, kind)
@@ -231,16 +233,19 @@ def _rest(run: Run, thruster: int, trim: float | None) -> float | None:
     return trim if abs(values[np.argmax(counts)] - trim) < 1.5 else None
 
 
-def _tables(path: Path) -> tuple[dict[str, bytes], list[str]]:
-    """Columns of a plain table as CSV under their own names, and what was left out; a group with its own clock is one.
+def _tables(path: Path, options: Mapping[str, Any]) -> tuple[dict[str, bytes], list[str], list[str]]:
+    """Columns of a plain table as CSV under their own names, what was left out, and which time stamps are coarse.
 
-    ``dvl/t, dvl/u, imu/t, imu/r`` become two, of ``t, u`` and ``t, r``; columns without a group of their own are those
-    of the usual length.
+    A group with its own clock is a table: ``dvl/t, dvl/u, imu/t, imu/r`` become two, of ``t, u`` and ``t, r``; columns
+    without a group of their own are those of the usual length.
     """
     timed: Mapping[str, Any] = {"columns": {"_": {"name": "_", "time": "_"}}}
     source, _ = open_source(path, ColumnMap.of(timed))
     names = source.contents.get("", ())
-    stream = source.read({"": frozenset(names)})[""] if names else None
+    try:
+        stream = source.read({"": frozenset(names)})[""] if names else None
+    except UsageError as error:  # its time is in a unit that is not known
+        raise DataError(str(error)) from None
     if stream is None or not stream.fields:
         raise DataError(f"{path}: it holds no column of numbers")
     fields = {name: stream.fields[name] for name in names}
@@ -257,14 +262,41 @@ def _tables(path: Path) -> tuple[dict[str, bytes], list[str]]:
         seconds = np.asarray(stream.stamps, dtype=np.float64) / stream.per_second
         groups[""] = {"t": seconds, **groups.get("", {})}
     left_out: list[str] = []
+    coarse: list[str] = []
     tables = {}
     for group, columns in groups.items():
         usual, _ = Counter(len(values) for values in columns.values()).most_common(1)[0]
         others = [f"{name} ({len(values)})" for name, values in columns.items() if len(values) != usual]
         if others:
             left_out.append(f"left out, of another length than the {usual} rows of the others: {', '.join(others)}")
-        tables[group] = _csv({name: values for name, values in columns.items() if len(values) == usual})
-    return (tables if len(tables) > 1 else {"": next(iter(tables.values()))}), left_out
+        whole = {name: values for name, values in columns.items() if len(values) == usual}
+        coarse += _coarse(whole, options)
+        tables[group] = _csv(whole)
+    return (tables if len(tables) > 1 else {"": next(iter(tables.values()))}), left_out, coarse
+
+
+def _coarse(columns: Mapping[str, NDArray[Any]], options: Mapping[str, Any]) -> list[str]:
+    """What there is to say of a time that stands still over several rows, as whole seconds do at 10 rows a second."""
+    said = options.get("columns", {}).get("t")
+    said = said.get("name") if isinstance(said, Mapping) else said
+    clocks = [
+        name for name in columns if (name == said if said else _is_clock(name) or columns[name].dtype.kind in "mM")
+    ]
+    found = []
+    for name in clocks:
+        steps = np.flatnonzero(columns[name][1:] != columns[name][:-1])
+        rows, stamps = len(columns[name]), len(steps) + 1
+        if stamps == rows:
+            return []  # a clock that tells every row from the next
+        # the first and the last stamp may have begun before the log, or go on after it
+        each = np.median(np.diff(steps)) if stamps > 3 else 1
+        if each >= 2:
+            found.append(
+                f"{name!r} has {stamps} time stamps for {rows} rows, about {each:.0f} rows each: its resolution is "
+                f'coarser than the rows, and duplicates = "first" keeps {stamps} of them. Log finer stamps, or take '
+                "another column as columns.t"
+            )
+    return found if "duplicates" not in options else []
 
 
 def _is_clock(name: str) -> bool:

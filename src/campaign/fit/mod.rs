@@ -26,7 +26,8 @@ use super::unexcited;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
 use crate::finding::{Finding, Severity};
-use crate::model::Model;
+use crate::log::number::short;
+use crate::model::{Model, Parameter};
 use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
 use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
@@ -96,7 +97,10 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         Estimator::Staged => rows::by_stages(campaign),
         Estimator::Integral => rows::by_integral(campaign, &runs),
     };
-    let mut raw = fitted.map_err(|error| because_misplaced(campaign, error))?;
+    let mut raw = fitted.map_err(|error| match unexcited::at_rest(&runs) {
+        Some(finding) => Error::Refused { findings: vec![finding] },
+        None => because_misplaced(campaign, error),
+    })?;
     let left_out: Vec<&str> = campaign
         .runs
         .iter()
@@ -172,7 +176,7 @@ pub(super) fn assembled(
         residuals: raw.residuals,
         thrusters: campaign.curves.iter().map(|c| FittedCurve::of(c, &campaign.file.thrusters)).collect(),
         identifiability: raw.identifiability,
-        sentence: raw.sentence.unwrap_or_else(|| told(estimator, raw.converged)),
+        sentence: sentence(estimator, &raw.model, raw.converged, raw.sentence),
         converged: raw.converged,
         noise: raw.noise,
         filters: Vec::new(),
@@ -184,11 +188,38 @@ pub(super) fn assembled(
     }
 }
 
+/// Whether to believe the fit: what its estimator says, after what bends its numbers whatever that says.
+fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: Option<String>) -> String {
+    let rest = of_estimator.unwrap_or_else(|| told(estimator, model, converged));
+    // at its neutral value an effect is absent, and bends nothing
+    let absent = |p: &Parameter| (p.value - p.spec.neutral).abs() <= 0.0;
+    let cut_off =
+        |p: &&Parameter| !p.fixed && !p.spec.is_linear() && !absent(p) && (p.value <= p.min || p.value >= p.max);
+    match model.parameters.iter().find(cut_off).filter(|_| converged) {
+        None => rest,
+        Some(p) => format!(
+            "Do not use these numbers yet: {} of `{}` stands at its bound ({} {}), and bends what goes with it; leave the effect out, \
+             or give min, max or a value in [[parameter]]. {rest}",
+            p.spec.name,
+            p.term,
+            short(p.value, 4),
+            p.spec.dimension
+        ),
+    }
+}
+
 /// What there is to say of a fit whose estimator says nothing of its noise.
-fn told(estimator: Estimator, converged: bool) -> String {
+fn told(estimator: Estimator, model: &Model, converged: bool) -> String {
     let name = estimator.name().replace('_', " ");
+    let mut free = model.parameters.iter().filter(|p| !p.fixed).peekable();
+    if free.peek().is_some() && free.all(|p| p.std.is_none()) {
+        return format!("Nothing was estimated: no run is of a kind that the fit by {name} uses.");
+    }
     match converged {
-        true => format!("The fit by {name} is done; it takes no random force into account."),
+        true => format!(
+            "The fit by {name} is done; it takes no random force into account, and does not say whether the model is complete: \
+             the default, filter error, does."
+        ),
         false => format!("Do not use these numbers: the fit by {name} did not converge."),
     }
 }
@@ -236,5 +267,43 @@ fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run]) {
         let of = |run: &Run| used.iter().position(|u| u.name == run.name).and_then(|k| p.per_run.get(k).copied());
         p.per_run = campaign.runs.iter().map(|run| of(run).unwrap_or(mean)).collect();
         p.value = mean;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    #[test]
+    fn a_shape_at_its_bound_comes_first_and_one_that_is_absent_says_nothing() {
+        let mut model =
+            Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag", "thrust_lag"]).unwrap();
+        let lag = model.parameter_of("thrust_lag").unwrap();
+        let told = |model: &Model, converged| {
+            sentence(Estimator::FilterError, model, converged, Some("The fit converged.".into()))
+        };
+        model.parameters[lag].value = 0.3;
+        assert_eq!(told(&model, true), "The fit converged.");
+        model.parameters[lag].value = model.parameters[lag].min;
+        let cut_off = told(&model, true);
+        assert!(
+            cut_off.starts_with("Do not use these numbers yet: T_lag of `thrust_lag` stands at its bound"),
+            "{cut_off}"
+        );
+        assert!(cut_off.ends_with("The fit converged."), "{cut_off}");
+        assert_eq!(told(&model, false), "The fit converged.", "one that has not converged says that already");
+        model.parameters[lag].spec.neutral = model.parameters[lag].min;
+        assert_eq!(told(&model, true), "The fit converged.", "where it is absent it bends nothing");
+    }
+
+    #[test]
+    fn an_estimator_that_no_run_suits_says_so() {
+        let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap();
+        let told = |model: &Model| sentence(Estimator::Staged, model, true, None);
+        assert!(told(&model).starts_with("Nothing was estimated"), "{}", told(&model));
+        model.parameters[0].std = Some(1.0);
+        assert!(told(&model).starts_with("The fit by staged is done"), "{}", told(&model));
     }
 }

@@ -281,24 +281,6 @@ pub fn pulses(values: &[&Signal]) -> (f64, f64, String) {
     (1500.0, 400.0, format!("{seen}; 1500 is the usual neutral and 1100 to 1900 us the usual range"))
 }
 
-/// Whether commands are held between samples: they stay for several rows, or come when they change; with the reason.
-pub fn held(values: &[&Signal], rows: usize) -> Option<String> {
-    if values.iter().any(|s| s.len() < rows) {
-        return Some("the commands have time stamps of their own, as where each change is logged".into());
-    }
-    let (mut same, mut all) = (0_usize, 0_usize);
-    for signal in values {
-        // a command that never changes says nothing of how it changes
-        let changes = signal.values().windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
-        if changes > 0 {
-            all += signal.len() - 1;
-            same += signal.len() - 1 - changes;
-        }
-    }
-    let part = if all > 0 { same as f64 / all as f64 } else { 0.0 };
-    (part > 0.4).then(|| format!("in {:.0} % of the rows a command is what it was in the row before", 100.0 * part))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -357,21 +339,17 @@ mod tests {
     }
 
     #[test]
-    fn values_tell_units_neutrals_and_steps() {
+    fn values_tell_units_and_neutrals() {
         let signal = |values: &[f64]| {
             Signal::new((0..values.len()).map(|k| k as f64).collect::<Vec<_>>().into(), values.to_vec())
         };
         let pulse = signal(&[1500.0, 1500.0, 1600.0, 1600.0, 1500.0, 1400.0]);
         assert_eq!(kind_of(&[&pulse]), Kind::Pulse);
         assert_eq!(pulses(&[&pulse]).0, 1500.0);
-        assert!(held(&[&pulse], 6).is_none_or(|why| why.contains('%')));
         let one_way = signal(&[1000.0, 1000.0, 1000.0, 1700.0, 1200.0]);
         assert_eq!((pulses(&[&one_way]).0, pulses(&[&one_way]).1), (1000.0, 1000.0));
         assert_eq!(kind_of(&[&signal(&[0.0, -80.0, 100.0])]), Kind::Percent);
         assert_eq!(kind_of(&[&signal(&[0.0, -0.8, 1.0])]), Kind::Part);
         assert_eq!(kind_of(&[&signal(&[0.0, 900.0, 2400.0])]), Kind::Turns);
-        assert!(held(&[&signal(&[0.0, 1.0, 2.0, 3.0])], 4).is_none());
-        assert!(held(&[&signal(&[0.0, 0.0, 0.0, 3.0])], 4).is_some());
-        assert!(held(&[&signal(&[0.0, 1.0])], 4).is_some());
     }
 }

@@ -8,6 +8,7 @@ pub(super) mod commands;
 mod dives;
 mod drives;
 mod geometry;
+mod held;
 mod layout;
 mod meaning;
 mod priors;

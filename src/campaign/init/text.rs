@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::commands::{self, Kind};
+use super::held::{self, Commanded};
 use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{options, said, table};
@@ -13,7 +14,7 @@ use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, catalogue, id};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
 use crate::model::places_of;
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, is_command};
 use crate::tank::derived;
 use crate::thrust::thruster::Thruster;
 
@@ -265,7 +266,9 @@ impl Draft<'_> {
             words.push("no log could be read: these stand here as an example".into());
         } else if dofs.is_empty() {
             let said = "no degree of freedom moves under a command: from these logs nothing can be learned";
-            words.push(said.into());
+            // they stand here all the same
+            words.iter_mut().for_each(|word| *word = word.replace(" is left out: ", ": "));
+            words.push(format!("{said}; those that are measured or driven stand here all the same"));
             let moving: Vec<&str> = measured_all.iter().map(|dof: &Dof| dof.force()).collect();
             let of = if moving.is_empty() { "tau_u or V1".into() } else { format!("{} or V1", moving.join(", ")) };
             idle =
@@ -360,19 +363,18 @@ impl Draft<'_> {
                 names.join(", ")
             );
         }
-        let held = self.logs.iter().find_map(|understood| {
+        let commanded = self.logs.iter().filter_map(|understood| {
             let log = understood.log.as_ref()?;
             let mut signals = drives::signals(understood);
-            signals.extend(log.signals.iter().filter(|(name, _)| name.starts_with("tau_")).map(|(_, s)| s));
-            commands::held(&signals, log.rows)
+            signals.extend(log.signals.iter().filter(|(name, _)| is_command(name)).map(|(_, s)| s));
+            Some(Commanded { signals, rows: log.rows, run: Run { signals: log.signals.clone(), ..Run::default() } })
         });
-        match held {
-            Some(why) => drop(writeln!(
-                text,
-                "# guessed: {why}\ninput = \"hold\"   # what commands do between samples: \"linear\" | \"hold\""
-            )),
-            None => text += "input = \"linear\"   # what commands do between samples: \"linear\" | \"hold\"\n",
+        let (is_held, why) = held::held(&commanded.collect::<Vec<_>>());
+        if let Some(why) = why {
+            let _ = writeln!(text, "# guessed: {why}");
         }
+        let input = if is_held { "hold" } else { "linear" };
+        let _ = writeln!(text, "input = \"{input}\"   # what commands do between samples: \"linear\" | \"hold\"");
         text
     }
 

@@ -93,9 +93,12 @@ pub(super) fn maximised(
     noises: Vec<NoiseModel>,
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
-    let each = std::iter::repeat_n(filtered, noises.len()).zip(noises);
-    let searches: Vec<_> = each.map(|(filtered, noise)| about(model, filtered, noise, options)).collect();
-    let least = searches.iter().flatten().map(|search| search.cost).fold(f64::INFINITY, f64::min);
+    let (mut searches, mut least) = (Vec::new(), f64::INFINITY);
+    for (filtered, noise) in std::iter::repeat_n(filtered, noises.len()).zip(noises) {
+        let search = about(model, filtered, noise, options, least + APART);
+        least = search.as_ref().map_or(least, |search| least.min(search.cost));
+        searches.push(search);
+    }
     let near = searches.into_iter().filter(|search| search.as_ref().map_or(true, |s| s.cost <= least + APART));
     let tops = near.map(|search| search.and_then(|search| to_the_top(search, options)));
     tops.reduce(higher).unwrap_or_else(|| Err(diverges(model)))
@@ -145,14 +148,16 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
     search.finish(converged)
 }
 
-/// The search as far as [`ABOUT`] from a noise.
+/// The search as far as [`ABOUT`] from a noise; given up where there is no hope of coming below `bar`, either.
 fn about<'a>(
     model: &Model,
     filtered: Filtered,
     noise: NoiseModel,
     options: &'a FilterErrorOptions,
+    bar: f64,
 ) -> Result<Search<'a>, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
+    search.bar = options.bar.plain.min(bar);
     let unseen = search.unseen().into_iter().map(|k| &model.parameters[k]);
     let (parameters, values): (Vec<String>, Vec<f64>) = unseen.map(|p| (p.full_name(), p.value)).unzip();
     if !parameters.is_empty() {
@@ -160,6 +165,7 @@ fn about<'a>(
     }
     // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
     search.climb(options.tolerance.max(ABOUT));
+    search.bar = options.bar.plain;
     if search.given_up { Err(search.gives_up()) } else { Ok(search) }
 }
 

@@ -73,6 +73,8 @@ pub fn draw(chart: &HeatMap, sheet: &Sheet) -> Drawing {
             Heads::Upright => canvas.raw(&turned(x + 4.0, -90)),
         }
     }
+    let size = [width * chart.columns.len() as f64, height * chart.rows.len() as f64];
+    canvas.rect("cell", [left, top], size, "");
     for (r, label) in chart.rows.iter().enumerate() {
         let y = top + height * r as f64;
         let name = fitted(label, left - 9.0).svg();
@@ -81,16 +83,18 @@ pub fn draw(chart: &HeatMap, sheet: &Sheet) -> Drawing {
         for (c, value) in values.iter().enumerate().take(chart.columns.len()) {
             let x = left + width * c as f64;
             let (class, strength) = colour(*value, chart.colours);
-            let opacity = format!("fill-opacity=\"{:.3}\"", STRONGEST * strength);
-            canvas.open("square", "");
+            // short: there are hundreds of them
             canvas.raw(&format!(
-                "<title>{} | {}: {}</title>",
+                "<rect class=\"{class}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill-opacity=\"{:.2}\"><title>{} | {}: {}</title></rect>",
+                x + 1.0,
+                y + 1.0,
+                width - 2.0,
+                height - 2.0,
+                STRONGEST * strength,
                 escape(label.text()),
                 escape(chart.columns.get(c).map_or("", Label::text)),
                 digits(*value, chart.decimals)
             ));
-            canvas.rect("cell", [x, y], [width, height], "");
-            canvas.rect(class, [x + 1.0, y + 1.0], [width - 2.0, height - 2.0], &format!("rx=\"2\" {opacity}"));
             if value.is_finite() && width >= 22.0 {
                 let class = if strength > 0.6 { "digits strong" } else { "digits" };
                 canvas.text(
@@ -100,7 +104,6 @@ pub fn draw(chart: &HeatMap, sheet: &Sheet) -> Drawing {
                     &fitting(*value, chart.decimals, width - 2.0),
                 );
             }
-            canvas.close();
         }
     }
     Drawing { elements: canvas.finish(), height: top + height * chart.rows.len() as f64 + 4.0 }

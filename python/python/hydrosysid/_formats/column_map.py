@@ -6,13 +6,13 @@ import difflib
 import json
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from .._errors import UsageError
-from .source import PER_SECOND
+from .source import PER_SECOND, name_and_unit
 
 BODY, EARTH = ("frd", "flu"), ("ned", "enu")
 WORDS = {
@@ -25,6 +25,7 @@ WORDS = {
 }
 EARTH_VELOCITIES = ("u", "v", "w")
 """Channels that may be logged along earth axes; they are turned by the attitude."""
+ATTITUDE = ("phi", "theta", "psi")
 
 
 @dataclass(frozen=True)
@@ -104,11 +105,39 @@ class ColumnMap:
             table["msg"] = [str(Path(path).parent / file) for file in _files(table["msg"], str(path))]
         return cls.of(table | dict(options or {}), str(path))
 
-    def si_options(self, name: str) -> str:
-        """The options of the library's reader for one channel, as JSON."""
+    def earth_velocity(self, where: str) -> str | None:
+        """The earth axes that ``u``, ``v``, ``w`` are logged along, where they are; `where` begins a refusal.
+
+        Raises:
+            UsageError: not the three of them in one frame, in the words of the reader of CSV.
+        """
+        frames = {name: entry.frame for name in EARTH_VELOCITIES if (entry := self.columns.get(name)) is not None}
+        earth = next((frame for frame in frames.values() if frame in EARTH), None)
+        other = next((name for name in EARTH_VELOCITIES if frames.get(name) != earth), None)
+        if earth is not None and other is not None:
+            text = "velocities along earth axes are turned together: say the same frame for u, v and w"
+            raise UsageError(f"{where}: columns.{other}: {text}")
+        return earth
+
+    def with_attitude(self, fields: Iterable[str], where: str) -> ColumnMap:
+        """The map with the attitude that turns velocities along earth axes, where `fields` of a plain table are it.
+
+        As in CSV, ``phi``, ``theta``, ``psi`` under their own names need not be said.
+        """
+        if self.earth_velocity(where) is None:
+            return self
+        taken = {entry.name for entry in self.columns.values()}
+        own = {name_and_unit(field)[0]: field for field in fields if field not in taken}
+        time = self.columns["u"].time
+        added = {a: ColumnSource(own[a], time=time) for a in ATTITUDE if a in own and a not in self.columns}
+        return replace(self, columns={**self.columns, **added})
+
+    def si_options(self, name: str, unit: str | None = None) -> str:
+        """The options of the library's reader for one channel, as JSON; `unit` where the map says none."""
         source = self.columns.get(name, ColumnSource(name))
         said = {"name": source.name, "scale": source.scale, "sign": source.sign}
-        said |= {key: value for key in ("unit", "frame") if (value := getattr(source, key)) is not None}
+        given = {"unit": unit if source.unit is None else source.unit, "frame": source.frame}
+        said |= {key: value for key, value in given.items() if value is not None}
         options = {"columns": {name: said}, "body_frame": self.body_frame, "earth_frame": self.earth_frame}
         return json.dumps(options)
 

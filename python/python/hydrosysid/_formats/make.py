@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,8 +11,8 @@ from numpy.typing import NDArray
 from .. import _native
 from .._errors import DataError, Finding, UsageError, found
 from .._run import Run, _commands
-from .column_map import EARTH_VELOCITIES, ColumnMap, ColumnSource
-from .source import Array, Source, Stream, ticks
+from .column_map import ATTITUDE, EARTH_VELOCITIES, ColumnMap, ColumnSource
+from .source import Array, Source, Stream, name_and_unit, ticks
 
 WALL_CLOCK = 1e8
 """Beyond three years a stamp is a wall clock, s; the same bound as for CSV."""
@@ -39,6 +38,7 @@ def run_and_origin(source: Source, columns: ColumnMap, **run: Any) -> tuple[Run,
     """
     findings: list[Finding] = []
     columns = columns if columns.columns else _own_names(source, columns)
+    columns = columns.with_attitude(source.contents.get("", ()), source.name)
     chosen = {name: _address(source, name, entry) for name, entry in columns.columns.items() if name != "t"}
     if not chosen:
         raise UsageError(f"{source.name}: no channel is mapped; say columns = {{u = …}}; there are {source.listed()}")
@@ -70,11 +70,10 @@ def _own_names(source: Source, columns: ColumnMap) -> ColumnMap:
         raise UsageError(f"{source.name}: say with columns which field is which channel; there are {source.listed()}")
     named = {}
     for header in source.contents[""]:
-        parts = re.fullmatch(r"(.*\S)\s*\[(.*)\]", header.strip())
-        name, unit = parts.groups() if parts else (header.strip(), None)
+        name, _ = name_and_unit(header)
         if name in named:
             raise UsageError(f"{source.name}: two columns are called {name!r}; say with columns which one is meant")
-        named[name] = ColumnSource(header, unit)
+        named[name] = ColumnSource(header)
     return ColumnMap(**(vars(columns) | {"columns": named}))
 
 
@@ -126,7 +125,8 @@ def _samples(
         values = angles[ANGLES.index(field.rpartition(".")[2])]
     stamps, per_second = stream.stamps, stream.per_second
     if entry.time is not None:
-        stamps, per_second = ticks(stream.fields[entry.time], columns.time_unit)
+        unit = columns.time_unit or name_and_unit(entry.time)[1]
+        stamps, per_second = ticks(stream.fields[entry.time], unit, f"{source.name}: columns.{name}.time")
     if len(stamps) != len(values):
         raise DataError(f"{source.name}: {name} has {len(values)} values for {len(stamps)} time stamps")
     there = np.ones(len(values), dtype=bool)
@@ -146,8 +146,24 @@ def _samples(
         raise DataError(f"{source.name}: {name} has no sample")
     stamps, values = stamps[there], values[there]
     _finite(source, name, stamps, values)
-    name, unit, values = _native.to_si(name, np.ascontiguousarray(values), columns.si_options(name))
+    written = None if address[0] else name_and_unit(field)[1]
+    name, unit, values = _si(source, name, np.ascontiguousarray(values), columns, written)
     return (name, stamps, per_second, values), unit
+
+
+def _si(source: Source, name: str, values: Array, columns: ColumnMap, written: str | None) -> tuple[str, str, Array]:
+    """Name, unit and values in SI; `written` is the unit in the column's name, used where the map says none."""
+    said = columns.si_options(name)
+    if written is None or columns.columns[name].unit is not None:
+        return _native.to_si(name, values, said)
+    try:
+        return _native.to_si(name, values, columns.si_options(name, written))
+    except UsageError as error:
+        # what an auxiliary channel is written in need not be known
+        if not _native.to_si(name, np.empty(0), said)[1]:
+            return _native.to_si(name, values, said)
+        why = str(error).removeprefix(f"columns.{name}: ")
+        raise UsageError(f"{source.name}: columns.{name} = {columns.columns[name].name!r}: {why}") from None
 
 
 def _finite(source: Source, name: str, stamps: NDArray[Any], values: Array) -> None:
@@ -155,17 +171,25 @@ def _finite(source: Source, name: str, stamps: NDArray[Any], values: Array) -> N
     if bad.any():
         k = int(np.argmax(bad))
         hint = "; missing = 'no_sample' leaves such samples out" if np.isnan(values[k]) else ""
-        raise DataError(f"{source.name}: {name}, sample {k + 1} is {values[k]}, and {bad.sum() - 1} more{hint}")
+        others = _and_more(int(bad.sum()) - 1, "more")
+        raise DataError(f"{source.name}: {name}, sample {k + 1} is {values[k]}{others}{hint}")
     lost = ~np.isfinite(stamps)
     if lost.any():
         raise DataError(f"{source.name}: {name}, sample {int(np.argmax(lost)) + 1} has no time stamp: leave it out")
-    step = np.flatnonzero(np.diff(stamps) <= 0)
+    # a difference would wrap where stamps lie more than 292 years apart
+    step = np.flatnonzero(stamps[1:] <= stamps[:-1])
     if len(step):
         k = int(step[0]) + 1
         again = stamps[k] == stamps[k - 1]
         how = "duplicates = 'first' keeps the first" if again else "sort = true sorts by time"
         text = f"{source.name}: {name}, sample {k + 1}: the time stamp {stamps[k]} does not follow {stamps[k - 1]}"
-        raise DataError(f"{text}, and {len(step) - 1} more cases; {how}")
+        others = _and_more(len(step) - 1, "more cases")
+        raise DataError(f"{text}{others}; {how}")
+
+
+def _and_more(count: int, what: str) -> str:
+    """How many there are beside the one that is named."""
+    return f", and {count} {what}" if count else ""
 
 
 def _seconds(
@@ -204,17 +228,13 @@ def _to_body(
     findings: list[Finding],
 ) -> dict[str, tuple[Array, Array]]:
     """Velocities that are logged along earth axes, turned by the attitude."""
-    frames = {n: columns.columns[n].frame for n in EARTH_VELOCITIES if n in columns.columns}
-    earth = {frame for frame in frames.values() if frame in ("ned", "enu")}
-    if not earth:
+    frame = columns.earth_velocity(source.name)
+    if frame is None:
         return signals
-    if len(set(frames.values())) > 1:
-        said = ", ".join(f"{name}: {frame or 'none'}" for name, frame in frames.items())
-        raise UsageError(f"{source.name}: velocities along earth axes need u, v, w in one frame; {said}")
-    needed = {n: signals[n] for n in (*EARTH_VELOCITIES, "phi", "theta", "psi") if n in signals}
+    needed = {n: signals[n] for n in (*EARTH_VELOCITIES, *ATTITUDE) if n in signals}
     given = {n: (np.ascontiguousarray(t), np.ascontiguousarray(x)) for n, (t, x) in needed.items()}
     try:
-        turned, how = _native.to_body(given, earth.pop())
+        turned, how = _native.to_body(given, frame)
     except (UsageError, DataError) as error:
         raise type(error)(f"{source.name}: {error}") from None
     findings.append(found("L214", f"{source.name}: {how}"))

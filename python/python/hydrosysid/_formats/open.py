@@ -60,7 +60,7 @@ def open_netcdf(path: Path, columns: ColumnMap) -> Opened:
     if first_bytes(path, len(hdf5.MARK)) == hdf5.MARK:
         engine = needed("h5netcdf", "hdf5", "netCDF files of version 4").__name__
     dataset = read_by(needed("xarray", "xarray", "netCDF files").load_dataset, path, engine=engine)
-    arrays, columns = table.of_xarray(dataset, columns)
+    arrays, columns = table.of_xarray(dataset, columns, str(path))
     return _table(str(path), arrays, columns)
 
 
@@ -143,6 +143,13 @@ def format_of(path: Path) -> str | None:
 def is_known(path: Path) -> bool:
     """Whether the file is in one of these formats, by its first bytes or its name."""
     return format_of(path) is not None
+
+
+def is_log(path: Path) -> bool:
+    """Whether this is a file, or the folder of a ROS 2 bag, in one of these formats: there, not empty, no campaign."""
+    if path.is_dir():
+        return (path / "metadata.yaml").is_file() and not (path / "campaign.toml").is_file()
+    return bool(first_bytes(path, 1)) and is_known(path)
 
 
 def open_source(path: Path, columns: ColumnMap) -> Opened:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter, itemgetter
@@ -10,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import DataError
+from .._arrays import nanoseconds
+from .._errors import DataError, UsageError
 
 Array = NDArray[np.float64]
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600}
+SPELLINGS = {"µs": "us", "μs": "us"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +71,22 @@ class Source:
         return ", ".join(every[:most]) + more if every else "nothing that is a number"
 
 
-def ticks(times: NDArray[Any], unit: str | None) -> tuple[NDArray[Any], float]:
+def name_and_unit(column: str) -> tuple[str, str | None]:
+    """Name and unit of a column; a number right behind a name is an index, and part of it.
+
+    >>> name_and_unit("speed [kn]"), name_and_unit("V1 [1]"), name_and_unit("data[0]")
+    (('speed', 'kn'), ('V1', '1'), ('data[0]', None))
+    """
+    parts = re.fullmatch(r"(.*\S)(\s*)\[(.*)\]", column.strip())
+    if parts is None or (not parts[2] and parts[3].isdigit()):
+        return column.strip(), None
+    return parts[1], parts[3].strip() or None
+
+
+def ticks(times: NDArray[Any], unit: str | None, what: str = "time stamps") -> tuple[NDArray[Any], float]:
     """Time stamps as whole ticks or seconds, and ticks a second; a 64-bit float would round a wall clock in ns.
+
+    `what` names them in a refusal.
 
     >>> ticks(np.array(["2024-07-01T10:40:00.1"], dtype="datetime64[ms]"), None)
     (array([1719830400100000000]), 1000000000.0)
@@ -77,10 +94,14 @@ def ticks(times: NDArray[Any], unit: str | None) -> tuple[NDArray[Any], float]:
     if times.dtype.kind in "mM":
         if np.isnat(times).any():
             raise DataError(f"sample {int(np.argmax(np.isnat(times))) + 1} has no time stamp (NaT): leave it out")
-        return times.astype(times.dtype.kind + "8[ns]").astype(np.int64), 1e9
-    if times.dtype.kind in "iu":
-        return times.astype(np.int64), PER_SECOND[unit or "s"]
-    return times.astype(np.float64), PER_SECOND[unit or "s"]
+        return nanoseconds(times, what), 1e9
+    per_second = PER_SECOND.get(SPELLINGS.get(unit or "s", unit or "s"))
+    if per_second is None:
+        known = ", ".join(PER_SECOND)
+        raise UsageError(
+            f"{what}: the unit {unit!r} is not one of {known}; say it as unit of columns.t, or as time_unit"
+        )
+    return times.astype(np.int64 if times.dtype.kind in "iu" else np.float64), per_second
 
 
 def number_fields(value: Any, path: str = "") -> Iterable[tuple[str, Callable[[Any], float]]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._errors import UsageError
 from .._quantities import quantity_of
 from .column_map import ColumnMap, ColumnSource
-from .source import Source, Stream, ticks
+from .source import Source, Stream, name_and_unit, ticks
 
 
 def source_of(
@@ -33,7 +33,7 @@ def source_of(
         if entry.name in arrays and arrays[entry.name].dtype.kind == "c":
             raise UsageError(f"{name}: columns.{channel} = {entry.name!r} holds complex numbers: give their real part")
     # t is time wherever it is, under its own name or another
-    own = next((key for key in plain if key == "t" or key.startswith(("t [", "t["))), None)
+    own = next((key for key in plain if name_and_unit(key)[0] == "t"), None)
     given = columns.columns.get("t", None if own is None else ColumnSource(own))
     if given is not None and given.name not in plain:
         raise UsageError(f"{name}: columns.t = {given.name!r} is not there; there are {', '.join(plain)}")
@@ -49,8 +49,8 @@ def source_of(
     def read(wanted: Mapping[str, frozenset[str]]) -> Mapping[str, Stream]:
         stamps, per_second = np.empty(0), 1.0
         if given is not None:
-            written = given.name.partition("[")[2].rstrip("] ").strip() or None
-            stamps, per_second = ticks(plain[given.name], given.unit or columns.time_unit or written)
+            unit = given.unit or columns.time_unit or name_and_unit(given.name)[1]
+            stamps, per_second = ticks(plain[given.name], unit, f"{name}: columns.t = {given.name!r}")
         return {"": Stream(stamps, per_second, {field: plain[field] for field in wanted[""]})}
 
     shown = tuple(f for f in fields if plain[f].dtype.kind in "biuf" or columns.columns)
@@ -81,7 +81,9 @@ def _series(series: Any) -> NDArray[Any]:
         raise UsageError(f"the column {series.name!r} carries units: Run.from_frame reads such frames")
     kind = getattr(series.dtype, "kind", "O")
     if kind in "mM":
-        return np.asarray(series.to_numpy(dtype=f"{kind}8[ns]"))
+        # its own unit: pandas wraps instants that nanoseconds do not hold
+        unit = getattr(getattr(series, "dt", series), "unit", "ns")
+        return np.asarray(series.to_numpy(dtype=f"{kind}8[{unit}]"))
     if kind in "biuf" and not isinstance(series.dtype, np.dtype):
         # an extension type, which knows missing values
         lacks = series.isna().any()
@@ -100,22 +102,26 @@ def of_arrow(table: Any) -> dict[str, NDArray[Any]]:
     return {name: column.combine_chunks().to_numpy(zero_copy_only=False) for name, column in columns}
 
 
-def of_xarray(dataset: Any, columns: ColumnMap) -> tuple[dict[str, NDArray[Any]], ColumnMap]:
+def of_xarray(
+    dataset: Any, columns: ColumnMap, name: str = "xarray dataset"
+) -> tuple[dict[str, NDArray[Any]], ColumnMap]:
     """Variables of an xarray dataset, and the map in which each has the coordinate of its dimension as its time.
 
     Raises:
         UsageError: a variable of several dimensions that the map asks for.
     """
-    variables = {str(name): variable for name, variable in dataset.variables.items()}
-    arrays = {name: np.asarray(variable.values) for name, variable in variables.items()}
-    given = dict(columns.columns) or {str(name): ColumnSource(str(name)) for name in dataset.data_vars}
+    variables = {str(key): variable for key, variable in dataset.variables.items()}
+    arrays = {key: np.asarray(variable.values) for key, variable in variables.items()}
+    given = dict(columns.with_attitude(variables, name).columns)
+    given = given or {str(key): ColumnSource(str(key)) for key in dataset.data_vars}
     timed = {}
-    for name, entry in given.items():
+    for channel, entry in given.items():
         dims = variables[entry.name].dims if entry.name in variables else ()
         if len(dims) > 1:
             raise UsageError(
                 f"{entry.name} has the dimensions {', '.join(map(str, dims))}: choose by .sel or .isel first"
             )
-        time = entry.time or (str(dims[0]) if dims and str(dims[0]) in arrays else None)
-        timed[name] = ColumnSource(**(vars(entry) | {"time": time}))
+        own = entry.time if channel in columns.columns else None
+        time = own or (str(dims[0]) if dims and str(dims[0]) in arrays else None)
+        timed[channel] = ColumnSource(**(vars(entry) | {"time": time}))
     return arrays, ColumnMap(**(vars(columns) | {"columns": timed}))

@@ -1,0 +1,136 @@
+//! What commands do between two rows of a log: they are held, or change on a line.
+//!
+//! ```text
+//! d̂ = Σ d_k σ_k⁻² / Σ σ_k⁻²      delay of the motion behind commands on a line; held: Δt/2, a line: 0     σ(d̂) < Δt/8
+//! ```
+//!
+//! Commands that are sent stay until the next one comes; commands that somebody has simulated may be lines. A zig-zag looks the
+//! same in both, and so does a sine. Where the motion answers clearly ([`measure`]), it decides; else commands that mostly stay
+//! are held.
+
+use crate::check::balance::Balance;
+use crate::check::commands::measure;
+use crate::frame::Dof;
+use crate::log::check::time::usual_step;
+use crate::log::number::short;
+use crate::run::{Run, Signal};
+
+/// The commands of a log, its number of rows, and all of its channels.
+pub struct Commanded<'a> {
+    pub signals: Vec<&'a Signal>,
+    pub rows: usize,
+    pub run: Run,
+}
+
+/// Share of rows that leave a command as it was, from which on it is held.
+const STAYS: f64 = 0.4;
+
+/// Deviation of the delay over the time between rows, up to which it tells a half from none by four deviations.
+const CLEAR: f64 = 0.125;
+
+/// Whether commands are held, with the reason; no reason where nothing speaks for either.
+pub fn held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
+    if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
+        return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
+    }
+    if let Some((delay, step)) = logs.iter().find_map(|log| step(log)).and_then(|step| Some((delay(logs, step)?, step)))
+    {
+        let told = format!(
+            "the motion comes {} s behind commands on lines between the rows; held ones would make it {}",
+            short(delay, 2),
+            short(0.5 * step, 3)
+        );
+        return (delay > 0.25 * step, Some(told));
+    }
+    let stays = logs.iter().map(stays).fold(0.0, f64::max);
+    let told = || format!("in {:.0} % of the rows a command is what it was in the row before", 100.0 * stays);
+    (stays > STAYS, (stays > STAYS).then(told))
+}
+
+/// Time between the rows of commands, s.
+fn step(log: &Commanded<'_>) -> Option<f64> {
+    log.signals.first().and_then(|signal| usual_step(signal.time())).filter(|step| *step > 0.0)
+}
+
+/// The delay of the motion behind commands on a line, of all logs and degrees of freedom, s; `None` where it does not tell a
+/// half of a step from none, or the motion comes before both.
+fn delay(logs: &[Commanded<'_>], step: f64) -> Option<f64> {
+    let answers = logs.iter().flat_map(|log| Dof::ALL.into_iter().filter_map(|dof| Balance::new(&log.run, dof)));
+    // one delay for all commands of a balance
+    let delays = answers.filter_map(|balance| measure(&balance).first().and_then(|answer| answer.delay));
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for delay in delays.filter(|delay| delay.std > 0.0) {
+        sum += delay.seconds / delay.std.powi(2);
+        weight += 1.0 / delay.std.powi(2);
+    }
+    let known = weight > 0.0 && weight.sqrt().recip() < CLEAR * step;
+    known.then(|| sum / weight).filter(|delay| *delay > -0.25 * step)
+}
+
+/// Share of the rows that leave the commands of a log as they were; one that never changes says nothing of how it changes.
+fn stays(log: &Commanded<'_>) -> f64 {
+    let (mut same, mut all) = (0_usize, 0_usize);
+    for signal in &log.signals {
+        let changes = signal.values().windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
+        if changes > 0 {
+            all += signal.len() - 1;
+            same += signal.len() - 1 - changes;
+        }
+    }
+    if all > 0 { same as f64 / all as f64 } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(values: &[f64], rows: usize) -> (bool, Option<String>) {
+        let time: Vec<f64> = (0..values.len()).map(|k| k as f64).collect();
+        let signal = Signal::new(time.into(), values.to_vec());
+        held(&[Commanded { signals: vec![&signal], rows, run: Run::default() }])
+    }
+
+    #[test]
+    fn without_a_motion_commands_that_mostly_stay_are_held() {
+        assert!(
+            of(&[1500.0, 1500.0, 1600.0, 1600.0, 1600.0, 1400.0], 6)
+                .1
+                .is_some_and(|why| why.contains("60 % of the rows"))
+        );
+        assert_eq!(of(&[0.0, 1.0, 2.0, 3.0], 4), (false, None));
+        assert!(of(&[0.0, 0.0, 0.0, 3.0], 4).0);
+        assert!(!of(&[0.0, 0.0, 0.0, 0.0], 4).0, "what never changes says nothing of how");
+        assert!(of(&[0.0, 1.0], 4).0, "stamps of its own");
+    }
+
+    /// u̇ = (τ − 20 u)/100 in steps of 10 ms; rows are 0.2 s apart, and τ is held between them or on lines.
+    #[test]
+    fn the_motion_tells_held_commands_from_lines() {
+        const STEP: f64 = 0.2;
+        let command = |row: usize| if (row / 40).is_multiple_of(2) { 60.0 } else { -60.0 };
+        let sailed = |is_held: bool| {
+            let (mut u, mut rows) = (0.0, Vec::new());
+            for row in 0..600 {
+                rows.push(u);
+                for part in 0..20 {
+                    let along = (f64::from(part) + 0.5) / 20.0;
+                    let line = command(row) + (command(row + 1) - command(row)) * along;
+                    let tau = if is_held { command(row) } else { line };
+                    u += (tau - 20.0 * u) / 100.0 * STEP / 20.0;
+                }
+            }
+            let time: std::sync::Arc<[f64]> = (0..600).map(|k| STEP * f64::from(k)).collect();
+            let tau = Signal::new(time.clone(), (0..600).map(command).collect::<Vec<_>>());
+            let mut noise = crate::noise::Noise::new(7, 1);
+            let u: Vec<f64> = rows.iter().map(|u| u + 0.003 * noise.normal()).collect();
+            let signals = [("u".to_string(), Signal::new(time, u)), ("tau_u".to_string(), tau.clone())];
+            let run = Run { signals: signals.into(), ..Run::default() };
+            held(&[Commanded { signals: vec![&tau], rows: 600, run }])
+        };
+        for is_held in [true, false] {
+            let (found, why) = sailed(is_held);
+            let why = why.unwrap();
+            assert!(found == is_held && why.starts_with("the motion comes"), "{is_held}: {found}, {why}");
+        }
+    }
+}
