@@ -68,7 +68,7 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
                 // closer than half a mesh they lead to one hill
                 let differs = (quiet.shape() - loud.shape()).abs() > 0.5 * quiet.mesh();
                 // under a tenth of the forces a score says where the hill is, and not how high
-                quiet.score.statistic = loud.score.statistic;
+                (quiet.score.statistic, quiet.score.log_p) = (loud.score.statistic, loud.score.log_p);
                 of_list(loud);
                 if differs {
                     of_list(quiet);

@@ -86,7 +86,8 @@ pub(super) fn refitted(
     let near = near.and_then(Result::ok);
     // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
     // the last model makes no use of the commands
-    let lost = near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
+    let is_sure = score.log_p < found.screen.threshold;
+    let lost = is_sure && near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
     if (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate) {
         let from_log = started(&model, task.train);

@@ -28,7 +28,7 @@ impl Effect for LiftMoment {
             family: Family::Body,
             scope: Scope::Couples(&PLACES),
             formula: "−k u νⱼ",
-            meaning: "Moment of the lift of hull and fixed fins at an angle to the flow, beside the Munk moment.",
+            meaning: "Moment of the lift of hull and fixed fins at an angle to the flow.",
             source: "Prestero, MIT (2001), ch. 4.5; Fossen, Handbook of Marine Craft (2021), ch. 6",
             shown_by: "motion ahead and across at once, with the Coriolis terms tied to the inertias",
         }
