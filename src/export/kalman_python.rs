@@ -54,13 +54,16 @@ def gain():
     among = np.ix_(seen, seen)
     found = np.zeros((len(STATES), len(OUTPUTS)))
     of_seen = np.array(C)[:, seen]
-    noise = np.array(Q_D)[among]
+    step, noise = np.array(A_D)[among], np.array(Q_D)[among]
+    asleep = (
+        "no stationary gain: states that neither decay nor are pushed by a random force (Q_D) would in the end be known "
+        "exactly; give Q_D what pushes your vehicle"
+    )
     try:
-        found[seen] = control.dlqe(np.array(A_D)[among], np.eye(len(seen)), of_seen, noise, np.array(R))[0]
+        found[seen] = control.dlqe(step, np.eye(len(seen)), of_seen, noise, np.array(R))[0]
     except np.linalg.LinAlgError as error:
-        raise ValueError(
-            "no stationary gain: states that neither decay nor are pushed by a random force (Q_D) would in the end be "
-            "known exactly; give Q_D what pushes your vehicle"
-        ) from error
+        raise ValueError(asleep) from error
+    if np.abs(np.linalg.eigvals(step - found[seen] @ of_seen)).max() > 1.0 - 1e-9:
+        raise ValueError(asleep)
     return found
 "#;
