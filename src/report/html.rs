@@ -17,9 +17,9 @@ use crate::wording::count;
 
 pub use super::palette::{page_style, standalone_style as figure_style};
 
-/// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 20 bytes
-/// (drawn wide, drawn narrow, packed for the script).
-const POINTS: usize = 50_000;
+/// Points of all curves together, so that a report with many figures stays below 2 MB: a point takes about 25 bytes
+/// (drawn wide, drawn narrow, packed for the script), and 27 runs on 27 in three degrees of freedom half a megabyte of cells.
+const POINTS: usize = 40_000;
 
 /// Width of a small figure beside others, px, and most points of each of its series: 81 figures of two series are half a
 /// megabyte.
