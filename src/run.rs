@@ -182,6 +182,12 @@ impl Run {
         self.signals.get(name)
     }
 
+    /// The command `V3` of which a thruster's force `F3` is made, where the run has it.
+    pub fn command_of(&self, force: &str) -> Option<String> {
+        let command = format!("V{}", thruster_of(force, "F")?);
+        self.signals.contains_key(&command).then_some(command)
+    }
+
     /// The supply voltage, V, under any of the names that logs have for it.
     pub fn supply_voltage(&self) -> Option<&Signal> {
         SUPPLY.iter().find_map(|name| self.signal(name)).filter(|s| !s.is_empty())

@@ -79,17 +79,15 @@ def test_json_and_refusals_of_convert(table: Path) -> None:
 def test_check_of_another_format_names_the_command_that_reads_it(table: Path) -> None:
     done = command(table, "check", "dive.npz", "--columns", "t,u")
     assert done.returncode == 1
-    assert "`hydrosysid init dive.npz -o dive` reads it and writes a campaign" in done.stderr
+    assert "`hydrosysid init LOG -o FOLDER` reads it and writes a campaign" in done.stderr
     assert "L216" in done.stderr
-    assert "Python package" not in done.stderr
-    # the same as a result, by the function; with --json the crate tells it
     (error,) = hs.check(table / "dive.npz").errors
     assert (error.code, error.kind) == ("L216", "other-format")
-    assert "reads it and writes a campaign; then check('dive')" in error.message
+    assert "`hydrosysid init LOG -o FOLDER`" in error.message
     assert json.loads(command(table, "check", "dive.npz", "--json", "-").stdout)["verdict"] == "red"
     (table / "bag").mkdir()
     (table / "bag" / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
-    assert "`hydrosysid init bag -o bag`" in command(table, "check", "bag").stderr
+    assert "a ROS 2 bag: `hydrosysid init FOLDER -o dive`" in command(table, "check", "bag").stderr
 
 
 @pytest.mark.parametrize(("name", "content"), [("bad.BIN", bytes(20)), ("bad.csv", b"nothing")])

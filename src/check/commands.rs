@@ -12,7 +12,7 @@ use super::lag;
 use super::report::{Answer, FaultKind, Found};
 use crate::frame::Dof;
 use crate::log::number::short;
-use crate::run::{Run, thruster_of};
+use crate::run::Run;
 use crate::thrust::thruster::Thruster;
 
 /// How many standard deviations a gain must be from zero to speak of its sign or its delay.
@@ -49,18 +49,16 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
     answers.filter(clear).map(|(_, a)| a).collect()
 }
 
-/// How the sign of `channel` is turned in the log: that of a thruster's force by its command, of which it is made.
-fn turned(channel: &str, logs: impl Fn(&str) -> bool) -> String {
-    let command = thruster_of(channel, "F").map(|number| format!("V{number}")).filter(|command| logs(command));
-    match command {
+/// How the sign of `channel` is turned in the log of `run`: that of a thruster's force by the command of which it is made.
+fn turned(channel: &str, run: &Run) -> String {
+    match run.command_of(channel) {
         Some(command) => format!("turn its command, columns.{command} = {{ name = \"its column\", sign = -1 }}"),
         None => format!("set columns.{channel}.sign = -1"),
     }
 }
 
 /// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
-/// `logs` says which channels the run has.
-pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster], logs: impl Fn(&str) -> bool + Copy) -> Vec<Found> {
+pub fn judge_signs(run: &Run, answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for a in answers {
         // the sign of several together is that of the strongest
@@ -76,7 +74,7 @@ pub fn judge_signs(answers: &[Answer], thrusters: &[Thruster], logs: impl Fn(&st
             a.velocity,
             short(a.gain, 3),
             short(a.std, 2),
-            turned(&a.channel, logs)
+            turned(&a.channel, run)
         );
         found.push(Found::new(&codes::COMMAND_SIGN, &[&a.channel, &a.velocity], text).fault(
             FaultKind::Sign,
@@ -196,9 +194,10 @@ mod tests {
 
     #[test]
     fn the_sign_of_a_force_is_turned_where_it_comes_from() {
-        let logs = |channel: &str| channel == "V1";
-        assert_eq!(turned("F1", logs), "turn its command, columns.V1 = { name = \"its column\", sign = -1 }");
-        assert_eq!(turned("F2", logs), "set columns.F2.sign = -1", "a force that is logged itself");
-        assert_eq!(turned("tau_u", logs), "set columns.tau_u.sign = -1");
+        let mut run = Run::default();
+        run.signals.insert("V1".into(), Signal::new(vec![0.0, 1.0].into(), vec![0.0, 1.0]));
+        assert_eq!(turned("F1", &run), "turn its command, columns.V1 = { name = \"its column\", sign = -1 }");
+        assert_eq!(turned("F2", &run), "set columns.F2.sign = -1", "a force that is logged itself");
+        assert_eq!(turned("tau_u", &run), "set columns.tau_u.sign = -1");
     }
 }

@@ -81,7 +81,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let answers: Vec<(Vec<Answer>, f64)> = balances.iter().map(|b| (commands::measure(b), b.step())).collect();
     found.extend(commands::judge_delays(&answers));
     let answers: Vec<Answer> = answers.into_iter().flat_map(|(a, _)| a).collect();
-    found.extend(commands::judge_signs(&answers, &options.thrusters, |channel| run.signals.contains_key(channel)));
+    found.extend(commands::judge_signs(run, &answers, &options.thrusters));
     let of = |dof: Dof| balances.iter().find(|b| b.dof == dof);
     if let (Some(surge), Some(sway)) = (of(Dof::Surge), of(Dof::Sway)) {
         let ratios = coupling::measure(surge, sway);

@@ -9,7 +9,7 @@ use super::report::Found;
 use crate::log::check::time::usual_step;
 use crate::log::check::{hold, is_measured, repeat};
 use crate::log::number::short;
-use crate::run::{Run, Signal, is_command, thruster_of};
+use crate::run::{Run, Signal, is_command};
 
 /// Fewest samples and shortest time of a freeze.
 const FREEZE: (usize, f64) = (20, 2.0);
@@ -31,10 +31,9 @@ pub fn check(run: &Run) -> Vec<Found> {
             found.push(Found::new(&codes::FROZEN, &[name], text));
         }
         // a force that is made of a command stays where that does
-        let made = thruster_of(name, "F").is_some_and(|number| run.signals.contains_key(&format!("V{number}")));
         if is_command(name)
             && number_of(name).is_some()
-            && !made
+            && run.command_of(name).is_none()
             && let Some((first, limit, samples)) = repeat::saturated(signal.values())
         {
             let text = format!(

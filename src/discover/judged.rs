@@ -10,15 +10,13 @@
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
 use super::held_out::on_others;
-use super::refit::MUCH;
 use super::search::{Search, Task};
-use super::verdict::{failing, lasting, overwhelmed};
+use super::verdict::{failing, lasting, overwhelmed, pushed_hard};
 use crate::envelope;
-use crate::estimate::filter_error::{FilterErrorFit, Forecast, RandomForce, with_all_open};
+use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::progress;
-use crate::run::commanded_rms;
 
 /// What predictions say of the fits of a search.
 pub(super) struct Judged {
@@ -41,8 +39,7 @@ pub(super) fn on_training(fit: &FilterErrorFit) -> Vec<Forecast> {
 /// more than turbulence.
 fn is_shown(found: &Search, task: &Task<'_>) -> bool {
     let follows = found.screen.scores.first().is_some_and(|best| best.log_p < found.screen.threshold);
-    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
-    follows || found.last_fit().noise.forces.iter().any(much)
+    follows || !pushed_hard(&found.last_fit().noise.forces, task.train).is_empty()
 }
 
 impl Judged {

@@ -9,14 +9,14 @@ use super::focus::Start;
 use super::rules::is_nothing;
 use super::screen::Score;
 use super::search::{Search, TIE, Task, is_hopeless};
+use super::verdict::pushed_hard;
 use crate::effects::Scope;
 use crate::estimate::filter_error::{
-    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, RandomForce, filter_error, filter_error_from,
+    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::Model;
-use crate::run::commanded_rms;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 pub(super) const ROUGH: f64 = 0.5;
@@ -117,8 +117,7 @@ fn unheld(here: &FilterErrorFit, from_log: &Model, task: &Task<'_>) -> Option<(f
 /// A fit that began at the values of a model that lacked a name may end on a hill of its own, and what is left there is given
 /// other names.
 pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
-    let much = |force: &RandomForce| commanded_rms(task.train, force.dof).is_some_and(|of| force.rms > MUCH * of);
-    if !fit.noise.forces.iter().any(much) {
+    if pushed_hard(&fit.noise.forces, task.train).is_empty() {
         return None;
     }
     let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;

@@ -75,7 +75,7 @@ fn rule(
 }
 
 /// Parameters that `after` has beyond those of `before`.
-fn brought<'a>(before: &Model, after: &'a Model) -> Vec<&'a Parameter> {
+pub(super) fn brought<'a>(before: &Model, after: &'a Model) -> Vec<&'a Parameter> {
     after.parameters.iter().filter(|p| is_new(before, p)).collect()
 }
 

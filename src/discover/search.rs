@@ -19,7 +19,7 @@ use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::starts;
 use super::held_out::{HeldOut, agree};
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
-use super::rules::{BEYOND, broken};
+use super::rules::{BEYOND, broken, brought};
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use super::slow_force;
 use super::verdict::overwhelmed;
@@ -370,7 +370,7 @@ fn name_among(
 /// lacks: of names for one signal it comes last.
 fn makes_thrust(before: &Model, after: &Model) -> bool {
     let is_scale = |p: &&Parameter| p.spec.is_linear() && p.spec.dimension == Dimension::ONE && p.spec.neutral > 0.0;
-    let new = after.parameters.iter().filter(|p| before.term(&p.term).is_none());
+    let new = brought(before, after).into_iter();
     new.filter(is_scale).any(|p| p.value - p.spec.neutral > BEYOND * p.std.unwrap_or(f64::INFINITY))
 }
 

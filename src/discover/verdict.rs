@@ -60,6 +60,11 @@ pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64
     beside_commands(forces, runs, |_, times| times > RandomForce::OVERWHELMING)
 }
 
+/// Those in which it is more than turbulence and tethers make.
+pub(super) fn pushed_hard(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
+    beside_commands(forces, runs, |_, times| times > MUCH)
+}
+
 /// Degrees of freedom in which a random force stays for tens of seconds and is a good part of the commands' (root mean square
 /// over theirs): a tether, a tide, a payload, and no turbulence.
 pub(super) fn lasting(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {

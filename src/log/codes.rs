@@ -49,7 +49,7 @@ codes! {
     ORIGIN = "L212" "time-origin" Note "Time stamps of a wall clock: the first of them is t = 0.";
     NO_SAMPLE = "L213" "no-sample" Note "Samples were left out because an option says that they are none: not valid, missing or repeated.";
     LEFT_OUT = "L215" "stream-left-out" Note "A topic of a log in another format cannot be decoded and is left out: its type is not known, or the log does not hold its definition. The others are read.";
-    OTHER_FORMAT = "L216" "other-format" Error "The file is a log in another format, by its first bytes, not CSV. Turn it into CSV with the command of the Python package, `hydrosysid convert`.";
+    OTHER_FORMAT = "L216" "other-format" Error "The file is a log in another format, by its first bytes, not CSV. By the command of the Python package `hydrosysid init` reads it and writes a campaign, and `hydrosysid convert` turns it into CSV.";
     TURNED = "L214" "earth-to-body" Note "Velocities logged along earth axes were turned to body axes by the logged attitude.";
     TOLD = "L217" "told-in-other-words" Note "A channel is told by others, as `[log.columns]` says: x, y by latitude and longitude, phi, theta, psi by a quaternion, u, v by speed and course over ground.";
 }

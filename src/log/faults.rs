@@ -66,8 +66,9 @@ impl Faults {
             }
             Broken::OtherLog(name, extra) => {
                 let text = format!(
-                    "this is {name}, not CSV: the Python package turns it into CSV (pip install 'hydrosysid[{extra}]', \
-                     hydrosysid convert LOG --map map.toml -o log.csv)"
+                    "this is {name}, not CSV: `hydrosysid init LOG -o FOLDER` reads it and writes a campaign, `hydrosysid \
+                     convert LOG --map map.toml -o log.csv` turns it into CSV; both by the command of the Python package \
+                     (pip install 'hydrosysid[{extra}]')"
                 );
                 (codes::OTHER_FORMAT, None, None, text)
             }

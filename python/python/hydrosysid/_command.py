@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import shlex
 import signal
 import sys
 import tempfile
@@ -15,18 +14,15 @@ from typing import Any
 
 from . import _native
 from ._convert import as_json, convert
-from ._errors import DataError, HydrosysidError, UsageError, found
+from ._errors import DataError, HydrosysidError, UsageError
 from ._files import may_write, write
-from ._formats import is_known, is_log
+from ._formats import is_known
 from ._run import Run
 from ._scaffold import campaign_file, scaffold
 from ._series import mcap_of
-from ._verbs import check
 
 FIGURES = ("mass", "volume", "weight", "buoyancy", "length")
 """Dry figures of a vehicle that `init` takes."""
-VALUED = ("--columns", "--log", "-j", "--jobs")
-"""Options of `check` that are followed by their value."""
 
 
 def main() -> int:
@@ -48,7 +44,6 @@ def run_with(arguments: list[str]) -> int:
         if typed is not None and is_known(typed.log):
             _use_threads(typed.jobs)
             return _convert(typed)
-        _refuse_to_check(arguments)
         place = _mcap_series(arguments)
         if place is not None:
             return _with_mcap(arguments, *place)
@@ -180,31 +175,6 @@ def _convert(typed: argparse.Namespace) -> int:
         rows = len({t for stamps, _ in run.signals.values() for t in stamps.tolist()})
         print(f"{output}: {rows} rows, {len(run.channels)} channels: {', '.join(run.channels)}")
     return 0
-
-
-def _refuse_to_check(arguments: list[str]) -> None:
-    """What `check` says of logs that are no CSV; with ``--json`` the crate tells it as a result.
-
-    Raises:
-        DataError: a log that `init` reads.
-    """
-    verb = next((word for word in arguments if not word.startswith("-")), None)
-    if verb != "check" or any(word.partition("=")[0] in ("--json", "--help", "-h") for word in arguments):
-        return
-    values = {k + 1 for k, word in enumerate(arguments) if word in VALUED}
-    logs = [word for k, word in enumerate(arguments) if k not in values and is_log(Path(word))]
-    if logs:
-        beside = shlex.quote(Path(logs[0]).stem or "dive")
-        told = (
-            [error.message for error in check(logs).errors if error.code == "L216"] if Path(logs[0]).is_file() else []
-        )
-        what = told[0].partition(", and check")[0] if told else f"{logs[0]}: this is a log in another format"
-        more = f" ({len(logs) - 1} more of other formats)" if len(logs) > 1 else ""
-        text = (
-            f"{what}{more}, and check reads CSV and campaigns. `hydrosysid init {shlex.join(logs)} -o {beside}` reads "
-            f"{'it' if len(logs) == 1 else 'them'} and writes a campaign; then `hydrosysid check {beside}`"
-        )
-        raise DataError(str(found("L216", text)))
 
 
 def _mcap_series(arguments: list[str]) -> tuple[int, Path] | None:

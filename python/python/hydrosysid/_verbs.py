@@ -332,16 +332,7 @@ def check(
         source = [source]
     paths = [fspath(path) for path in source]
     with listener(progress) as tell:
-        found = json.loads(_native.check_logs(paths, json.dumps(log), list(required), tell))
-    for error in found["errors"]:
-        if error["code"] == "L216":
-            what = error["message"].partition(", not CSV")[0]
-            beside = Path(error["file"]).stem
-            error["message"] = (
-                f"{what}, and check reads CSV and campaigns: init([{error['file']!r}], {beside!r}) reads it and writes "
-                f"a campaign; then check({beside!r})"
-            )
-    return build(Check, found)
+        return build(Check, json.loads(_native.check_logs(paths, json.dumps(log), list(required), tell)))
 
 
 def _model(campaign: Campaign, model: AnyModel | None, tell: Listener | None = None) -> str:

@@ -254,7 +254,13 @@ fn folder_of(file: &Path) -> PathBuf {
 
 fn unreadable(path: &Path, kind: std::io::ErrorKind) -> CampaignErrors {
     let file = path.to_path_buf();
-    let problem = Problem::CannotRead { kind };
+    let problem = match path.with_file_name("metadata.yaml").is_file() && kind == std::io::ErrorKind::NotFound {
+        true => Problem::OtherFile {
+            told: "there is no campaign in this folder but a ROS 2 bag: `hydrosysid init FOLDER -o dive` of the Python package \
+                   reads it and writes one",
+        },
+        false => Problem::CannotRead { kind },
+    };
     let error = CampaignError { file: file.clone(), location: None, key: String::new(), value: None, problem };
     CampaignErrors { file, text: "".into(), errors: vec![error], more: false }
 }

@@ -97,8 +97,9 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         Estimator::Staged => rows::by_stages(campaign),
         Estimator::Integral => rows::by_integral(campaign, &runs),
     };
-    let mut raw = fitted.map_err(|error| match unexcited::at_rest(&runs) {
-        Some(finding) => Error::Refused { findings: vec![finding] },
+    let at_rest = unexcited::at_rest(&runs);
+    let mut raw = fitted.map_err(|error| match &at_rest {
+        Some(finding) => Error::Refused { findings: vec![finding.clone()] },
         None => because_misplaced(campaign, error),
     })?;
     let left_out: Vec<&str> = campaign
@@ -113,7 +114,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
         raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
     }
     contradicted(campaign, &mut raw);
-    if let Some(finding) = unexcited::at_rest(&runs) {
+    if let Some(finding) = at_rest {
         raw.sentence = Some(format!("Do not use these numbers: {}.", finding.message));
         raw.warnings.push(finding);
     }

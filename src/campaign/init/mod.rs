@@ -5,6 +5,7 @@
 
 mod altitude;
 pub(super) mod commands;
+mod degrees;
 mod dives;
 mod drives;
 mod geometry;

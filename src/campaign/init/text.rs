@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use super::commands::{self, Kind};
+use super::degrees::Chosen;
 use super::held::{self, Commanded};
 use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
-use crate::check::motion::{self, Moved};
 use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, catalogue, id};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
@@ -42,24 +42,12 @@ pub struct Written {
     pub left_out: Vec<String>,
 }
 
-/// Degrees of freedom that are modelled, and the words about those that are not.
-struct Chosen {
-    dofs: Vec<Dof>,
-    words: Vec<String>,
-    /// Those that move though nothing commands them.
-    undriven: Vec<Dof>,
-    /// Said on the terminal, too: nothing moves under a command.
-    idle: Option<String>,
-    /// Said on the terminal, too: what wants a command or a measurement.
-    left_out: Vec<String>,
-}
-
 impl Draft<'_> {
     /// The whole text, and what is said of the logs beside it.
     pub fn write(&self) -> Written {
         let thrusters = self.thruster_tables();
         let known = geometry::read(&thrusters);
-        let chosen = self.chosen(&known);
+        let chosen = Chosen::of(self.logs, &known);
         let mut text = "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units. Lines that begin with\n# `# guessed:` say what was guessed and why: read them through.\nformat = 1\n".to_string();
         for guess in &self.request.learned.guessed {
             let _ = writeln!(text, "# guessed: {guess}");
@@ -201,111 +189,6 @@ impl Draft<'_> {
         let Some(limit) = learned.span else { return (neutral, span, why) };
         let neutral = learned.neutral.iter().copied().flatten().next().unwrap_or(1500.0);
         (neutral, limit, "the log's MOT_PWM_MIN and MOT_PWM_MAX, and the neutral of ArduSub".into())
-    }
-
-    /// Degrees of freedom that some dive measures, moves and drives.
-    fn chosen(&self, thrusters: &[Thruster]) -> Chosen {
-        let mut words = Vec::new();
-        let mut dofs = Vec::new();
-        let (mut drifting, mut undriven, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut measured_all, mut driven_all) = (Vec::new(), Vec::new());
-        for dof in Dof::ALL {
-            let moved = self.logs.iter().filter_map(|l| l.log.as_ref()).map(|log| motion::of(&log.signals, dof)).max();
-            let moved = moved.unwrap_or(Moved::Unmeasured);
-            let driven = self.logs.iter().any(|log| self.drives(log, dof, thrusters));
-            if moved > Moved::Unmeasured {
-                measured_all.push(dof);
-                if driven {
-                    driven_all.push(dof);
-                }
-            }
-            match (moved, driven) {
-                (Moved::Moves, true) => dofs.push(dof),
-                (Moved::Moves, false) => drifting.push(dof),
-                (Moved::Rests, _) => {
-                    words.push(format!("{dof} is left out: it does not move beyond the noise of its sensor"));
-                }
-                (Moved::Unmeasured, true) => {
-                    words.push(format!("{dof} is left out: no log measures it"));
-                    // thrusters that are guessed drive degrees of freedom of which nothing is logged
-                    if self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(dof.force()))) {
-                        left_out.push(format!("{dof} (commanded, and no log measures it)"));
-                    }
-                }
-                (Moved::Unmeasured, false) => {}
-            }
-        }
-        let mut undrivable = |dof: Dof, words: &mut Vec<String>| {
-            words.push(format!("{dof} is left out: it moves, and no command drives it"));
-            left_out.push(format!("{dof} (it moves, and no command drives it)"));
-        };
-        for dof in drifting {
-            // turning at speed throws a vehicle outwards, which drags it, and its own drag tells how
-            let thrown = match dof {
-                Dof::Sway => [Dof::Surge, Dof::Yaw],
-                Dof::Heave => [Dof::Surge, Dof::Pitch],
-                _ => {
-                    undrivable(dof, &mut words);
-                    continue;
-                }
-            };
-            if thrown.iter().all(|dof| dofs.contains(dof)) {
-                let [ahead, turn] = thrown;
-                words.push(format!(
-                    "{dof}: no command drives it; {ahead} and {turn} together throw the vehicle outwards"
-                ));
-                dofs.push(dof);
-                undriven.push(dof);
-            } else {
-                undrivable(dof, &mut words);
-            }
-        }
-        dofs.sort_unstable();
-        let mut idle = None;
-        if !self.logs.is_empty() && self.logs.iter().all(|log| log.log.is_none()) {
-            words.push("no log could be read: these stand here as an example".into());
-        } else if dofs.is_empty() {
-            let said = "no degree of freedom moves under a command: from these logs nothing can be learned";
-            // they stand here all the same
-            words.iter_mut().for_each(|word| *word = word.replace(" is left out: ", ": "));
-            words.push(format!("{said}; those that are measured or driven stand here all the same"));
-            let moving: Vec<&str> = measured_all.iter().map(|dof: &Dof| dof.force()).collect();
-            let of = if moving.is_empty() { "tau_u or V1".into() } else { format!("{} or V1", moving.join(", ")) };
-            idle =
-                Some(format!("{said}; name the columns of the commands: --log 'columns.NAME = \"HEADER\"' for {of}"));
-            dofs = if driven_all.is_empty() { measured_all } else { driven_all };
-        }
-        if dofs.is_empty() {
-            dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
-        }
-        // where nothing is left that can be modelled, that is said
-        if idle.is_some() {
-            left_out.clear();
-        }
-        Chosen { dofs, words, undriven, idle, left_out }
-    }
-
-    /// Whether a log commands `dof`.
-    fn drives(&self, understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool {
-        let Some(log) = &understood.log else { return false };
-        let varies = |s: &Signal| s.values().iter().any(|x| x.to_bits() != s.values()[0].to_bits());
-        if let Some(force) = log.signals.get(dof.force()) {
-            return force.values().iter().any(|x| *x != 0.0);
-        }
-        if log.signals.keys().any(|name| name.starts_with("tau_")) {
-            return false;
-        }
-        // fins turn a vehicle whose thruster cannot
-        let fin = match dof {
-            Dof::Yaw | Dof::Sway => log.signals.get("rudder"),
-            Dof::Pitch | Dof::Heave => log.signals.get("stern_plane"),
-            _ => None,
-        };
-        if fin.is_some_and(&varies) {
-            return true;
-        }
-        let signals = drives::signals(understood);
-        thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && varies(s))
     }
 
     fn model_table(&self, chosen: &Chosen) -> String {

@@ -6,7 +6,7 @@ which stream is which channel, and what unit, sign and axes it is written in; `r
 
 from .column_map import ColumnMap
 from .make import run_of
-from .open import format_of, is_known, is_log, open_source
+from .open import format_of, is_known, open_source
 from .source import Source, Stream
 
-__all__ = ["ColumnMap", "Source", "Stream", "format_of", "is_known", "is_log", "open_source", "run_of"]
+__all__ = ["ColumnMap", "Source", "Stream", "format_of", "is_known", "open_source", "run_of"]

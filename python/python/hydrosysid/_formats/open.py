@@ -145,13 +145,6 @@ def is_known(path: Path) -> bool:
     return format_of(path) is not None
 
 
-def is_log(path: Path) -> bool:
-    """Whether this is a file, or the folder of a ROS 2 bag, in one of these formats: there, not empty, no campaign."""
-    if path.is_dir():
-        return (path / "metadata.yaml").is_file() and not (path / "campaign.toml").is_file()
-    return bool(first_bytes(path, 1)) and is_known(path)
-
-
 def open_source(path: Path, columns: ColumnMap) -> Opened:
     """Opens a file in one of these formats."""
     known = format_of(path)

@@ -1,0 +1,123 @@
+//! Which degrees of freedom the model gets: those that some dive measures, moves and drives.
+//!
+//! Sway and heave that nothing drives are modelled beside the two motions that throw a vehicle outwards when it turns at speed.
+
+use super::drives;
+use super::reading::Understood;
+use crate::check::motion::{self, Moved};
+use crate::frame::Dof;
+use crate::run::Signal;
+use crate::thrust::thruster::Thruster;
+
+/// What is said where none is left, on the terminal too.
+const IDLE: &str = "no degree of freedom moves under a command: from these logs nothing can be learned";
+
+/// Degrees of freedom that are modelled, and the words about those that are not.
+pub struct Chosen {
+    pub dofs: Vec<Dof>,
+    pub words: Vec<String>,
+    /// Those that move though nothing commands them.
+    pub undriven: Vec<Dof>,
+    /// Said on the terminal, too: nothing moves under a command.
+    pub idle: Option<String>,
+    /// Said on the terminal, too: what wants a command or a measurement.
+    pub left_out: Vec<String>,
+}
+
+impl Chosen {
+    /// The choice of `logs` of a vehicle with these thrusters.
+    pub fn of(logs: &[Understood], thrusters: &[Thruster]) -> Chosen {
+        let (mut dofs, mut drifting, mut absent) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut measured_all, mut driven_all, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let read = || logs.iter().filter_map(|log| log.log.as_ref());
+        for dof in Dof::ALL {
+            let moved = read().map(|log| motion::of(&log.signals, dof)).max().unwrap_or(Moved::Unmeasured);
+            let driven = logs.iter().any(|log| is_driven(log, dof, thrusters));
+            if moved > Moved::Unmeasured {
+                measured_all.push(dof);
+                driven_all.extend(driven.then_some(dof));
+            }
+            match (moved, driven) {
+                (Moved::Moves, true) => dofs.push(dof),
+                (Moved::Moves, false) => drifting.push(dof),
+                (Moved::Rests, _) => absent.push((dof, "it does not move beyond the noise of its sensor")),
+                (Moved::Unmeasured, true) => {
+                    absent.push((dof, "no log measures it"));
+                    // thrusters that are guessed drive degrees of freedom of which nothing is logged
+                    if read().any(|log| log.signals.contains_key(dof.force())) {
+                        left_out.push(format!("{dof} (commanded, and no log measures it)"));
+                    }
+                }
+                (Moved::Unmeasured, false) => {}
+            }
+        }
+        let (mut words, mut undriven) = (Vec::new(), Vec::new());
+        for dof in drifting {
+            // turning at speed throws a vehicle outwards, which drags it, and its own drag tells how
+            let thrown = match dof {
+                Dof::Sway => Some([Dof::Surge, Dof::Yaw]),
+                Dof::Heave => Some([Dof::Surge, Dof::Pitch]),
+                _ => None,
+            };
+            match thrown.filter(|thrown| thrown.iter().all(|dof| dofs.contains(dof))) {
+                Some([ahead, turn]) => {
+                    words.push(format!(
+                        "{dof}: no command drives it; {ahead} and {turn} together throw the vehicle outwards"
+                    ));
+                    dofs.push(dof);
+                    undriven.push(dof);
+                }
+                None => {
+                    let why = "it moves, and no command drives it";
+                    absent.push((dof, why));
+                    left_out.push(format!("{dof} ({why})"));
+                }
+            }
+        }
+        dofs.sort_unstable();
+        let is_unread = !logs.is_empty() && read().next().is_none();
+        let is_idle = !is_unread && dofs.is_empty();
+        // where nothing is left that can be modelled, all that is there stands in the model, and that is said
+        let out = if is_idle { "" } else { " is left out" };
+        words.splice(0..0, absent.into_iter().map(|(dof, why)| format!("{dof}{out}: {why}")));
+        let mut idle = None;
+        if is_unread {
+            words.push("no log could be read: these stand here as an example".into());
+        } else if is_idle {
+            words.push(format!("{IDLE}; those that are measured or driven stand here all the same"));
+            let moving: Vec<&str> = measured_all.iter().map(|dof: &Dof| dof.force()).collect();
+            let of = if moving.is_empty() { "tau_u or V1".into() } else { format!("{} or V1", moving.join(", ")) };
+            idle =
+                Some(format!("{IDLE}; name the columns of the commands: --log 'columns.NAME = \"HEADER\"' for {of}"));
+            dofs = if driven_all.is_empty() { measured_all } else { driven_all };
+            left_out.clear();
+        }
+        if dofs.is_empty() {
+            dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
+        }
+        Chosen { dofs, words, undriven, idle, left_out }
+    }
+}
+
+/// Whether a log commands `dof`.
+fn is_driven(understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool {
+    let Some(log) = &understood.log else { return false };
+    let varies = |s: &Signal| s.values().iter().any(|x| x.to_bits() != s.values()[0].to_bits());
+    if let Some(force) = log.signals.get(dof.force()) {
+        return force.values().iter().any(|x| *x != 0.0);
+    }
+    if log.signals.keys().any(|name| name.starts_with("tau_")) {
+        return false;
+    }
+    // fins turn a vehicle whose thruster cannot
+    let fin = match dof {
+        Dof::Yaw | Dof::Sway => log.signals.get("rudder"),
+        Dof::Pitch | Dof::Heave => log.signals.get("stern_plane"),
+        _ => None,
+    };
+    if fin.is_some_and(&varies) {
+        return true;
+    }
+    let signals = drives::signals(understood);
+    thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && varies(s))
+}
