@@ -7,7 +7,10 @@
 //! One pass of the filter carries the sensitivities of a model in which candidates stand with their parameters at zero.
 //! Products are summed stretch by stretch, so that no column is kept.
 
+use std::ops::Range;
+
 use faer::Mat;
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
@@ -64,6 +67,49 @@ pub struct Columns {
     pub probes: Vec<Probe>,
     /// Products of each stretch, square: the model's own directions, the probes' columns, the innovation.
     pub products: Vec<Mat<f64>>,
+}
+
+/// The products of all stretches, over the unknowns of the fit, the columns of each probe, and the innovation.
+pub(super) struct Assembled<'a> {
+    /// Square, priors included.
+    pub total: DMatrix<f64>,
+    /// Number of unknowns of the fit, which stand first.
+    pub unknowns: usize,
+    /// Each probe, and where its columns stand: once, or once a run.
+    pub probes: Vec<(&'a Probe, Range<usize>)>,
+}
+
+impl Columns {
+    /// Of columns that were taken at `fit`.
+    pub(super) fn assembled(&self, fit: &FilterErrorFit) -> Assembled<'_> {
+        let problem = &fit.filtered.problem;
+        let (own, unknowns) = (problem.dynamics.directions.len(), problem.unknowns.len());
+        let runs_of: Vec<usize> = problem.segments.iter().map(|s| problem.tracks[s.track].run).collect();
+        let count = runs_of.iter().max().map_or(0, |r| r + 1);
+        let (mut next, mut probes) = (unknowns, Vec::new());
+        let mut places: Vec<(usize, bool)> = Vec::new();
+        for probe in &self.probes {
+            let each = if probe.per_run { count } else { 1 };
+            places.extend((0..probe.width).map(|c| (next + c * each, probe.per_run)));
+            probes.push((probe, next..next + probe.width * each));
+            next += probe.width * each;
+        }
+        let e = next;
+        let mut total = DMatrix::<f64>::zeros(e + 1, e + 1);
+        for (stretch, product) in self.products.iter().enumerate() {
+            let mut of: Vec<usize> = problem.columns_of(problem.segments[stretch].track);
+            of.extend(places.iter().map(|(at, per_run)| if *per_run { at + runs_of[stretch] } else { *at }));
+            of.push(e);
+            debug_assert_eq!(of.len(), own + places.len() + 1, "a column for each direction, and the innovation");
+            for (j, to_j) in of.iter().enumerate() {
+                for (i, to_i) in of.iter().enumerate() {
+                    total[(*to_i, *to_j)] += product[(i, j)];
+                }
+            }
+        }
+        fit.priors().for_each(|(k, information)| total[(k, k)] += information);
+        Assembled { total, unknowns, probes }
+    }
 }
 
 /// Filters all candidates that `at` can carry, some at a time, and hands them to `take` with their place in the order.

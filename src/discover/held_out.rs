@@ -27,7 +27,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::refit::{ROUGH, beside};
 use super::search::Task;
 use crate::estimate::filter_error::{
-    Bar, FilterErrorFit, FilterErrorOptions, Filtered, Forecast, cost_of, filter_error_from, parameters_under,
+    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, cost_of, filter_error_from, parameters_under,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
@@ -130,18 +130,15 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
     if task.held.is_empty() || judged_by_halves(without, with) {
         return None;
     }
-    let own_noise = |fit: &FilterErrorFit, bar: Bar| -> Result<FilterErrorFit, OutputErrorError> {
+    let own_noise = |fit: &FilterErrorFit, bar: f64| -> Result<FilterErrorFit, OutputErrorError> {
         let model = on_others(fit, task.held, task.fitting)?;
         let options = FilterErrorOptions { tolerance: ROUGH, bar, ..beside(without, task) };
         filter_error_from(&model, task.held, fit.noise.elsewhere(&model, task.held), &options)
     };
-    let with = own_noise(with, Bar::default()).ok()?;
-    // an outlier of a sensor would decide where every innovation stands as it is
-    let plain = if with.plain.outliers { f64::INFINITY } else { with.plain.cost };
-    match own_noise(without, Bar { plain, held: with.cost }) {
+    let with = own_noise(with, f64::INFINITY).ok()?;
+    match own_noise(without, with.cost) {
         Ok(without) => Some(without.cost - with.cost),
-        Err(OutputErrorError::GivenUp { cost, held: true, .. }) => Some(cost - with.cost),
-        Err(OutputErrorError::GivenUp { cost, held: false, .. }) => Some(cost - with.plain.cost),
+        Err(OutputErrorError::GivenUp { cost, .. }) => Some(cost - with.cost),
         Err(_) => None,
     }
 }

@@ -16,6 +16,7 @@ mod lacking;
 mod next;
 mod refit;
 mod residual;
+mod rivalry;
 mod rules;
 mod screen;
 mod search;

@@ -11,12 +11,9 @@ use super::screen::Score;
 use super::search::{Search, TIE, Task, is_hopeless};
 use super::verdict::pushed_hard;
 use crate::effects::Scope;
-use crate::estimate::filter_error::{
-    Bar, FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from,
-};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
-use crate::model::Model;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 pub(super) const ROUGH: f64 = 0.5;
@@ -77,8 +74,7 @@ pub(super) fn refitted(
     let near = (!is_hopeless(here, task)).then(near);
     let far = match &near {
         Some(Ok(fit)) => here.cost - fit.cost,
-        Some(Err(OutputErrorError::GivenUp { cost, held: true, .. })) => here.cost - cost,
-        Some(Err(OutputErrorError::GivenUp { cost, held: false, .. })) => here.plain.cost - cost,
+        Some(Err(OutputErrorError::GivenUp { cost, .. })) => here.cost - cost,
         Some(Err(_)) | None => f64::NEG_INFINITY,
     };
     let given_up = matches!(&near, Some(Err(OutputErrorError::GivenUp { .. })));
@@ -90,27 +86,14 @@ pub(super) fn refitted(
     let lost = is_sure && near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
     if (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate) {
-        let from_log = started(&model, task.train);
-        let anew = || filter_error(&from_log, task.train, &rough).ok().map(won);
-        if let Some(anew) = unheld(here, &from_log, task).or_else(anew).filter(|(gain, _)| *gain > far) {
+        let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
+        if let Some(anew) = anew.filter(|(gain, _)| *gain > far) {
             found.astray |= anew.0 > far + TIE;
             best = Some(anew);
         }
     }
     let (gain, fit) = best?;
     Some(Contender { score, fit, gain, held_out: 0.0 })
-}
-
-/// A model fitted from the log with every innovation as it is, where the last one held some back, and its gain; `None` where
-/// it leaves outliers, too. What the last model could not follow may be all that speaks for a name: held back, it says nothing.
-fn unheld(here: &FilterErrorFit, from_log: &Model, task: &Task<'_>) -> Option<(f64, FilterErrorFit)> {
-    if here.limit.is_infinite() {
-        return None;
-    }
-    let bar = Bar { plain: here.plain.cost, ..Bar::default() };
-    let whole = FilterErrorOptions { tolerance: ROUGH, bar, limit: Some(f64::INFINITY), ..level(task) };
-    let fit = filter_error(from_log, task.train, &whole).ok().filter(|fit| !fit.plain.outliers)?;
-    Some((here.plain.cost - fit.plain.cost, fit))
 }
 
 /// The model of `fit` fitted from the log, where a random force is left that is no turbulence; `None` where that is no better.
@@ -121,17 +104,12 @@ pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorF
         return None;
     }
     let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;
-    (anew.plain.cost < fit.plain.cost - TIE).then_some(anew)
+    (anew.plain < fit.plain - TIE).then_some(anew)
 }
 
-/// −2 ln L that a candidate has to come below. Where innovations are held back, those that are not are compared only if the
-/// best one leaves no outlier: an outlier of a sensor would decide.
-fn bar(here: &FilterErrorFit, best: Option<&Contender>) -> Bar {
-    let Some(best) = best.filter(|b| b.gain > 0.0) else { return Bar::default() };
-    let share = |from: f64, to: f64| from - HOPEFUL * (from - to);
-    let compared = here.limit.is_infinite() || !best.fit.plain.outliers;
-    let plain = if compared { share(here.plain.cost, best.fit.plain.cost) } else { f64::INFINITY };
-    Bar { plain, held: share(here.cost, best.fit.cost) }
+/// −2 ln L that a candidate has to come below.
+fn bar(here: &FilterErrorFit, best: Option<&Contender>) -> f64 {
+    best.filter(|b| b.gain > 0.0).map_or(f64::INFINITY, |best| here.cost - HOPEFUL * (here.cost - best.fit.cost))
 }
 
 /// Whether two thrusters are exchanged.

@@ -79,7 +79,7 @@ pub(super) fn brought<'a>(before: &Model, after: &'a Model) -> Vec<&'a Parameter
     after.parameters.iter().filter(|p| is_new(before, p)).collect()
 }
 
-fn is_new(before: &Model, parameter: &Parameter) -> bool {
+pub(super) fn is_new(before: &Model, parameter: &Parameter) -> bool {
     before.parameters.iter().all(|p| p.term != parameter.term || p.spec.name != parameter.spec.name)
 }
 

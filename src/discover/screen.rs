@@ -20,7 +20,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::ln_gamma;
 
 use super::candidate::Candidate;
-use super::columns::{Columns, in_chunks};
+use super::columns::{Assembled, Columns, in_chunks};
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::noise::Noise;
@@ -100,34 +100,8 @@ pub fn screen(
 
 /// Scores of one chunk, and draws of its least ln p by chance.
 fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Score>, Vec<f64>) {
-    let problem = &fit.filtered.problem;
-    let own = problem.dynamics.directions.len();
-    let unknowns = problem.unknowns.len();
-    let runs_of: Vec<usize> = problem.segments.iter().map(|s| problem.tracks[s.track].run).collect();
-    let count = runs_of.iter().max().map_or(0, |r| r + 1);
-    // where each column of a candidate stands in the projected system: once, or once a run
-    let (mut next, mut list) = (unknowns, Vec::new());
-    let mut places: Vec<(usize, bool)> = Vec::new();
-    for probe in &columns.probes {
-        let each = if probe.per_run { count } else { 1 };
-        places.extend((0..probe.width).map(|c| (next + c * each, probe.per_run)));
-        list.push((probe, next..next + probe.width * each));
-        next += probe.width * each;
-    }
-    let e = next;
-    let mut total = DMatrix::<f64>::zeros(e + 1, e + 1);
-    for (stretch, product) in columns.products.iter().enumerate() {
-        let mut of: Vec<usize> = problem.columns_of(problem.segments[stretch].track);
-        of.extend(places.iter().map(|(at, per_run)| if *per_run { at + runs_of[stretch] } else { *at }));
-        of.push(e);
-        debug_assert_eq!(of.len(), own + places.len() + 1, "a column for each direction, and the innovation");
-        for (j, to_j) in of.iter().enumerate() {
-            for (i, to_i) in of.iter().enumerate() {
-                total[(*to_i, *to_j)] += product[(i, j)];
-            }
-        }
-    }
-    fit.priors().for_each(|(k, information)| total[(k, k)] += information);
+    let Assembled { total, unknowns, probes } = columns.assembled(fit);
+    let e = total.nrows() - 1;
     let raw: Vec<f64> = (unknowns..e).map(|k| total[(k, k)]).collect();
     let Some(projected) = project(&total, unknowns) else { return (Vec::new(), vec![0.0; DRAWS]) };
     let m = e - unknowns;
@@ -135,7 +109,7 @@ fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Sco
     let b: DVector<f64> = -projected.view((0, m), (m, 1)).column(0).into_owned();
     let mut scores = Vec::new();
     let mut factors: Vec<(Vec<usize>, Cholesky<f64, Dyn>)> = Vec::new();
-    for (probe, at) in list {
+    for (probe, at) in probes {
         let at: Vec<usize> = at.map(|k| k - unknowns).collect();
         let share = |k: &usize| if raw[*k] > 0.0 { (c[(*k, *k)].max(0.0) / raw[*k]).sqrt() } else { 0.0 };
         let left = at.iter().map(share).fold(0.0, f64::max);
@@ -166,7 +140,7 @@ fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Sco
 }
 
 /// The system less its projection on the first `own` columns.
-fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
+pub(super) fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
     let n = total.nrows();
     let rest = total.view((own, own), (n - own, n - own)).into_owned();
     if own == 0 {

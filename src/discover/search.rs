@@ -12,13 +12,15 @@
 //!
 //! and again from 2 until no candidate is beyond chance.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
-use super::focus::starts;
+use super::focus::{Start, starts};
 use super::held_out::{HeldOut, agree};
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
+use super::rivalry::may_replace;
 use super::rules::{BEYOND, broken, brought};
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use super::slow_force;
@@ -296,17 +298,25 @@ fn name_among(
     let mut best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
     best.extend(slow_force::hidden(found, &best, is_asked, task)?);
     let mut contenders: Vec<Contender> = Vec::new();
-    for start in starts(&here, &best, &found.candidates, task) {
+    let beyond = |c: &Contender| log_survival(c.gain, c.score.parameters) <= threshold;
+    let mut starts: VecDeque<Start> = starts(&here, &best, &found.candidates, task).into();
+    while let Some(start) = starts.pop_front() {
         progress::tell("refitting the best candidates", contenders.len(), best.len());
         let best = contenders.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let before = best.map_or(0.0, |best| best.gain);
         let Some(contender) = refitted(found, &here, start, best, task) else { continue };
+        if contender.gain > before && beyond(&contender) {
+            let left: Vec<Candidate> = starts.iter().map(|start| start.candidate.clone()).collect();
+            let mut may = may_replace(&contender, &here, &left, threshold, task).into_iter();
+            let promises = |start: &Start| start.score.statistic > contender.gain || is_exchange(&start.candidate);
+            starts.retain(|start| may.next().unwrap_or(true) || promises(start));
+        }
         match contenders.iter_mut().find(|known| known.score.candidate == contender.score.candidate) {
             Some(known) if known.gain < contender.gain => *known = contender,
             Some(_) => {}
             None => contenders.push(contender),
         }
     }
-    let beyond = |c: &Contender| log_survival(c.gain, c.score.parameters) <= threshold;
     contenders.retain_mut(|c| {
         beyond(c) && {
             c.gain = merit(&here, &c.fit, c.gain);
@@ -325,7 +335,9 @@ fn name_among(
             }
         }
     }
-    let standing = |c: &Contender| c.worth() - if makes_thrust(&here.model, &c.fit.model) { TIE } else { 0.0 };
+    let of_thruster = |c: &Contender| found.candidates[c.score.candidate].terms[0].0.about().scope == Scope::Thrusters;
+    let makes_thrust = |c: &Contender| makes_thrust(&here.model, &c.fit.model, of_thruster(c));
+    let standing = |c: &Contender| c.worth() - if makes_thrust(c) { TIE } else { 0.0 };
     names.sort_by(|a, b| standing(b).total_cmp(&standing(a)));
     let name_of = |c: &Contender| found.candidates[c.score.candidate].name();
     let added = |c: &Contender| Added {
@@ -365,13 +377,19 @@ fn name_among(
     Ok(None)
 }
 
-/// Whether a scale of the thrust that a name brings is above one, beyond three deviations. Thrust is lost on its way to the
-/// water more often than made, and in a model whose inertias are open the scale of one degree of freedom is what any of them
-/// lacks: of names for one signal it comes last.
-fn makes_thrust(before: &Model, after: &Model) -> bool {
-    let is_scale = |p: &&Parameter| p.spec.is_linear() && p.spec.dimension == Dimension::ONE && p.spec.neutral > 0.0;
-    let new = brought(before, after).into_iter();
-    new.filter(is_scale).any(|p| p.value - p.spec.neutral > BEYOND * p.std.unwrap_or(f64::INFINITY))
+/// Whether a scale of the thrust that a name brings is above one, or a share of one thruster (`of_thruster`) that is lost below
+/// nothing, beyond three deviations. Thrust is lost on its way to the water more often than made; in a model whose inertias are
+/// open the scale of one degree of freedom is what any of them lacks, and of two thrusters one that has lost a third leaves the
+/// other half as strong again: of names for one signal it comes last.
+fn makes_thrust(before: &Model, after: &Model, of_thruster: bool) -> bool {
+    let is_share = |p: &&Parameter| p.spec.is_linear() && p.spec.dimension == Dimension::ONE;
+    let made = |p: &Parameter| match (p.spec.neutral > 0.0, of_thruster) {
+        (true, _) => p.value - p.spec.neutral,
+        (false, true) => -p.value,
+        (false, false) => 0.0,
+    };
+    let new = brought(before, after).into_iter().filter(is_share);
+    new.into_iter().any(|p| made(p) > BEYOND * p.std.unwrap_or(f64::INFINITY))
 }
 
 /// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
@@ -410,12 +428,12 @@ mod tests {
         let scale = after.parameter_of("thrust_interaction_loss@surge").unwrap();
         let mut with = |value: f64, std: f64| {
             (after.parameters[scale].value, after.parameters[scale].std) = (value, Some(std));
-            makes_thrust(&before, &after)
+            makes_thrust(&before, &after, false)
         };
         assert!(with(2.0, 0.02));
         assert!(!with(1.05, 0.02), "chance");
         assert!(!with(0.7, 0.02));
         let drag = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
-        assert!(!makes_thrust(&before, &drag));
+        assert!(!makes_thrust(&before, &drag, false));
     }
 }

@@ -1,8 +1,14 @@
 //! Velocities of a run that logs poses alone, for starting values.
 //!
 //! ```text
-//! (u, v, w) = Rᵀ(φ, θ, ψ) (ẋ, ẏ, ż)                 ẋ: slope of the least-squares line through a second of samples
+//! (u, v, w) = Rᵀ(φ, θ, ψ) (ẋ, ẏ, ż)                 ẋ: slope of the least-squares line through T of samples
 //! p = φ̇ − ψ̇ sin θ,   q = θ̇ cos φ + ψ̇ sin φ cos θ,   r = ψ̇ cos φ cos θ − θ̇ sin φ
+//! ```
+//!
+//! T: a second, and where noise would make more than a fifth of how the slopes change longer, up to [`LONGEST`]:
+//!
+//! ```text
+//! Σ var ẋ(t) + var ẋ(t+T) < (1/5)² Σ (ẋ(t+T) − ẋ(t))²,   var ẋ = s²/Σ(t − t̄)²      s²: variance about the line
 //! ```
 //!
 //! Positions and angles that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft Hydrodynamics and Motion
@@ -15,35 +21,77 @@ use crate::model::Model;
 use crate::navigation::unwrap;
 use crate::run::{Run, Signal};
 
-/// Time through which a line is drawn, s: long beside the noise, short beside the motion.
+/// Time through which a line is drawn, s: short beside the motion.
 pub(super) const SPAN: f64 = 1.0;
 
-/// The runs with a velocity in each modelled degree of freedom of which they log the position alone.
-pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> Vec<Run> {
-    runs.iter().map(|run| with_velocity(model, run)).collect()
+/// The same where fixes are noisy: as long as a boat takes to speed up.
+const LONGEST: f64 = 8.0;
+
+/// Share of their changes that noise may make: a regression on them is off by its square.
+const NOISY: f64 = 0.2;
+
+/// The runs with a velocity in each modelled degree of freedom of which they log the position alone, and the longest time
+/// through which a line was drawn, s; 0 where none was.
+pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> (Vec<Run>, f64) {
+    let (with, spans): (Vec<Run>, Vec<f64>) = runs.iter().map(|run| with_velocity(model, run)).unzip();
+    (with, spans.into_iter().fold(0.0, f64::max))
 }
 
-fn with_velocity(model: &Model, run: &Run) -> Run {
+fn with_velocity(model: &Model, run: &Run) -> (Run, f64) {
     let mut with = run.clone();
     let poses = Dof::ALL.map(|dof| {
         let position = run.signal(dof.position()).filter(|s| s.len() > 1)?;
         let smooth = |s: &Signal| Signal::new(s.shared_time().clone(), unwrap(s.values()));
         Some(if dof.is_rotation() { smooth(position) } else { position.clone() })
     });
+    let is_asked = |dof: &Dof| run.signal(dof.velocity()).is_none_or(Signal::is_empty) && poses[dof.index()].is_some();
+    let span_of = |rotations: bool| {
+        let alike = |dof: &Dof| dof.is_rotation() == rotations;
+        let asked = model.dofs.iter().any(|dof| alike(dof) && is_asked(dof));
+        let logged: Vec<&Signal> =
+            Dof::ALL.iter().filter(|d| alike(d)).filter_map(|d| poses[d.index()].as_ref()).collect();
+        if asked { span(&logged) } else { 0.0 }
+    };
+    let span = span_of(false).max(span_of(true));
     for dof in &model.dofs {
         let (None, Some(position)) = (run.signal(dof.velocity()).filter(|s| !s.is_empty()), &poses[dof.index()]) else {
             continue;
         };
-        let velocity: Vec<f64> = position.time().iter().map(|t| velocity(&poses, *dof, *t)).collect();
+        let velocity: Vec<f64> = position.time().iter().map(|t| velocity(&poses, *dof, *t, span)).collect();
         with.signals.insert(dof.velocity().into(), Signal::new(position.shared_time().clone(), velocity));
     }
-    with
+    (with, span)
 }
 
-/// Body velocity at an instant.
-fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64) -> f64 {
+/// Time through which lines are drawn so that noise makes no more than [`NOISY`] of how the slopes of these change, all together:
+/// of a vehicle that goes north the east shows noise alone. One that goes steadily has nothing that changes; there the slopes
+/// themselves are to be known ten times better.
+fn span(signals: &[&Signal]) -> f64 {
+    let mut span = SPAN;
+    while span < LONGEST {
+        let of = |signal: &&Signal| -> [f64; 3] {
+            let sums = signal.time().iter().filter_map(|t| {
+                let (line, later) = (line(signal, *t, span), line(signal, t + span, span));
+                let noise = line.variance? + later.variance?;
+                Some([noise, (later.slope - line.slope).powi(2), line.slope.powi(2)])
+            });
+            sums.fold([0.0; 3], |sum, of| std::array::from_fn(|k| sum[k] + of[k]))
+        };
+        let [noise, changes, all] =
+            signals.iter().map(of).fold([0.0; 3], |sum, of| std::array::from_fn(|k| sum[k] + of[k]));
+        let steady = (0.1 * NOISY).powi(2) * all;
+        if all > 0.0 && noise < steady.max(NOISY * NOISY * changes) {
+            break;
+        }
+        span *= 1.5;
+    }
+    span.min(LONGEST)
+}
+
+/// Body velocity at an instant, of lines through `span` seconds.
+fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64, span: f64) -> f64 {
     let angle = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| s.at(t));
-    let rate = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| slope(s, t));
+    let rate = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| line(s, t, span).slope);
     let (phi, theta) = (angle(Dof::Roll), angle(Dof::Pitch));
     match dof {
         Dof::Surge | Dof::Sway | Dof::Heave => {
@@ -57,17 +105,28 @@ fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64) -> f64 {
     }
 }
 
-/// Slope at an instant of the line through the samples about it, two at least.
-fn slope(signal: &Signal, at: f64) -> f64 {
+/// A line through samples.
+struct Line {
+    slope: f64,
+    /// Variance of the slope; `None` of two samples.
+    variance: Option<f64>,
+}
+
+/// The line through the samples within `span` seconds about an instant, two at least.
+fn line(signal: &Signal, at: f64, span: f64) -> Line {
     let (t, x) = (signal.time(), signal.values());
     // rounded stamps belong to both sides or to none
-    let half = 0.5 * SPAN * (1.0 + 1e-9);
+    let half = 0.5 * span * (1.0 + 1e-9);
     let near = t.partition_point(|s| *s < at).min(t.len() - 1);
     let first = t.partition_point(|s| *s < at - half).min(near.saturating_sub(1));
     let last = (t.partition_point(|s| *s <= at + half).max(near + 2) - 1).min(t.len() - 1);
-    let middle = (first..=last).map(|i| t[i]).sum::<f64>() / (last - first + 1) as f64;
-    let square: f64 = (first..=last).map(|i| (t[i] - middle).powi(2)).sum();
-    (first..=last).map(|i| (t[i] - middle) * x[i]).sum::<f64>() / square.max(f64::MIN_POSITIVE)
+    let count = (last - first + 1) as f64;
+    let mean = |of: &[f64]| of[first..=last].iter().sum::<f64>() / count;
+    let (middle, level) = (mean(t), mean(x));
+    let square = (first..=last).map(|i| (t[i] - middle).powi(2)).sum::<f64>().max(f64::MIN_POSITIVE);
+    let slope = (first..=last).map(|i| (t[i] - middle) * x[i]).sum::<f64>() / square;
+    let off: f64 = (first..=last).map(|i| (x[i] - level - slope * (t[i] - middle)).powi(2)).sum();
+    Line { slope, variance: (count > 2.0).then(|| off / (count - 2.0) / square) }
 }
 
 #[cfg(test)]
@@ -89,7 +148,8 @@ mod tests {
         put("x", &|t| (u * psi(t).sin() + v * psi(t).cos()) / r);
         put("y", &|t| (v * psi(t).sin() - u * psi(t).cos()) / r);
         let dofs = [Dof::Surge, Dof::Sway, Dof::Yaw];
-        let with = with_velocity(&Model::new(&dofs, Coriolis::Tied), &run);
+        let (with, span) = with_velocity(&Model::new(&dofs, Coriolis::Tied), &run);
+        assert_eq!(span, SPAN);
         for (dof, right) in dofs.into_iter().zip([u, v, r]) {
             let told = with.signal(dof.velocity()).unwrap();
             // a line through a second of an arc is flatter by (r·1 s)²/40, one in a thousand of u and of v; at the ends it is

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,6 +15,7 @@ use super::derived;
 use super::earth_velocity;
 use super::faults::Faults;
 use super::header::Plan;
+use super::number::short;
 use super::options::{Duplicates, LogOptions, Repeated, TimeUnit};
 use super::rows::{Passage, Rows};
 use crate::finding::{Code, Finding, Severity};
@@ -162,7 +164,8 @@ fn collect<R: Read>(
         log.note(&codes::TURNED, None, &how);
     }
     if !repeated.is_empty() {
-        let said: Vec<String> = repeated.iter().map(|(name, n)| format!("{n} of {taken} values of {name}")).collect();
+        let of = |r: &Repeats| format!("{} of {taken} values of {}", r.count, r.column);
+        let said: Vec<String> = repeated.iter().map(of).collect();
         let said = format!("{} only repeat the one before", said.join(", "));
         match options.repeated {
             Repeated::NoSample => {
@@ -176,6 +179,7 @@ fn collect<R: Read>(
                 log.warn(&codes::HELD, None, None, &text);
             }
         }
+        dropped_out(&mut log, &repeated);
     }
     let timed = plan.time.is_some();
     if timed && taken < FEW_ROWS {
@@ -233,15 +237,43 @@ fn sorted(table: Table, duplicates: Duplicates, faults: &mut Faults) -> Table {
     out
 }
 
-/// Takes out of measured columns what a slower sensor only repeats; names the columns and counts.
-fn without_repeats(plan: &Plan, values: &mut [Vec<f64>]) -> Vec<(String, usize)> {
+/// Tells in which columns the sensor dropped out, how often and for how long.
+fn dropped_out(log: &mut LogFile, repeated: &[Repeats]) {
+    let seconds = |rows: &Range<usize>| log.time[rows.end] - log.time[rows.start];
+    let of = |r: &Repeats| {
+        let longest = r.frozen.iter().max_by(|a, b| seconds(a).total_cmp(&seconds(b)))?;
+        let times = match r.frozen.len() {
+            1 => String::new(),
+            n => format!(", the longest of {n} such stretches"),
+        };
+        let (for_s, from) = (short(seconds(longest), 3), short(log.time[longest.start], 6));
+        Some(format!("{} stays at one value for {for_s} s from t = {from} s{times}", r.column))
+    };
+    let said: Vec<String> = repeated.iter().filter_map(of).collect();
+    if !said.is_empty() {
+        let text = format!("{}: the sensor had dropped out, and gives no sample meanwhile", said.join("; "));
+        log.warn(&codes::HELD, None, None, &text);
+    }
+}
+
+/// What a column only repeats.
+struct Repeats {
+    column: String,
+    /// Rows that are no samples.
+    count: usize,
+    /// Rows between which the sensor had dropped out.
+    frozen: Vec<Range<usize>>,
+}
+
+/// Takes out of measured columns what a slower sensor only repeats.
+fn without_repeats(plan: &Plan, values: &mut [Vec<f64>]) -> Vec<Repeats> {
     let measured = plan.columns.iter().zip(values).filter(|(column, _)| check::is_measured(&column.name));
     let mut found = Vec::new();
     // a column with absent samples has said already which are there
     for (column, values) in measured.filter(|(_, values)| values.iter().all(|x| !x.is_nan())) {
         let Some(hold) = check::hold::of(values) else { continue };
-        let kept = hold.samples(values);
-        found.push((column.name.clone(), values.len() - kept.len()));
+        let (kept, frozen) = (hold.samples(values), hold.frozen(values));
+        found.push(Repeats { column: column.name.clone(), count: values.len() - kept.len(), frozen });
         let mut sparse = vec![f64::NAN; values.len()];
         kept.into_iter().for_each(|k| sparse[k] = values[k]);
         *values = sparse;

@@ -81,12 +81,12 @@ fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
     }
     let off: Vec<f64> = (0..count).map(|k| off_lines(&samples[k..=k + AHEAD], turns)).collect();
     let usual = quantile(&off[FIRST..], USUAL);
-    let apart = |i: usize, j: usize| nearest(samples[i].1 - samples[j].1, turns).abs();
+    let apart = |i: usize, j: usize| nearest_turn(samples[i].1 - samples[j].1, turns).abs();
     let steps: Vec<f64> = (FIRST..FIRST + NEAR).map(|k| apart(k, k + 1)).collect();
     let step = quantile(&steps, STEEP);
     let stands_off = |k: &usize| (1..=3).all(|i| apart(*k, k + i) > TIMES * step);
     let sets_off = |k: &usize| {
-        let steps: Vec<f64> = (*k..k + 3).map(|i| nearest(samples[i + 1].1 - samples[i].1, turns)).collect();
+        let steps: Vec<f64> = (*k..k + 3).map(|i| nearest_turn(samples[i + 1].1 - samples[i].1, turns)).collect();
         steps.windows(2).all(|s| s[0] * s[1] > 0.0 && s[0].abs() <= SETTLES * s[1].abs())
     };
     // a channel that does not change says nothing of what is usual
@@ -97,12 +97,13 @@ fn wild(samples: &[(f64, f64)], turns: bool) -> Vec<usize> {
 }
 
 /// A difference; of angles that are known but for whole turns the shortest one.
-fn nearest(difference: f64, turns: bool) -> f64 {
+pub(crate) fn nearest_turn(difference: f64, turns: bool) -> f64 {
     let tau = std::f64::consts::TAU;
     if turns { difference - tau * (difference / tau).round() } else { difference }
 }
 
-fn quantile(values: &[f64], share: f64) -> f64 {
+/// The value below which this share of them lies; of none there is none to ask for.
+pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut values = values.to_vec();
     let at = (share * (values.len() - 1) as f64).round() as usize;
     *values.select_nth_unstable_by(at, f64::total_cmp).1
@@ -111,7 +112,7 @@ fn quantile(values: &[f64], share: f64) -> f64 {
 /// By how much the first sample is off the nearest of three lines through later ones.
 fn off_lines(samples: &[(f64, f64)], turns: bool) -> f64 {
     let (t0, y0) = samples[0];
-    let above = |y: f64| nearest(y - y0, turns);
+    let above = |y: f64| nearest_turn(y - y0, turns);
     let off = |i: usize, j: usize| {
         let ((ti, yi), (tj, yj)) = (samples[i], samples[j]);
         let (yi, yj) = (above(yi), above(yj));

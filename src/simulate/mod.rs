@@ -24,6 +24,7 @@ pub(crate) use evaluator::{Evaluator, prepared};
 pub(crate) use feed::Feed;
 pub use feed::Stretch;
 pub use first_samples::FirstSample;
+pub(crate) use first_samples::{nearest_turn, quantile};
 pub use free_run::{free_run, in_reach, memory_start, values_at, values_in_run};
 pub use ode::{OdeError, rk4};
 pub use rk4::{Emission, integrate, integrate_fast};

@@ -204,6 +204,9 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
         let why = found.overwhelming().map_or(String::new(), |why| format!(" {why}"));
         return format!("Do not use these numbers: the fit did not converge.{why}");
     }
+    if let Some(why) = found.overwhelming() {
+        return format!("Do not use these numbers: the fit converged, and nothing of it is the vehicle's. {why}");
+    }
     let pushed = found.sentence();
     if !erring.is_empty() {
         return format!(

@@ -380,6 +380,7 @@ impl<const L: usize> Tape<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::filter_error::information::Asked;
     use crate::estimate::filter_error::noise::{Coloured, RandomForce, SensorNoise};
     use crate::estimate::filter_error::{FilterErrorOptions, Filtered};
     use crate::tank::{BlindOptions, blind};
@@ -403,7 +404,7 @@ mod tests {
         };
         let unknowns = noise.coordinates();
         let slopes = filtered.slopes(model, &noise, &unknowns, &mobilities, limit);
-        let information = filtered.noise_information(model, &noise, &unknowns, &mobilities, limit);
+        let information = filtered.noise_information(model, &noise, &unknowns, &mobilities, limit, Asked::All);
         let mut cost = |unknown: Coordinate, by: f64| {
             let here = noise.at(unknown);
             noise.set(unknown, here + by);

@@ -17,12 +17,37 @@ use super::sensor::Innovation;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::simd::{Machine, Wide, Widths as _, Work};
+use crate::simulate::Stretch;
 
 /// Step by which a logarithm of the noise is moved: its square does not show, and roundings do not either.
 const STEP: f64 = 1e-4;
 
 /// Filters side by side: one as it is, the others moved.
 const TOGETHER: usize = 16;
+
+/// Of how much of a stretch steps of the noise ask the information: of so many rows and of this share, whichever is more. A
+/// sample of a filter that has settled adds as much as another one: the expected information does not hang on the data.
+const ROWS: usize = 256;
+const SHARE: usize = 4;
+
+/// Of what the information is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// Every sample.
+    All,
+    /// The beginning of every stretch, for all of it.
+    Beginnings,
+}
+
+impl Asked {
+    /// Rows of a stretch of so many.
+    fn rows(self, all: usize) -> usize {
+        match self {
+            Asked::All => all,
+            Asked::Beginnings => all.min(ROWS.max(all / SHARE)),
+        }
+    }
+}
 
 impl Filtered {
     /// Information of −ln L on the logarithms `coordinates` of the noise.
@@ -33,6 +58,7 @@ impl Filtered {
         coordinates: &[Coordinate],
         mobilities: &[DMatrix<f64>],
         limit: f64,
+        asked: Asked,
     ) -> DMatrix<f64> {
         let moved = |coordinate: Option<&Coordinate>| {
             let mut other = noise.clone();
@@ -51,15 +77,19 @@ impl Filtered {
             let models = std::array::from_fn(|lane| {
                 moved(lane.checked_sub(1).and_then(|i| group.get(i)).map(|c| &coordinates[*c]))
             });
-            let batch = self.batch::<TOGETHER>(model, &[*stretch; TOGETHER], models, mobilities, limit);
-            Machine::widest(Informing { batch, count: group.len() })
+            let mut batch = self.batch::<TOGETHER>(model, &[*stretch; TOGETHER], models, mobilities, limit);
+            let Stretch { first, last, .. } = self.problem.segments[*stretch];
+            let all = last + 1 - first;
+            let rows = asked.rows(all);
+            batch.stretches.iter_mut().flatten().for_each(|part| part.last = first + rows - 1);
+            (Machine::widest(Informing { batch, count: group.len() }), all as f64 / rows as f64)
         };
-        let parts: Vec<[[f64; TOGETHER]; TOGETHER]> = jobs.par_iter().map(of).collect();
+        let parts: Vec<([[f64; TOGETHER]; TOGETHER], f64)> = jobs.par_iter().map(of).collect();
         let mut total = DMatrix::zeros(count, count);
-        for ((_, group), part) in jobs.iter().zip(&parts) {
+        for ((_, group), (part, stands_for)) in jobs.iter().zip(&parts) {
             for (a, i) in group.iter().enumerate() {
                 for (b, j) in group.iter().enumerate() {
-                    total[(*i, *j)] += part[a.max(b)][a.min(b)];
+                    total[(*i, *j)] += stands_for * part[a.max(b)][a.min(b)];
                 }
             }
         }

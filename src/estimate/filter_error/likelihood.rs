@@ -52,6 +52,8 @@ impl Linear {
 pub(super) struct Innovations {
     /// Over their deviations, e/√s.
     pub z: Vec<f64>,
+    /// e
+    pub e: Vec<f64>,
     /// Σ s.
     pub expected: f64,
 }
@@ -315,6 +317,7 @@ impl Work<LANES> for Pass<'_> {
                     if kept == Kept::Innovations {
                         let of = &mut innovations[lane][at.output];
                         of.z.push(z);
+                        of.e.push(at.e[lane]);
                         of.expected += at.s[lane];
                     }
                 }

@@ -23,6 +23,7 @@ mod noise;
 mod noise_steps;
 mod open;
 mod options;
+mod outliers;
 mod pass;
 mod prediction;
 mod problem;
@@ -41,10 +42,11 @@ mod whiteness;
 use nalgebra::DMatrix;
 
 pub use forecast::{AHEAD, Channel, Forecast, Point};
+use information::Asked;
 pub use likelihood::Linear;
 pub use noise::{Coloured, Coordinate, NoiseModel, RandomForce, SensorNoise};
 pub use open::with_all_open;
-pub use options::{Bar, FilterErrorOptions, Forces};
+pub use options::{FilterErrorOptions, Forces};
 pub use prediction::Prediction;
 pub use problem::Filtered;
 pub use whiteness::Whiteness;
@@ -54,15 +56,6 @@ use super::tame;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 use crate::run::Run;
-
-/// Where a fit was with every innovation as it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plain {
-    /// −2 ln L, priors included.
-    pub cost: f64,
-    /// Whether an innovation was beyond five deviations.
-    pub outliers: bool,
-}
 
 /// The result of a filter-error fit.
 #[derive(Debug, Clone)]
@@ -81,8 +74,8 @@ pub struct FilterErrorFit {
     pub stated: Vec<Option<f64>>,
     /// −2 ln L, priors included.
     pub cost: f64,
-    /// What it was before innovations were held back.
-    pub plain: Plain,
+    /// What it was with every innovation as it is, before any were held back.
+    pub plain: f64,
     /// Number of samples.
     pub samples: usize,
     /// Deviations beyond which innovations are held back; infinite where no outlier was met.
@@ -111,7 +104,7 @@ impl FilterErrorFit {
         let (filtered, unknowns) = (&self.filtered, &self.noise_unknowns);
         let covariance = filtered.mobilities(&self.model).and_then(|mobilities| {
             let mut information =
-                filtered.noise_information(&self.model, &self.noise, unknowns, &mobilities, self.limit);
+                filtered.noise_information(&self.model, &self.noise, unknowns, &mobilities, self.limit, Asked::All);
             start::Prior::new(unknowns, &self.stated).inform(&mut information);
             Some(information.cholesky()?.inverse())
         });

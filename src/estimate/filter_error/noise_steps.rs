@@ -10,6 +10,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::information::Asked;
 use super::noise::Coordinate;
 use super::options::Forces;
 use super::start::Prior;
@@ -51,6 +52,7 @@ const FARTHEST: f64 = 2.0;
 const LIKE: f64 = 0.5;
 
 /// Fisher's information on the noise, which costs as much as a dozen passes.
+#[derive(Clone)]
 pub(super) struct Informed {
     /// On which unknowns, as logarithms.
     coordinates: Vec<Coordinate>,
@@ -174,7 +176,8 @@ impl Search<'_> {
         let mut gradient = DVector::from_vec(filtered.slopes(model, noise, coordinates, mobilities, *limit));
         let at = DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| noise.at(*c)));
         if !informed.as_ref().is_some_and(|known| known.is_near(coordinates, &at)) {
-            let information = filtered.noise_information(model, noise, coordinates, mobilities, *limit);
+            let information =
+                filtered.noise_information(model, noise, coordinates, mobilities, *limit, Asked::Beginnings);
             *informed = Some(Informed { coordinates: coordinates.to_vec(), at: at.clone(), information });
         }
         let count = coordinates.len();

@@ -37,21 +37,6 @@ impl Forces {
     }
 }
 
-/// −2 ln L that a fit has to come below.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bar {
-    /// With every innovation as it is.
-    pub plain: f64,
-    /// With innovations held back.
-    pub held: f64,
-}
-
-impl Default for Bar {
-    fn default() -> Bar {
-        Bar { plain: f64::INFINITY, held: f64::INFINITY }
-    }
-}
-
 /// How the fit is done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilterErrorOptions {
@@ -70,7 +55,7 @@ pub struct FilterErrorOptions {
     /// wants the same on both sides.
     pub limit: Option<f64>,
     /// −2 ln L that a fit has to give hope of coming below: one that does not is given up.
-    pub bar: Bar,
+    pub bar: f64,
     /// Whether each step is told to who watches.
     pub told: bool,
 }
@@ -85,7 +70,7 @@ impl Default for FilterErrorOptions {
             tolerance: 1e-2,
             refine: true,
             limit: None,
-            bar: Bar::default(),
+            bar: f64::INFINITY,
             told: false,
         }
     }

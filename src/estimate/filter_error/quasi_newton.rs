@@ -17,7 +17,7 @@ const REMEMBERED: usize = 10;
 const ALONG: f64 = 1e-3;
 
 /// What the last steps have shown.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(super) struct QuasiNewton {
     /// Steps and changes of the gradient, the oldest first.
     pairs: Vec<(DVector<f64>, DVector<f64>)>,

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
-//! ([`super::refine`]). Innovations beyond five deviations, which no Gaussian noise makes, are outliers: from
-//! then on all innovations are held back at two.
+//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at two deviations from then
+//! on.
 
 use nalgebra::DMatrix;
 
@@ -17,7 +17,7 @@ use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
 use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
-use super::{FilterErrorFit, Filtered, Plain};
+use super::{FilterErrorFit, Filtered};
 use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prior_cost, read_inputs, value};
 use crate::model::Model;
 use crate::progress;
@@ -45,6 +45,7 @@ const SETTLED: f64 = 0.1;
 const SHARED: f64 = 0.1;
 
 /// Where the search stands.
+#[derive(Clone)]
 pub(super) struct Search<'a> {
     pub(super) options: &'a FilterErrorOptions,
     pub(super) filtered: Filtered,
@@ -56,7 +57,7 @@ pub(super) struct Search<'a> {
     /// −2 ln L that there has to be hope of coming below, and whether there was none.
     bar: f64,
     given_up: bool,
-    plain: Plain,
+    plain: f64,
     /// Stretches linearised here.
     pub(super) current: Vec<Linear>,
     /// −2 ln L here, priors included.
@@ -110,7 +111,7 @@ fn higher(
     other: Result<FilterErrorFit, OutputErrorError>,
 ) -> Result<FilterErrorFit, OutputErrorError> {
     match (one, other) {
-        (Ok(one), Ok(other)) => Ok(if other.plain.cost < one.plain.cost { other } else { one }),
+        (Ok(one), Ok(other)) => Ok(if other.plain < one.plain { other } else { one }),
         (Err(error), other) => other.map_err(|_| error),
         (one, Err(_)) => one,
     }
@@ -127,19 +128,24 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
             search.renew();
         }
     }
-    search.plain = Plain { cost: search.cost, outliers: search.has_outliers() };
+    search.plain = search.cost;
     let mut converged = match options.limit {
         Some(limit) if limit.is_finite() => search.climb_held(limit),
         _ => search.climb(options.tolerance),
     };
     if options.limit.is_none() && search.has_outliers() {
         converged = search.climb_held(HELD_BACK);
+    } else if options.limit.is_none() && options.refine && search.is_pushed() {
+        let mut held = search.clone();
+        if held.climb_held(HELD_BACK) {
+            (search, converged) = (held, true);
+        }
     }
     if search.given_up {
         return Err(search.gives_up());
     }
     if search.limit.is_infinite() {
-        search.plain.cost = search.cost;
+        search.plain = search.cost;
     }
     if options.refine {
         converged = search.colour() && search.drop_forces() && converged;
@@ -157,7 +163,8 @@ fn about<'a>(
     bar: f64,
 ) -> Result<Search<'a>, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
-    search.bar = options.bar.plain.min(bar);
+    let own = if options.limit.is_none_or(f64::is_infinite) { options.bar } else { f64::INFINITY };
+    search.bar = own.min(bar);
     let unseen = search.unseen().into_iter().map(|k| &model.parameters[k]);
     let (parameters, values): (Vec<String>, Vec<f64>) = unseen.map(|p| (p.full_name(), p.value)).unzip();
     if !parameters.is_empty() {
@@ -165,7 +172,7 @@ fn about<'a>(
     }
     // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
     search.climb(options.tolerance.max(ABOUT));
-    search.bar = options.bar.plain;
+    search.bar = own;
     if search.given_up { Err(search.gives_up()) } else { Ok(search) }
 }
 
@@ -211,9 +218,9 @@ impl<'a> Search<'a> {
             noise,
             mobilities,
             limit: f64::INFINITY,
-            bar: options.bar.plain,
+            bar: f64::INFINITY,
             given_up: false,
-            plain: Plain { cost: f64::INFINITY, outliers: false },
+            plain: f64::INFINITY,
             current: Vec::new(),
             cost: f64::INFINITY,
             floors,
@@ -324,17 +331,26 @@ impl<'a> Search<'a> {
 
     /// The same with innovations held back at `limit`, from here on.
     fn climb_held(&mut self, limit: f64) -> bool {
-        (self.limit, self.bar) = (limit, self.options.bar.held);
+        (self.limit, self.bar) = (limit, self.options.bar);
         self.renew();
         self.climb(self.options.tolerance)
     }
 
     fn gives_up(&self) -> OutputErrorError {
-        OutputErrorError::GivenUp { passes: self.passes, cost: self.cost, held: self.limit.is_finite() }
+        OutputErrorError::GivenUp { passes: self.passes, cost: self.cost }
     }
 
-    fn has_outliers(&self) -> bool {
+    /// Whether an innovation is beyond five deviations, whatever has made it.
+    fn is_pushed(&self) -> bool {
         self.current.iter().any(|s| s.outliers > 0)
+    }
+
+    /// Whether a sample is wild ([`super::outliers`]).
+    fn has_outliers(&self) -> bool {
+        self.is_pushed() && {
+            let Search { filtered, model, noise, mobilities, limit, .. } = self;
+            filtered.wild_samples(&filtered.innovations(model, noise, mobilities, *limit)) > 0
+        }
     }
 
     /// One step of the parameters, as far as the likelihood rises; returns by how much −2 ln L was to fall.

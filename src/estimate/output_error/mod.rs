@@ -119,8 +119,6 @@ pub enum OutputErrorError {
         passes: usize,
         /// −2 ln L there.
         cost: f64,
-        /// Whether innovations were held back by then.
-        held: bool,
     },
     /// A parameter that this data says nothing about.
     #[error("this data says nothing about {}: fix them, or add a run that moves them", at_the_end(.parameters, .values))]

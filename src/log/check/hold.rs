@@ -8,6 +8,11 @@
 //! gives lengths that differ by one at most. Long stretches, in which nothing moved, do not count. A coarse sensor that
 //! moves steadily changes as evenly as a clock, but mostly by one step of its resolution: it is not held.
 
+use std::ops::Range;
+
+/// Share of the stretches that are as long as usual where values do not repeat by chance.
+const SELDOM: f64 = 0.95;
+
 /// A signal that is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hold {
@@ -40,17 +45,39 @@ fn is_coarse(values: &[f64]) -> bool {
 }
 
 impl Hold {
-    /// Indices of the true samples: where the value changes, and in a long stretch as often as usual.
+    /// Indices of the true samples: where the value changes, and in a long stretch as often as usual. What is [`Hold::frozen`] has
+    /// one sample alone.
     pub fn samples(self, values: &[f64]) -> Vec<usize> {
         let most = self.rows.ceil() as usize;
+        let mut frozen = self.frozen(values).into_iter().peekable();
         let mut kept = Vec::new();
         for k in 0..values.len() {
-            let due = kept.last().is_none_or(|&l: &usize| values[l].to_bits() != values[k].to_bits() || k - l > most);
-            if due {
+            while frozen.next_if(|stretch| stretch.end <= k).is_some() {}
+            let stands = frozen.peek().is_some_and(|stretch| stretch.start < k);
+            let changes = kept.last().is_none_or(|&l: &usize| values[l].to_bits() != values[k].to_bits());
+            if changes || !stands && kept.last().is_some_and(|l| k - l > most) {
                 kept.push(k);
             }
         }
         kept
+    }
+
+    /// Stretches in which a sensor that otherwise hardly ever gives a value twice stays at one: it has dropped out, and the log
+    /// repeats what was there last. At 0, and where the log begins or ends, the vehicle may rest.
+    pub fn frozen(self, values: &[f64]) -> Vec<Range<usize>> {
+        let mut next = 0;
+        let range = |stretch: &[f64]| {
+            next += stretch.len();
+            next - stretch.len()..next
+        };
+        let stretches: Vec<Range<usize>> = values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(range).collect();
+        let usual = stretches.iter().filter(|s| s.len() as f64 <= 2.0 * self.rows + 1.0).count();
+        if (usual as f64) < SELDOM * stretches.len() as f64 {
+            return Vec::new();
+        }
+        let inside = stretches.get(1..stretches.len().saturating_sub(1)).unwrap_or_default();
+        let long = |s: &&Range<usize>| s.len() as f64 > 3.0 * self.rows + 2.0 && values[s.start] != 0.0;
+        inside.iter().filter(long).cloned().collect()
     }
 }
 
@@ -75,6 +102,25 @@ mod tests {
         assert_eq!(of(&degrees), None, "whole degrees of a heading that turns steadily");
         assert_eq!(of(&vec![1.0; 100]), None);
         assert_eq!(of(&slow(1.0)), None);
+    }
+
+    /// A DVL at 5 Hz in rows of 25 Hz, which loses the bottom for 4 s; with coarse values and at rest nothing is frozen.
+    #[test]
+    fn a_sensor_that_drops_out_has_no_samples_meanwhile() {
+        let mut noise = Noise::new(4, 1);
+        let samples: Vec<f64> = (0..200).map(|_| 0.4 + 0.02 * noise.normal()).collect();
+        let mut values: Vec<f64> = (0..1000).map(|k| samples[k / 5]).collect();
+        let last = values[400];
+        values[400..500].fill(last);
+        let hold = of(&values).unwrap();
+        assert_eq!(hold.frozen(&values), vec![400..500]);
+        let kept = hold.samples(&values);
+        assert_eq!(kept.iter().filter(|k| (401..500).contains(*k)).count(), 0);
+        assert_eq!(kept.len(), 200 - 19);
+        values[400..500].fill(0.0);
+        assert!(hold.frozen(&values).is_empty(), "it rests");
+        let coarse: Vec<f64> = values.iter().map(|x| (x / 0.03).round() * 0.03).collect();
+        assert!(hold.frozen(&coarse).is_empty(), "values repeat by chance");
     }
 
     #[test]
