@@ -5,10 +5,9 @@
 //! 1 − λ_min(A⁻¹ A'):  the most of a direction of β that α can take over                     all at the fit with the best one in
 //! ```
 //!
-//! A rival of which the best one is not the better by far tells the same story: it takes over most of β's signal, or the fit with
-//! the best one in still lacks it. What does neither need not be refitted: it would gain less than half, as the refit itself would
-//! find after some twenty passes. (A rival that leaves the share q of a signal S ≫ n, in n samples, loses n ln(1/q) of the gain
-//! n ln(S/n), nearly: with half of it left it keeps half of the gain where S is 4 n, and less of nothing that is nearer to chance.)
+//! A rival that could be the truth in the place of the best one takes over most of β's signal, or is still missing with the best
+//! one in. What does neither, and promised less than the best one has gained, is not refitted: after some twenty passes the refit
+//! would have been given up, as one that gains less than half.
 
 use nalgebra::DMatrix;
 
