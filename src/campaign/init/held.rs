@@ -6,7 +6,7 @@
 //!
 //! Commands that are sent stay until the next one comes; commands that somebody has simulated may be lines. A zig-zag looks the
 //! same in both, and so does a sine. Where the motion answers clearly ([`measure`]), it decides; else commands that mostly stay
-//! are held.
+//! are held. A log without the velocity along any axis is not asked: slopes of fixes do not tell a twentieth of a second.
 
 use crate::check::balance::Balance;
 use crate::check::commands::measure;
@@ -33,8 +33,8 @@ pub fn held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
         return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
     }
-    if let Some((delay, step)) = logs.iter().find_map(|log| step(log)).and_then(|step| Some((delay(logs, step)?, step)))
-    {
+    let asked = logs.iter().find_map(|log| step(log)).filter(|_| logs.iter().all(tells_velocity));
+    if let Some((delay, step)) = asked.and_then(|step| Some((delay(logs, step)?, step))) {
         let told = format!(
             "the motion comes {} s behind commands on lines between the rows; held ones would make it {}",
             short(delay, 2),
@@ -45,6 +45,12 @@ pub fn held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     let stays = logs.iter().map(stays).fold(0.0, f64::max);
     let told = || format!("in {:.0} % of the rows a command is what it was in the row before", 100.0 * stays);
     (stays > STAYS, (stays > STAYS).then(told))
+}
+
+/// Whether a sensor tells a velocity along an axis.
+fn tells_velocity(log: &Commanded<'_>) -> bool {
+    let is_told = |dof: &Dof| log.run.signal(dof.velocity()).is_some_and(|s| !s.is_empty());
+    Dof::ALL.iter().filter(|dof| !dof.is_rotation()).any(is_told)
 }
 
 /// Time between the rows of commands, s.
@@ -108,7 +114,7 @@ mod tests {
     fn the_motion_tells_held_commands_from_lines() {
         const STEP: f64 = 0.2;
         let command = |row: usize| if (row / 40).is_multiple_of(2) { 60.0 } else { -60.0 };
-        let sailed = |is_held: bool| {
+        let sailed = |is_held: bool, channel: &str| {
             let (mut u, mut rows) = (0.0, Vec::new());
             for row in 0..600 {
                 rows.push(u);
@@ -123,14 +129,16 @@ mod tests {
             let tau = Signal::new(time.clone(), (0..600).map(command).collect::<Vec<_>>());
             let mut noise = crate::noise::Noise::new(7, 1);
             let u: Vec<f64> = rows.iter().map(|u| u + 0.003 * noise.normal()).collect();
-            let signals = [("u".to_string(), Signal::new(time, u)), ("tau_u".to_string(), tau.clone())];
+            let signals = [(channel.to_string(), Signal::new(time, u)), ("tau_u".to_string(), tau.clone())];
             let run = Run { signals: signals.into(), ..Run::default() };
             held(&[Commanded { signals: vec![&tau], rows: 600, run }])
         };
         for is_held in [true, false] {
-            let (found, why) = sailed(is_held);
+            let (found, why) = sailed(is_held, "u");
             let why = why.unwrap();
             assert!(found == is_held && why.starts_with("the motion comes"), "{is_held}: {found}, {why}");
         }
+        // a rate of turn alone is not asked: the motion along is not known
+        assert!(sailed(false, "r").1.is_some_and(|why| why.starts_with("in 98 % of the rows")));
     }
 }
