@@ -52,17 +52,14 @@ pub fn check(run: &Run) -> Vec<Found> {
 fn frozen(signal: &Signal) -> Option<(f64, f64)> {
     let (time, values) = (signal.time(), signal.values());
     let held = hold::of(values).map_or(1.0, |h| h.rows);
-    let stretches: Vec<&[f64]> = values.chunk_by(|a, b| a.to_bits() == b.to_bits()).collect();
-    let usual = stretches.iter().filter(|s| s.len() as f64 <= 2.0 * held + 1.0).count();
-    let longest = stretches.iter().map(|s| s.len()).max()?;
-    let step = usual_step(time)?;
-    let long = longest as f64 > FREEZE.0 as f64 * held && longest as f64 * step > FREEZE.1;
-    // coarse values repeat by chance: then some stretches are long, and this is none of them
-    if !long || stretches.len() < 20 || (usual as f64) < 0.98 * stretches.len() as f64 {
+    let stretches = hold::stretches(values);
+    let longest = stretches.iter().rev().max_by_key(|s| s.len())?;
+    let (rows, step) = (longest.len() as f64, usual_step(time)?);
+    let long = rows > FREEZE.0 as f64 * held && rows * step > FREEZE.1;
+    if !long || stretches.len() < 20 || !hold::seldom_repeats(&stretches, held) {
         return None;
     }
-    let before: usize = stretches.iter().take_while(|s| s.len() < longest).map(|s| s.len()).sum();
-    Some((time[before], time[before + longest - 1] - time[before]))
+    Some((time[longest.start], time[longest.end - 1] - time[longest.start]))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 use nalgebra::DMatrix;
 
 use super::candidate::Candidate;
-use super::columns::{Columns, in_chunks};
+use super::columns::{Assembled, Columns, in_chunks};
 use super::refit::Contender;
 use super::rules::is_new;
 use super::screen::{log_survival, project};
@@ -32,9 +32,9 @@ pub(super) fn may_replace(
     task: &Task<'_>,
 ) -> Vec<bool> {
     let fit = &best.fit;
-    let brought: Vec<usize> = (0..fit.filtered.problem.unknowns.len())
-        .filter(|k| is_new(&here.model, &fit.model.parameters[fit.filtered.problem.unknowns[*k].parameter]))
-        .collect();
+    let unknowns = &fit.filtered.problem.unknowns;
+    let is_brought = |k: &usize| is_new(&here.model, &fit.model.parameters[unknowns[*k].parameter]);
+    let brought: Vec<usize> = (0..unknowns.len()).filter(is_brought).collect();
     if brought.is_empty() || candidates.is_empty() {
         return vec![true; candidates.len()];
     }
@@ -49,29 +49,59 @@ pub(super) fn may_replace(
 
 /// Each probe's candidate, and whether it takes over what `brought` does, or is missing.
 fn judged(fit: &FilterErrorFit, columns: &Columns, brought: &[usize], threshold: f64) -> Vec<(usize, bool)> {
-    let assembled = columns.assembled(fit);
-    let (total, e) = (&assembled.total, assembled.total.nrows() - 1);
-    let others: Vec<usize> = (0..assembled.unknowns).filter(|k| !brought.contains(k)).collect();
+    let Assembled { total, unknowns, probes } = columns.assembled(fit);
     let able = |at: Vec<usize>| -> Option<bool> {
-        let beside = |more: &[usize]| {
-            let order: Vec<usize> = others.iter().chain(more).chain(brought).copied().collect();
-            project(&picked(total, &order), others.len() + more.len())
-        };
-        let (alone, shared) = (beside(&[])?, beside(&at)?);
-        let l = alone.cholesky()?.l();
-        let half = l.solve_lower_triangular(&shared)?;
-        let left = l.solve_lower_triangular(&half.transpose())?.symmetric_eigenvalues().min();
-        let order: Vec<usize> = (0..assembled.unknowns).chain(at.iter().copied()).chain([e]).collect();
-        let own = project(&picked(total, &order), assembled.unknowns)?;
-        let m = at.len();
-        let b = own.view((0, m), (m, 1)).column(0).into_owned();
-        let statistic = b.dot(&own.view((0, 0), (m, m)).into_owned().cholesky()?.solve(&b));
-        Some(1.0 - left >= TAKES_OVER || log_survival(statistic, m) <= threshold)
+        Some(taken_over(&total, unknowns, brought, &at)? >= TAKES_OVER || log_p(&total, unknowns, &at)? <= threshold)
     };
-    assembled.probes.iter().map(|(probe, at)| (probe.candidate, able(at.clone().collect()).unwrap_or(true))).collect()
+    probes.into_iter().map(|(probe, at)| (probe.candidate, able(at.collect()).unwrap_or(true))).collect()
+}
+
+/// 1 − λ_min(A⁻¹ A'), of the first `unknowns` columns those that were `brought`, and α the columns `at`.
+fn taken_over(total: &DMatrix<f64>, unknowns: usize, brought: &[usize], at: &[usize]) -> Option<f64> {
+    let others: Vec<usize> = (0..unknowns).filter(|k| !brought.contains(k)).collect();
+    let beside = |more: &[usize]| {
+        let order: Vec<usize> = others.iter().chain(more).chain(brought).copied().collect();
+        project(&picked(total, &order), others.len() + more.len())
+    };
+    let l = beside(&[])?.cholesky()?.l();
+    let half = l.solve_lower_triangular(&beside(at)?)?;
+    Some(1.0 - l.solve_lower_triangular(&half.transpose())?.symmetric_eigenvalues().min())
+}
+
+/// ln of the probability that what neither knows shows α as much by chance; the last column holds the innovations.
+fn log_p(total: &DMatrix<f64>, unknowns: usize, at: &[usize]) -> Option<f64> {
+    let order: Vec<usize> = (0..unknowns).chain(at.iter().copied()).chain([total.nrows() - 1]).collect();
+    let (own, m) = (project(&picked(total, &order), unknowns)?, at.len());
+    let b = own.view((0, m), (m, 1)).column(0).into_owned();
+    let statistic = b.dot(&own.view((0, 0), (m, m)).into_owned().cholesky()?.solve(&b));
+    Some(log_survival(statistic, m))
 }
 
 /// Rows and columns of a symmetric matrix, in this order.
 fn picked(total: &DMatrix<f64>, order: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(order.len(), order.len(), |i, j| total[(order[i], order[j])])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns: one of the model, what was brought, two rivals of it, and innovations that are three times the second rival. The
+    /// first rival is what was brought at 30°, and some of the model's.
+    #[test]
+    fn a_rival_takes_over_the_square_of_the_cosine() {
+        let x = DMatrix::from_fn(4, 5, |i, j| match (i, j) {
+            (0, 0) | (1, 1) | (3, 3) => 1.0,
+            (0, 2) => 0.7,
+            (1, 2) => 30f64.to_radians().cos(),
+            (2, 2) => 30f64.to_radians().sin(),
+            (3, 4) => 3.0,
+            _ => 0.0,
+        });
+        let total = x.transpose() * x;
+        assert!((taken_over(&total, 2, &[1], &[2]).unwrap() - 0.75).abs() < 1e-12);
+        assert!(taken_over(&total, 2, &[1], &[3]).unwrap().abs() < 1e-12);
+        assert!((log_p(&total, 2, &[3]).unwrap() - log_survival(9.0, 1)).abs() < 1e-12);
+        assert!(log_p(&total, 2, &[2]).unwrap().abs() < 1e-12, "of the innovations it shows nothing");
+    }
 }

@@ -433,6 +433,14 @@ mod tests {
         assert!(with(2.0, 0.02));
         assert!(!with(1.05, 0.02), "chance");
         assert!(!with(0.7, 0.02));
+        // the share of a thruster that is lost: below nothing it is made
+        after.parameters[scale].spec.neutral = 0.0;
+        let mut lost = |share: f64, of_thruster: bool| {
+            after.parameters[scale].value = share;
+            makes_thrust(&before, &after, of_thruster)
+        };
+        assert!(lost(-0.45, true) && !lost(0.3, true) && !lost(-0.01, true));
+        assert!(!lost(-0.45, false), "of what is no thruster's");
         let drag = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
         assert!(!makes_thrust(&before, &drag, false));
     }

@@ -30,14 +30,33 @@ const LONGEST: f64 = 8.0;
 /// Share of their changes that noise may make: a regression on them is off by its square.
 const NOISY: f64 = 0.2;
 
-/// The runs with a velocity in each modelled degree of freedom of which they log the position alone, and the longest time
-/// through which a line was drawn, s; 0 where none was.
-pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> (Vec<Run>, f64) {
-    let (with, spans): (Vec<Run>, Vec<f64>) = runs.iter().map(|run| with_velocity(model, run)).unzip();
-    (with, spans.into_iter().fold(0.0, f64::max))
+/// Longest times through which lines were drawn, s; 0 where none was.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Spans {
+    /// Through positions.
+    pub translation: f64,
+    /// Through angles.
+    pub rotation: f64,
 }
 
-fn with_velocity(model: &Model, run: &Run) -> (Run, f64) {
+impl Spans {
+    fn of(self, dof: Dof) -> f64 {
+        if dof.is_rotation() { self.rotation } else { self.translation }
+    }
+
+    fn longest(self, other: Spans) -> Spans {
+        Spans { translation: self.translation.max(other.translation), rotation: self.rotation.max(other.rotation) }
+    }
+}
+
+/// The runs with a velocity in each modelled degree of freedom of which they log the position alone, and through which times
+/// lines were drawn.
+pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> (Vec<Run>, Spans) {
+    let (with, spans): (Vec<Run>, Vec<Spans>) = runs.iter().map(|run| with_velocity(model, run)).unzip();
+    (with, spans.into_iter().fold(Spans::default(), Spans::longest))
+}
+
+fn with_velocity(model: &Model, run: &Run) -> (Run, Spans) {
     let mut with = run.clone();
     let poses = Dof::ALL.map(|dof| {
         let position = run.signal(dof.position()).filter(|s| s.len() > 1)?;
@@ -52,15 +71,15 @@ fn with_velocity(model: &Model, run: &Run) -> (Run, f64) {
             Dof::ALL.iter().filter(|d| alike(d)).filter_map(|d| poses[d.index()].as_ref()).collect();
         if asked { span(&logged) } else { 0.0 }
     };
-    let span = span_of(false).max(span_of(true));
+    let spans = Spans { translation: span_of(false), rotation: span_of(true) };
     for dof in &model.dofs {
         let (None, Some(position)) = (run.signal(dof.velocity()).filter(|s| !s.is_empty()), &poses[dof.index()]) else {
             continue;
         };
-        let velocity: Vec<f64> = position.time().iter().map(|t| velocity(&poses, *dof, *t, span)).collect();
+        let velocity: Vec<f64> = position.time().iter().map(|t| velocity(&poses, *dof, *t, spans)).collect();
         with.signals.insert(dof.velocity().into(), Signal::new(position.shared_time().clone(), velocity));
     }
-    (with, span)
+    (with, spans)
 }
 
 /// Time through which lines are drawn so that noise makes no more than [`NOISY`] of how the slopes of these change, all together:
@@ -88,10 +107,10 @@ fn span(signals: &[&Signal]) -> f64 {
     span.min(LONGEST)
 }
 
-/// Body velocity at an instant, of lines through `span` seconds.
-fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64, span: f64) -> f64 {
+/// Body velocity at an instant, of lines through so many seconds.
+fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64, spans: Spans) -> f64 {
     let angle = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| s.at(t));
-    let rate = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| line(s, t, span).slope);
+    let rate = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| line(s, t, spans.of(dof)).slope);
     let (phi, theta) = (angle(Dof::Roll), angle(Dof::Pitch));
     match dof {
         Dof::Surge | Dof::Sway | Dof::Heave => {
@@ -148,8 +167,8 @@ mod tests {
         put("x", &|t| (u * psi(t).sin() + v * psi(t).cos()) / r);
         put("y", &|t| (v * psi(t).sin() - u * psi(t).cos()) / r);
         let dofs = [Dof::Surge, Dof::Sway, Dof::Yaw];
-        let (with, span) = with_velocity(&Model::new(&dofs, Coriolis::Tied), &run);
-        assert_eq!(span, SPAN);
+        let (with, spans) = with_velocity(&Model::new(&dofs, Coriolis::Tied), &run);
+        assert_eq!(spans, Spans { translation: SPAN, rotation: SPAN });
         for (dof, right) in dofs.into_iter().zip([u, v, r]) {
             let told = with.signal(dof.velocity()).unwrap();
             // a line through a second of an arc is flatter by (r·1 s)²/40, one in a thousand of u and of v; at the ends it is

@@ -23,7 +23,7 @@ const WINDOW: f64 = 1.0;
 /// Where a run logs poses alone, their slopes, turned to the axes of the body, are its velocities.
 pub fn started(model: &Model, runs: &[Run]) -> Model {
     let logged = runs;
-    let (runs, slopes) = with_velocities(model, logged);
+    let (runs, spans) = with_velocities(model, logged);
     let runs: &[Run] = &runs;
     let mut plain = model.clone();
     for k in (0..plain.terms.len()).rev() {
@@ -32,13 +32,13 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
         }
     }
     let is_logged = |dof: &Dof| logged.iter().any(|run| run.signal(dof.velocity()).is_some_and(|s| !s.is_empty()));
-    if slopes > pose_velocity::SPAN {
+    if spans.translation > pose_velocity::SPAN {
         for dof in model.dofs.iter().filter(|dof| !dof.is_rotation() && !is_logged(dof)) {
             unregressed(&mut plain, *dof, runs);
         }
     }
     let all: Vec<&Run> = runs.iter().collect();
-    let span = Span::Samples(samples_in(slopes.max(WINDOW), model, runs));
+    let span = Span::Samples(samples_in(WINDOW.max(spans.translation).max(spans.rotation), model, runs));
     let regressor = RegressorOptions { span, ..RegressorOptions::default() };
     // a start needs no more than the right size, and one is wanted in any case
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };

@@ -205,7 +205,7 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
         return format!("Do not use these numbers: the fit did not converge.{why}");
     }
     if let Some(why) = found.overwhelming() {
-        return format!("Do not use these numbers: the fit converged, and nothing of it is the vehicle's. {why}");
+        return format!("Do not use these numbers, although the fit converged. {why}");
     }
     let pushed = found.sentence();
     if !erring.is_empty() {

@@ -13,6 +13,7 @@
 //! *Automatica* 40 (2004) 225-237.
 
 mod adjoint;
+mod ascent;
 mod beginning;
 mod elsewhere;
 mod forecast;
@@ -182,7 +183,7 @@ pub fn filter_error(
     let from = |model: &Model| {
         let filtered = Filtered::new(model, runs, &options.base)?;
         let noises = start::noises(&filtered, model, runs, &options.forces);
-        steps::maximised(model, filtered, noises, options)
+        ascent::maximised(model, filtered, noises, options)
     };
     match from(model) {
         // a model that lacks much may start as a vehicle that none is
@@ -203,7 +204,7 @@ pub fn filter_error_from(
     noise: NoiseModel,
     options: &FilterErrorOptions,
 ) -> Result<FilterErrorFit, OutputErrorError> {
-    steps::maximised(model, Filtered::new(model, runs, &options.base)?, vec![noise], options)
+    ascent::maximised(model, Filtered::new(model, runs, &options.base)?, vec![noise], options)
 }
 
 /// The free parameters of `model` on `runs` under a noise that is known, by Gauss-Newton alone.

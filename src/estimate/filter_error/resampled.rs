@@ -19,7 +19,7 @@ use super::options::FilterErrorOptions;
 use super::problem::{Batch, Filtered};
 use super::sensor::Sensors;
 use super::transition::Transition;
-use super::{FilterErrorFit, steps};
+use super::{FilterErrorFit, ascent};
 use crate::estimate::output_error::{OutputErrorError, value};
 use crate::least_squares::{Draws, REFITTING};
 use crate::model::Model;
@@ -126,7 +126,7 @@ impl FilterErrorFit {
             };
             filtered.problem.tracks.iter_mut().zip(logs).for_each(|(track, log)| track.observed = log);
             filtered.restart(&self.model);
-            let fit = steps::maximised(&self.model, filtered, vec![self.noise.clone()], &options);
+            let fit = ascent::maximised(&self.model, filtered, vec![self.noise.clone()], &options);
             tell(REFITTING, done.fetch_add(1, Ordering::Relaxed) + 1, count);
             Some(fit.ok().filter(|fit| fit.converged)?.values())
         };

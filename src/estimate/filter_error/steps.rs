@@ -5,9 +5,7 @@
 //! η:  (I + λ diag I) δ = −g           g, I: gradient and information of −ln L ([`super::noise_steps`])
 //! ```
 //!
-//! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
-//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at two deviations from then
-//! on.
+//! Which steps are taken from where: [`super::ascent`].
 
 use nalgebra::DMatrix;
 
@@ -21,16 +19,6 @@ use super::{FilterErrorFit, Filtered};
 use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prior_cost, read_inputs, value};
 use crate::model::Model;
 use crate::progress;
-
-/// Deviations at which innovations are held back once there are outliers: 99 % as good as none where there are none.
-const HELD_BACK: f64 = 2.0;
-
-/// Fall of −2 ln L that the next steps promise, below which the noise is about right.
-const ABOUT: f64 = 1.0;
-
-/// −2 ln L by which two tops may lie apart before the runs begin where they say ([`Filtered::begin_smoothed`]), and both be gone
-/// on from. Where the higher one alone was, one campaign of twelve with noisy fixes ended in the lesser top, 5 deviations off.
-const APART: f64 = 100.0;
 
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
@@ -55,9 +43,9 @@ pub(super) struct Search<'a> {
     pub(super) mobilities: Vec<DMatrix<f64>>,
     pub(super) limit: f64,
     /// −2 ln L that there has to be hope of coming below, and whether there was none.
-    bar: f64,
-    given_up: bool,
-    plain: f64,
+    pub(super) bar: f64,
+    pub(super) given_up: bool,
+    pub(super) plain: f64,
     /// Stretches linearised here.
     pub(super) current: Vec<Linear>,
     /// −2 ln L here, priors included.
@@ -86,96 +74,6 @@ pub(super) struct Search<'a> {
     pub(super) passes: usize,
 }
 
-/// The fit of a prepared problem from starting values of parameters and noise: of several noises from the one that leads
-/// highest.
-pub(super) fn maximised(
-    model: &Model,
-    filtered: Filtered,
-    noises: Vec<NoiseModel>,
-    options: &FilterErrorOptions,
-) -> Result<FilterErrorFit, OutputErrorError> {
-    let (mut searches, mut least) = (Vec::new(), f64::INFINITY);
-    for (filtered, noise) in std::iter::repeat_n(filtered, noises.len()).zip(noises) {
-        let search = about(model, filtered, noise, options, least + APART);
-        least = search.as_ref().map_or(least, |search| least.min(search.cost));
-        searches.push(search);
-    }
-    let near = searches.into_iter().filter(|search| search.as_ref().map_or(true, |s| s.cost <= least + APART));
-    let tops = near.map(|search| search.and_then(|search| to_the_top(search, options)));
-    tops.reduce(higher).unwrap_or_else(|| Err(diverges(model)))
-}
-
-/// The fit of the higher likelihood, every innovation as it is; the first error where there is none.
-fn higher(
-    one: Result<FilterErrorFit, OutputErrorError>,
-    other: Result<FilterErrorFit, OutputErrorError>,
-) -> Result<FilterErrorFit, OutputErrorError> {
-    match (one, other) {
-        (Ok(one), Ok(other)) => Ok(if other.plain < one.plain { other } else { one }),
-        (Err(error), other) => other.map_err(|_| error),
-        (one, Err(_)) => one,
-    }
-}
-
-/// The rest of a search that has come [`about`] to its top.
-fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<FilterErrorFit, OutputErrorError> {
-    let Search { filtered, model: here, noise, mobilities, limit, .. } = &mut search;
-    if let Some(before) = filtered.begin_smoothed(here, noise, mobilities, *limit) {
-        search.renew();
-        // smoothed beginnings of a fit that is far off may be none from which it can go on
-        if !search.cost.is_finite() {
-            search.filtered.begin_as(before);
-            search.renew();
-        }
-    }
-    search.plain = search.cost;
-    let mut converged = match options.limit {
-        Some(limit) if limit.is_finite() => search.climb_held(limit),
-        _ => search.climb(options.tolerance),
-    };
-    if options.limit.is_none() && search.has_outliers() {
-        converged = search.climb_held(HELD_BACK);
-    } else if options.limit.is_none() && options.refine && search.is_pushed() {
-        let mut held = search.clone();
-        if held.climb_held(HELD_BACK) {
-            (search, converged) = (held, true);
-        }
-    }
-    if search.given_up {
-        return Err(search.gives_up());
-    }
-    if search.limit.is_infinite() {
-        search.plain = search.cost;
-    }
-    if options.refine {
-        converged = search.colour() && search.drop_forces() && converged;
-        converged |= search.settle();
-    }
-    search.finish(converged)
-}
-
-/// The search as far as [`ABOUT`] from a noise; given up where there is no hope of coming below `bar`, either.
-fn about<'a>(
-    model: &Model,
-    filtered: Filtered,
-    noise: NoiseModel,
-    options: &'a FilterErrorOptions,
-    bar: f64,
-) -> Result<Search<'a>, OutputErrorError> {
-    let mut search = Search::new(model, filtered, noise, options)?;
-    let own = if options.limit.is_none_or(f64::is_infinite) { options.bar } else { f64::INFINITY };
-    search.bar = own.min(bar);
-    let unseen = search.unseen().into_iter().map(|k| &model.parameters[k]);
-    let (parameters, values): (Vec<String>, Vec<f64>) = unseen.map(|p| (p.full_name(), p.value)).unzip();
-    if !parameters.is_empty() {
-        return Err(OutputErrorError::NotIdentified { parameters, values });
-    }
-    // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
-    search.climb(options.tolerance.max(ABOUT));
-    search.bar = own;
-    if search.given_up { Err(search.gives_up()) } else { Ok(search) }
-}
-
 /// The free parameters of a prepared problem under a noise that stays.
 pub(super) fn parameters_under(
     model: &Model,
@@ -196,7 +94,7 @@ pub(super) fn parameters_under(
 }
 
 impl<'a> Search<'a> {
-    fn new(
+    pub(super) fn new(
         model: &Model,
         filtered: Filtered,
         noise: NoiseModel,
@@ -248,7 +146,7 @@ impl<'a> Search<'a> {
 
     /// Parameters that change no innovation at all, and never will: what they multiply is nothing in these runs. A shape, or
     /// what stands beside one, may come to count with other values.
-    fn unseen(&self) -> Vec<usize> {
+    pub(super) fn unseen(&self) -> Vec<usize> {
         let problem = &self.filtered.problem;
         let mut seen = vec![false; problem.unknowns.len()];
         for (linear, stretch) in self.current.iter().zip(&problem.segments) {
@@ -324,29 +222,29 @@ impl<'a> Search<'a> {
 
     /// The last steps, to a [`SETTLED`] of the tolerance: what ends the ways before decides nothing then. Whether that was
     /// reached.
-    fn settle(&mut self) -> bool {
+    pub(super) fn settle(&mut self) -> bool {
         self.tolerance = SETTLED * self.options.tolerance;
         self.climb(self.tolerance)
     }
 
     /// The same with innovations held back at `limit`, from here on.
-    fn climb_held(&mut self, limit: f64) -> bool {
+    pub(super) fn climb_held(&mut self, limit: f64) -> bool {
         (self.limit, self.bar) = (limit, self.options.bar);
         self.renew();
         self.climb(self.options.tolerance)
     }
 
-    fn gives_up(&self) -> OutputErrorError {
+    pub(super) fn gives_up(&self) -> OutputErrorError {
         OutputErrorError::GivenUp { passes: self.passes, cost: self.cost }
     }
 
     /// Whether an innovation is beyond five deviations, whatever has made it.
-    fn is_pushed(&self) -> bool {
+    pub(super) fn is_pushed(&self) -> bool {
         self.current.iter().any(|s| s.outliers > 0)
     }
 
     /// Whether a sample is wild ([`super::outliers`]).
-    fn has_outliers(&self) -> bool {
+    pub(super) fn has_outliers(&self) -> bool {
         self.is_pushed() && {
             let Search { filtered, model, noise, mobilities, limit, .. } = self;
             filtered.wild_samples(&filtered.innovations(model, noise, mobilities, *limit)) > 0
@@ -399,7 +297,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
+    pub(super) fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
         if !self.cost.is_finite() {
             return Err(diverges(&self.model));
         }
@@ -439,7 +337,7 @@ impl<'a> Search<'a> {
 }
 
 /// The model that runs away, with its values.
-fn diverges(model: &Model) -> OutputErrorError {
+pub(super) fn diverges(model: &Model) -> OutputErrorError {
     let name = |p: &crate::model::Parameter| format!("{} {} = {}", p.term, p.spec.name, p.value);
     OutputErrorError::Diverges { values: model.parameters.iter().map(name).collect::<Vec<_>>().join(", ") }
 }

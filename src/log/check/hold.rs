@@ -11,7 +11,24 @@
 use std::ops::Range;
 
 /// Share of the stretches that are as long as usual where values do not repeat by chance.
-const SELDOM: f64 = 0.95;
+const SELDOM: f64 = 0.98;
+
+/// Stretches of equal values.
+pub fn stretches(values: &[f64]) -> Vec<Range<usize>> {
+    let mut next = 0;
+    let range = |stretch: &[f64]| {
+        next += stretch.len();
+        next - stretch.len()..next
+    };
+    values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(range).collect()
+}
+
+/// Whether a channel whose samples are held for `rows` otherwise hardly ever gives a value twice: of coarse values some stretches
+/// are long by chance.
+pub fn seldom_repeats(stretches: &[Range<usize>], rows: f64) -> bool {
+    let usual = stretches.iter().filter(|s| s.len() as f64 <= 2.0 * rows + 1.0).count();
+    usual as f64 >= SELDOM * stretches.len() as f64
+}
 
 /// A signal that is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,14 +82,8 @@ impl Hold {
     /// Stretches in which a sensor that otherwise hardly ever gives a value twice stays at one: it has dropped out, and the log
     /// repeats what was there last. At 0, and where the log begins or ends, the vehicle may rest.
     pub fn frozen(self, values: &[f64]) -> Vec<Range<usize>> {
-        let mut next = 0;
-        let range = |stretch: &[f64]| {
-            next += stretch.len();
-            next - stretch.len()..next
-        };
-        let stretches: Vec<Range<usize>> = values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(range).collect();
-        let usual = stretches.iter().filter(|s| s.len() as f64 <= 2.0 * self.rows + 1.0).count();
-        if (usual as f64) < SELDOM * stretches.len() as f64 {
+        let stretches = stretches(values);
+        if !seldom_repeats(&stretches, self.rows) {
             return Vec::new();
         }
         let inside = stretches.get(1..stretches.len().saturating_sub(1)).unwrap_or_default();
