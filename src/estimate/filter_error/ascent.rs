@@ -1,0 +1,116 @@
+//! From the noises at which a fit starts to the highest top of the likelihood.
+//!
+//! ```text
+//! each noise: a climb to about its top;  of tops that are near the highest: to rest, outliers held back, noise refined
+//! ```
+//!
+//! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
+//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at two deviations from then
+//! on.
+
+use super::noise::NoiseModel;
+use super::options::FilterErrorOptions;
+use super::steps::{Search, diverges};
+use super::{FilterErrorFit, Filtered};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::Model;
+
+/// Deviations at which innovations are held back once there are outliers: 99 % as good as none where there are none.
+const HELD_BACK: f64 = 2.0;
+
+/// Fall of −2 ln L that the next steps promise, below which the noise is about right.
+const ABOUT: f64 = 1.0;
+
+/// −2 ln L by which two tops may lie apart before the runs begin where they say ([`Filtered::begin_smoothed`]), and both be gone
+/// on from. Where the higher one alone was, one campaign of twelve with noisy fixes ended in the lesser top, 5 deviations off.
+const APART: f64 = 100.0;
+
+/// The fit of a prepared problem from starting values of parameters and noise: of several noises from the one that leads
+/// highest.
+pub(super) fn maximised(
+    model: &Model,
+    filtered: Filtered,
+    noises: Vec<NoiseModel>,
+    options: &FilterErrorOptions,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    let (mut searches, mut least) = (Vec::new(), f64::INFINITY);
+    for (filtered, noise) in std::iter::repeat_n(filtered, noises.len()).zip(noises) {
+        let search = about(model, filtered, noise, options, least + APART);
+        least = search.as_ref().map_or(least, |search| least.min(search.cost));
+        searches.push(search);
+    }
+    let near = searches.into_iter().filter(|search| search.as_ref().map_or(true, |s| s.cost <= least + APART));
+    let tops = near.map(|search| search.and_then(|search| to_the_top(search, options)));
+    tops.reduce(higher).unwrap_or_else(|| Err(diverges(model)))
+}
+
+/// The fit of the higher likelihood, every innovation as it is; the first error where there is none.
+fn higher(
+    one: Result<FilterErrorFit, OutputErrorError>,
+    other: Result<FilterErrorFit, OutputErrorError>,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    match (one, other) {
+        (Ok(one), Ok(other)) => Ok(if other.plain < one.plain { other } else { one }),
+        (Err(error), other) => other.map_err(|_| error),
+        (one, Err(_)) => one,
+    }
+}
+
+/// The rest of a search that has come [`about`] to its top.
+fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<FilterErrorFit, OutputErrorError> {
+    let Search { filtered, model: here, noise, mobilities, limit, .. } = &mut search;
+    if let Some(before) = filtered.begin_smoothed(here, noise, mobilities, *limit) {
+        search.renew();
+        // smoothed beginnings of a fit that is far off may be none from which it can go on
+        if !search.cost.is_finite() {
+            search.filtered.begin_as(before);
+            search.renew();
+        }
+    }
+    search.plain = search.cost;
+    let mut converged = match options.limit {
+        Some(limit) if limit.is_finite() => search.climb_held(limit),
+        _ => search.climb(options.tolerance),
+    };
+    if options.limit.is_none() && search.has_outliers() {
+        converged = search.climb_held(HELD_BACK);
+    } else if options.limit.is_none() && options.refine && search.is_pushed() {
+        let mut held = search.clone();
+        if held.climb_held(HELD_BACK) {
+            (search, converged) = (held, true);
+        }
+    }
+    if search.given_up {
+        return Err(search.gives_up());
+    }
+    if search.limit.is_infinite() {
+        search.plain = search.cost;
+    }
+    if options.refine {
+        converged = search.colour() && search.drop_forces() && converged;
+        converged |= search.settle();
+    }
+    search.finish(converged)
+}
+
+/// The search as far as [`ABOUT`] from a noise; given up where there is no hope of coming below `bar`, either.
+fn about<'a>(
+    model: &Model,
+    filtered: Filtered,
+    noise: NoiseModel,
+    options: &'a FilterErrorOptions,
+    bar: f64,
+) -> Result<Search<'a>, OutputErrorError> {
+    let mut search = Search::new(model, filtered, noise, options)?;
+    let own = if options.limit.is_none_or(f64::is_infinite) { options.bar } else { f64::INFINITY };
+    search.bar = own.min(bar);
+    let unseen = search.unseen().into_iter().map(|k| &model.parameters[k]);
+    let (parameters, values): (Vec<String>, Vec<f64>) = unseen.map(|p| (p.full_name(), p.value)).unzip();
+    if !parameters.is_empty() {
+        return Err(OutputErrorError::NotIdentified { parameters, values });
+    }
+    // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
+    search.climb(options.tolerance.max(ABOUT));
+    search.bar = own;
+    if search.given_up { Err(search.gives_up()) } else { Ok(search) }
+}
