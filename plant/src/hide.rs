@@ -320,6 +320,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "thruster_fault@surge",
         "supply_voltage",
         "current",
+        "earth_force",
         "tether_spring",
         "tether_drag@surge",
         "wave@sway",

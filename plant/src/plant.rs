@@ -61,6 +61,8 @@ pub struct Plant {
     pub current: Current,
     /// Waves.
     pub waves: Vec<Wave>,
+    /// A steady force north and east, N.
+    pub earth_force: [f64; 2],
     /// Stiffness of a tether to the point where the run began, N/m.
     pub tether_spring: f64,
     /// Drag of a tether, k z ν|ν|, per metre of depth.
@@ -247,6 +249,7 @@ impl Ready<'_> {
         let anchor = interval.anchor.unwrap_or(position);
         let mut pull = plant.tether_spring * (anchor - position);
         pull.z = 0.0;
+        pull += Vector3::new(plant.earth_force[0], plant.earth_force[1], 0.0);
         let mut first = place::OUTSIDE;
         for effect in &plant.outside {
             let scene = Scene { relative: &relative, nu: &nu, position, velocity, anchor, drag: &drag, clock };

@@ -49,6 +49,10 @@ pub(crate) fn slots<'s>(name: &Name<'_>, setup: &'s mut Setup) -> Option<Vec<(St
         ("thrust_lag", Place::Whole) => vec![("T_lag".into(), &mut losses.lag)],
         ("thrust_delay", Place::Whole) => vec![("T_delay".into(), &mut plant.actuation.delay)],
         ("supply_voltage", Place::Whole) => vec![("n_supply".into(), &mut losses.supply_exponent)],
+        ("earth_force", Place::Whole) => {
+            let [north, east] = &mut plant.earth_force;
+            vec![("F_N".into(), north), ("F_E".into(), east)]
+        }
         ("tether_spring", Place::Whole) => vec![("k_tether".into(), &mut plant.tether_spring)],
         ("tether_drag", Place::One(i)) => vec![(format!("k_z{0}|{0}|", V[i]), &mut plant.tether_drag[i])],
         ("wave", Place::One(i)) => {
@@ -121,6 +125,7 @@ pub(crate) fn sensible(name: &Name<'_>, vehicle: &Vehicle, size: f64, duration: 
         "thrust_lag" => strength(0.5),
         "thrust_delay" => strength(0.4),
         "supply_voltage" => strength(1.5),
+        "earth_force" => two(0.1 * vehicle.rated[0], -0.05 * vehicle.rated[0]),
         "tether_spring" => strength(0.01 * vehicle.rated[0]),
         "tether_drag" => strength(0.02 * f / (u * u)),
         "wave" => Some(vec![0.1 * size * f, 5.0]),

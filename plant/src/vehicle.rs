@@ -165,6 +165,7 @@ fn made(figures: &Figures, thrusters: Vec<Thruster>) -> Vehicle {
         actuation: Actuation { thrusters: Vec::new(), losses: Losses::default(), delay: 0.0, ripple: (0.0, 0.0) },
         current: Current::Still,
         waves: Vec::new(),
+        earth_force: [0.0; 2],
         tether_spring: 0.0,
         tether_drag: [0.0; 6],
         outside: Vec::new(),

@@ -99,7 +99,7 @@ mod tests {
             (CrossDrag, vec!["linear_cross_damping", "cross_drag", "even_drag", "mixed_drag", "lift_moment"]),
             (Restoring, vec!["restoring_surge", "restoring_heave", "restoring_roll", "restoring_pitch", "trim_offset"]),
             (Steady, vec!["bias"]),
-            (Other, vec!["current", "thrust_lag", "rudder_force", "tether_spring", "sensor_gyro_bias"]),
+            (Other, vec!["current", "earth_force", "thrust_lag", "rudder_force", "tether_spring", "sensor_gyro_bias"]),
         ];
         for coriolis in [effects::Coriolis::Tied, effects::Coriolis::Free] {
             let model = Model::new(&Dof::ALL, coriolis);

@@ -60,6 +60,7 @@ const NAMES: &[(&str, &str)] = &[
     ("thruster_swap", "two thrusters that are exchanged"),
     ("supply_voltage", "sagging supply voltage"),
     ("current", "a water current"),
+    ("earth_force", "a steady push in one compass direction"),
     ("tether_spring", "the pull of the tether"),
     ("tether_drag", "drag of the tether"),
     ("wave", "waves"),

@@ -49,6 +49,11 @@ impl Effect for Current {
         ["V_N", "V_E"].map(|name| ParameterSpec::shape(name, Dimension::VELOCITY, &[0.0], -5.0, 5.0)).to_vec()
     }
 
+    fn pose(&self) -> &'static [&'static str] {
+        &["psi"]
+    }
+
+
     fn water<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>]) -> Option<[Expr<'g>; 3]> {
         Some([theta[0], theta[1], at.graph.zero()])
     }

@@ -29,9 +29,10 @@ const LOOK_ALIKES: &[(&[&str], &str)] = &[
          the velocity sensor; no log of a free vehicle gives the scale of both",
     ),
     (
-        &["current", "bias", "linear_drag", "tether_spring", "wave"],
-        "sail the same straight run on four headings and twice as far: a current turns with the heading, a tether grows \
-         with the distance, a bias does neither",
+        &["current", "earth_force", "bias", "linear_drag", "tether_spring", "wave"],
+        "sail the same straight run on four headings, slowly and at full speed, and twice as far: the push of a current \
+         and a steady one turn with the heading, and only the current's grows with the speed; a tether's grows with the \
+         distance, a bias does neither",
     ),
 ];
 

@@ -20,6 +20,7 @@ mod cross_drag;
 mod cubic_drag;
 mod current;
 mod drag_asymmetry;
+mod earth_force;
 mod effect;
 mod even_drag;
 mod fin_drag;
@@ -142,6 +143,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(fin_drag::FinDrag(fin_lift::Fin::Rudder)),
         Arc::new(fin_drag::FinDrag(fin_lift::Fin::SternPlane)),
         Arc::new(current::Current),
+        Arc::new(earth_force::EarthForce),
         Arc::new(tether_spring::TetherSpring),
         Arc::new(tether_drag::TetherDrag),
         Arc::new(wave::Wave),

@@ -205,6 +205,7 @@ fn sensible(id: &str, place: Place, craft: &Craft) -> Option<Vec<Value>> {
         "thruster_fault" => vec![Strength(0.4), Shape(40.0)],
         "supply_voltage" => vec![Strength(1.5)],
         "current" => vec![Strength(0.15 * speed[0]), Strength(-0.1 * speed[0])],
+        "earth_force" => vec![Strength(0.1 * force[0]), Strength(-0.05 * force[0])],
         "tether_spring" => vec![Strength(0.01 * force[0])],
         "tether_drag" => vec![Strength(0.1 * f / (u * u))],
         "wave" => vec![Strength(0.1 * f), Strength(0.0), Shape(5.0)],

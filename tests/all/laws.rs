@@ -17,7 +17,7 @@ use proptest::prelude::*;
 mod galilei;
 
 /// Ids of the catalogue that users and other programs know.
-const IDS: [&str; 61] = [
+const IDS: [&str; 62] = [
     "inertia",
     "added_mass_coupling",
     "added_mass_amplitude",
@@ -63,6 +63,7 @@ const IDS: [&str; 61] = [
     "rudder_drag",
     "stern_plane_drag",
     "current",
+    "earth_force",
     "tether_spring",
     "tether_drag",
     "wave",

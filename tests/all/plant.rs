@@ -142,6 +142,7 @@ fn exact_effects_of_the_catalogue_come_back() {
         "thrust_lag",
         "thrust_delay",
         "current",
+        "earth_force",
         "tether_spring",
         "sensor_dvl_lever_arm",
     ];
