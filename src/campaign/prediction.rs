@@ -42,7 +42,8 @@ pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Resu
         Some(known) => {
             let filtered = Filtered::new(&model, runs, base)?;
             let force = told(known, runs, filtered.sample_time());
-            (filtered.clone(), known.of(&filtered).elsewhere(&model, runs), LIMIT, force)
+            let noise = known.of(&filtered).elsewhere(&model, runs);
+            (Filtered::begun(&model, runs, (&noise, LIMIT), base)?, noise, LIMIT, force)
         }
         None => {
             tell("the noise of the runs", 0, 0);

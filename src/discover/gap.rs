@@ -81,8 +81,9 @@ pub(super) fn predictions(
         return Ok((outputs, fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)));
     }
     let model = on_others(fit, held, fitting)?;
-    let filtered = Filtered::new(&model, held, &fitting.base)?;
-    Ok((outputs, filtered.forecast(&model, &fit.noise.elsewhere(&model, held), fit.limit)))
+    let noise = fit.noise.elsewhere(&model, held);
+    let filtered = Filtered::begun(&model, held, (&noise, fit.limit), &fitting.base)?;
+    Ok((outputs, filtered.forecast(&model, &noise, fit.limit)))
 }
 
 /// What a channel measures, of those that are compared: velocities and observed functions, and a pose whose velocity no

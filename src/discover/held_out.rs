@@ -171,12 +171,14 @@ fn worse(
     (runs, fitting): (&[Run], &FilterErrorOptions),
 ) -> Result<Option<String>, OutputErrorError> {
     let model = on_others(without, runs, fitting)?;
-    let filtered = Filtered::new(&model, runs, &fitting.base)?;
-    let before = filtered.forecast(&model, &without.noise.elsewhere(&model, runs), without.limit);
+    let noise = without.noise.elsewhere(&model, runs);
+    let filtered = Filtered::begun(&model, runs, (&noise, without.limit), &fitting.base)?;
+    let before = filtered.forecast(&model, &noise, without.limit);
     let silent = filtered.silent(&without.noise);
     let model = on_others(with, runs, fitting)?;
     let noise = with.noise.elsewhere(&model, runs);
-    let after = Filtered::new(&model, runs, &fitting.base)?.forecast(&model, &noise, with.limit);
+    let filtered = Filtered::begun(&model, runs, (&noise, with.limit), &fitting.base)?;
+    let after = filtered.forecast(&model, &noise, with.limit);
     let outputs = filtered.problem.dynamics.outputs.iter().enumerate().filter(|(k, _)| !silent[*k]);
     let level = WORSE / outputs.clone().count().max(1) as f64;
     for (k, output) in outputs {

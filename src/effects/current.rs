@@ -53,7 +53,6 @@ impl Effect for Current {
         &["psi"]
     }
 
-
     fn water<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>]) -> Option<[Expr<'g>; 3]> {
         Some([theta[0], theta[1], at.graph.zero()])
     }

@@ -41,7 +41,6 @@ impl Effect for EarthForce {
         &["psi"]
     }
 
-
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
         let push = at.to_body([theta[0], theta[1], at.graph.zero()]);
         for (axis, force) in wrench.iter_mut().zip(push) {

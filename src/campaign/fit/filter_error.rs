@@ -147,7 +147,8 @@ pub(in crate::campaign) fn held_out(
         return Ok((fitted.filtered.clone(), fitted.model.clone()));
     }
     model.parameters.iter_mut().for_each(|p| p.per_run.clear());
-    Ok((Filtered::new(&model, &others, base)?, model))
+    let noise = fitted.noise.elsewhere(&model, &others);
+    Ok((Filtered::begun(&model, &others, (&noise, fitted.limit), base)?, model))
 }
 
 pub(super) fn forecasts_of_training(fitted: &FilterErrorFit) -> Vec<Forecast> {

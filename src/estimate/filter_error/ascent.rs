@@ -10,6 +10,7 @@
 
 use super::noise::NoiseModel;
 use super::options::FilterErrorOptions;
+use super::smoothed_beginning::At;
 use super::steps::{Search, diverges};
 use super::{FilterErrorFit, Filtered};
 use crate::estimate::output_error::OutputErrorError;
@@ -59,13 +60,9 @@ fn higher(
 /// The rest of a search that has come [`about`] to its top.
 fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<FilterErrorFit, OutputErrorError> {
     let Search { filtered, model: here, noise, mobilities, limit, .. } = &mut search;
-    if let Some(before) = filtered.begin_smoothed(here, noise, mobilities, *limit) {
+    let at = At { model: here, noise, mobilities, limit: *limit };
+    if filtered.begin_smoothed(at) {
         search.renew();
-        // smoothed beginnings of a fit that is far off may be none from which it can go on
-        if !search.cost.is_finite() {
-            search.filtered.begin_as(before);
-            search.renew();
-        }
     }
     search.plain = search.cost;
     let mut converged = match options.limit {

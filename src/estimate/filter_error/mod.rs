@@ -32,6 +32,7 @@ mod quasi_newton;
 mod refine;
 mod resampled;
 mod sensor;
+mod smoothed_beginning;
 mod start;
 mod steps;
 mod transition;
@@ -230,7 +231,7 @@ pub fn cost_of(
     (noise, limit): (&NoiseModel, f64),
     options: &FilterErrorOptions,
 ) -> Result<f64, OutputErrorError> {
-    let filtered = Filtered::new(model, runs, &options.base)?;
+    let filtered = Filtered::begun(model, runs, (noise, limit), &options.base)?;
     let Some(mobilities) = filtered.mobilities(model) else { return Ok(f64::INFINITY) };
     let stretches = filtered.linearise(model, noise, &mobilities, limit, false);
     let cost: f64 = stretches.iter().map(|s| s.cost).sum();

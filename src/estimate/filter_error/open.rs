@@ -50,7 +50,8 @@ pub fn with_all_open(
             parameter.value = (parameter.value + by).clamp(parameter.min, parameter.max);
         }
         let seed = seed.wrapping_mul(DRAWS as u64).wrapping_add(draw as u64);
-        let drawn = Filtered::new(&model, runs, options)?.forecast_drawn(&model, &random, fit.limit, Some(seed));
+        let filtered = Filtered::begun(&model, runs, (&random, fit.limit), options)?;
+        let drawn = filtered.forecast_drawn(&model, &random, fit.limit, Some(seed));
         for ((off, drawn), own) in off.iter_mut().zip(&drawn).zip(forecasts) {
             for ((off, drawn), own) in off.iter_mut().zip(&drawn.channels).zip(&own.channels) {
                 for ((off, there), here) in off.iter_mut().zip(&drawn.foretold).zip(&own.foretold) {

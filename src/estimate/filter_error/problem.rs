@@ -8,13 +8,12 @@
 
 use nalgebra::DMatrix;
 
-use super::adjoint::Tape;
 use super::noise::NoiseModel;
 use super::transition::Belief;
 use super::ud::{Covariance, First, Work};
 use super::unseen_velocity::{self, UNKNOWN};
 use crate::chain::StateId;
-use crate::estimate::output_error::{LANES, OutputErrorError, OutputErrorOptions, Problem};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem};
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
@@ -27,14 +26,14 @@ pub struct Filtered {
     /// The compiled model, tracks, stretches without gap, and unknowns.
     pub problem: Problem,
     /// What is believed at the beginning of each stretch.
-    starts: Vec<Start>,
+    pub(super) starts: Vec<Start>,
 }
 
 /// Belief before the first sample of a stretch.
 #[derive(Debug, Clone)]
 pub(super) struct Start {
-    x: Vec<f64>,
-    variance: Vec<f64>,
+    pub(super) x: Vec<f64>,
+    pub(super) variance: Vec<f64>,
 }
 
 /// What `L` stretches are filtered with: one stretch a lane.
@@ -80,52 +79,6 @@ impl Filtered {
     pub fn restart(&mut self, model: &Model) {
         let states = self.problem.initial_states(model);
         self.starts = states.into_iter().enumerate().map(|(k, x)| start(&self.problem, model, k, x)).collect();
-    }
-
-    /// Begins anew where the runs say that velocities without a sensor began, smoothed under `noise`: x̂₀ and its deviation, three
-    /// times as wide. ∂L/∂x₀ = λ and ∂L/∂P₀ = Λ of L = −ln L say it:
-    ///
-    /// ```text
-    /// x̂₀ = x₀ − P₀ λ,    P̂₀ = P₀ − P₀ (2 Λ + λ λᵀ) P₀
-    /// ```
-    ///
-    /// Gives back where they began before.
-    pub(super) fn begin_smoothed(
-        &mut self,
-        model: &Model,
-        noise: &NoiseModel,
-        mobilities: &[DMatrix<f64>],
-        limit: f64,
-    ) -> Option<Vec<Start>> {
-        let unseen = unseen_velocity::states(&self.problem);
-        if unseen.is_empty() {
-            return None;
-        }
-        let before = self.starts.clone();
-        let read = |members: &[usize], tape: &Tape<LANES>| {
-            let by = |state: &usize| (*state, tape.by_beginning(*state));
-            (members.to_vec(), unseen.iter().map(by).collect::<Vec<_>>())
-        };
-        for (members, states) in self.back(model, noise, mobilities, limit, read) {
-            for (lane, stretch) in members.into_iter().enumerate() {
-                let start = &mut self.starts[stretch];
-                for (state, [slope, curvature]) in &states {
-                    let (before, slope, curvature) = (start.variance[*state], slope[lane], curvature[lane]);
-                    let told = before - before * before * (2.0 * curvature + slope * slope);
-                    if !(slope.is_finite() && told.is_finite() && told > 0.0) {
-                        continue;
-                    }
-                    start.x[*state] -= before * slope;
-                    start.variance[*state] = (unseen_velocity::WIDER.powi(2) * told).min(before);
-                }
-            }
-        }
-        Some(before)
-    }
-
-    /// Begins where [`Filtered::begin_smoothed`] says that the runs began before.
-    pub(super) fn begin_as(&mut self, starts: Vec<Start>) {
-        self.starts = starts;
     }
 
     /// The same stretches and beliefs with another compiled model of the same states.

@@ -1,0 +1,229 @@
+//! Where runs began whose velocities no channel logs: smoothed from all that comes after.
+//!
+//! ```text
+//! x̂₀ = x₀ − P₀ λ,    P̂₀ = P₀ − P₀ (2 Λ + λ λᵀ) P₀        λ = ∂L/∂x₀, Λ = ∂L/∂P₀ of L = −ln L
+//! 1/I = P̂₀⁻¹ − P₀⁻¹                                      what the run alone tells of it;  begun with 9/I about x̂₀
+//! ```
+//!
+//! Fixes tell a velocity within seconds; a gyro tells the product u v, by the Munk moment, within one. A filter that sets
+//! out with the wrong signs of both follows the gyro and is sure of them before the fixes can say otherwise: 20 deviations off
+//! in simulation, and what the model cannot do about it is taken for something that is missing. So the run is also begun with
+//! the other signs, and the more likely beginning stands.
+
+use nalgebra::DMatrix;
+
+use super::adjoint::Tape;
+use super::noise::NoiseModel;
+use super::problem::{Filtered, Start};
+use super::unseen_velocity::{self, WIDER};
+use crate::estimate::output_error::{LANES, OutputErrorError, OutputErrorOptions};
+use crate::model::Model;
+use crate::run::Run;
+
+/// Times that a beginning is smoothed at most: each time the filter is linearised about a better one.
+const ROUNDS: usize = 3;
+
+/// What a run is filtered with.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    pub model: &'a Model,
+    pub noise: &'a NoiseModel,
+    pub mobilities: &'a [DMatrix<f64>],
+    pub limit: f64,
+}
+
+impl Filtered {
+    /// Runs that take no part in a fit made ready for a filter under its `noise`: they begin where they say that they began.
+    ///
+    /// # Errors
+    /// As [`Filtered::new`].
+    pub fn begun(
+        model: &Model,
+        runs: &[Run],
+        (noise, limit): (&NoiseModel, f64),
+        options: &OutputErrorOptions,
+    ) -> Result<Filtered, OutputErrorError> {
+        let mut filtered = Filtered::new(model, runs, options)?;
+        if let Some(mobilities) = filtered.mobilities(model) {
+            filtered.begin_smoothed(At { model, noise, mobilities: &mobilities, limit });
+        }
+        Ok(filtered)
+    }
+
+    /// Begins anew where the runs say that velocities without a sensor began; whether there are any.
+    pub(super) fn begin_smoothed(&mut self, at: At<'_>) -> bool {
+        let unseen = unseen_velocity::states(&self.problem);
+        if unseen.is_empty() {
+            return false;
+        }
+        let before = self.starts.clone();
+        let told = self.smooth(&unseen, &before, at);
+        // the smoothed beginning of a model that is far off may be none from which it can go on
+        self.keep_likely(&before, |cost, _| !cost.is_finite(), at);
+        let near = self.starts.clone();
+        if self.turn_about(&unseen, &told, &before) {
+            self.smooth(&unseen, &before, at);
+            self.keep_likely(&near, |cost, other| cost.is_nan() || cost >= other, at);
+        }
+        true
+    }
+
+    /// Goes back to `others` in stretches whose −2 ln L `is_worse` than theirs.
+    fn keep_likely(&mut self, others: &[Start], is_worse: impl Fn(f64, f64) -> bool, at: At<'_>) {
+        let own = self.costs(at);
+        let mine = std::mem::replace(&mut self.starts, others.to_vec());
+        let theirs = self.costs(at);
+        for (k, start) in mine.into_iter().enumerate() {
+            if !is_worse(own[k], theirs[k]) {
+                self.starts[k] = start;
+            }
+        }
+    }
+
+    /// Smooths the beginnings until none moves by more than its deviation. That deviation, by stretch and state of `unseen`.
+    fn smooth(&mut self, unseen: &[usize], before: &[Start], at: At<'_>) -> Vec<Vec<f64>> {
+        let mut deviations = vec![vec![f64::INFINITY; unseen.len()]; self.starts.len()];
+        let read = |members: &[usize], tape: &Tape<LANES>| {
+            (members.to_vec(), unseen.iter().map(|state| tape.by_beginning(*state)).collect::<Vec<_>>())
+        };
+        for _ in 0..ROUNDS {
+            let mut rests = true;
+            for (members, slopes) in self.back(at.model, at.noise, at.mobilities, at.limit, read) {
+                for (lane, stretch) in members.into_iter().enumerate() {
+                    let start = &mut self.starts[stretch];
+                    for (k, (state, [slope, curvature])) in unseen.iter().zip(&slopes).enumerate() {
+                        let (believed, slope, curvature) = (start.variance[*state], slope[lane], curvature[lane]);
+                        let told = believed - believed * believed * (2.0 * curvature + slope * slope);
+                        if !(slope.is_finite() && told.is_finite() && told > 0.0) {
+                            continue;
+                        }
+                        let step = -believed * slope;
+                        start.x[*state] += step;
+                        let of_run = (1.0 / told - 1.0 / believed).max(0.0);
+                        start.variance[*state] = (WIDER.powi(2) / of_run).min(before[stretch].variance[*state]);
+                        deviations[stretch][k] = told.sqrt();
+                        rests &= step.abs() < told.sqrt();
+                    }
+                }
+            }
+            if rests {
+                break;
+            }
+        }
+        deviations
+    }
+
+    /// Turns beginnings that are surely not at rest about, as uncertain as they are far from it; whether there is any.
+    fn turn_about(&mut self, unseen: &[usize], told: &[Vec<f64>], before: &[Start]) -> bool {
+        let mut any = false;
+        for ((start, told), before) in self.starts.iter_mut().zip(told).zip(before) {
+            if unseen.iter().zip(told).all(|(state, told)| start.x[*state].abs() < WIDER * told) {
+                continue;
+            }
+            any = true;
+            for state in unseen {
+                let there = start.x[*state];
+                start.x[*state] = -there;
+                start.variance[*state] = start.variance[*state].max(there * there).min(before.variance[*state]);
+            }
+        }
+        any
+    }
+
+    /// −2 ln L of each stretch.
+    fn costs(&self, at: At<'_>) -> Vec<f64> {
+        let stretches = self.linearise(at.model, at.noise, at.mobilities, at.limit, false);
+        stretches.into_iter().map(|stretch| stretch.cost).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::estimate::filter_error::{FilterErrorOptions, RandomForce, SensorNoise};
+    use crate::frame::Dof;
+    use crate::model::Interpolation;
+    use crate::noise::Noise;
+    use crate::run::Signal;
+
+    const INERTIA: [f64; 3] = [46.0, 64.0, 7.5];
+    const DRAG: [f64; 3] = [20.0, 60.0, 9.0];
+
+    /// A boat that turns and drifts at the first sample, by Euler's rule in steps of 1 ms: fixes of half a metre at 2 Hz, a compass
+    /// of 1.5 degrees and a gyro at 10 Hz; no speed is logged. τ is 20 N ahead and steps of ± 3 N m.
+    fn run(nu: [f64; 3]) -> Run {
+        let ([mut u, mut v, mut r], [mut x, mut y, mut psi]) = (nu, [0.0_f64; 3]);
+        let [m, n, inertia] = INERTIA;
+        let mut noise = Noise::new(4, 1);
+        let mut columns: [Vec<(f64, f64)>; 6] = Default::default();
+        for k in 0..400 {
+            let t = 0.1 * f64::from(k);
+            let tau = [20.0, 0.0, if (t / 3.0).floor() % 2.0 < 1.0 { -3.0 } else { 3.0 }];
+            let slow = k % 5 == 0;
+            let rows = [(x, 0.5, slow), (y, 0.5, slow), (psi, 0.026, true), (r, 0.008, true)];
+            for (column, (value, std, is_logged)) in columns.iter_mut().zip(rows) {
+                if is_logged {
+                    column.push((t, value + std * noise.normal()));
+                }
+            }
+            columns[4].push((t, tau[0]));
+            columns[5].push((t, tau[2]));
+            for _ in 0..100 {
+                let h = 1e-3;
+                (x, y) = (x + h * (u * psi.cos() - v * psi.sin()), y + h * (u * psi.sin() + v * psi.cos()));
+                psi += h * r;
+                let du = (tau[0] - DRAG[0] * u + n * v * r) / m;
+                let dv = (-DRAG[1] * v - m * u * r) / n;
+                let dr = (tau[2] - DRAG[2] * r - (n - m) * u * v) / inertia;
+                (u, v, r) = (u + h * du, v + h * dv, r + h * dr);
+            }
+        }
+        let mut run = Run { name: "turns".into(), ..Run::default() };
+        for (name, column) in ["x", "y", "psi", "r", "tau_u", "tau_r"].into_iter().zip(columns) {
+            let (time, values): (Vec<f64>, Vec<f64>) = column.into_iter().unzip();
+            run.signals.insert(name.into(), Signal::new(time.into(), values));
+        }
+        run
+    }
+
+    /// Begun with the wrong signs of u and v the filter stays with them, and smoothing does; turned about it ends at the truth.
+    #[test]
+    fn the_signs_of_surge_and_sway_are_those_of_the_fixes() {
+        let effects = ["inertia", "linear_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];
+        let mut model = Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).unwrap();
+        model.input = Interpolation::Hold;
+        let values = INERTIA.into_iter().chain(DRAG);
+        model.parameters.iter_mut().zip(values).for_each(|(p, value)| p.value = value);
+        let truth = [0.63, 0.2, -0.7];
+        let options = FilterErrorOptions::default();
+        let mut filtered = Filtered::new(&model, &[run(truth)], &options.base).unwrap();
+        let sensors = filtered.problem.dynamics.outputs.iter().map(|output| SensorNoise {
+            std: match output.as_str() {
+                "r" => 0.008,
+                "psi" => 0.026,
+                _ => 0.5,
+            },
+            coloured: None,
+        });
+        let force = RandomForce { dof: Dof::Yaw, rms: 0.2, time: 1.0 };
+        let noise = NoiseModel { forces: vec![force], sensors: sensors.collect() };
+        let mobilities = filtered.mobilities(&model).unwrap();
+        let at = At { model: &model, noise: &noise, mobilities: &mobilities, limit: f64::INFINITY };
+
+        let unseen = unseen_velocity::states(&filtered.problem);
+        for (state, value) in unseen.iter().zip([-0.6, -0.2]) {
+            (filtered.starts[0].x[*state], filtered.starts[0].variance[*state]) = (value, 0.5);
+        }
+        let mut smoothed = filtered.clone();
+        smoothed.smooth(&unseen, &filtered.starts, at);
+        let off = |filtered: &Filtered| {
+            let of = |(state, truth): (&usize, f64)| (filtered.starts[0].x[*state] - truth).abs();
+            unseen.iter().zip(truth).map(of).fold(0.0, f64::max)
+        };
+        assert!(off(&smoothed) > 0.8, "it is trapped: {:?}", smoothed.starts);
+        assert!(filtered.begin_smoothed(at));
+        // some 0.05 m/s is what the fixes and the gyro tell: three of them
+        assert!(off(&filtered) < 0.15, "{:?}", filtered.starts);
+    }
+}
