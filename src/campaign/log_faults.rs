@@ -306,6 +306,10 @@ impl std::fmt::Display for Fault {
             Fault::Factor { channel, factor } if (-1.5..0.0).contains(factor) => {
                 write!(f, "{channel} is logged with the opposite sign; set columns.{channel}.sign = -1")
             }
+            Fault::Factor { channel, factor } if factor.abs() < 1.0 => {
+                let factor = 1.0 / factor;
+                write!(f, "{channel} is logged in a unit {factor:.4} times too coarse; set columns.{channel}.unit")
+            }
             Fault::Factor { channel, factor } => {
                 write!(f, "{channel} is logged in a unit {factor:.4} times too fine; set columns.{channel}.unit")
             }

@@ -10,6 +10,7 @@ pub mod balance;
 pub mod clock;
 pub mod closed_loop;
 pub mod codes;
+pub mod coming_round;
 pub mod commands;
 pub mod coupling;
 pub mod dead_rate;
@@ -51,6 +52,9 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     found.extend(closed_loop::judge_modes(run));
     // samples that are none say nothing of units, signs, delays or excitation
     let run = &without_bad_samples(run);
+    let mended = coming_round::mended(run);
+    found.extend(mended.iter().map(|(of_unit, _)| of_unit.clone()));
+    let run = mended.as_ref().map_or(run, |(_, mended)| mended);
     let steps = |channel: &str| rates.iter().find(|r| r.channel == channel).map_or(0.0, |r| 1.0 / r.rate_hz);
 
     let geodetic = Geodetic::of(run, options);

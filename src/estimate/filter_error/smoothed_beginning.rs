@@ -6,9 +6,9 @@
 //! ```
 //!
 //! Fixes tell a velocity within seconds; a gyro tells the product u v, by the Munk moment, within one. A filter that sets
-//! out with the wrong signs of both follows the gyro and is sure of them before the fixes can say otherwise: 20 deviations off
-//! in simulation, and what the model cannot do about it is taken for something that is missing. So the run is also begun with
-//! the other signs, and the more likely beginning stands.
+//! out with other signs, or with a little of u and much of v, follows the gyro and is sure of both before the fixes can say
+//! otherwise: 20 deviations off in simulation, and what the model cannot do about it is taken for something that is missing. So the
+//! first seconds are filtered from each point of a grid over what is believed, and the likeliest point is smoothed.
 
 use nalgebra::DMatrix;
 
@@ -22,6 +22,14 @@ use crate::run::Run;
 
 /// Times that a beginning is smoothed at most: each time the filter is linearised about a better one.
 const ROUNDS: usize = 3;
+
+/// Points of the grid, deviations of what is believed off its mean, and how uncertain each point is: half a mesh. In space three
+/// velocities are looked for, and the grid is a coarser one.
+const IN_PLANE: [f64; 5] = [-1.6, -0.8, 0.0, 0.8, 1.6];
+const IN_SPACE: [f64; 3] = [-1.2, 0.0, 1.2];
+
+/// Seconds of a run that are filtered from each point: a vehicle forgets its beginning within a few.
+const FIRST: f64 = 20.0;
 
 /// What a run is filtered with.
 #[derive(Clone, Copy)]
@@ -57,32 +65,49 @@ impl Filtered {
             return false;
         }
         let before = self.starts.clone();
-        let told = self.smooth(&unseen, &before, at);
+        let costs = self.costs(at);
+        self.begin_likeliest(&unseen, at);
+        self.smooth(&unseen, &before, at);
         // the smoothed beginning of a model that is far off may be none from which it can go on
-        self.keep_likely(&before, |cost, _| !cost.is_finite(), at);
-        let near = self.starts.clone();
-        if self.turn_about(&unseen, &told, &before) {
-            self.smooth(&unseen, &before, at);
-            self.keep_likely(&near, |cost, other| cost.is_nan() || cost >= other, at);
+        let now = self.costs(at);
+        for (k, start) in before.into_iter().enumerate() {
+            if now[k].is_nan() || now[k] > costs[k] {
+                self.starts[k] = start;
+            }
         }
         true
     }
 
-    /// Goes back to `others` in stretches whose −2 ln L `is_worse` than theirs.
-    fn keep_likely(&mut self, others: &[Start], is_worse: impl Fn(f64, f64) -> bool, at: At<'_>) {
-        let own = self.costs(at);
-        let mine = std::mem::replace(&mut self.starts, others.to_vec());
-        let theirs = self.costs(at);
-        for (k, start) in mine.into_iter().enumerate() {
-            if !is_worse(own[k], theirs[k]) {
-                self.starts[k] = start;
+    /// Begins at the likeliest point of the grid over what is believed.
+    fn begin_likeliest(&mut self, unseen: &[usize], at: At<'_>) {
+        let mut brief = self.clone();
+        for stretch in &mut brief.problem.segments {
+            let time = &self.problem.tracks[stretch.track].time;
+            let until = time[stretch.first] + FIRST;
+            stretch.last = stretch.last.min(time.partition_point(|t| *t <= until).max(stretch.first + 1));
+        }
+        let grid: &[f64] = if unseen.len() > 2 { &IN_SPACE } else { &IN_PLANE };
+        let mesh = grid[1] - grid[0];
+        let mut least = vec![f64::INFINITY; self.starts.len()];
+        let believed = self.starts.clone();
+        for point in 0..grid.len().pow(unseen.len() as u32) {
+            for (start, believed) in brief.starts.iter_mut().zip(&believed) {
+                for (k, state) in unseen.iter().enumerate() {
+                    let step = grid[point / grid.len().pow(k as u32) % grid.len()];
+                    start.x[*state] = believed.x[*state] + step * believed.variance[*state].sqrt();
+                    start.variance[*state] = believed.variance[*state] * (0.5 * mesh).powi(2);
+                }
+            }
+            for (k, cost) in brief.costs(at).into_iter().enumerate() {
+                if cost < least[k] {
+                    (least[k], self.starts[k]) = (cost, brief.starts[k].clone());
+                }
             }
         }
     }
 
-    /// Smooths the beginnings until none moves by more than its deviation. That deviation, by stretch and state of `unseen`.
-    fn smooth(&mut self, unseen: &[usize], before: &[Start], at: At<'_>) -> Vec<Vec<f64>> {
-        let mut deviations = vec![vec![f64::INFINITY; unseen.len()]; self.starts.len()];
+    /// Smooths the beginnings until none moves by more than its deviation.
+    fn smooth(&mut self, unseen: &[usize], before: &[Start], at: At<'_>) {
         let read = |members: &[usize], tape: &Tape<LANES>| {
             (members.to_vec(), unseen.iter().map(|state| tape.by_beginning(*state)).collect::<Vec<_>>())
         };
@@ -91,7 +116,7 @@ impl Filtered {
             for (members, slopes) in self.back(at.model, at.noise, at.mobilities, at.limit, read) {
                 for (lane, stretch) in members.into_iter().enumerate() {
                     let start = &mut self.starts[stretch];
-                    for (k, (state, [slope, curvature])) in unseen.iter().zip(&slopes).enumerate() {
+                    for (state, [slope, curvature]) in unseen.iter().zip(&slopes) {
                         let (believed, slope, curvature) = (start.variance[*state], slope[lane], curvature[lane]);
                         let told = believed - believed * believed * (2.0 * curvature + slope * slope);
                         if !(slope.is_finite() && told.is_finite() && told > 0.0) {
@@ -101,7 +126,6 @@ impl Filtered {
                         start.x[*state] += step;
                         let of_run = (1.0 / told - 1.0 / believed).max(0.0);
                         start.variance[*state] = (WIDER.powi(2) / of_run).min(before[stretch].variance[*state]);
-                        deviations[stretch][k] = told.sqrt();
                         rests &= step.abs() < told.sqrt();
                     }
                 }
@@ -110,24 +134,6 @@ impl Filtered {
                 break;
             }
         }
-        deviations
-    }
-
-    /// Turns beginnings that are surely not at rest about, as uncertain as they are far from it; whether there is any.
-    fn turn_about(&mut self, unseen: &[usize], told: &[Vec<f64>], before: &[Start]) -> bool {
-        let mut any = false;
-        for ((start, told), before) in self.starts.iter_mut().zip(told).zip(before) {
-            if unseen.iter().zip(told).all(|(state, told)| start.x[*state].abs() < WIDER * told) {
-                continue;
-            }
-            any = true;
-            for state in unseen {
-                let there = start.x[*state];
-                start.x[*state] = -there;
-                start.variance[*state] = start.variance[*state].max(there * there).min(before.variance[*state]);
-            }
-        }
-        any
     }
 
     /// −2 ln L of each stretch.
@@ -187,7 +193,8 @@ mod tests {
         run
     }
 
-    /// Begun with the wrong signs of u and v the filter stays with them, and smoothing does; turned about it ends at the truth.
+    /// Begun with the wrong signs of u and v the filter stays with them, and smoothing does; from the likeliest point of the grid it
+    /// ends at the truth.
     #[test]
     fn the_signs_of_surge_and_sway_are_those_of_the_fixes() {
         let effects = ["inertia", "linear_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];

@@ -1,0 +1,80 @@
+//! A heading that comes round within a tenth of a radian: radians that were read as degrees.
+//!
+//! ```text
+//! |Δψ| = 2π · π/180 = 0.110 rad where it comes round, and ψ never leaves such an interval
+//! ```
+//!
+//! Compared with its rate such a heading makes the gyro 57 times too large, or, where it comes round often, fits nothing at all. What
+//! else is asked of the run is asked of the heading in its own unit.
+
+use std::f64::consts::{PI, TAU};
+
+use super::codes;
+use super::report::{FaultKind, Found};
+use crate::frame::Dof;
+use crate::log::check::statistics::{median, range};
+use crate::log::number::short;
+use crate::run::{Run, Signal};
+
+/// A turn in radians that was read as degrees, rad.
+const TURN: f64 = TAU * PI / 180.0;
+
+/// Share of a turn by which a heading jumps where it comes round, between two samples of one that turns meanwhile.
+const JUMP: f64 = 0.9;
+
+/// What is wrong with the heading's unit, and the run with the heading that was meant.
+pub fn mended(run: &Run) -> Option<(Found, Run)> {
+    let psi = Dof::Yaw.position();
+    let signal = run.signal(psi)?;
+    let values = signal.values();
+    let steps = || values.windows(2).map(|w| (w[1] - w[0]).abs());
+    let jumps = steps().filter(|step| *step > JUMP * TURN).count();
+    let (low, high) = range(values.iter().copied())?;
+    // a heading that is held is a few degrees wide, and its noise jumps at every sample
+    if jumps == 0 || high - low > 1.05 * TURN || median(steps())? > 0.2 * TURN {
+        return None;
+    }
+    let text = format!(
+        "{psi} jumps by {} rad, {jumps} times, and stays within that: it comes round in radians and was read as degrees; set \
+         columns.{psi}.unit = \"rad\"",
+        short(TURN, 3)
+    );
+    let found = Found::new(&codes::UNIT, &[psi], text).fault(FaultKind::Unit, psi, PI / 180.0);
+    let meant: Vec<f64> = values.iter().map(|x| x * 180.0 / PI).collect();
+    let mut run = run.clone();
+    run.signals.insert(psi.into(), Signal::new(signal.time().into(), meant));
+    Some((found, run))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A heading that turns at 0.3 rad/s for 100 s, in radians between 0 and 2π, times a factor.
+    fn turning(factor: f64) -> Run {
+        let time: std::sync::Arc<[f64]> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
+        let psi: Vec<f64> = time.iter().map(|t| factor * ((0.3 * t) % TAU)).collect();
+        let mut run = Run::default();
+        run.signals.insert("psi".into(), Signal::new(time, psi));
+        run
+    }
+
+    #[test]
+    fn radians_that_were_read_as_degrees_are_told_and_mended() {
+        let (found, run) = mended(&turning(PI / 180.0)).unwrap();
+        assert_eq!((found.code.code, found.faults[0].channel.as_str()), ("K111", "psi"));
+        let meant = turning(1.0);
+        let pairs = run.signals["psi"].values().iter().zip(meant.signals["psi"].values());
+        pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{a} {b}"));
+    }
+
+    #[test]
+    fn a_heading_in_radians_or_held_within_a_few_degrees_is_right() {
+        assert!(mended(&turning(1.0)).is_none());
+        let mut held = turning(1.0);
+        let values: Vec<f64> = (0..1000).map(|k| if k % 2 == 0 { 0.0 } else { 0.105 }).collect();
+        let time: Vec<f64> = held.signals["psi"].time().to_vec();
+        held.signals.insert("psi".into(), Signal::new(time.into(), values));
+        assert!(mended(&held).is_none());
+    }
+}
