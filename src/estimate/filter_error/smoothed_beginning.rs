@@ -15,7 +15,8 @@ use nalgebra::DMatrix;
 use super::adjoint::Tape;
 use super::noise::NoiseModel;
 use super::problem::{Filtered, Start};
-use super::unseen_velocity::{self, WIDER};
+use super::unseen_velocity::{self, UNKNOWN, WIDER};
+use crate::chain::StateId;
 use crate::estimate::output_error::{LANES, OutputErrorError, OutputErrorOptions};
 use crate::model::Model;
 use crate::run::Run;
@@ -23,8 +24,11 @@ use crate::run::Run;
 /// Times that a beginning is smoothed at most: each time the filter is linearised about a better one.
 const ROUNDS: usize = 3;
 
-/// Points of the grid, deviations of what is believed off its mean, and how uncertain each point is: half a mesh. In space three
-/// velocities are looked for, and the grid is a coarser one.
+/// Deviation of a speed that is believed, m/s, from which on there is a grid: poses that tell it better leave one hill.
+const WIDE: f64 = 0.5 * UNKNOWN;
+
+/// Points of the grid, deviations of what is believed off its mean. In space three speeds are looked for, and the grid is a
+/// coarser one.
 const IN_PLANE: [f64; 5] = [-1.6, -0.8, 0.0, 0.8, 1.6];
 const IN_SPACE: [f64; 3] = [-1.2, 0.0, 1.2];
 
@@ -66,7 +70,7 @@ impl Filtered {
         }
         let before = self.starts.clone();
         let costs = self.costs(at);
-        self.begin_likeliest(&unseen, at);
+        self.begin_likeliest(at);
         self.smooth(&unseen, &before, at);
         // the smoothed beginning of a model that is far off may be none from which it can go on
         let now = self.costs(at);
@@ -78,21 +82,31 @@ impl Filtered {
         true
     }
 
-    /// Begins at the likeliest point of the grid over what is believed.
-    fn begin_likeliest(&mut self, unseen: &[usize], at: At<'_>) {
+    /// Begins at the likeliest point of the grid of speeds over what is believed, each point good to half a mesh.
+    fn begin_likeliest(&mut self, at: At<'_>) {
+        let is_speed = |state: &usize| match self.problem.dynamics.states[*state] {
+            StateId::Velocity(dof) => !dof.is_rotation(),
+            _ => false,
+        };
+        let is_wide = |state: &usize| self.starts.iter().any(|start| start.variance[*state] > WIDE * WIDE);
+        let unseen = unseen_velocity::states(&self.problem);
+        let speeds: Vec<usize> = unseen.into_iter().filter(is_speed).filter(is_wide).collect();
+        if speeds.is_empty() {
+            return;
+        }
         let mut brief = self.clone();
         for stretch in &mut brief.problem.segments {
             let time = &self.problem.tracks[stretch.track].time;
             let until = time[stretch.first] + FIRST;
             stretch.last = stretch.last.min(time.partition_point(|t| *t <= until).max(stretch.first + 1));
         }
-        let grid: &[f64] = if unseen.len() > 2 { &IN_SPACE } else { &IN_PLANE };
+        let grid: &[f64] = if speeds.len() > 2 { &IN_SPACE } else { &IN_PLANE };
         let mesh = grid[1] - grid[0];
         let mut least = vec![f64::INFINITY; self.starts.len()];
         let believed = self.starts.clone();
-        for point in 0..grid.len().pow(unseen.len() as u32) {
+        for point in 0..grid.len().pow(speeds.len() as u32) {
             for (start, believed) in brief.starts.iter_mut().zip(&believed) {
-                for (k, state) in unseen.iter().enumerate() {
+                for (k, state) in speeds.iter().enumerate() {
                     let step = grid[point / grid.len().pow(k as u32) % grid.len()];
                     start.x[*state] = believed.x[*state] + step * believed.variance[*state].sqrt();
                     start.variance[*state] = believed.variance[*state] * (0.5 * mesh).powi(2);
