@@ -22,6 +22,9 @@ const TURN: f64 = TAU * PI / 180.0;
 /// Share of a turn by which a heading jumps where it comes round, between two samples of one that turns meanwhile.
 const JUMP: f64 = 0.9;
 
+/// Least share of the samples in each quarter of a turn: what comes round has been everywhere.
+const LEAST: f64 = 0.02;
+
 /// What is wrong with the heading's unit, and the run with the heading that was meant.
 pub fn mended(run: &Run) -> Option<(Found, Run)> {
     let psi = Dof::Yaw.position();
@@ -30,8 +33,13 @@ pub fn mended(run: &Run) -> Option<(Found, Run)> {
     let steps = || values.windows(2).map(|w| (w[1] - w[0]).abs());
     let jumps = steps().filter(|step| *step > JUMP * TURN).count();
     let (low, high) = range(values.iter().copied())?;
-    // a heading that is held is a few degrees wide, and its noise jumps at every sample
-    if jumps == 0 || high - low > 1.05 * TURN || median(steps())? > 0.2 * TURN {
+    let in_quarter = |k: u8| {
+        let place = |x: &&f64| (4.0 * (**x - low) / (high - low)).floor().clamp(0.0, 3.0) == f64::from(k);
+        values.iter().filter(place).count() as f64
+    };
+    let turns = (0..4).all(|k| in_quarter(k) >= LEAST * values.len() as f64);
+    // a heading that is held is a few degrees wide: its noise jumps at every sample, a spike leaves the way there empty
+    if jumps == 0 || !turns || high - low > 1.05 * TURN || median(steps())? > 0.2 * TURN {
         return None;
     }
     let text = format!(
@@ -72,9 +80,13 @@ mod tests {
     fn a_heading_in_radians_or_held_within_a_few_degrees_is_right() {
         assert!(mended(&turning(1.0)).is_none());
         let mut held = turning(1.0);
-        let values: Vec<f64> = (0..1000).map(|k| if k % 2 == 0 { 0.0 } else { 0.105 }).collect();
         let time: Vec<f64> = held.signals["psi"].time().to_vec();
-        held.signals.insert("psi".into(), Signal::new(time.into(), values));
-        assert!(mended(&held).is_none());
+        let noisy = |k: u32| if k.is_multiple_of(2) { 0.0 } else { 0.105 };
+        let spiked = |k: u32| if k == 500 { 0.105 } else { 0.002 * f64::from(k % 3) };
+        for heading in [&noisy as &dyn Fn(u32) -> f64, &spiked] {
+            let values: Vec<f64> = (0..1000).map(heading).collect();
+            held.signals.insert("psi".into(), Signal::new(time.clone().into(), values));
+            assert!(mended(&held).is_none());
+        }
     }
 }
