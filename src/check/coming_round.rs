@@ -33,11 +33,9 @@ pub fn mended(run: &Run) -> Option<(Found, Run)> {
     let steps = || values.windows(2).map(|w| (w[1] - w[0]).abs());
     let jumps = steps().filter(|step| *step > JUMP * TURN).count();
     let (low, high) = range(values.iter().copied())?;
-    let in_quarter = |k: u8| {
-        let place = |x: &&f64| (4.0 * (**x - low) / (high - low)).floor().clamp(0.0, 3.0) == f64::from(k);
-        values.iter().filter(place).count() as f64
-    };
-    let turns = (0..4).all(|k| in_quarter(k) >= LEAST * values.len() as f64);
+    let mut quarters = [0_usize; 4];
+    values.iter().for_each(|x| quarters[((4.0 * (x - low) / (high - low)) as usize).min(3)] += 1);
+    let turns = quarters.iter().all(|count| *count as f64 >= LEAST * values.len() as f64);
     // a heading that is held is a few degrees wide: its noise jumps at every sample, a spike leaves the way there empty
     if jumps == 0 || !turns || high - low > 1.05 * TURN || median(steps())? > 0.2 * TURN {
         return None;
