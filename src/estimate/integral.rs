@@ -14,6 +14,7 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
+use super::coupling_noise::{DRAWS, calibrate, shaken};
 use super::shared::{Member, settled};
 use super::{Block, Column, Columns, RegressorError, RegressorOptions, regressors_of};
 use crate::frame::Dof;
@@ -314,8 +315,11 @@ pub(super) fn balances(
             [(dof, columns)] => fit_rows(columns, own_inertia(model, *dof), options.std).map_err(linear)?,
             several => {
                 let own: Vec<Option<usize>> = several.iter().map(|(dof, _)| own_inertia(model, *dof)).collect();
-                let fit = fit_together(several, &own, options).map_err(linear)?;
-                fit.ok_or(IntegralError::NotSettled { dofs })?
+                let fit = match options.together {
+                    Together::AsForces => fit_together(several, &own, options),
+                    Together::PerInertia => without_noise(several, &own, runs, model, options),
+                };
+                fit.map_err(linear)?.ok_or(IntegralError::NotSettled { dofs })?
             }
         };
         fit.write_to(&mut fitted);
@@ -328,6 +332,44 @@ pub(super) fn balances(
 /// The inertia of `dof`, where it is free.
 pub(super) fn own_inertia(model: &Model, dof: Dof) -> Option<usize> {
     model.inertia(dof).filter(|p| !model.parameters[*p].fixed)
+}
+
+/// As [`fit_together`], without what the noise of the velocities does to columns and estimates: see
+/// [`super::coupling_noise`]. `None` too where that is as large as half of an inertia.
+fn without_noise(
+    members: &[(Dof, Columns)],
+    own: &[Option<usize>],
+    runs: &[&Run],
+    model: &Model,
+    options: IntegralOptions,
+) -> Result<Option<RowFit>, LeastSquaresError> {
+    let runs: Vec<Run> = runs.iter().map(|run| (*run).clone()).collect();
+    let fitted = |runs: &[Run], mut members: Vec<(Dof, Columns)>| {
+        calibrate(&mut members, own, runs, model, options.regressor);
+        fit_together(&members, own, options)
+    };
+    let Some(mut fit) = fitted(&runs, members.to_vec())? else { return Ok(None) };
+    let mut shifts: Vec<Vec<f64>> = Vec::new();
+    for draw in 0..DRAWS {
+        let Some(shaken) = shaken(&runs, model, draw) else { return Ok(Some(fit)) };
+        let borrowed: Vec<&Run> = shaken.iter().collect();
+        let again =
+            members.iter().map(|(dof, _)| Ok((*dof, regressors_of(*dof, &borrowed, model, options.regressor)?)));
+        let Ok(again) = again.collect::<Result<Vec<_>, RegressorError>>() else { return Ok(None) };
+        let Some(noisier) = fitted(&shaken, again)? else { return Ok(None) };
+        shifts.push(noisier.values.iter().zip(&fit.values).map(|(new, old)| new - old).collect());
+    }
+    for k in 0..fit.values.len() {
+        let shift = shifts.iter().map(|shift| shift[k]).sum::<f64>() / DRAWS as f64;
+        if own.contains(&Some(fit.parameters[k].parameter)) && shift.abs() > 0.5 * fit.values[k].abs() {
+            return Ok(None);
+        }
+        fit.values[k] -= shift;
+        // how well few draws know the shift, and half of it for what does not grow with the variance
+        let spread = shifts.iter().map(|s| (s[k] - shift).powi(2)).sum::<f64>() / (DRAWS * (DRAWS - 1)) as f64;
+        fit.covariance[k][k] += spread + 0.25 * shift * shift;
+    }
+    Ok(Some(fit))
 }
 
 /// Solves degrees of freedom together, each with the parameter of its own inertia; `None` where that does not settle.

@@ -2,6 +2,7 @@
 
 mod at_samples;
 mod balance;
+mod coupling_noise;
 pub mod filter_error;
 mod folded;
 pub mod identifiability;
