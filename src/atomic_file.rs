@@ -16,13 +16,14 @@ const MOST_LINKS: usize = 40;
 /// # Errors
 /// Those of the system and of `fill`; then nothing is left, and what was there stays.
 pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let path = &destination(path)?;
     let there = fs::metadata(path).ok();
+    // opened by its own name: the link of a process to its pipe (/dev/stdout, a shell's >(…)) leads to no path
     if there.as_ref().is_some_and(|there| !there.is_file()) {
         let mut file = BufWriter::new(OpenOptions::new().write(true).open(path)?);
         fill(&mut file)?;
         return file.flush();
     }
+    let path = &destination(path)?;
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}", std::process::id()));

@@ -70,7 +70,7 @@ pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String]) -> Result<Pat
         return Err(AdoptError::Elsewhere { to, campaign: own });
     }
     let from = if to.is_file() { &to } else { &own };
-    let text = std::fs::read_to_string(from).map_err(unusable(from))?;
+    let text = crate::text_file::read(from).map_err(unusable(from))?;
     let text = with_effects(&text, names).map_err(|message| AdoptError::NoCampaign { file: from.clone(), message })?;
     atomic_file::write(&to, |file| std::io::Write::write_all(file, text.as_bytes())).map_err(unusable(&to))?;
     Ok(to)

@@ -133,7 +133,7 @@ fn source(name: &str, beside: Option<&Path>) -> Result<(String, Option<PathBuf>)
         let text = format!("there is neither such a vehicle nor such a file{near}; there are {}", ids.join(", "));
         return Err(failed(name, &text));
     }
-    let text = std::fs::read_to_string(&path).map_err(|e| failed(name, &e.to_string()))?;
+    let text = crate::text_file::read(&path).map_err(|e| failed(name, &e.to_string()))?;
     Ok((text, path.parent().map(Path::to_path_buf)))
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::arguments as typed;
 use super::failure::Failure;
+use super::inputs;
 use super::output::Output;
 use super::verbs::reading;
 use crate::atomic_file;
@@ -25,7 +26,7 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     let folder = file.as_deref().and_then(Path::parent);
     let (mut logs, mut copies) = (Vec::new(), Vec::new());
     for path in &a.logs {
-        is_a_file(path)?;
+        inputs::is_a_file(path)?;
         let shown = match folder {
             None => path.display().to_string(),
             Some(folder) => inside(path, folder)?.unwrap_or_else(|| {
@@ -88,19 +89,6 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     output.json(&serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}))
 }
 
-/// Refuses what cannot be read again and again: a log is looked at several times, and the campaign names it.
-fn is_a_file(path: &Path) -> Result<(), Failure> {
-    let unread = |source| Failure::Read { file: path.to_path_buf(), source };
-    match path.metadata().map_err(unread)? {
-        about if about.is_file() => Ok(()),
-        about if about.is_dir() => Err(unread(std::io::ErrorKind::IsADirectory.into())),
-        _ => {
-            let text = format!("{} gives what it holds only once: save it as a file first", path.display());
-            Err(Failure::Argument(text))
-        }
-    }
-}
-
 /// The path of a log from `folder` on, `None` where it lies elsewhere.
 fn inside(path: &Path, folder: &Path) -> Result<Option<String>, Failure> {
     let whole =
@@ -150,7 +138,7 @@ fn is_same(one: &File, other: &File) -> std::io::Result<bool> {
 }
 
 fn learned(path: &Path) -> Result<Learned, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
+    let text = crate::text_file::read(path).map_err(|source| Failure::Read { file: path.to_path_buf(), source })?;
     toml::from_str(&text).map_err(|e| Failure::Argument(format!("{}: {}", path.display(), e.message())))
 }
 

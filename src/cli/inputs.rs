@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::Verb;
+use super::failure::Failure;
 use crate::campaign::file::{CampaignFile, ReadOptions};
 
 /// The files among the arguments of a verb.
@@ -29,6 +30,35 @@ pub(super) fn of(verb: &Verb) -> Vec<PathBuf> {
         Verb::Demo(_) | Verb::Effects(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man | Verb::Vehicles => {}
     }
     found
+}
+
+/// Refuses what cannot be read again and again.
+pub(super) fn is_a_file(path: &Path) -> Result<(), Failure> {
+    let unread = |source| Failure::Read { file: path.to_path_buf(), source };
+    match path.metadata().map_err(unread)? {
+        about if about.is_file() => Ok(()),
+        about if about.is_dir() => Err(unread(std::io::ErrorKind::IsADirectory.into())),
+        _ => {
+            let text = format!("{} gives what it holds only once: save it as a file first", path.display());
+            Err(Failure::Argument(text))
+        }
+    }
+}
+
+/// Refuses a campaign that a verb reads more than once, where it is a pipe.
+pub(super) fn can_be_read_again(verb: &Verb) -> Result<(), Failure> {
+    let campaign = match verb {
+        // whether its logs are too large to keep; whether it is a model; its hash
+        Verb::Fit(a) => &a.campaign,
+        Verb::Plan(a) => &a.source,
+        Verb::Report(a) => &a.campaign,
+        _ => return Ok(()),
+    };
+    match campaign.metadata() {
+        Ok(about) if !about.is_dir() => is_a_file(campaign),
+        // what is not there is told by who reads it
+        _ => Ok(()),
+    }
 }
 
 /// Whether `output` is one of `inputs`, or a log or table that a campaign among them names.

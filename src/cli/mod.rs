@@ -67,7 +67,8 @@ pub fn run_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>
         // the pool is made at its first use; where one is there already, it stays as it is
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.min(cores())).build_global();
     }
-    match dispatch(&arguments, &output).and_then(|()| output.finish()) {
+    let once = inputs::can_be_read_again(&arguments.verb);
+    match once.and_then(|()| dispatch(&arguments, &output)).and_then(|()| output.finish()) {
         Ok(()) => 0,
         Err(failure) => {
             message::failure(&failure, &output);

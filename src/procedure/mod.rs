@@ -50,6 +50,7 @@ pub use self::prepare::shown;
 pub use self::result::{Estimate, Stage, StagedResult};
 use self::stage_covariance::Held;
 use self::stages::Stages;
+use crate::chain::Nature;
 use crate::effects::id;
 use crate::finding::Finding;
 use crate::frame::Dof;
@@ -99,6 +100,45 @@ pub fn staged(
     result.covariance = held.covariance_of(model.parameters.len());
     judge(model, &held, bench.vehicle, &runs, &mut result);
     Ok(result)
+}
+
+/// η_inter of the bollard runs that train, beside what `bench` knows of losses: stage (i) alone.
+///
+/// # Errors
+/// [`ProcedureError`].
+pub fn interaction_losses(
+    runs: &[Run],
+    model: &Model,
+    bench: Bench<'_>,
+    options: &StagedOptions,
+) -> Result<Efficiency, ProcedureError> {
+    let bollard: Vec<Run> = runs.iter().filter(|run| run.kind == RunKind::Bollard).cloned().collect();
+    let mut result = StagedResult {
+        stages: Vec::new(),
+        model: model.clone(),
+        covariance: Vec::new(),
+        efficiency: bench.efficiency.clone(),
+        warnings: Vec::new(),
+    };
+    let runs = ready(&bollard, model, options, &mut result.warnings)?;
+    let mut held = Held::of_bench(&bench);
+    Stages { runs: &runs, bench, options, held: &mut held, result: &mut result }.interaction()?;
+    Ok(held.efficiency.clone())
+}
+
+/// Degrees of freedom whose drag is free and absent to begin with, and which no training run of constant velocity or towing
+/// shows: stage (iii) would find an inertia beside no drag at all.
+pub fn without_steady_runs(runs: &[Run], model: &Model) -> Vec<Dof> {
+    let training: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
+    let absent = |p: &usize| model.parameters[*p].value.abs() <= 0.0;
+    let unseen = |dof: &Dof| {
+        let drag = parameters_of(model, *dof, Nature::Drag);
+        let steady = [RunKind::ConstantVelocity, RunKind::Towing];
+        !drag.is_empty()
+            && drag.iter().all(absent)
+            && steady.into_iter().all(|kind| of_kind(&training, kind, *dof, &model.dofs).is_empty())
+    };
+    model.dofs.iter().copied().filter(unseen).collect()
 }
 
 /// The runs as [`staged`] uses them from stage (ii) on: smoothed, with the rates made, with the forces that act. Twins

@@ -57,7 +57,7 @@ impl Workspace {
 
     /// The text of the campaign; empty where there is no file yet.
     pub fn text(&self) -> Result<String, Refusal> {
-        match std::fs::read_to_string(&self.file) {
+        match crate::text_file::read(&self.file) {
             Ok(text) => Ok(text),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(String::new()),
             Err(error) => Err(Refusal::unusable(format!("{} cannot be read: {error}", self.file.display()))),

@@ -75,6 +75,23 @@ fn a_sparse_file_of_gigabytes_is_refused() {
     File::create(&path).and_then(|file| file.set_len(8 << 30)).expect("the temporary folder can be written");
     is_refused(&path);
     assert!(told(&run(&["check", &path])).contains("a NUL byte"));
+    let campaign = folder.path("campaign.toml");
+    let text =
+        "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia', 'linear_drag']\n[[run]]\nfile = 'short.csv'\n";
+    fs::write(&campaign, text).expect("it can be written");
+    let rows: String = (0..90).map(|k| format!("{},{},{}\n", 0.1 * f64::from(k), f64::from(k % 7), k % 5)).collect();
+    let short = folder.path("short.csv");
+    fs::write(&short, "t,u,tau_u\n".to_string() + &rows).expect("it can be written");
+    // what takes the place of published figures and of a vehicle is no file of settings
+    for arguments in [
+        &["compare", &campaign, "--params", &path] as &[&str],
+        &["report", &campaign, "--params", &path, "-o", "/dev/null"],
+        &["init", &short, "--vehicle", &path, "-o", &folder.path("made")],
+    ] {
+        let output = run(arguments);
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments:?}: {:?} {}", output.status, told(&output));
+        assert!(told(&output).contains("larger than 64 MiB"), "{arguments:?}: {}", told(&output));
+    }
 }
 
 #[test]
@@ -102,6 +119,12 @@ fn a_pipe_is_read_once_and_its_line_still_shown() {
     let refused = run(&["init", &pipe, "-o", &campaign]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(told(&refused).contains("only once: save it as a file"), "{}", told(&refused));
+    // and so is a campaign that a verb reads again: for its size, for its hash
+    for verb in ["fit", "plan", "report"] {
+        let refused = run(&[verb, &pipe]);
+        assert_eq!(refused.status.code(), Some(2), "{verb}");
+        assert!(told(&refused).contains("only once: save it as a file"), "{verb}: {}", told(&refused));
+    }
     for verb in [&["check", &pipe] as &[&str], &["convert", &pipe, "/dev/null"]] {
         // a writer that ends where nobody opens the pipe
         let mut writer = Command::new("timeout")

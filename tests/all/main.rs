@@ -27,6 +27,7 @@ mod attitude;
 mod badlogs;
 mod bench_vehicle;
 mod beyond_the_fit;
+mod bollard_runs;
 mod bollard_tables;
 mod book;
 mod campaign_file;

@@ -102,6 +102,11 @@ fn links_permissions_and_devices_stay_what_they_are() {
     assert_eq!(output.status.code(), Some(0), "{}", told(&output));
     assert!(reader.join().expect("it reads").expect("it is text").starts_with("t [s],"));
     assert!(fs::metadata(&pipe).expect("it is there").file_type().is_fifo());
+    // a shell's >(…) and | are links of the process that lead to no path
+    let script = "\"$0\" convert \"$1\" -o /dev/stdout --quiet | head -1";
+    let piped =
+        Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_hydrosysid"), &log]).output().expect("it starts");
+    assert!(String::from_utf8_lossy(&piped.stdout).starts_with("t [s],"), "{}", told(&piped));
     let output = run(&["convert", &log, "-o", "/dev/null", "--force"]);
     assert_eq!(output.status.code(), Some(0), "{}", told(&output));
     assert!(Path::new("/dev/null").metadata().is_ok_and(|found| found.file_type().is_char_device()));

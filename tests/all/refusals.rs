@@ -78,6 +78,8 @@ fn a_model_file_with_impossible_numbers_is_refused_with_its_line() {
         refused(&text.replace(line, &format!("covariance = {matrix}")))
     };
     for (matrix, said) in [
+        ("[[1.0, 0.1], [0.2, 1.0]]", "covariance[1][0]: 0.2, and covariance[0][1] is 0.1: a covariance is symmetric"),
+        ("[[1.0, 7.0], [7.0, 1.0]]", "covariance[1][0]: 7.0 is a correlation beyond 1"),
         ("[[-1.0, 0.0], [0.0, 1.0]]", "covariance[0][0]: -1.0: a variance is not negative"),
         ("[[1.0, nan], [0.0, 1.0]]", "covariance[0][1]: NaN is not a finite number"),
         ("[[1.0]]", "number of rows is 1, and there are 2 parameters"),

@@ -4,9 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
-use hydrosysid::campaign::{self, Campaign, Error, Estimator, FitOptions};
+use hydrosysid::campaign::{self, Campaign, Error, Estimator, FitOptions, LoadOptions};
 use hydrosysid::noise::Noise;
 use hydrosysid::run::{Run, Signal};
+use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Manoeuvre, Suite, Vehicle};
 
 const MASS: f64 = 300.0;
 const DRAG: f64 = 90.0;
@@ -121,4 +122,29 @@ fn steps_that_are_read_as_lines_are_told() {
     assert!(text.contains("tau_u") && text.contains("input = \"hold\""), "{text}");
     assert_eq!(told("input = 'hold'", true), None);
     assert_eq!(told("", false), None, "a sine");
+}
+
+/// Where the scale of the thrust is free and so is all else, every estimator says that, and not to add a run.
+#[test]
+fn no_known_force_is_told_by_every_estimator() {
+    let campaign = campaign_of("'inertia', 'linear_drag', 'thrust_interaction_loss'", "'surge'", "", run(false));
+    for estimator in ESTIMATORS {
+        let error = campaign::fit(&campaign, FitOptions { estimator: Some(estimator) }).expect_err("nothing is known");
+        assert_eq!(error.findings()[0].code, campaign::codes::NO_SCALE.code, "{estimator:?}: {error}");
+    }
+}
+
+/// Third differences take a coloured noise for motion: what is found of it has no size, and the fit begins with that.
+#[test]
+fn an_inertia_that_the_data_does_not_tell_comes_first() {
+    let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
+    (sea.runs, sea.duration, sea.seed) = (6, 40.0, 3);
+    sea.manoeuvres = vec![Manoeuvre::Alone(Axis::Surge, 0.6, 0.0)];
+    sea.instruments = Suite { colour: 0.8, ..Suite::default() }.instruments(&Axis::PLANE);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("coloured");
+    sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
+    let fit = campaign::fit(&campaign, FitOptions::default()).expect("it can be fitted");
+    let sentence = &fit.sentence;
+    assert!(sentence.starts_with("Do not use these numbers for sway, yaw: this data does not tell m_v"), "{sentence}");
 }

@@ -1,5 +1,6 @@
 //! The verb `fit`: parameters from the training runs, with what is needed to believe them or not.
 
+mod bollard;
 pub(in crate::campaign) mod filter_error;
 mod judge;
 mod output_error;
@@ -26,11 +27,13 @@ use super::unexcited;
 use crate::envelope::{self, Envelope};
 use crate::estimate::output_error::Problem;
 use crate::finding::{Finding, Severity};
+use crate::frame::Dof;
 use crate::log::number::short;
 use crate::model::{Model, Parameter};
 use crate::navigation::upright;
 use crate::plan::{Instrument, Instruments};
 use crate::procedure::sensitivity::{Setting, filter_table, usual_filters};
+use crate::procedure::without_steady_runs;
 use crate::progress::tell;
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
@@ -73,6 +76,17 @@ pub(super) struct Raw {
 /// [`Error`] when there is no run to fit or the data does not determine the parameters.
 pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     let estimator = options.estimator_for(campaign);
+    if estimator == Estimator::Staged {
+        return fitted(campaign, estimator, None);
+    }
+    match bollard::losses(campaign) {
+        Some((under, told)) => fitted(&under, estimator, Some(told)),
+        None => fitted(campaign, estimator, None),
+    }
+}
+
+/// The fit by `estimator`; `losses` says which losses of thrust bollard runs have told it.
+fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) -> Result<Fit, Error> {
     let runs: Vec<Run> = match estimator {
         Estimator::Staged => campaign.runs.iter().filter(|run| run.role == Role::Train).cloned().collect(),
         _ => campaign.motion(Some(Role::Train)),
@@ -100,12 +114,13 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     let at_rest = unexcited::at_rest(&runs);
     let mut raw = fitted.map_err(|error| match &at_rest {
         Some(finding) => Error::Refused { findings: vec![finding.clone()] },
-        None => because_misplaced(campaign, error),
+        None => because_scale(campaign, because_misplaced(campaign, error)),
     })?;
     let left_out: Vec<&str> = campaign
         .runs
         .iter()
         .filter(|run| run.role == Role::Train && !runs.iter().any(|used| used.name == run.name))
+        .filter(|run| losses.is_none() || run.kind != RunKind::Bollard)
         .map(|run| run.name.as_str())
         .collect();
     if !left_out.is_empty() {
@@ -113,6 +128,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
             format!("{}: left out, `{}` cannot use bollard and towing runs", left_out.join(", "), estimator.name());
         raw.warnings.push(Finding::new(&codes::LEFT_OUT, text));
     }
+    raw.warnings.extend(losses);
     contradicted(campaign, &mut raw);
     if let Some(finding) = at_rest {
         raw.sentence = Some(format!("Do not use these numbers: {}.", finding.message));
@@ -143,6 +159,17 @@ fn because_misplaced(campaign: &Campaign, error: Error) -> Error {
             Error::Refused {
                 findings: vec![Finding { severity: Severity::Error, ..Finding::new(&codes::CONTRADICTED, text) }],
             }
+        }
+        _ => error,
+    }
+}
+
+/// A fit that finds nothing determined, where no force is known absolutely: that is why, whatever the estimator says.
+fn because_scale(campaign: &Campaign, error: Error) -> Error {
+    let scale = campaign.findings.iter().find(|finding| finding.code == codes::NO_SCALE.code);
+    match scale {
+        Some(finding) if !matches!(error, Error::Refused { .. }) && !error.is_wrong_use() => {
+            Error::Refused { findings: vec![Finding { severity: Severity::Error, ..finding.clone() }] }
         }
         _ => error,
     }
@@ -196,6 +223,24 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     let absent = |p: &Parameter| (p.value - p.spec.neutral).abs() <= 0.0;
     let cut_off =
         |p: &&Parameter| !p.fixed && !p.spec.is_linear() && !absent(p) && (p.value <= p.min || p.value >= p.max);
+    let untold = match converged {
+        true => untold_inertias(model),
+        false => Vec::new(),
+    };
+    if !untold.is_empty() {
+        return format!(
+            "Do not use these numbers for {}: this data does not tell {}; add runs that move the vehicle there, or leave it \
+             out of dofs in [model]. {rest}",
+            list(untold.iter().map(|p| p.place.dof.map_or("", Dof::name))),
+            list(untold.iter().map(|p| format!(
+                "{} ({} ± {} {})",
+                p.spec.name,
+                short(p.value, 3),
+                short(p.std.unwrap_or(0.0), 2),
+                p.spec.dimension
+            )))
+        );
+    }
     match model.parameters.iter().find(cut_off).filter(|_| converged) {
         None => rest,
         Some(p) => format!(
@@ -207,6 +252,18 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
             p.spec.dimension
         ),
     }
+}
+
+/// Free inertias of which the data tells less than half of their size, at 95 %: a simulation or a controller divides by them.
+fn untold_inertias(model: &Model) -> Vec<&Parameter> {
+    let own = model.dofs.iter().filter_map(|dof| model.inertia(*dof)).map(|p| &model.parameters[p]);
+    let wide = |p: &&Parameter| p.std.is_some_and(|std| 1.96 * std > 0.5 * p.value.abs());
+    own.filter(|p| !p.fixed).filter(wide).collect()
+}
+
+/// Words with commas between them.
+fn list(words: impl Iterator<Item = impl ToString>) -> String {
+    words.map(|word| word.to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// What there is to say of a fit whose estimator says nothing of its noise.
@@ -254,11 +311,16 @@ pub fn filters(campaign: &Campaign) -> Result<Vec<Setting>, Error> {
     Ok(filter_table(&nominal, &campaign.model, campaign.bench(), &campaign.file.stage, &usual_filters())?)
 }
 
-/// Load cells can be read by the staged procedure alone; everything else is best fitted by filter error.
+/// Load cells can be read by the staged procedure alone, which needs the drag from runs at constant speed; everything else
+/// is best fitted by filter error.
 fn suitable(campaign: &Campaign) -> Estimator {
     let training = || campaign.runs.iter().filter(|run| run.role == Role::Train);
     let cells = training().any(|run| matches!(run.kind, RunKind::Bollard | RunKind::Towing));
-    if cells { Estimator::Staged } else { Estimator::FilterError }
+    let moving = training().any(|run| moves(run.kind));
+    match cells && (!moving || without_steady_runs(&campaign.runs, &campaign.model).is_empty()) {
+        true => Estimator::Staged,
+        false => Estimator::FilterError,
+    }
 }
 
 /// Values per run by the index of the run in the campaign: a run that took no part has the mean of those that did.
@@ -275,7 +337,6 @@ fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run]) {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
-    use crate::frame::Dof;
 
     #[test]
     fn a_shape_at_its_bound_comes_first_and_one_that_is_absent_says_nothing() {

@@ -9,8 +9,9 @@ use super::result::FitStage;
 use super::{Raw, residuals, thrust};
 use crate::estimate::{AtBound, IntegralOptions, RegressorOptions, RowFit, Span, StdMethod, integral_least_squares};
 use crate::finding::Finding;
+use crate::frame::Dof;
 use crate::model::Model;
-use crate::procedure::{Estimate, staged};
+use crate::procedure::{Estimate, staged, without_steady_runs};
 use crate::run::{Role, Run};
 
 /// Standard deviations by (14), of the one-sample trapezoid; `None` where there is no such regressor.
@@ -167,6 +168,7 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
     let moving = campaign.motion(Some(Role::Train));
     let identifiability = of_covariance(&result.model, &result.covariance, &moving, &mut warnings);
     let stages = result.stages.into_iter().map(FitStage::from).collect();
+    let sentence = beside_no_drag(campaign, &result.model);
     let rows = match campaign.file.stage.std {
         StdMethod::Paper => "paper",
         StdMethod::Hac => "hac",
@@ -185,8 +187,22 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
         identifiability,
         noise: None,
         converged: true,
-        sentence: None,
+        sentence,
         warnings,
         refuted: Vec::new(),
+    })
+}
+
+/// Says so where inertias were found beside a drag that no run shows and that stays absent.
+fn beside_no_drag(campaign: &Campaign, fitted: &Model) -> Option<String> {
+    let found = |dof: &Dof| fitted.inertia(*dof).is_some_and(|p| fitted.parameters[p].std.is_some());
+    let blind: Vec<Dof> = without_steady_runs(&campaign.runs, fitted).into_iter().filter(found).collect();
+    let names: Vec<&str> = blind.iter().map(|dof| dof.name()).collect();
+    (!blind.is_empty()).then(|| {
+        format!(
+            "Do not use these numbers for {}: no run at constant speed shows the drag there, and the inertia was found beside \
+             none; add such runs, or use estimator = \"filter_error\", which finds both.",
+            names.join(", ")
+        )
     })
 }

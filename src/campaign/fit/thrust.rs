@@ -1,10 +1,10 @@
-//! What the deviations of measured thruster curves leave uncertain in a fit: the delta method.
+//! What the deviations of measured thruster curves and losses leave uncertain in a fit: the delta method.
 //!
 //! ```text
-//! cov θ  ←  cov θ + J Σ_curve Jᵀ          J = ∂θ̂/∂(a, b, …), by one deviation of each coefficient
+//! cov θ  ←  cov θ + J Σ Jᵀ          J = ∂θ̂/∂(a, b, …, η_inter), by one deviation of each
 //! ```
 
-use super::super::load::{Campaign, moves};
+use super::super::load::{Campaign, moves, with_nominal_forces};
 use crate::noise::Noise;
 use crate::procedure::{acting_forces, with_curve_moved};
 use crate::run::Run;
@@ -53,28 +53,56 @@ pub(in crate::campaign) fn slopes<'a, E>(
     Ok(all)
 }
 
-/// J Σ Jᵀ, row-major by the values that `moved` gives; `None` where no curve was measured.
+/// J Σ Jᵀ of curves and losses, row-major by the values that `moved` gives; `None` where none was measured.
 pub(super) fn carried<E>(
     campaign: &Campaign,
     runs: &[Run],
     moved: impl Fn(&[Run]) -> Result<Vec<f64>, E>,
 ) -> Result<Option<Vec<Vec<f64>>>, E> {
     let mut sum: Option<Vec<Vec<f64>>> = None;
-    for Slopes { curve, columns } in slopes(campaign, runs, moved)? {
+    for Slopes { curve, columns } in slopes(campaign, runs, &moved)? {
         let covariance = &curve.fit.covariance;
         let size = columns[0].1.len();
         let sum = sum.get_or_insert_with(|| vec![vec![0.0; size]; size]);
         for (k, left) in &columns {
             for (l, right) in &columns {
-                for i in 0..size {
-                    for j in 0..size {
-                        sum[i][j] += left[i] * covariance[*k][*l] * right[j];
-                    }
-                }
+                add_product(sum, covariance[*k][*l], left, right);
             }
         }
     }
+    for column in by_interaction(campaign, runs, moved)? {
+        let size = column.len();
+        add_product(sum.get_or_insert_with(|| vec![vec![0.0; size]; size]), 1.0, &column, &column);
+    }
     Ok(sum)
+}
+
+/// sum + factor · left rightᵀ.
+fn add_product(sum: &mut [Vec<f64>], factor: f64, left: &[f64], right: &[f64]) {
+    for (row, left) in sum.iter_mut().zip(left) {
+        for (entry, right) in row.iter_mut().zip(right) {
+            *entry += left * factor * right;
+        }
+    }
+}
+
+/// How the estimates move with one deviation of each loss by interaction.
+fn by_interaction<E>(
+    campaign: &Campaign,
+    runs: &[Run],
+    moved: impl Fn(&[Run]) -> Result<Vec<f64>, E>,
+) -> Result<Vec<Vec<f64>>, E> {
+    let mut columns = Vec::new();
+    for (k, entry) in campaign.file.efficiency.eta_inter.0.iter().enumerate() {
+        let Some(std) = entry.std.filter(|std| *std > 0.0) else { continue };
+        let mut efficiency = campaign.file.efficiency.clone();
+        efficiency.eta_inter.0[k].value += std;
+        let thrusters = &campaign.file.thrusters;
+        let acting = |run: Run| if moves(run.kind) { acting_forces(&run, &efficiency, thrusters).0 } else { run };
+        let runs: Vec<Run> = with_nominal_forces(runs.to_vec()).into_iter().map(acting).collect();
+        columns.push(moved(&runs)?);
+    }
+    Ok(columns)
 }
 
 /// Every measured curve with coefficients drawn from what its table leaves uncertain.
@@ -101,6 +129,6 @@ pub(in crate::campaign) fn under(campaign: &Campaign, run: &Run, curves: &[(&Mea
 
 /// How the standard deviations came about, with the curves' part in it.
 pub(super) fn told(method: &str, carried: bool) -> String {
-    let more = if carried { ", with those of the thrusters' curves by the delta method" } else { "" };
+    let more = if carried { ", with those of the thrusters' curves and losses by the delta method" } else { "" };
     format!("{method}{more}")
 }

@@ -98,7 +98,10 @@ fn noise(file: &ModelFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// A row and a column for each parameter, or none at all; no variance below 0.
+/// What the digits of a file may leave of a covariance.
+const ROUNDING: f64 = 1e-6;
+
+/// A row and a column for each parameter, or none at all; symmetric, no variance below 0, no correlation beyond 1.
 fn covariance(file: &ModelFile) -> Result<(), Wrong> {
     let count = file.parameters.len();
     let size =
@@ -120,6 +123,25 @@ fn covariance(file: &ModelFile) -> Result<(), Wrong> {
         if row[i] < 0.0 {
             return Err((format!("covariance[{i}][{i}]"), format!("{:?}: a variance is not negative", row[i])));
         }
+    }
+    for (i, row) in file.covariance.iter().enumerate() {
+        for (j, value) in row.iter().enumerate().take(i) {
+            correlated(&file.covariance, (i, j), *value)?;
+        }
+    }
+    Ok(())
+}
+
+/// The same on both sides of the diagonal, and no correlation beyond 1, to what rounding leaves.
+fn correlated(covariance: &[Vec<f64>], (i, j): (usize, usize), value: f64) -> Result<(), Wrong> {
+    let most = (covariance[i][i] * covariance[j][j]).sqrt();
+    let other = covariance[j][i];
+    let key = format!("covariance[{i}][{j}]");
+    if (value - other).abs() > ROUNDING * most.max(value.abs()) {
+        return Err((key, format!("{value:?}, and covariance[{j}][{i}] is {other:?}: a covariance is symmetric")));
+    }
+    if value.abs() > (1.0 + ROUNDING) * most {
+        return Err((key, format!("{value:?} is a correlation beyond 1: at most {most:?} goes with these variances")));
     }
     Ok(())
 }
