@@ -3,6 +3,7 @@
 import shutil
 import sqlite3
 import struct
+import zipfile
 from pathlib import Path
 
 import hydrosysid as hs
@@ -113,3 +114,63 @@ def test_a_bag_with_a_topic_of_an_unknown_type_is_read(tmp_path: Path) -> None:
     assert "/depth" in told[0]
     with pytest.raises(hs.DataError, match=r"/depth cannot be read|no topic of this bag"):
         hs.Run.from_rosbag(next(path.glob("*.db3")), columns={"z": "/depth:depth"})
+
+
+def test_a_numpy_archive_is_read_whatever_its_name(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    t = np.arange(200) / 10.0
+    whole = {"t": t, "u": np.sin(t), "tau_u": 40.0 * np.cos(t)}
+    path = tmp_path / "renamed.log"
+    with path.open("wb") as file:
+        np.savez(file, **whole)
+    columns = {name: name for name in whole}
+    np.testing.assert_array_equal(hs.convert(path, columns=columns)["u"][1], whole["u"])
+    out = tmp_path / "out.csv"
+    options = ["--log", 'columns = { t = "t", u = "u", tau_u = "tau_u" }']
+    assert run_with(["convert", str(path), *options, "-o", str(out)]) == 0, capfd.readouterr()
+    assert out.read_text().startswith("t")
+    assert run_with(["init", str(path), "-o", str(tmp_path / "made")]) == 0, capfd.readouterr()
+    assert (tmp_path / "made" / "campaign.toml").exists()
+    # another zip is none
+    with zipfile.ZipFile(path, "w") as other:
+        other.writestr("notes.txt", "none")
+    with pytest.raises(hs.DataError, match="zip"):
+        hs.convert(path, columns=columns)
+
+
+@pytest.mark.parametrize("block", [0, 512, 4096])
+def test_an_hdf5_file_with_a_block_of_the_users_own_is_read_whatever_its_name(
+    tmp_path: Path, block: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "dive.log"
+    t = np.arange(20) / 10.0
+    with h5py.File(path, "w", userblock_size=block) as file:
+        file["t"], file["u"] = t, np.sin(t)
+    if block:
+        with path.open("r+b") as file:
+            file.write(b"pool test 7\n" * 20)
+    np.testing.assert_array_equal(hs.convert(path, columns={"t": "t", "u": "u"})["u"][1], np.sin(t))
+    assert run_with(["check", str(path)]) != 0
+    assert "HDF5 file" in " ".join("".join(capfd.readouterr()).split())
+
+
+FORMATS_OF_MESSAGES = (
+    "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\nFMT, 131, 19, RCOU, QHH, TimeUS,C1,C2\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("before", "blank"), [("", " "), ("", ""), ("\n", " "), ("\ufeff", " "), ("\ufeff", ""), ("\ufeff\n", " ")]
+)
+def test_dataflash_as_text_is_known_however_it_begins(
+    tmp_path: Path, before: str, blank: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pymavlink.DFReader")
+    path = tmp_path / "dive.csv"
+    rows = "".join(f"RCOU, {10**6 + 20_000 * k}, {1500 + k}, 1100\n" for k in range(9))
+    path.write_text(before + (FORMATS_OF_MESSAGES + rows).replace(", ", f",{blank}"), encoding="utf-8")
+    run = hs.convert(path, columns={"V1": {"name": "RCOU:C1", "unit": "us"}})
+    assert run["V1"][1].tolist() == [1500.0 + k for k in range(9)]
+    assert run_with(["check", str(path)]) != 0
+    said = " ".join("".join(capfd.readouterr()).split())
+    assert "DataFlash log in its text form" in said, said

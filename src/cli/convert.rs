@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::output::Output;
 use super::verbs::reading;
 use crate::campaign;
-use crate::log::encoding::{Opening, opening};
+use crate::log::encoding::{LOOKED_AT, Opening, opening};
 use crate::log::{self, LogOptions};
 use crate::text_file;
 
@@ -33,9 +33,6 @@ const ELSEWHERE: [(&str, &str); 16] = [
     ("npz", ""),
     ("npy", ""),
 ];
-
-/// Bytes that tell the format of a file.
-const LOOKED_AT: u64 = 256;
 
 /// What a log is that the library does not read, and the extra of the Python package that reads it: by its first bytes,
 /// whatever it is called.

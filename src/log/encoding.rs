@@ -24,17 +24,18 @@ const MARKS: [(&[u8], &str); 9] = [
     (b"BZh", "bzip2"),
 ];
 
+/// How many bytes of a file tell all that [`opening`] knows.
+pub const LOOKED_AT: u64 = 1 << 16;
+
 /// First bytes of logs in other formats, whatever their names.
-const LOGS: [(&[u8], &str, &str); 17] = [
+const LOGS: [(&[u8], &str, &str); 15] = [
     (b"\xa3\x95", "an ArduPilot DataFlash log", "ardupilot"),
-    (b"FMT, 128, ", "an ArduPilot DataFlash log in its text form", "ardupilot"),
     (b"ULog\x01\x12\x35", "a PX4 ULog", "px4"),
     (b"\x89MCAP0\r\n", "an MCAP log", "ros"),
     (b"#ROSBAG V", "a ROS 1 bag", "ros"),
     (b"SQLite format 3\0", "a ROS 2 bag or another SQLite file", "ros"),
     (b"MATLAB 5.0 MAT-file", "a MAT file", "mat"),
     (b"MATLAB 7.3 MAT-file", "a MAT file of version 7.3", "hdf5"),
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "hdf5"),
     (b"PAR1", "a Parquet file", "parquet"),
     (b"ARROW1", "an Arrow file", "arrow"),
     (b"FEA1", "a Feather file", "arrow"),
@@ -44,6 +45,26 @@ const LOGS: [(&[u8], &str, &str); 17] = [
     (b"CDF\x05", "a netCDF file", "xarray"),
     (b"\x93NUMPY", "a NumPy file", "all"),
 ];
+
+/// An HDF5 file: its signature stands at the beginning, or behind a block of the user's own of 512, 1024, 2048 … bytes.
+fn is_hdf5(bytes: &[u8]) -> bool {
+    let blocks = std::iter::successors(Some(512_usize), |block| block.checked_mul(2));
+    let mut places = std::iter::once(0).chain(blocks.take_while(|block| *block < bytes.len()));
+    places.any(|at| bytes[at..].starts_with(b"\x89HDF\r\n\x1a\n"))
+}
+
+/// A DataFlash log in its text form: among its first lines stands the one that says how such lines are made.
+fn is_text_dataflash(bytes: &[u8]) -> bool {
+    let begin = &bytes[..bytes.len().min(4096)];
+    begin.split(|byte| *byte == b'\n').any(|line| {
+        let mut fields = line.split(|byte| *byte == b',');
+        let mut next = || fields.next().unwrap_or_default().trim_ascii();
+        line.starts_with(b"FMT,")
+            && [next(), next()] == [&b"FMT"[..], b"128"]
+            && matches!(next(), [_, ..])
+            && next() == b"FMT"
+    })
+}
 
 /// A MAVLink telemetry log: before each message its time, µs since 1970 in eight bytes, greatest first.
 fn is_telemetry(bytes: &[u8]) -> bool {
@@ -60,8 +81,12 @@ fn is_npz(bytes: &[u8]) -> bool {
 
 /// Looks at the first bytes of a file.
 pub fn opening(bytes: &[u8]) -> Opening {
-    if bytes.starts_with(b"\xef\xbb\xbf") {
-        return Opening::Text(3);
+    let mark = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+    if is_text_dataflash(&bytes[mark..]) {
+        return Opening::Log("an ArduPilot DataFlash log in its text form", "ardupilot");
+    }
+    if mark > 0 {
+        return Opening::Text(mark);
     }
     if is_npz(bytes) {
         return Opening::Log("a NumPy archive", "all");
@@ -71,6 +96,10 @@ pub fn opening(bytes: &[u8]) -> Opening {
     }
     if let Some((_, name, extra)) = LOGS.iter().find(|(mark, ..)| bytes.starts_with(mark)) {
         return Opening::Log(name, extra);
+    }
+    // behind those: a MAT file of version 7.3 is an HDF5 file with a block of its own
+    if is_hdf5(bytes) {
+        return Opening::Log("an HDF5 file", "hdf5");
     }
     if is_telemetry(bytes) {
         return Opening::Log("a MAVLink telemetry log", "ardupilot");
@@ -95,7 +124,21 @@ mod tests {
         assert_eq!(opening(b"\0t\0,"), Opening::Other("UTF-16"));
         assert_eq!(opening(b"\x1f\x8b\x08"), Opening::Other("gzip"));
         assert_eq!(opening(b"\xa3\x95\x80\x80"), Opening::Log("an ArduPilot DataFlash log", "ardupilot"));
-        assert!(matches!(opening(b"FMT, 128, 89, FMT, BBnNZ"), Opening::Log(_, "ardupilot")));
+        for text in [
+            "FMT, 128, 89, FMT, BBnNZ, Type",
+            "FMT,128,89,FMT,BBnNZ,Type",
+            "\nFMT, 128, 89, FMT, BBnNZ",
+            "\u{feff}FMT, 128, 89, FMT, BBnNZ",
+            "\u{feff}\r\nArduSub V4.1\r\nFMT,128,89,FMT,BBnNZ\r\n",
+        ] {
+            let told = Opening::Log("an ArduPilot DataFlash log in its text form", "ardupilot");
+            assert_eq!(opening(text.as_bytes()), told, "{text:?}");
+        }
+        assert_eq!(opening(b"FMT,t,u\n128,1,2\n"), Opening::Text(0), "a channel of that name");
+        for block in [0, 512, 2048, 32768] {
+            let file = [&vec![b' '; block][..], b"\x89HDF\r\n\x1a\n", &[0; 40]].concat();
+            assert_eq!(opening(&file), Opening::Log("an HDF5 file", "hdf5"), "behind {block} bytes");
+        }
         assert!(matches!(opening(b"\xff\xff\xff\xff\x10\x01"), Opening::Log("an Arrow stream", "arrow")));
         // 2024-07-01 in µs, then MAVLink 2
         let telemetry = [&1_719_830_400_123_456_u64.to_be_bytes()[..], b"\xfd\x09\0\0"].concat();

@@ -13,7 +13,11 @@ fn a_binary_log_is_named_with_what_reads_it() {
         (b"MATLAB 7.3 MAT-file, Platform", "a MAT file of version 7.3", "hdf5"),
         (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "hdf5"),
         (b"\xff\xff\xff\xff\x10\x01\0\0", "an Arrow stream", "arrow"),
+        (&[&[b' '; 1024][..], b"\x89HDF\r\n\x1a\n"].concat(), "an HDF5 file", "hdf5"),
         (b"FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n", "in its text form", "ardupilot"),
+        (b"FMT,128,89,FMT,BBnNZ,Type,Length,Name,Format,Columns\n", "in its text form", "ardupilot"),
+        (b"\nFMT, 128, 89, FMT, BBnNZ, Type\n", "in its text form", "ardupilot"),
+        (b"\xef\xbb\xbfFMT, 128, 89, FMT, BBnNZ, Type\n", "in its text form", "ardupilot"),
         (&telemetry, "a MAVLink telemetry log", "ardupilot"),
     ] {
         let bytes = [begin, &[0; 64]].concat();

@@ -18,7 +18,17 @@ from .source import MOST, Source
 from .table import source_of
 
 MARK = b"\x89HDF\r\n\x1a\n"
-"""Begin of an HDF5 file."""
+"""Begin of an HDF5 file, which may stand behind a block of the user's own of 512, 1024, 2048 … bytes."""
+
+
+def begins(begin: bytes) -> bool:
+    """Whether a file with these first bytes is one of HDF5."""
+    place = 0
+    while place < len(begin):
+        if begin.startswith(MARK, place):
+            return True
+        place = 2 * place or 512
+    return False
 
 
 def open_hdf5(path: Path, columns: ColumnMap) -> tuple[Source, ColumnMap]:

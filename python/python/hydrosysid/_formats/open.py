@@ -57,7 +57,7 @@ def open_numpy(path: Path, columns: ColumnMap) -> Opened:
 def open_netcdf(path: Path, columns: ColumnMap) -> Opened:
     """A netCDF file, as xarray writes it; version 4, which is HDF5, by h5netcdf."""
     engine = None
-    if first_bytes(path, len(hdf5.MARK)) == hdf5.MARK:
+    if hdf5.begins(first_bytes(path, LOOKED_AT)):
         engine = needed("h5netcdf", "hdf5", "netCDF files of version 4").__name__
     dataset = read_by(needed("xarray", "xarray", "netCDF files").load_dataset, path, engine=engine)
     arrays, columns = table.of_xarray(dataset, columns, str(path))
@@ -98,7 +98,6 @@ SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"SQLite format 3\0", ".db3"),
     (b"MATLAB 5.0 MAT-file", ".mat"),
     (b"MATLAB 7.3 MAT-file", ".mat"),
-    (hdf5.MARK, ".h5"),
     (b"CDF\x01", ".nc"),
     (b"CDF\x02", ".nc"),
     (b"CDF\x05", ".nc"),
@@ -109,7 +108,9 @@ SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"\x93NUMPY", ".npy"),
 )
 """First bytes of logs, whatever their names, and the format that they are of."""
-TEXT_DATAFLASH = re.compile(rb"^FMT, ?128, ?\d+, ?FMT,", re.MULTILINE)
+LOOKED_AT = 1 << 16
+"""How many bytes of a file tell its format."""
+TEXT_DATAFLASH = re.compile(rb"(?:^|\A\xef\xbb\xbf)FMT, *128, *\d+, *FMT *,", re.MULTILINE)
 """The line with which a DataFlash log in its text form tells how its lines are made."""
 YEARS = range(946_684_800_000_000, 4_102_444_800_000_000)
 """From 2000 to 2100, µs since 1970."""
@@ -125,19 +126,30 @@ def format_of(path: Path) -> str | None:
     """
     if path.is_dir():
         return ".db3"
-    begin = first_bytes(path, 4096)
+    begin = first_bytes(path, LOOKED_AT)
     known = next((name for mark, name in SIGNATURES if begin.startswith(mark)), None)
+    if known is None and _is_npz(begin):
+        known = ".npz"
+    # behind the marks: a MAT file of version 7.3 is an HDF5 file with a block of its own
+    if known is None and hdf5.begins(begin):
+        known = ".h5"
     if known is None and begin[8:9] in (b"\xfe", b"\xfd") and int.from_bytes(begin[:8], "big") in YEARS:
         known = ".tlog"
-    if known is None and TEXT_DATAFLASH.search(begin):
+    if known is None and TEXT_DATAFLASH.search(begin[:4096]):
         known = ".bin"
     end = path.suffix.lower()
     # of one file signature there are several formats: a name says which
     if known == ".h5" and end == ".nc":
         known = end
-    if known is not None or (begin and not NO_TEXT.search(begin)):
+    if known is not None or (begin and not NO_TEXT.search(begin[:4096])):
         return known
     return end if end in FORMATS else None
+
+
+def _is_npz(begin: bytes) -> bool:
+    """Whether this begins a zip of NumPy arrays: its first entry is called ``….npy``."""
+    length = int.from_bytes(begin[26:28], "little")
+    return begin.startswith(b"PK\x03\x04") and begin[30 : 30 + length].endswith(b".npy")
 
 
 def is_known(path: Path) -> bool:
