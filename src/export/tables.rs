@@ -158,9 +158,9 @@ fn words(text: &str) -> String {
 
 /// `k_u|u|` as `k_{u|u|}`, `X_udot` as `X_{\dot{u}}`.
 ///
-/// A difference of moments, `z_gW-z_bB`, as `z_g W - z_b B`.
+/// A difference of moments, `z_gW-z_bB`, as `z_g W - z_b B`; a sign that ends a name, `k_w|w|-`, is a part of its index.
 fn symbol(name: &str) -> String {
-    if let Some((left, right)) = name.split_once('-') {
+    if let Some((left, right)) = name.split_once('-').filter(|(_, right)| !right.is_empty()) {
         let product = |text: &str| match text.char_indices().last() {
             Some((at, force)) if force.is_uppercase() && at > 0 => format!("{} {force}", symbol(&text[..at])),
             _ => symbol(text),
@@ -198,6 +198,7 @@ mod tests {
         assert_eq!(symbol("N_rdot"), "N_{\\dot{r}}");
         assert_eq!(symbol("z_gW-z_bB"), "z_{g} W - z_{b} B");
         assert_eq!((symbol("W-B"), symbol("m_u")), ("W - B".into(), "m_{u}".into()));
+        assert_eq!((symbol("k_w|w|-"), symbol("Z_w|w|-")), ("k_{w|w|-}".into(), "Z_{w|w|-}".into()));
         assert_eq!(unit("kg*m2/s"), "$\\mathrm{kg\\,m^{2}/s}$");
         assert_eq!(unit("1"), "$\\mathrm{1}$");
         assert_eq!(rounded(-309.0712), "-309.1");

@@ -4,6 +4,7 @@ use crate::exported::*;
 use hydrosysid::campaign::{self, ModelFile, ModelParameter};
 use hydrosysid::effects::Coriolis;
 use hydrosysid::export::{ExportOptions, Target};
+use hydrosysid::frame::Dof;
 use hydrosysid::model::Model;
 
 fn rows(file: &ModelFile, options: &ExportOptions) -> Vec<csv::StringRecord> {
@@ -35,6 +36,13 @@ fn tables_hold_every_parameter_with_snames_sign() {
     let latex = text(&made(&file, Target::Latex, &ExportOptions::default()));
     assert!(latex.contains("\\begin{tabular}") && latex.contains("$X_{u|u|} = -120.0$"), "{latex}");
     assert_eq!(latex.lines().filter(|l| l.ends_with("\\\\") && l.contains('&')).count(), file.parameters.len() + 1);
+}
+
+#[test]
+fn a_sign_that_ends_a_symbol_is_a_part_of_its_index() {
+    let file = file(&[Dof::Heave], &[("inertia@heave", 300.0), ("drag_asymmetry@heave", 40.0)], Coriolis::Tied);
+    let latex = text(&made(&file, Target::Latex, &ExportOptions::default()));
+    assert!(latex.contains("& $k_{w|w|-}$ &") && latex.contains("$Z_{w|w|-} = -40.00$"), "{latex}");
 }
 
 #[test]
