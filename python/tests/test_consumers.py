@@ -3,6 +3,7 @@
 How far each may be off is what docs/exports.md quotes of it.
 """
 
+import copy
 import math
 import shutil
 import subprocess
@@ -97,7 +98,7 @@ def test_mujoco_moves_as_the_model(truth: np.ndarray, tmp_path: Path) -> None:
             data.ctrl[:] = command(k * STEP)
             mujoco.mj_step(model, data)
     finally:
-        mujoco.set_mjcb_passive(None)
+        mujoco.set_mjcb_act_bias(None)
     # the same scheme; the attitude by quaternions here, by angles there
     assert_quoted("mujoco", np.array(path), truth)
 
@@ -127,7 +128,47 @@ def test_a_force_from_outside_moves_mujoco_as_a_command(tmp_path: Path) -> None:
         # one is turned at the begin of a step, the other in its stages
         np.testing.assert_allclose(moved(outside), moved(inside), rtol=0.0, atol=2e-3)
     finally:
-        mujoco.set_mjcb_passive(None)
+        mujoco.set_mjcb_act_bias(None)
+
+
+def test_mujoco_leaves_other_models_as_they_are(lossy: hs.Model, tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    ball = '<mujoco><worldbody><body><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+
+    def fallen() -> float:
+        model = mujoco.MjModel.from_xml_string(ball)
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data)
+        return float(data.qvel[2])
+
+    def pushed(vehicle: Any, model: Any) -> np.ndarray:
+        data = mujoco.MjData(model)
+        for _ in range(20):
+            data.ctrl[:] = command(0.0)
+            mujoco.mj_step(model, data)
+        return np.array(vehicle.velocity(data))
+
+    alone = fallen()
+    first, second = exported("mujoco", tmp_path), exported("mujoco", tmp_path, lossy)
+    try:
+        model, _ = first.load()
+        before = pushed(first, model)
+        assert fallen() == alone
+        # another vehicle, with coefficients of its own
+        other, _ = second.load()
+        differs = pushed(second, other)
+        assert np.abs(differs - before).max() > 1e-6
+        np.testing.assert_array_equal(pushed(first, model), before)
+        np.testing.assert_array_equal(pushed(second, second.load()[0]), differs)
+        assert fallen() == alone
+        # a copy would stand still in a vacuum: it is refused until it is told of
+        twin = copy.copy(model)
+        with pytest.raises(RuntimeError, match=r"make it by load\(\), or put a copy in LOADED"):
+            pushed(first, twin)
+        first.LOADED.add(twin)
+        np.testing.assert_array_equal(pushed(first, twin), before)
+    finally:
+        mujoco.set_mjcb_act_bias(None)
 
 
 def attitude_euler(eta: np.ndarray, nu: np.ndarray, h: float) -> np.ndarray:
@@ -253,7 +294,7 @@ def test_the_vehicle_class_and_mujoco_step_with_the_losses(lossy: hs.Model, tmp_
             expected[:3] += np.cross(nu[3:], nu[:3])
             np.testing.assert_allclose(rate, expected, rtol=1e-9, atol=1e-9)
     finally:
-        mujoco.set_mjcb_passive(None)
+        mujoco.set_mjcb_act_bias(None)
 
 
 def test_a_steady_current_carries_the_vehicle_along(tmp_path: Path) -> None:

@@ -1,15 +1,19 @@
 //! MuJoCo: an MJCF with the rigid body, and a callback for what MuJoCo's fluid cannot hold.
 //!
 //! ```text
-//! MuJoCo:  M_RB ν̇ = w + F − C_RB(ν) ν          w: gravity, actuators, applied forces
+//! MuJoCo:  M_RB ν̇ = w + τ + F − C_RB(ν) ν      w: gravity, applied forces
 //! wanted:  (M_RB + M_A) ν̇ = τ + f(ν, η)
-//! passive: F = M_RB a − τ + C_RB(ν) ν − gravity,   a = (M_RB + M_A)⁻¹ (τ + f)
+//! bias:    F = M_RB a − τ + C_RB(ν) ν − gravity,   a = (M_RB + M_A)⁻¹ (τ + f)
 //! ```
 //!
 //! MuJoCo's own fluid models take their coefficients from shapes and have no added mass in the inertia; so density and
 //! viscosity are 0 and the whole of the hydrodynamics is the callback, which knows the commands and solves for the
-//! acceleration: an added mass of any size is stable. Source: MuJoCo 4.0, `mj_passive`, `mj_fwdVelocity` (the passive
-//! forces come before those of actuators), free joint: velocity of the origin in world axes, rates in body axes.
+//! acceleration: an added mass of any size is stable.
+//!
+//! F is the bias of the six motors. A callback for passive forces would be asked of every model of the process, and with
+//! one written in Python none could be compiled any more: the compiler steps a model that Python does not know yet
+//! (MuJoCo's issue 1376). The callback for the bias is asked of motors that want it alone, in every stage of a step.
+//! Source: MuJoCo 4.0, `mj_fwdActuation`, free joint: velocity of the origin in world axes, rates in body axes.
 
 use super::body::turned_place;
 use super::fossen::{CONVENTIONS, Pieces, python};
@@ -28,7 +32,8 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let own = [
         "Use: model, data = load(); data.ctrl[:] = forces and moments, forward-starboard-down; mujoco.mj_step(model, data)",
         "World of the MJCF: z up; body forward-port-up; the callback turns",
-        "Fluid: the coefficients are in the callback passive(); density, viscosity and fluidcoef of the MJCF stay 0",
+        "Fluid: the coefficients are in hydrodynamics(), the bias of the six motors; data.actuator_force holds it beside the command",
+        "density, viscosity and fluidcoef of the MJCF stay 0; other models of the process are left as they are",
     ];
     let limits = "one vehicle, first in the file; contacts and other joints feel its dry mass alone, without the added one; \
                   actuators of your own, and forces in data.qfrc_applied, too: command by data.ctrl or data.xfrc_applied";
@@ -36,8 +41,8 @@ pub(super) fn export(source: &Source<'_>, options: &ExportOptions) -> Result<Exp
     let stability = format!("{}; the MJCF has RK4 and a step of {} s", pieces.stability(), number(step));
     let head = draft.head(source, &[&CONVENTIONS[..], &own[..]].concat(), &Bounds { limits, stability: &stability });
     let mjcf = mjcf(source, options, &pieces, step);
-    let text =
-        format!("{}\n\nMJCF = \"\"\"{}\"\"\"\n{CALLBACK}", python(&head, &pieces).trim_end(), mjcf.replace('\\', "/"));
+    let named = python(&head, &pieces).replacen("import numpy", "import weakref\n\nimport numpy", 1);
+    let text = format!("{}\n\nMJCF = \"\"\"{}\"\"\"\n{CALLBACK}", named.trim_end(), mjcf.replace('\\', "/"));
     Ok(draft.finish(text.into_bytes()))
 }
 
@@ -64,7 +69,8 @@ fn mjcf(source: &Source<'_>, options: &ExportOptions, pieces: &Pieces, step: f64
     for dof in Dof::ALL {
         // forward-starboard-down in forward-port-up
         let gear: Vec<f64> = Dof::ALL.map(|d| if d == dof { super::body::TURN[d.index()] } else { 0.0 }).to_vec();
-        xml.empty("motor", &[("name", dof.force()), ("site", link), ("gear", &numbers(&gear, " "))]);
+        let gear = numbers(&gear, " ");
+        xml.empty("general", &[("name", dof.force()), ("site", link), ("gear", &gear), ("biastype", "user")]);
     }
     String::from_utf8_lossy(&xml.finish()).into_owned()
 }
@@ -74,14 +80,38 @@ const CALLBACK: &str = r#"
 TURN = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
 
 
-def load():
-    """The model and its state, with the callback in place."""
+# the models that load() made
+LOADED = weakref.WeakSet()
+# of each state, what the motors give beside the command
+FORCES = weakref.WeakKeyDictionary()
+
+
+def load(mjcf=MJCF):
+    """The model and its state, with the callback in place; of an MJCF of your own with vehicle and motors first in it."""
     import mujoco
 
-    # the compiler steps its model, which is none of ours yet
-    mujoco.set_mjcb_passive(None)
-    model = mujoco.MjModel.from_xml_string(MJCF)
-    mujoco.set_mjcb_passive(passive)
+    # the compiler steps its model, which Python does not know yet
+    before = mujoco.get_mjcb_act_bias()
+    mujoco.set_mjcb_act_bias(None)
+    try:
+        model = mujoco.MjModel.from_xml_string(mjcf)
+    finally:
+        mujoco.set_mjcb_act_bias(before)
+    LOADED.add(model)
+    vehicles = getattr(before, "vehicles", [])
+    if not any(loaded is LOADED for loaded in vehicles):
+
+        def callback(model, data, motor):
+            if model in LOADED and motor < 6:
+                return bias(model, data, motor)
+            if before is not None:
+                return before(model, data, motor)
+            if model.actuator(motor).name == "tau_u":
+                raise RuntimeError("this model is none that load() made: make it by load(), or put a copy in LOADED")
+            return 0.0
+
+        callback.vehicles = [*vehicles, LOADED]
+        mujoco.set_mjcb_act_bias(callback)
     return model, mujoco.MjData(model)
 
 
@@ -91,8 +121,15 @@ def velocity(data):
     return TURN * np.concatenate([world_from_body.T @ data.qvel[:3], data.qvel[3:6]])
 
 
-def passive(model, data):
-    """Adds the forces by which the body accelerates as the identified model does."""
+def bias(model, data, motor):
+    """What a motor gives beside its command. They are asked one after the other, with the same state."""
+    if motor == 0 or data not in FORCES:
+        FORCES[data] = hydrodynamics(model, data)
+    return FORCES[data][motor]
+
+
+def hydrodynamics(model, data):
+    """The forces beside the commands by which the body accelerates as the identified model does."""
     world_from_body = data.xmat[1].reshape(3, 3)
     # z-y-x angles of the turned body in the turned world
     turn = np.diag([1.0, -1.0, -1.0])
@@ -112,7 +149,5 @@ def passive(model, data):
     weight = np.concatenate([down, np.cross(turn @ model.body_ipos[1], down)])
     P, L = np.split(M_RB @ nu, 2)
     coriolis = np.concatenate([np.cross(nu[3:], P), np.cross(nu[3:], L) + np.cross(nu[:3], P)])
-    wrench = TURN * (M_RB @ acceleration + coriolis - weight - tau - outside)
-    data.qfrc_passive[:3] += world_from_body @ wrench[:3]
-    data.qfrc_passive[3:6] += wrench[3:]
+    return M_RB @ acceleration + coriolis - weight - tau - outside
 "#;
