@@ -10,6 +10,7 @@
 
 use super::number::number;
 use super::{ExportError, ExportOptions, Target};
+use crate::campaign::file::CampaignFile;
 use crate::frame::Dof;
 use crate::thrust::advance::AdvanceLoss;
 use crate::thrust::efficiency::{AdvanceSpeed, Efficiency};
@@ -97,31 +98,43 @@ pub(super) fn of(efficiency: &Efficiency, target: Target, options: &ExportOption
 
 /// The one factor by which a thruster of a campaign pushes less than at bollard pull, at any speed.
 ///
+/// It is that of the degrees of freedom which the model has: a small lever about another one is in no force of the fit.
+/// Of a thruster that pushes in none of them, as a vertical one in a model of the plane, it is that of those named.
+///
 /// # Errors
 /// [`ExportError::Losses`] where there is no such factor.
-pub(super) fn gain(
-    efficiency: &Efficiency,
-    thrusters: &[Thruster],
-    of: &Thruster,
-    options: &ExportOptions,
-) -> Result<f64, ExportError> {
+pub(super) fn gain(campaign: &CampaignFile, of: &Thruster, options: &ExportOptions) -> Result<f64, ExportError> {
     if options.acting {
         return Ok(1.0);
     }
+    let (efficiency, model) = (&campaign.efficiency, &campaign.model);
     let refused = |reason: String| Err(ExportError::Losses { losses: named(efficiency), reason });
     if efficiency.eta_adv.is_some_and(|line| !is(line.slope, 0.0)) {
         return refused("eta_adv falls with the speed, for which the thruster of the target has no place".into());
     }
     let pushes = |t: &Thruster, dof: Dof| t.unit_wrench()[dof.index()].abs() > 1e-12;
-    let mut values = Dof::ALL.into_iter().filter(|dof| pushes(of, *dof)).map(|dof| {
-        let group: Vec<&str> = thrusters.iter().filter(|t| pushes(t, dof)).map(|t| t.name.as_str()).collect();
-        efficiency.eta_inter.value(dof, &group)
-    });
-    let first = values.next().unwrap_or(1.0);
-    if values.any(|value| !is(value, first)) {
+    let where_it_pushes = |counts: &dyn Fn(Dof) -> bool| -> Vec<Dof> {
+        Dof::ALL.into_iter().filter(|dof| pushes(of, *dof) && counts(*dof)).collect()
+    };
+    let mut dofs = where_it_pushes(&|dof| model.dofs.contains(&dof) && !model.undriven.contains(&dof));
+    if dofs.is_empty() {
+        dofs = where_it_pushes(&|dof| efficiency.eta_inter.0.iter().any(|entry| entry.dof == dof));
+    }
+    let values: Vec<(Dof, f64)> = dofs
+        .into_iter()
+        .map(|dof| {
+            let running = campaign.thrusters.iter().filter(|t| pushes(t, dof));
+            let group: Vec<&str> = running.map(|t| t.name.as_str()).collect();
+            (dof, efficiency.eta_inter.value(dof, &group))
+        })
+        .collect();
+    let first = values.first().map_or(1.0, |(_, value)| *value);
+    if values.iter().any(|(_, value)| !is(*value, first)) {
+        let each: Vec<String> = values.iter().map(|(dof, value)| format!("{dof} {}", number(*value))).collect();
         return refused(format!(
-            "eta_inter differs between the degrees of freedom that thruster {:?} pushes in, so that it is no factor of its thrust",
-            of.name
+            "eta_inter differs between the degrees of freedom that thruster {:?} pushes in ({}), so that it is no factor of its thrust",
+            of.name,
+            each.join(", ")
         ));
     }
     Ok(first * efficiency.eta_adv.map_or(1.0, |line| line.intercept))

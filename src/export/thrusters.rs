@@ -30,7 +30,7 @@ pub(super) fn export(
         return Err(ExportError::NoThruster(path.to_path_buf()));
     }
     let mut findings = version::check(target, options)?;
-    let gain = |t| losses::gain(&campaign.efficiency, &campaign.thrusters, t, options);
+    let gain = |t| losses::gain(campaign, t, options);
     let gains: Vec<f64> = campaign.thrusters.iter().map(gain).collect::<Result<_, _>>()?;
     let mut head = vec![
         format!(

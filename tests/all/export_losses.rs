@@ -101,3 +101,42 @@ fn a_thruster_carries_what_is_one_factor_of_its_thrust() {
     campaign("eta_adv = { slope = -0.2, intercept = 1.0, valid = [0, 1] }");
     assert!(export(&path, Target::GazeboThrusters, &options).is_err(), "a loss by advance is no factor");
 }
+
+/// A vectored vehicle whose thrusters lie 5 cm below the origin, and one that pushes down.
+fn vectored(efficiency: &str) -> String {
+    let thruster = |name: &str, place: &str, axis: &str| {
+        format!(
+            "[[thruster]]\nname = \"{name}\"\nposition = {place}\naxis = {axis}\nmax = 1\nneutral = 1500\nspan = 400\n\
+             forward = {{ a = 40, b = 0 }}\nreverse = {{ a = 40, b = 0 }}\n"
+        )
+    };
+    let thrusters: String = [
+        thruster("port", "[0.2, -0.2, 0.05]", "[1, 1, 0]"),
+        thruster("starboard", "[0.2, 0.2, 0.05]", "[1, -1, 0]"),
+        thruster("down", "[0.1, 0.1, 0]", "[0, 0, 1]"),
+    ]
+    .concat();
+    format!(
+        "format = 1\n[vehicle]\nname = \"v\"\n[model]\ndofs = [\"surge\", \"sway\", \"yaw\"]\neffects = [\"inertia\"]\n\
+         {thrusters}[efficiency]\n{efficiency}\n[[run]]\nfile = \"a.csv\"\n"
+    )
+}
+
+#[test]
+fn a_small_lever_about_an_axis_that_the_model_has_not_is_no_other_loss() {
+    let path = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("vectored_losses.toml");
+    let made = |efficiency: &str, target: Target| {
+        std::fs::write(&path, vectored(efficiency)).expect("it can be written");
+        export(&path, target, &ExportOptions::default())
+    };
+    let one = "eta_inter = { surge = 0.9, sway = 0.9, yaw = 0.9 }";
+    let told = text(&made(one, Target::GazeboThrusters).expect("roll and pitch are not in the model"));
+    assert!(told.contains("factor of each thruster 0.9, 0.9, 1"), "{told}");
+    assert!(text(&made(one, Target::Ardusub).expect("one factor")).contains("factor of each thruster 0.9, 0.9, 1"));
+    // of a thruster that pushes in no degree of freedom of the model what is said of its own counts
+    let heave = "eta_inter = { surge = 0.9, sway = 0.9, yaw = 0.9, heave = 0.8 }";
+    let told = text(&made(heave, Target::GazeboThrusters).expect("one factor of each"));
+    assert!(told.contains("factor of each thruster 0.9, 0.9, 0.8"), "{told}");
+    let refused = made("eta_inter = { surge = 0.9 }", Target::GazeboThrusters).unwrap_err().to_string();
+    assert!(refused.contains("\"port\" pushes in (surge 0.9, sway 1, yaw 1)"), "{refused}");
+}
