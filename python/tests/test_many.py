@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import nullcontext
 from itertools import pairwise
 from multiprocessing import get_context
@@ -118,6 +118,53 @@ def test_a_worker_that_raises_ends_the_rest() -> None:
 def test_what_is_no_executor_is_told(campaigns: list[hs.Campaign]) -> None:
     with pytest.raises(hs.UsageError, match=r"executor = int: a concurrent\.futures\.Executor or a Dask Client"):
         hs.map_fit(campaigns, executor=3)  # type: ignore[arg-type]
+
+
+def test_what_is_no_campaign_stays_in_its_place(campaigns: list[hs.Campaign], folder: Path) -> None:
+    mixed: list[Any] = [3, campaigns[1], None, folder]
+    found = hs.map_fit(mixed)
+    assert [type(result).__name__ for result in found] == ["UsageError", "Fit", "UsageError", "Fit"]
+    assert str(found[0]) == "campaigns[0] = 3: a campaign, or the path of one, is expected"
+    assert "campaigns[2] = None" in str(found[2])
+    assert found.names == ("campaigns[0]", "a", "campaigns[2]", folder.name)
+    with ThreadPoolExecutor(2) as threads:
+        assert hs.map_fit(mixed, executor=threads) == found
+
+
+def test_a_single_campaign_is_no_list_of_them(campaigns: list[hs.Campaign], folder: Path) -> None:
+    path = folder / "campaign.toml"
+    for single in (str(path), path, campaigns[0]):
+        with pytest.raises(hs.UsageError, match=r"^campaigns = .*a list of campaigns.*one campaign is fitted by fit"):
+            hs.map_fit(single)  # type: ignore[arg-type]
+    with pytest.raises(hs.UsageError, match="campaigns = 3: a list of campaigns"):
+        hs.map_fit(3)  # type: ignore[arg-type]
+
+
+class Broken(ThreadPoolExecutor):
+    """A pool that takes one piece of work, which it never begins, and no more."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.taken: list[Future[Any]] = []
+
+    def submit(self, *work: Any, **options: Any) -> Future[Any]:
+        if self.taken:
+            raise BrokenExecutor("a worker ended")
+        self.taken.append(Future())
+        return self.taken[0]
+
+
+def test_a_pool_that_takes_no_more_work_leaves_its_error() -> None:
+    heard: list[int] = []
+    ended = ThreadPoolExecutor(1)
+    ended.shutdown()
+    kept = mapped_or_failed(abs, [-1, -2], ended, "working", lambda what, done, of: heard.append(done))
+    assert [type(error) for error in kept] == [RuntimeError, RuntimeError]
+    assert heard == [0, 2]
+    broken = Broken()
+    with pytest.raises(BrokenExecutor, match="a worker ended"):
+        mapped(abs, [-1, -2], broken, "working", None)
+    assert broken.taken[0].cancelled()
 
 
 def test_a_campaign_of_a_file_crosses_as_its_whole_path(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

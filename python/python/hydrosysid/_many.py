@@ -46,30 +46,54 @@ def map_fit(
         progress: as for `discover`; hears of every campaign when it is done, in whatever order.
 
     Raises:
-        UsageError: `executor` is neither.
+        UsageError: `executor` is neither, or `campaigns` is a single one.
     """
-    listed = [_absolute(source) for source in campaigns]
+    listed = [_absolute(source, k) for k, source in enumerate(_several(campaigns))]
     work = partial(_fitted, estimator)
     found = mapped_or_failed(work, listed, executor, "fitting campaigns", progress)
     return Fits(1, _names(listed), tuple(found))
 
 
-def _absolute(source: Source) -> Source:
-    """A path that means the same in every process."""
-    return source if isinstance(source, Campaign) else os.path.abspath(source)
+def _several(campaigns: Iterable[Source]) -> Iterable[Source]:
+    """The campaigns, if they are many: a path is a sequence too, of its letters."""
+    single = isinstance(campaigns, Campaign | str | bytes | os.PathLike)
+    if single or not isinstance(campaigns, Iterable):
+        told = type(campaigns).__name__ if isinstance(campaigns, Campaign) else repr(campaigns)
+        one = "; one campaign is fitted by fit()" if single else ""
+        raise UsageError(f"campaigns = {told}: a list of campaigns, or of paths of such, is expected{one}")
+    return campaigns
 
 
-def _names(listed: list[Source]) -> tuple[str, ...]:
-    """Of each campaign the name of its vehicle, or of its file or folder, as it is told apart from the others'."""
-    files = [Path(source) for source in listed if not isinstance(source, Campaign)]
+def _absolute(source: Source, place: int) -> Source | UsageError:
+    """A path that means the same in every process; the error of what is no campaign."""
+    if isinstance(source, Campaign):
+        return source
+    path = os.fspath(source) if isinstance(source, os.PathLike) else source
+    if isinstance(path, str):
+        return os.path.abspath(path)
+    return UsageError(f"campaigns[{place}] = {source!r}: a campaign, or the path of one, is expected")
+
+
+def _names(listed: list[Source | UsageError]) -> tuple[str, ...]:
+    """Of each campaign the name of its vehicle, or of its file or folder, as it is told apart from the others'; of what
+    is no campaign its place."""
+    files = [Path(source) for source in listed if not isinstance(source, Campaign | UsageError)]
     places = [file.parent if file.name == "campaign.toml" else file for file in files]
     one_drive = len({place.drive for place in places}) == 1
     common = os.path.commonpath([place.parent for place in places]) if one_drive else None
     shown = iter([str(place) if common is None else place.relative_to(common).as_posix() for place in places])
-    return tuple(source.name if isinstance(source, Campaign) else next(shown) for source in listed)
+
+    def name(k: int, source: Source | UsageError) -> str:
+        if isinstance(source, UsageError):
+            return f"campaigns[{k}]"
+        return source.name if isinstance(source, Campaign) else next(shown)
+
+    return tuple(name(k, source) for k, source in enumerate(listed))
 
 
-def _fitted(estimator: Estimator | None, campaign: Source) -> Fit:
+def _fitted(estimator: Estimator | None, campaign: Source | UsageError) -> Fit:
+    if isinstance(campaign, UsageError):
+        raise campaign
     # the residuals stay where they are: a result is to cross a wire
     return replace(fit(campaign, estimator=estimator), residuals=())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor, Future, as_completed
 from functools import partial
 from typing import Any, Protocol, TypeVar
 
@@ -39,7 +39,7 @@ def mapped(
 def mapped_or_failed(
     work: Callable[[T], R], items: Sequence[T], workers: Workers | None, what: str, progress: Progress
 ) -> list[R | Exception]:
-    """As `mapped`, with what an item raises, or what ended its worker, in its place."""
+    """As `mapped`, with what an item raises, or what ended or refused its worker, in its place."""
     return _outcomes(work, items, workers, what, progress, keep=True)
 
 
@@ -66,15 +66,23 @@ def _outcomes(
                 count(len(outcomes))
             return outcomes
         executor = _executor(workers)
-        futures = [executor.submit(work, item) for item in items]
+        submitted: list[Future[R] | Exception] = []
         try:
+            for item in items:
+                # a pool of which a worker ended takes no more work
+                submitted.append(_outcome(partial(executor.submit, work, item), keep))
+            futures = [future for future in submitted if not isinstance(future, Exception)]
+            refused = len(items) - len(futures)
+            if refused:
+                count(refused)
             for k, future in enumerate(as_completed(futures)):
                 _outcome(future.result, keep)
-                count(k + 1)
-            return [_outcome(future.result, keep) for future in futures]
+                count(refused + k + 1)
+            return [f if isinstance(f, Exception) else _outcome(f.result, keep) for f in submitted]
         except BaseException:
-            for future in futures:
-                future.cancel()
+            for taken in submitted:
+                if not isinstance(taken, Exception):
+                    taken.cancel()
             raise
 
 
