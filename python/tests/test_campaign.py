@@ -179,6 +179,10 @@ def test_wrong_tables_are_refused(runs: list[hs.Run], folder: Path) -> None:
         made(dofs=["drift"])
     with pytest.raises(hs.UsageError, match="speed"):
         made(speed={"a": 1})
+    with pytest.raises(hs.UsageError, match=r"vehicle\.mass = None: .*leave the key out"):
+        made(vehicle={"name": "a", "mass": None})
+    with pytest.raises(hs.UsageError, match=r"stage\[0\]\.runs\[1\] = None"):
+        made(stage=[{"runs": ["a", None]}])
     with pytest.raises(hs.UsageError):
         made(runs=[])
     with pytest.raises(hs.DataError):

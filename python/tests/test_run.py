@@ -40,6 +40,8 @@ def test_names_of_a_frame_are_chosen() -> None:
     [
         ({"t": [0.0, 0.2, 0.1, 0.3, 0.4], "u": T}, r"t\[2\] = 0.1 does not follow 0.2"),
         ({"t": T, "u": [0.0, np.nan, 0.0, 0.0, 0.0]}, r"u\[1\] is nan"),
+        ({"t": T, "u": T, "gaps": [0.2, np.nan]}, r"gaps\[1\] is nan"),
+        ({"t": T, "u": T, "gaps": [np.inf]}, r"gaps\[0\] is inf"),
         ({"t": T, "u": [0.0, 1.0]}, "2 values for 5"),
         ({"u": T}, "no time stamps"),
         ({"t": T}, "no channel"),

@@ -209,4 +209,6 @@ def polynomial_filter(
     >>> bool(np.allclose(x, t**2) and np.allclose(rate, 2 * t))
     True
     """
-    return _native.polynomial_filter(array(t, "t"), array(x, "x"), samples, seconds, degree, list(gaps))
+    return _native.polynomial_filter(
+        array(t, "t"), array(x, "x"), samples, seconds, degree, array(list(gaps), "gaps").tolist()
+    )

@@ -114,7 +114,7 @@ class Run(Readers):
             if channel not in signals or not COMMAND.fullmatch(channel) or unit not in COMMAND_UNITS:
                 text = f"units[{channel!r}] = {unit!r}: a command V1, V2, … that is there has one of "
                 raise UsageError(f"run {name!r}: {text}{', '.join(COMMAND_UNITS)}")
-        ends = tuple(seconds(list(gaps), f"run {name!r}: gaps", origin).tolist())
+        ends = tuple(array(seconds(list(gaps), f"run {name!r}: gaps", origin), f"run {name!r}: gaps").tolist())
         self._set(name, kind, role, ends, signals, (), told)
 
     def _set(

@@ -19,7 +19,7 @@ def settings(value: Any, key: str = "") -> Any:
 
     Raises:
         UsageError: naming the key of a number that is not finite, or of something else than numbers, texts, lists
-            and mappings.
+            and mappings, such as None.
     """
     if isinstance(value, Mapping):
         return {str(name): settings(entry, f"{key}.{name}" if key else str(name)) for name, entry in value.items()}
@@ -34,8 +34,10 @@ def settings(value: Any, key: str = "") -> Any:
         raise UsageError(f"{key} = {value}: a finite number is expected")
     if isinstance(value, PathLike):
         return fspath(value)
-    if value is None or isinstance(value, str | bool | int | float):
+    if isinstance(value, str | bool | int | float):
         return value
+    if value is None:
+        raise UsageError(f"{key} = None: a number, a text, a list or a mapping is expected; leave the key out instead")
     raise UsageError(f"{key} = {value!r}: a number, a text, a list or a mapping is expected")
 
 
