@@ -32,7 +32,9 @@ pub fn least_squares<'py>(
         (None, Some(rows)) => least_squares_rows(rows, h.ncols(), &y, &options),
         (None, None) => {
             let fill = |rows: Range<usize>, j: usize, to: &mut [f64]| {
-                to.iter_mut().zip(rows).for_each(|(to, i)| *to = h[[i, j]]);
+                // a walk by the stride: an index by row and column is checked, and multiplied out, each time
+                let column = h.index_axis(Axis(1), j);
+                to.iter_mut().zip(column.slice_axis(Axis(0), rows.into())).for_each(|(to, value)| *to = *value);
             };
             least_squares_filled(h.ncols(), &fill, &y, &options)
         }
