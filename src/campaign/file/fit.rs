@@ -29,8 +29,9 @@ impl Estimator {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitTable {
-    /// The estimator. When absent: `staged` where bollard or towing runs take part, for it alone reads load cells;
-    /// `filter_error` otherwise, for its intervals hold where a vehicle is pushed, too.
+    /// The estimator. When absent: `staged` where bollard or towing runs take part beside runs that show every drag at
+    /// constant speed; `filter_error` otherwise, for its intervals hold where a vehicle is pushed, too, with the losses of
+    /// thrust that bollard runs show.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<Estimator>,
     /// Length of the segments of output error, s.

@@ -46,8 +46,8 @@ impl From<EstimatorName> for Estimator {
 pub(in crate::cli) struct Fit {
     /// Campaign file.
     pub campaign: PathBuf,
-    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part and filter
-    /// error otherwise.
+    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part beside runs
+    /// that show every drag at constant speed, and filter error otherwise.
     #[arg(long, value_enum)]
     pub estimator: Option<EstimatorName>,
     /// Fit by integral least squares without keeping the logs, as `--estimator integral` does of itself beyond 64 MiB.
