@@ -120,7 +120,7 @@ pub fn compare(model: &Model, runs: &[Run], options: &CompareOptions) -> Result<
     let each: Result<Vec<Comparison>, CompareError> = runs
         .par_iter()
         .enumerate()
-        .map(|(k, run)| one(&held(model, k, runs.len()), run, options))
+        .map(|(k, run)| one(&fixed_at_run(model, k, runs.len()), run, options))
         .inspect(|_| count.iter().for_each(Count::one_done))
         .collect();
     let mut all = Comparison::default();
@@ -156,17 +156,17 @@ pub fn cross_validate(
     models.par_iter().map(row).collect()
 }
 
-/// The model with every parameter held at its value in run `k` of `count`.
-fn held(model: &Model, k: usize, count: usize) -> Model {
-    let mut held = model.clone();
-    for parameter in &mut held.parameters {
+/// The model with every parameter fixed at its value in run `k` of `count`.
+fn fixed_at_run(model: &Model, k: usize, count: usize) -> Model {
+    let mut fixed = model.clone();
+    for parameter in &mut fixed.parameters {
         parameter.fixed = true;
         if parameter.per_run.len() == count {
             parameter.value = parameter.per_run[k];
         }
         parameter.per_run.clear();
     }
-    held
+    fixed
 }
 
 fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison, CompareError> {

@@ -164,7 +164,8 @@ fn groups(systems: &[System]) -> Vec<Vec<&System>> {
     groups.into_iter().map(|(_, members)| members).collect()
 }
 
-fn whole(blocks: &[StreamingQr]) -> Result<StreamingQr, LeastSquaresError> {
+/// The blocks of one system folded into one.
+fn merged(blocks: &[StreamingQr]) -> Result<StreamingQr, LeastSquaresError> {
     let mut all = blocks[0].clone();
     for block in &blocks[1..] {
         all.merge(block.clone())?;
@@ -179,7 +180,7 @@ fn solve(
     parameters: &[Column],
     dofs: &[Dof],
 ) -> Result<RowFit, LeastSquaresError> {
-    let force = whole(blocks)?;
+    let force = merged(blocks)?;
     force.judge()?;
     let exchanged = |tall: &StreamingQr| at.map_or_else(|| tall.clone(), |at| tall.exchanged(at));
     let fit = exchanged(&force).fit()?;
@@ -202,7 +203,7 @@ fn together(systems: &[&System]) -> Result<RowFit, LeastSquaresError> {
     let places = |s: &System| -> Vec<usize> {
         s.parameters.iter().filter_map(|c| parameters.iter().position(|all| all == c)).collect()
     };
-    let factors: Vec<StreamingQr> = systems.iter().map(|s| whole(&s.blocks)).collect::<Result<_, _>>()?;
+    let factors: Vec<StreamingQr> = systems.iter().map(|s| merged(&s.blocks)).collect::<Result<_, _>>()?;
     let mut weights: Vec<f64> = factors.iter().map(|f| 1.0 / f.residual_rms(&vec![0.0; f.columns()])).collect();
     let dofs: Vec<Dof> = systems.iter().map(|s| s.dof).collect();
     let mut fit = None;

@@ -194,11 +194,11 @@ pub fn least_squares_with(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions
             return Ok(fit);
         }
     }
-    whole(h, y, options)
+    dense_qr(h, y, options)
 }
 
 /// Solves a system by the QR of all of it at once.
-fn whole(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, LeastSquaresError> {
+fn dense_qr(h: &[&[f64]], y: &[f64], options: &LeastSquaresOptions) -> Result<Fit, LeastSquaresError> {
     let names = &options.names;
     check_values(h, y, names)?;
     check_apart(h, names)?;

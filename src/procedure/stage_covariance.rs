@@ -270,7 +270,7 @@ impl Held {
     }
 
     /// The runs with the forces that act, entry `shifted.0` moved by `shifted.1`.
-    fn acting<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
+    fn effective_thrust<'a>(&self, runs: &[&'a Run], shifted: Option<(usize, f64)>) -> Vec<Cow<'a, Run>> {
         let (efficiency, nominal) = (self.losses(shifted), self.nominal(runs, shifted));
         if efficiency == Efficiency::default() {
             return nominal;
@@ -353,10 +353,10 @@ impl Held {
         finish: &dyn Fn(&mut Columns),
     ) -> Result<Found, IntegralError> {
         let inertia = model.inertia(dof).filter(|p| free.contains(p));
-        let usual = self.acting(runs, None);
+        let usual = self.effective_thrust(runs, None);
         let solve = |shifted: Option<(usize, f64)>| -> Result<RowFit, IntegralError> {
             let thrust = |k: usize| !matches!(self.entries[k].known, Known::Parameter(..));
-            let moved = shifted.filter(|(k, _)| thrust(*k)).map(|_| self.acting(runs, shifted));
+            let moved = shifted.filter(|(k, _)| thrust(*k)).map(|_| self.effective_thrust(runs, shifted));
             let acting: Vec<&Run> = moved.as_ref().unwrap_or(&usual).iter().map(AsRef::as_ref).collect();
             let mut columns = self.rows((dof, &acting), model, free, how.regressor, shifted)?;
             finish(&mut columns);

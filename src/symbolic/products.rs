@@ -141,12 +141,12 @@ impl<'g> Products<'g> {
         if one.len() == 1 && many.iter().all(|t| t.degree() + one[0].degree() <= 2) {
             return many.iter().map(|t| t.times(&one[0])).collect();
         }
-        Rc::new([whole(a, &first).times(&whole(b, &second))])
+        Rc::new([as_one_factor(a, &first).times(&as_one_factor(b, &second))])
     }
 }
 
-/// A sum as one factor at most.
-fn whole<'g>(of: Expr<'g>, sum: &[Term<'g>]) -> Term<'g> {
+/// A sum as a term of one factor at most.
+fn as_one_factor<'g>(of: Expr<'g>, sum: &[Term<'g>]) -> Term<'g> {
     match sum {
         [term] if term.degree() < 2 => *term,
         [term] => {

@@ -29,7 +29,7 @@ const STAYS: f64 = 0.4;
 const CLEAR: f64 = 0.125;
 
 /// Whether commands are held, with the reason; no reason where nothing speaks for either.
-pub fn held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
+pub fn commands_are_held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
         return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
     }
@@ -93,7 +93,7 @@ mod tests {
     fn of(values: &[f64], rows: usize) -> (bool, Option<String>) {
         let time: Vec<f64> = (0..values.len()).map(|k| k as f64).collect();
         let signal = Signal::new(time.into(), values.to_vec());
-        held(&[Commanded { signals: vec![&signal], rows, run: Run::default() }])
+        commands_are_held(&[Commanded { signals: vec![&signal], rows, run: Run::default() }])
     }
 
     #[test]
@@ -131,7 +131,7 @@ mod tests {
             let u: Vec<f64> = rows.iter().map(|u| u + 0.003 * noise.normal()).collect();
             let signals = [(channel.to_string(), Signal::new(time, u)), ("tau_u".to_string(), tau.clone())];
             let run = Run { signals: signals.into(), ..Run::default() };
-            held(&[Commanded { signals: vec![&tau], rows: 600, run }])
+            commands_are_held(&[Commanded { signals: vec![&tau], rows: 600, run }])
         };
         for is_held in [true, false] {
             let (found, why) = sailed(is_held, "u");

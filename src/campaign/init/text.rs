@@ -252,7 +252,7 @@ impl Draft<'_> {
             signals.extend(log.signals.iter().filter(|(name, _)| is_command(name)).map(|(_, s)| s));
             Some(Commanded { signals, rows: log.rows, run: Run { signals: log.signals.clone(), ..Run::default() } })
         });
-        let (is_held, why) = held::held(&commanded.collect::<Vec<_>>());
+        let (is_held, why) = held::commands_are_held(&commanded.collect::<Vec<_>>());
         if let Some(why) = why {
             let _ = writeln!(text, "# guessed: {why}");
         }

@@ -25,7 +25,7 @@ impl Held {
     ) -> Result<f64, IntegralError> {
         let free: Vec<usize> = fit.parameters.iter().map(|c| c.parameter).collect();
         let residual = |run: &Run| -> Result<Vec<f64>, IntegralError> {
-            let acting = self.acting(&[run], None);
+            let acting = self.effective_thrust(&[run], None);
             let acting: Vec<&Run> = acting.iter().map(AsRef::as_ref).collect();
             let mut columns = self.rows((dof, &acting), model, &free, options, None)?;
             finish(&mut columns);
