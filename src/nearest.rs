@@ -19,6 +19,16 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
+/// The `most` known words that are most like `word`, however far they are: for a list of what there is.
+pub fn most_alike<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, most: usize) -> Vec<&'a str> {
+    // the end of a word of any length tells nothing more
+    let word: String = word.trim().to_lowercase().replace('-', "_").chars().take(100).collect();
+    let mut ranked: Vec<(f64, &str)> =
+        known.into_iter().map(|k| (strsim::normalized_damerau_levenshtein(&word, &k.to_lowercase()), k)).collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ranked.into_iter().take(most).map(|(_, k)| k).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -30,6 +40,8 @@ mod tests {
         assert_eq!(nearest("Linear-Drag", known), Some("linear_drag"));
         assert_eq!(nearest("quadratic", known), None);
         assert_eq!(nearest("", known), None);
+        assert_eq!(most_alike("quadratic", known, 1), ["quadratic_drag"]);
+        assert_eq!(most_alike("", known, 9).len(), known.len());
         assert_eq!(nearest(&"s".repeat(1000), known), None);
     }
 }

@@ -30,6 +30,16 @@ pub(crate) fn read(path: &Path) -> Result<String> {
     String::from_utf8(read_bytes(path)?).map_err(|_| Error::new(ErrorKind::InvalidData, "this is not UTF-8 text"))
 }
 
+/// Why a file cannot be read, in words: the number that a system has for it tells nobody anything.
+pub(crate) fn reason(error: &Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".into(),
+        // those of this program say it themselves
+        ErrorKind::FileTooLarge | ErrorKind::InvalidData | ErrorKind::Other => error.to_string(),
+        kind => Error::from(kind).to_string(),
+    }
+}
+
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;

@@ -24,6 +24,15 @@ fn plural(thing: &str) -> String {
     format!("{thing}{}", if hisses { "es" } else { "s" })
 }
 
+/// Things one after another in a sentence: `a`, `a and b`, `a, b and c`.
+pub fn listed<T: AsRef<str>>(things: &[T]) -> String {
+    let things: Vec<&str> = things.iter().map(AsRef::as_ref).collect();
+    match things.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => things.concat(),
+    }
+}
+
 /// A sentence that begins with a capital.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
@@ -78,6 +87,11 @@ mod tests {
     #[test]
     fn numbers_have_two_digits_and_all_before_the_point() {
         assert_eq!([0.0, 0.0312, 12.34, 123.4].map(digits), ["0", "0.031", "12", "123"]);
+    }
+
+    #[test]
+    fn things_are_listed_as_in_a_sentence() {
+        assert_eq!([&["a"][..], &["a", "b"], &["a", "b", "c"], &[]].map(listed), ["a", "a and b", "a, b and c", ""]);
     }
 
     #[test]

@@ -89,12 +89,7 @@ pub(super) fn apply(
         Some(letter) if logged.run.kind != RunKind::Bollard => {
             let logged: Vec<&str> =
                 logged.run.signals.keys().map(String::as_str).filter(|c| thruster_of(c, letter).is_some()).collect();
-            let text = format!(
-                "{} {} no [[thruster]] table that says where it pushes: add one for each, or log tau_* instead",
-                logged.join(", "),
-                if logged.len() == 1 { "has" } else { "have" }
-            );
-            return Err(refuse(&codes::NO_THRUSTER, Some(&format!("{letter}1")), text));
+            return Err(refuse(&codes::NO_THRUSTER, Some(&format!("{letter}1")), no_tables(&logged)));
         }
         _ => {}
     }
@@ -122,6 +117,15 @@ pub(super) fn apply(
         logged.findings.extend(findings);
     }
     Ok(())
+}
+
+/// What is said of commands or forces of thrusters that no table places.
+pub(super) fn no_tables(logged: &[&str]) -> String {
+    let (have, they) = if logged.len() == 1 { ("has", "it pushes") } else { ("have", "they push") };
+    format!(
+        "{} {have} no [[thruster]] table that says where {they}: add one for each, or log tau_* instead",
+        logged.join(", ")
+    )
 }
 
 /// Nominal force of each thruster, N, at the stamps of the first one.

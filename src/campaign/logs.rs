@@ -16,6 +16,9 @@ use crate::log::options::PositionSource;
 use crate::log::{self, LogError, LogFile, LogOptions};
 use crate::run::{Run, RunKind, Signal, WALL_CLOCK, thruster_of};
 
+/// Most thrusters that are looked for in the header of a log that was refused.
+const MOST_THRUSTERS: usize = 16;
+
 /// A run as its logs say it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Logged {
@@ -48,7 +51,9 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
     for one in &table.files {
         let required: Vec<&str> = needed.iter().copied().filter(|c| alone || *c == "t").collect();
         let options = one.log.as_ref().unwrap_or(options);
-        let read = read_one(&file.path_of(one), options, &required, &file.model.dofs)
+        let path = file.path_of(one);
+        let read = read_one(&path, options, &required, &file.model.dofs)
+            .map_err(|error| if file.thrusters.is_empty() { without_tables(error, &path, options) } else { error })
             .map_err(|source| Error::Log { run: name.to_string(), source })?;
         let offset = ahead(read.origin, one.clock_offset, &mut zero);
         (walls, locals) = if on_wall_clock(read.origin, one.clock_offset) { (true, locals) } else { (walls, true) };
@@ -132,6 +137,33 @@ fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) 
         Ok(log) if pushes(&log) && posed.iter().all(|dof| told_by_pose(&log.signals, *dof)) => Ok(log),
         _ => Err(refused),
     }
+}
+
+/// A log that was refused for want of forces and of something else as well, and that has commands or forces of thrusters:
+/// the likely cause, no [[thruster]] tables, in place of each force that is absent.
+fn without_tables(error: LogError, path: &Path, options: &LogOptions) -> LogError {
+    let LogError::Refused { file, mut findings, further } = error else { return error };
+    let is_force = |f: &Finding| {
+        f.code == MISSING_COLUMN.code && Dof::ALL.iter().any(|dof| f.column.as_deref() == Some(dof.force()))
+    };
+    if findings.iter().any(is_force) {
+        // the header alone: its units may be what was refused
+        let names: Vec<String> =
+            ["V", "F"].iter().flat_map(|l| (1..=MOST_THRUSTERS).map(move |k| format!("{l}{k}"))).collect();
+        let asked: Vec<&str> = names.iter().map(String::as_str).collect();
+        let refused = log::read(path, options, &asked).err();
+        let is_absent = |name: &&str| {
+            let told = refused.iter().flat_map(LogError::findings);
+            told.into_iter().any(|f| f.code == MISSING_COLUMN.code && f.column.as_deref() == Some(*name))
+        };
+        let logged: Vec<&str> = asked.iter().copied().filter(|name| !is_absent(name)).collect();
+        if let Some(first) = logged.first() {
+            findings.retain(|f| !is_force(f));
+            let text = super::forces::no_tables(&logged);
+            findings.insert(0, Finding::at(&codes::NO_THRUSTER, &file, None, Some(first), &text));
+        }
+    }
+    LogError::Refused { file, findings, further }
 }
 
 /// Whether a column is the command or the force of a thruster: `V1`, `F2`.

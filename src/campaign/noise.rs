@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::monitor::{MonitorOptions, restlessness};
 use crate::navigation::upright;
 use crate::run::{Run, commanded_rms};
-use crate::wording::{digits, times};
+use crate::wording::{digits, listed, times};
 
 /// What is random in the runs of a fit, and whether the fit knows it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -38,14 +38,17 @@ impl Noise {
         }
     }
 
-    /// The random forces in one line; `None` where none is found.
+    /// The random forces in few words; `None` where none is found.
     pub fn forces(&self) -> Option<String> {
-        let one = |f: &ForceFound| {
-            let share = f.share_of_thrust.map_or(String::new(), |s| format!(" ({} %)", digits(100.0 * s)));
+        let mut of = " of thrust";
+        let mut one = |f: &ForceFound| {
+            // of what the percentages are is said once
+            let share = |s: f64| format!(", {} %{}", digits(100.0 * s), std::mem::take(&mut of));
+            let share = f.share_of_thrust.map_or(String::new(), share);
             format!("{} {} {}{share}", f.dof, digits(f.rms), f.unit.replace('*', " "))
         };
-        let all: Vec<String> = self.force.iter().map(one).collect();
-        (!all.is_empty()).then(|| format!("random force (% of its thrust): {}", all.join(", ")))
+        let all: Vec<String> = self.force.iter().map(&mut one).collect();
+        (!all.is_empty()).then(|| format!("random force: {}", all.join("; ")))
     }
 
     /// Unit of the predictions in a degree of freedom: of its velocity, or of its position or angle where no sensor gives the
@@ -279,17 +282,14 @@ pub(super) fn in_words(forces: &[ForceFound]) -> String {
         format!("{} {unit} in {} (correlation {} s{share})", digits(f.rms), f.dof, digits(f.correlation_time))
     };
     let all: Vec<String> = forces.iter().map(one).collect();
-    match all.split_last() {
-        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
-        _ => all.concat(),
-    }
+    listed(&all)
 }
 
-/// The model with every parameter held, for runs that take part in no fit.
-pub(super) fn held(model: &Model) -> Model {
-    let mut held = model.clone();
-    held.parameters.iter_mut().for_each(|p| p.fixed = true);
-    held
+/// The model with every parameter fixed, for runs that take part in no fit.
+pub(super) fn with_parameters_fixed(model: &Model) -> Model {
+    let mut fixed = model.clone();
+    fixed.parameters.iter_mut().for_each(|p| p.fixed = true);
+    fixed
 }
 
 #[cfg(test)]
@@ -318,7 +318,7 @@ mod tests {
         );
         assert_eq!(in_words(&[]), "");
         let found = Noise { force: forces.to_vec(), ..Noise::default() };
-        let line = "random force (% of its thrust): surge 1.2 N (3.1 %), yaw 0.051 N m (3.1 %)";
+        let line = "random force: surge 1.2 N, 3.1 % of thrust; yaw 0.051 N m, 3.1 %";
         assert_eq!(found.forces().as_deref(), Some(line));
         assert_eq!(Noise::default().forces(), None);
     }

@@ -35,7 +35,7 @@ pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Resu
     if runs.is_empty() {
         return Ok(None);
     }
-    let model = noise::held(model);
+    let model = noise::with_parameters_fixed(model);
     let stated = &campaign.file.noise.sensors;
     let base = &campaign.options.output_error;
     let (filtered, noise, limit, force) = match &campaign.noise {

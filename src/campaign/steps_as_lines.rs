@@ -19,6 +19,7 @@ use crate::frame::Dof;
 use crate::log::check::hold;
 use crate::model::{Interpolation, Model};
 use crate::run::{Run, Signal};
+use crate::wording::count;
 
 /// Part of the range that a step is at least.
 const STEP: f64 = 0.05;
@@ -36,11 +37,16 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
     let channels: Vec<&str> = commands(first).filter(|(_, s)| steps(s.values())).map(|(name, _)| name).collect();
     let more = match stepped.len() - 1 {
         0 => String::new(),
-        more => format!(" (and in {more} more runs)"),
+        more => format!(" (and in {})", count(more, "more run")),
+    };
+    let does = if channels.len() == 1 {
+        "holds its value over several rows and then steps"
+    } else {
+        "hold their values over several rows and then step"
     };
     let text = format!(
-        "{}: {} keep their value over several rows and then step{more}, and input = \"linear\" reads slopes between the \
-         rows; write input = \"hold\" in [model] or in the [[run]]",
+        "{}: {} {does}{more}, but input = \"linear\" reads slopes between the rows; write input = \"hold\" in [model] or in \
+         the [[run]]",
         first.name,
         channels.join(", ")
     );
@@ -92,6 +98,24 @@ mod tests {
 
     fn values(of: impl Fn(f64) -> f64) -> Vec<f64> {
         (0..400).map(|k| of(f64::from(k))).collect()
+    }
+
+    #[test]
+    fn runs_and_columns_are_counted_in_english() {
+        let run = |name: &str, columns: &[&str]| {
+            let time: std::sync::Arc<[f64]> = values(|k| 0.1 * k).into();
+            let steps = values(|k| if (k / 60.0).floor() % 2.0 == 0.0 { 30.0 } else { -30.0 });
+            let signal = |column: &&str| (column.to_string(), Signal::new(time.clone(), steps.clone()));
+            Run { name: name.into(), signals: columns.iter().map(signal).collect(), ..Run::default() }
+        };
+        let told = |runs: &[Run]| finding(runs, |_| false).map(|f| f.message).unwrap_or_default();
+        let one = told(&[run("a", &["tau_r"]), run("b", &["tau_r"])]);
+        assert!(
+            one.starts_with("a: tau_r holds its value over several rows and then steps (and in 1 more run), but"),
+            "{one}"
+        );
+        let two = told(&[run("a", &["tau_r", "tau_u"])]);
+        assert!(two.starts_with("a: tau_r, tau_u hold their values over several rows and then step, but"), "{two}");
     }
 
     #[test]

@@ -13,9 +13,27 @@ const NAMED: usize = 2;
 
 /// The verdict in plain words: as many of its first sentences as three lines hold; all with `--verbose`. Whether that was all.
 pub(super) fn verdict(text: &str, output: &Output) -> bool {
-    let told = if output.is_verbose() { wrapped(text) } else { shortened(text, width()) };
+    let told = if output.is_verbose() { wrapped(text) } else { shortened(text, width(), LINES).0 };
     output.print(&told);
     told.split_whitespace().eq(text.split_whitespace())
+}
+
+/// The verdict in at most three lines with `--verbose` as well, and what there was no room for. Where some of it is left
+/// out, `key` stands in the last of these lines: what a reader needs of the rest.
+pub(super) fn verdict_with(text: &str, key: Option<&str>, output: &Output) -> Option<String> {
+    let (told, rest) = keyed(text, key, width());
+    output.print(&told);
+    rest
+}
+
+/// Verdict and key in [`LINES`] lines of this width, and the sentences that are not among them.
+fn keyed(text: &str, key: Option<&str>, width: Option<usize>) -> (String, Option<String>) {
+    let (told, rest) = shortened(text, width, LINES);
+    let (Some(width), Some(_), Some(key)) = (width, &rest, key) else { return (told, rest) };
+    let (least, _) = shortened(text, Some(width), 1);
+    let key = in_lines(key, width, LINES - least.lines().count().min(LINES - 1));
+    let (told, rest) = shortened(text, Some(width), LINES - key.lines().count());
+    (format!("{told}\n{key}"), rest)
 }
 
 /// The command to type next; the last line of an answer.
@@ -55,24 +73,26 @@ pub(super) fn cut(text: &str, room: usize) -> String {
     format!("{}…", kept.trim_end())
 }
 
-/// The sentences up to the first that no longer fits in [`LINES`] lines of this width, the first one always: one behind it
-/// may refer to it.
-fn shortened(text: &str, width: Option<usize>) -> String {
-    let Some(width) = width else { return text.to_string() };
-    let mut kept = String::new();
-    for sentence in sentences(text) {
-        let longer = if kept.is_empty() { sentence.to_string() } else { format!("{kept} {sentence}") };
-        if !kept.is_empty() && folded(&longer, width).lines().count() > LINES {
-            break;
-        }
-        kept = longer;
-    }
-    let lines = folded(&kept, width);
-    if lines.lines().count() <= LINES {
+/// The sentences up to the first that no longer fits in so many lines of this width, the first one always: one behind it
+/// may refer to it. And what is left out: the others, or everything where the first one is cut.
+fn shortened(text: &str, width: Option<usize>, most: usize) -> (String, Option<String>) {
+    let Some(width) = width else { return (text.to_string(), None) };
+    let all = sentences(text);
+    let fits = |n: &usize| folded(&all[..*n].join(" "), width).lines().count() <= most;
+    let kept = (2..=all.len()).take_while(fits).last().unwrap_or(1);
+    let first = all[..kept].join(" ");
+    let lines = in_lines(&first, width, most);
+    let rest = if fits(&kept) { all[kept..].join(" ") } else { text.to_string() };
+    (lines, Some(rest).filter(|rest| !rest.is_empty()))
+}
+
+/// A text in at most so many lines; an ellipsis stands for the rest.
+fn in_lines(text: &str, width: usize, most: usize) -> String {
+    let lines = folded(text, width);
+    if lines.lines().count() <= most {
         return lines;
     }
-    // one sentence that is too long for itself
-    let mut first: Vec<String> = lines.lines().take(LINES).map(str::to_string).collect();
+    let mut first: Vec<String> = lines.lines().take(most).map(str::to_string).collect();
     if let Some(last) = first.last_mut() {
         *last = cut(&format!("{last} …"), width);
     }
@@ -101,10 +121,27 @@ mod tests {
     fn a_verdict_keeps_whole_sentences_in_three_lines() {
         let text = "It fits. The force of run 1.5 is 3 N. This third one is much too long for what is left here. That is more.";
         assert_eq!(sentences(text).len(), 4);
-        assert_eq!(shortened(text, Some(20)), "It fits. The force\nof run 1.5 is 3 N.");
-        assert_eq!(shortened(text, None), text);
-        let long = shortened(&"word ".repeat(60), Some(20));
+        let (told, rest) = shortened(text, Some(20), LINES);
+        assert_eq!(told, "It fits. The force\nof run 1.5 is 3 N.");
+        assert_eq!(rest.as_deref(), Some("This third one is much too long for what is left here. That is more."));
+        assert_eq!(shortened(text, None, LINES), (text.to_string(), None));
+        let (long, rest) = shortened(&"word ".repeat(60), Some(20), LINES);
+        assert_eq!(rest, Some("word ".repeat(60)));
         assert!(long.lines().count() == 3 && long.ends_with('…'), "{long}");
         assert!(long.lines().all(|line| line.chars().count() <= 20), "{long}");
+    }
+
+    #[test]
+    fn a_verdict_and_its_key_are_three_lines() {
+        let text = "It converged. This second sentence is a long one. So is the third one that stands here.";
+        let of = |key| keyed(text, Some(key), Some(30));
+        let rest = Some("So is the third one that stands here.".to_string());
+        assert_eq!(of("force: 3 N"), ("It converged. This second\nsentence is a long one.\nforce: 3 N".into(), rest));
+        // a key of two lines leaves one, and a longer one is cut
+        let (told, rest) = of("force: surge 3 N, sway 4 N, yaw 5 N m, pitch 7 N m, roll 1 N m");
+        assert_eq!(told, "It converged.\nforce: surge 3 N, sway 4 N,\nyaw 5 N m, pitch 7 N m, roll…");
+        assert_eq!(rest.as_deref(), Some("This second sentence is a long one. So is the third one that stands here."));
+        // what fits needs no key
+        assert_eq!(keyed("It fits.", Some("force: 3 N"), Some(30)), ("It fits.".into(), None));
     }
 }

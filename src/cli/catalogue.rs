@@ -7,13 +7,16 @@ use super::arguments::{Effects, Explain};
 use super::failure::Failure;
 use super::message::hanging;
 use super::output::Output;
-use super::table::{table, width};
+use super::table::{folded, table, width, wrapped};
 use crate::campaign::codes;
 use crate::effects::{Coriolis, Effect, Place, Scope, catalogue, common_name, meant, search};
 use crate::frame::Dof;
 use crate::model::places_of;
-use crate::nearest::nearest;
-use crate::wording::count;
+use crate::nearest::{most_alike, nearest};
+use crate::wording::{count, listed as listed_in_words};
+
+/// Most ids that are named where none is near.
+const ALIKE: usize = 3;
 
 /// An effect as it is listed.
 #[derive(Debug, Serialize)]
@@ -60,8 +63,7 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
     };
     let id = id.split('@').next().unwrap_or(id);
     let Some(effect) = all.iter().find(|e| e.about().id == id) else {
-        let near = nearest(id, all.iter().map(|e| e.about().id)).map(|n| format!(", did you mean `{n}`?"));
-        return Err(Failure::Argument(format!("no effect is called `{id}`{}", near.unwrap_or_default())));
+        return Err(Failure::Argument(unknown(id, all.iter().map(|e| e.about().id))));
     };
     let e = entry(effect.as_ref());
     let symbols: Vec<String> = e
@@ -72,19 +74,41 @@ pub(super) fn effects(arguments: &Effects, output: &Output) -> Result<(), Failur
             format!("{} [{}]{sname}{}", p.name, p.unit, if p.linear { "" } else { ", a shape parameter" })
         })
         .collect();
-    output.print(&format!(
-        "{}, {}: {}\n\n  formula     {}\n  where       {} ({})\n  parameters  {}\n  shown by    {}\n  source      {}",
-        e.id,
-        e.common_name,
-        e.meaning,
-        e.formula,
-        e.place,
-        e.family,
-        if symbols.is_empty() { "none".into() } else { symbols.join("; ") },
-        e.shown_by,
-        e.source
-    ));
-    output.json(&e)
+    output.print(&wrapped(&format!("{}, {}: {}", e.id, e.common_name, e.meaning)));
+    let rows = [
+        ("formula", e.formula.clone()),
+        ("where", format!("{} ({})", e.place, e.family)),
+        ("parameters", if symbols.is_empty() { "none".into() } else { symbols.join("; ") }),
+        ("shown by", e.shown_by.clone()),
+        ("source", e.source.clone()),
+    ];
+    output.print("");
+    for (head, text) in rows {
+        output.print(&row(head, &text, width()));
+    }
+    output.json(&e)?;
+    // the relatives of an effect share its first word
+    answer::next(&format!("hydrosysid effects --search {}", id.split('_').next().unwrap_or(id)), output);
+    Ok(())
+}
+
+/// `  formula     − k_uv u v`, what does not fit on the line below the text.
+fn row(head: &str, text: &str, width: Option<usize>) -> String {
+    const LEFT: usize = 14;
+    let text = folded(text, width.map_or(usize::MAX, |width| width.saturating_sub(LEFT)));
+    format!("  {head:<12}{}", text.replace('\n', &format!("\n{}", " ".repeat(LEFT))))
+}
+
+/// What is said of an id that is none.
+fn unknown<'a>(id: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    let near = match nearest(id, known.clone()) {
+        Some(one) => format!("did you mean `{one}`?"),
+        None => {
+            let ids: Vec<String> = most_alike(id, known, ALIKE).iter().map(|id| format!("`{id}`")).collect();
+            format!("the nearest are {};", listed_in_words(&ids))
+        }
+    };
+    format!("no effect is called `{id}`: {near} `hydrosysid effects --search WORD` finds effects by their meaning")
 }
 
 /// An effect a row; its place, formula and unit as well where `all` is asked for.

@@ -2,16 +2,19 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::answer;
 use super::arguments::{self as typed, Reading};
 use super::failure::Failure;
 use super::output::Output;
+use super::table::wrapped;
 use super::verbs::reading;
 use crate::campaign;
 use crate::log::encoding::{LOOKED_AT, Opening, opening};
 use crate::log::{self, LogOptions};
 use crate::text_file;
+use crate::wording::count;
 
 /// Ends of the names of logs that only the Python package reads, and the extra that it needs for them: what there is to go
 /// by where a log is a folder, or is not there.
@@ -85,7 +88,11 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     let Some(to) = a.output.as_ref().or(a.out.as_ref()) else {
         return Err(Failure::Argument("say with -o which file to write".into()));
     };
-    output.may_write(Some(to))?;
+    let is_data = Output::is_stdout(to);
+    if is_data && output.json_on_stdout() {
+        return Err(Failure::Argument("standard output takes the log or the JSON: give one of them a file".into()));
+    }
+    output.may_write(Some(to).filter(|_| !is_data).map(PathBuf::as_path))?;
     reads(&a.log)?;
     let options = mapped(a.map.as_deref(), &a.reading)?;
     let name = a.log.display().to_string();
@@ -93,10 +100,15 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     let read = read.map_err(|source| campaign::Error::Log { run: name, source })?;
     let mut bytes = Vec::new();
     log::write_log(&read, &mut bytes).map_err(|source| Failure::Write { file: to.clone(), source })?;
-    output.write(to, &bytes)?;
-    output.print(&format!("{}: {} rows, {} channels", to.display(), read.rows, read.signals.len()));
-    if read.signals.values().any(|signal| signal.len() < read.rows) {
-        output.print("cells are empty where a sensor has no sample: read it with missing = \"no_sample\"");
+    if is_data {
+        output.hand_over(&String::from_utf8_lossy(&bytes));
+    } else {
+        output.write(to, &bytes)?;
+        let (rows, channels) = (count(read.rows, "row"), count(read.signals.len(), "channel"));
+        output.print(&wrapped(&format!("{}: {rows}, {channels}", to.display())));
+        if read.signals.values().any(|signal| signal.len() < read.rows) {
+            output.print("cells are empty where a sensor has no sample: missing = \"no_sample\" reads them");
+        }
     }
     let spans = read.signals.iter().filter(|(_, signal)| !signal.is_empty()).map(|(channel, signal)| {
         let time = signal.time();
@@ -106,5 +118,9 @@ pub(super) fn convert(a: &typed::Convert, output: &Output) -> Result<(), Failure
     let channels: serde_json::Map<String, serde_json::Value> = spans.collect();
     let findings: Vec<_> = read.warnings.into_iter().chain(read.notes).collect();
     output.json(&serde_json::json!({"format": 1, "source": a.log, "channels": channels, "warnings": findings}))?;
-    output.tell(&findings)
+    output.tell(&findings)?;
+    if !is_data {
+        answer::next(&format!("hydrosysid init {0} -o {1}", to.display(), to.with_extension("").display()), output);
+    }
+    Ok(())
 }

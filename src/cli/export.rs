@@ -6,7 +6,7 @@ use super::answer;
 use super::arguments::Export;
 use super::failure::Failure;
 use super::output::Output;
-use super::table::table;
+use super::table::{table, wrapped};
 use crate::export::{self, ExportOptions, Target};
 use crate::nearest::nearest;
 use crate::wording::count;
@@ -21,7 +21,9 @@ struct Listed {
 
 pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
     let (Some(file), Some(name)) = (&a.file, &a.to) else { return list(a, output) };
-    output.may_write(a.output.as_deref())?;
+    // what goes to standard output is the file itself
+    let place = a.output.as_deref().filter(|path| !Output::is_stdout(path));
+    output.may_write(place)?;
     let target = Target::from_name(name).ok_or_else(|| {
         if let Some(reason) = Target::why_absent(name) {
             return Failure::Argument(reason.into());
@@ -32,9 +34,9 @@ pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
             near.unwrap_or_default()
         ))
     })?;
-    let ending = a.output.as_deref().and_then(|path| path.extension()).and_then(|end| end.to_str());
+    let ending = place.and_then(|path| path.extension()).and_then(|end| end.to_str());
     let target = target.for_ending(ending);
-    if a.output.is_none() && (target.is_binary() || output.json_on_stdout()) {
+    if place.is_none() && (target.is_binary() || output.json_on_stdout()) {
         return Err(Failure::Argument("give the file to write with --output".into()));
     }
     let inertia = match a.inertia.as_slice() {
@@ -46,15 +48,18 @@ pub(super) fn export(a: &Export, output: &Output) -> Result<(), Failure> {
     let (link, version) = (a.link.clone(), a.target_version.clone());
     let options = ExportOptions { link, mass: a.mass, inertia, at, acting: a.acting, version };
     let made = export::export(file, target, &options)?;
-    match &a.output {
-        None => output.hand_over(&String::from_utf8_lossy(&made.bytes)),
-        Some(path) => {
-            output.write(path, &made.bytes)?;
-            output.print(&format!("{} written for {}: {}", path.display(), target.name(), target.version()));
-        }
-    }
+    let Some(path) = place else {
+        output.hand_over(&String::from_utf8_lossy(&made.bytes));
+        output.json(&made)?;
+        return output.tell(&made.warnings);
+    };
+    output.write(path, &made.bytes)?;
+    output.print(&wrapped(&format!("{} written for {}: {}", path.display(), target.name(), target.version())));
     output.json(&made)?;
-    output.tell(&made.warnings)
+    output.tell(&made.warnings)?;
+    let verb = if target.takes_campaign() { "fit" } else { "plan" };
+    answer::next(&format!("hydrosysid {verb} {}", file.display()), output);
+    Ok(())
 }
 
 fn list(a: &Export, output: &Output) -> Result<(), Failure> {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::campaign::{Error, ModelFileError};
 use crate::finding::Finding;
+use crate::text_file;
 use crate::wording::count;
 
 /// Why the command failed.
@@ -36,7 +37,7 @@ pub(super) enum Failure {
         source: std::io::Error,
     },
     /// An input cannot be read.
-    #[error("{} cannot be read: {source}", .file.display())]
+    #[error("{}: cannot be read: {}", .file.display(), text_file::reason(.source))]
     Read {
         /// The file.
         file: PathBuf,

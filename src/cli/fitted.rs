@@ -2,7 +2,7 @@
 
 use super::arguments as typed;
 use super::output::Output;
-use super::table::{UNSETTLED, estimated, measured, number, table};
+use super::table::{UNSETTLED, estimated, measured, number, table, wrapped};
 use super::{answer, noise};
 use crate::campaign::file::Estimator;
 use crate::campaign::{self, Fit, Noise};
@@ -12,14 +12,17 @@ use crate::thrust::fit::Estimate;
 /// The verdict, the worst warnings, the parameters; with `--verbose` noise, stages, curves of thrusters, filters, and what
 /// speaks for the estimates. What was asked for by an option is shown in any case.
 pub(super) fn print(fitted: &Fit, output: &Output) {
-    let whole = answer::verdict(&fitted.sentence, output);
-    if let Some(forces) = fitted.noise.as_ref().filter(|_| !whole).and_then(Noise::forces) {
-        output.print(&forces);
-    }
+    // with --verbose the random force has a table
+    let forces = fitted.noise.as_ref().filter(|_| !output.is_verbose()).and_then(Noise::forces);
+    let rest = answer::verdict_with(&fitted.sentence, forces.as_deref(), output);
     answer::worst(&fitted.warnings, output);
     parameters(fitted, output);
     if output.is_verbose() {
-        output.print(&format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method));
+        if let Some(rest) = rest {
+            output.print(&wrapped(&rest));
+        }
+        let made = format!("estimator {}, standard deviations: {}", fitted.estimator.name(), fitted.std_method);
+        output.print(&wrapped(&made));
         if let Some(found) = &fitted.noise {
             noise::print(found, fitted.converged, output);
         }
@@ -39,7 +42,9 @@ pub(super) fn print_next(fitted: &Fit, a: &typed::Fit, output: &Output) {
     // as it was fitted
     let by = a.estimator.map(Estimator::from);
     let by = by.map_or(String::new(), |estimator| format!(" --estimator {}", estimator.name()));
-    let next = match (fitted.converged && !fitted.is_at_rest(), fitted.may_lack(), &a.model) {
+    // no effect makes up for a thruster that pushes the wrong way
+    let is_usable = fitted.converged && !fitted.is_at_rest() && !fitted.is_misplaced();
+    let next = match (is_usable, fitted.may_lack(), &a.model) {
         (false, ..) => format!("hydrosysid check {campaign}"),
         (true, true, _) => format!("hydrosysid discover {campaign}"),
         (true, false, None) => format!("hydrosysid fit {campaign}{by} --model model.toml"),
@@ -82,7 +87,7 @@ fn parameters(fitted: &Fit, output: &Output) {
     let heads = ["effect", "dof", "symbol", "value ± std", "unit", "(14)", "SNAME"];
     output.print(&table(if verbose { &heads } else { &heads[..5] }, &rows));
     if !fitted.converged {
-        output.print(&format!("{UNSETTLED}: the fit did not converge, and this deviation is none"));
+        output.print(&format!("{UNSETTLED}: the fit did not converge, so these standard deviations mean nothing"));
     }
 }
 
@@ -147,12 +152,13 @@ fn print_identifiability(fitted: &Fit, output: &Output) {
     let heads = ["term", "symbol", "% of force", "inflation", "first half", "second half", "apart, std"];
     output.print(&table(&heads, &rows));
     for pair in &known.correlations {
-        output.print(&format!("correlated: {} and {}, {:+.3}", pair.a, pair.b, pair.correlation));
+        output.print(&wrapped(&format!("correlated: {} and {}, {:+.3}", pair.a, pair.b, pair.correlation)));
     }
     for one in &known.profiles {
         let end = |x: Option<f64>| x.map_or("not bounded".to_string(), number);
         let [low, high] = one.interval.map(end);
-        output.print(&format!("{} of {}: 95 % by profile likelihood from {low} to {high}", one.name, one.term));
+        let told = format!("{} of {}: 95 % by profile likelihood from {low} to {high}", one.name, one.term);
+        output.print(&wrapped(&told));
     }
 }
 

@@ -4,13 +4,16 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use super::answer;
 use super::arguments as typed;
 use super::failure::Failure;
 use super::inputs;
 use super::output::Output;
+use super::table::wrapped;
 use super::verbs::reading;
 use crate::atomic_file;
 use crate::campaign::{self, InitFacts, InitRequest, Learned};
+use crate::wording::count;
 
 /// The campaign file that is asked for: a name without `.toml` is a folder.
 fn campaign_file(output: &Path) -> PathBuf {
@@ -76,17 +79,24 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     }
     output.write(file, scaffold.text.as_bytes())?;
     let place = if a.output.as_deref() == Some(file) { file } else { folder };
-    let guesses = if scaffold.guesses == 1 { "1 guess".to_string() } else { format!("{} guesses", scaffold.guesses) };
-    let next = if !request.logs.is_empty() && scaffold.unread.len() == request.logs.len() {
-        "no log could be read (see the warnings), so that no run stands in it".to_string()
-    } else {
-        format!("then: hydrosysid check {}", place.display())
-    };
-    output.print(&format!("{} written, with {guesses} to read through (`# guessed:`); {next}", file.display()));
+    let guesses = count(scaffold.guesses, "guess");
+    output.print(&wrapped(&format!("{} written, with {guesses} to read through (`# guessed:`)", file.display())));
     if !scaffold.left_out.is_empty() {
-        output.print(&format!("left out of the model: {}", scaffold.left_out.join(", ")));
+        output.print(&wrapped(&format!("left out of the model: {}", scaffold.left_out.join(", "))));
     }
-    output.json(&serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}))
+    let is_unread = !request.logs.is_empty() && scaffold.unread.len() == request.logs.len();
+    if is_unread {
+        output.print("no log could be read (see the warnings): no run stands in it");
+    }
+    output.json(
+        &serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}),
+    )?;
+    // a campaign without a run cannot be checked; options of reading may help
+    match is_unread {
+        true => answer::next("hydrosysid init --help", output),
+        false => answer::next(&format!("hydrosysid check {}", place.display()), output),
+    }
+    Ok(())
 }
 
 /// The path of a log from `folder` on, `None` where it lies elsewhere.

@@ -86,6 +86,11 @@ impl Output {
         self.verbose
     }
 
+    /// Whether an output file is standard output: then the file alone is written there.
+    pub fn is_stdout(path: &Path) -> bool {
+        ["-", "/dev/stdout"].iter().any(|name| path == Path::new(name))
+    }
+
     /// What the call was for, on standard output whatever is quiet.
     pub fn hand_over(&self, text: &str) {
         self.keep(write!(anstream::stdout(), "{text}"));

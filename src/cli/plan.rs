@@ -134,8 +134,8 @@ fn in_words(pushes: &[Push]) -> String {
         }
     };
     if pushes.len() > PUSHES {
-        let mut dofs: Vec<&str> = pushes.iter().map(|p| p.dof.name()).collect();
-        dofs.dedup();
+        let dofs: Vec<&str> =
+            Dof::ALL.into_iter().filter(|dof| pushes.iter().any(|p| p.dof == *dof)).map(Dof::name).collect();
         return format!("{} in {}", count(pushes.len(), "sine"), dofs.join(", "));
     }
     pushes.iter().map(words).collect::<Vec<_>>().join("; ")
@@ -216,4 +216,15 @@ fn write(made: &Plan, folder: &Path, output: &Output) -> Result<(), Failure> {
     }
     output.print(&format!("written: {} and {}", file.display(), count(made.commands.len(), "command history")));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_degree_of_freedom_is_named_once() {
+        let pushes = [Dof::Yaw, Dof::Heave, Dof::Yaw, Dof::Heave, Dof::Yaw].map(|dof| Push::constant(dof, 1.0));
+        assert_eq!(in_words(&pushes), "5 sines in heave, yaw");
+    }
 }

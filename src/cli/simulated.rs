@@ -12,13 +12,15 @@ use crate::wording::count;
 struct Error {
     dof: Dof,
     rms: f64,
-    /// Greatest root mean square of what was measured there, of all runs: a run that rests shows no motion of its own.
+    /// Root mean square of what this run measured there.
     motion: f64,
+    /// Greatest root mean square of what was measured there, of all runs: a run that rests shows no motion of its own.
+    most: f64,
 }
 
 impl Error {
     fn share(&self) -> f64 {
-        self.rms / self.motion.max(f64::MIN_POSITIVE)
+        self.rms / self.most.max(f64::MIN_POSITIVE)
     }
 }
 
@@ -64,7 +66,7 @@ fn verdict(errors: &[(&Simulated, Option<Error>)]) -> String {
     match worst {
         None => format!("{runs} simulated; none logs a velocity that the model predicts."),
         Some((run, e)) => format!(
-            "{runs} simulated. {of} {} is worst: its {} is off by {} {} (rms), {:.0} % of the motion there.",
+            "{runs} simulated. {of} {} is worst: its {} is off by {} {} (rms), {:.0} % of the motion in the run that moves most there.",
             run.run,
             e.dof,
             size(e.rms),
@@ -78,8 +80,9 @@ fn verdict(errors: &[(&Simulated, Option<Error>)]) -> String {
 fn worst(run: &Simulated, all: &[Simulated]) -> Option<Error> {
     let of = |dof: Dof| {
         let rms = rms(run, dof, |y, x| y - x)?;
-        let motion = all.iter().filter_map(|run| self::rms(run, dof, |y, _| y)).fold(0.0, f64::max);
-        Some(Error { dof, rms, motion })
+        let moved = |run: &Simulated| self::rms(run, dof, |y, _| y);
+        let most = all.iter().filter_map(moved).fold(0.0, f64::max);
+        Some(Error { dof, rms, motion: moved(run)?, most })
     };
     Dof::ALL.into_iter().filter_map(of).max_by(|a, b| a.share().total_cmp(&b.share()))
 }

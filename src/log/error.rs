@@ -3,6 +3,7 @@
 use super::faults::Faults;
 use super::valid_options::OptionsError;
 use crate::finding::Finding;
+use crate::text_file;
 
 /// Why a log was not read.
 #[derive(Debug, thiserror::Error)]
@@ -11,7 +12,7 @@ pub enum LogError {
     #[error("[log] {0}")]
     Options(#[from] OptionsError),
     /// The file cannot be opened: wrong use.
-    #[error("{file}: {source}")]
+    #[error("{file}: cannot be read: {}", text_file::reason(source))]
     Open {
         /// As given.
         file: String,

@@ -124,6 +124,24 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     assert!(
         told.contains("written: page.html") && told.lines().last().is_some_and(|l| l.starts_with("next: hydrosysid"))
     );
+    // what makes a file says so, and what the file is for
+    let made: [&[&str]; 4] = [
+        &["init", "run00.csv", "run01.csv", "--name", "own", "-o", "own"],
+        &["convert", "run00.csv", "-o", "plain.csv"],
+        &["export", "model.toml", "--to", "csv", "-o", "parameters.csv"],
+        &["effects", "coriolis_yaw"],
+    ];
+    for words in made {
+        let told = folder.told(words);
+        assert!(told.lines().all(|line| line.chars().count() <= COLUMNS), "{words:?}: {told}");
+        assert!(told.lines().last().is_some_and(|line| line.starts_with("next: hydrosysid ")), "{words:?}: {told}");
+        assert_eq!(told.matches("hydrosysid").count(), 1, "{words:?}: {told}");
+    }
+    // data on standard output is nothing but data
+    for words in [&["export", "model.toml", "--to", "csv"][..], &["export", "model.toml", "--to", "csv", "-o", "-"]] {
+        assert_eq!(folder.told(words), folder.read("parameters.csv"), "{words:?}");
+    }
+    assert_eq!(folder.told(&["convert", "run00.csv", "-o", "-"]), folder.read("plain.csv"));
     // what a code means is no table either
     let told = folder.told(&["explain", "M144"]);
     assert!(told.lines().count() > 3 && told.lines().all(|line| line.chars().count() <= COLUMNS), "{told}");
@@ -167,6 +185,17 @@ fn thrusters_without_tables_are_one_message() {
     let message = text(&output.stderr);
     assert!(message.contains("V1, V2, V3 have no [[thruster]] table") && message.contains("M003"), "{message}");
     assert!(!message.contains("L010") && message.matches("error").count() == 1, "{message}");
+    // a wrong unit beside them hides nothing: the likely cause comes first
+    for k in 0..9 {
+        let name = format!("run0{k}.csv");
+        let rows = folder.read(&name);
+        let wider =
+            rows.lines().enumerate().map(|(i, row)| row.to_string() + if i == 0 { ",tau_p [V]\n" } else { ",0\n" });
+        folder.write(&name, &wider.collect::<String>());
+    }
+    let message = text(&folder.run(&["fit", "."]).stderr);
+    let at = |what: &str| message.find(what).unwrap_or_else(|| panic!("{what}: {message}"));
+    assert!(at("V1, V2, V3 have no [[thruster]] table") < at("tau_p") && !message.contains("L010"), "{message}");
 }
 
 #[test]
@@ -213,4 +242,32 @@ fn a_plan_counts_the_data_at_hand_unless_told_not_to() {
     let alone = folder.told(&words);
     assert!(alone.contains("worst std/wanted"), "{alone}");
     assert!(alone.contains("command histor") && !alone.contains("1 command histories"), "{alone}");
+}
+
+/// Each row of `simulate` has the motion of its own run.
+#[test]
+fn the_motion_beside_an_error_is_that_of_the_run() {
+    let folder = Folder::new("motion");
+    let told = folder.told(&["simulate", "."]);
+    let cells = |row: &str| row.split_whitespace().map(str::to_string).collect::<Vec<String>>();
+    let rows: Vec<Vec<String>> = told.lines().map(cells).filter(|c| c[0].starts_with("run0") && c.len() == 7).collect();
+    assert_eq!(rows.len(), 9, "{told}");
+    let of_sway: std::collections::BTreeSet<&String> = rows.iter().filter(|c| c[3] == "sway").map(|c| &c[5]).collect();
+    let sways = rows.iter().filter(|c| c[3] == "sway").count();
+    assert!(sways > 1 && of_sway.len() > 1, "{told}");
+}
+
+#[test]
+fn what_is_not_there_is_told_in_the_same_words() {
+    let folder = Folder::new("absent");
+    for words in
+        [&["plan", "nowhere"][..], &["fit", "nowhere"], &["monitor", "nowhere", "run00.csv"], &["check", "nowhere"]]
+    {
+        let output = folder.run(words);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {message}");
+        assert!(message.contains("there is no such file") && !message.contains("os error"), "{words:?}: {message}");
+    }
+    let message = text(&folder.run(&["effects", "nosucheffect"]).stderr);
+    assert!(message.contains("the nearest are") && message.contains("hydrosysid effects --search"), "{message}");
 }

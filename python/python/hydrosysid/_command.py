@@ -148,7 +148,8 @@ def _init(typed: argparse.Namespace) -> int:
         print(result)
     if not typed.quiet and (typed.json is None or json_file is not None):
         place = typed.output if typed.output == file else file.parent
-        print(f"{file} written, with {guesses} guesses to read through (`# guessed:`); then: hydrosysid check {place}")
+        print(f"{file} written, with {guesses} guess{'' if guesses == 1 else 'es'} to read through (`# guessed:`)")
+        print(f"next: hydrosysid check {place}")
     return 0
 
 
@@ -174,6 +175,7 @@ def _convert(typed: argparse.Namespace) -> int:
     if not typed.quiet and (typed.json is None or json_file is not None):
         rows = len({t for stamps, _ in run.signals.values() for t in stamps.tolist()})
         print(f"{output}: {rows} rows, {len(run.channels)} channels: {', '.join(run.channels)}")
+        print(f"next: hydrosysid init {output} -o {output.with_suffix('')}")
     return 0
 
 

@@ -142,7 +142,7 @@ pub(in crate::campaign) fn held_out(
     base: &OutputErrorOptions,
 ) -> Result<(Filtered, crate::model::Model), Error> {
     let others = others(campaign);
-    let mut model = noise::held(&fitted.model);
+    let mut model = noise::with_parameters_fixed(&fitted.model);
     if others.is_empty() {
         return Ok((fitted.filtered.clone(), fitted.model.clone()));
     }
@@ -219,8 +219,8 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
     if lacking.is_some() {
         let strong = if found.is_more_than_turbulence() { " That is more than turbulence or a tether." } else { "" };
         return format!(
-            "The fit converged, but the model lacks an effect: predictions 8 s ahead err as much as expected, and yet the \
-             innovations follow one; `hydrosysid discover` looks for its name. {pushed}{strong}{white}"
+            "The fit converged, but the model lacks an effect: predictions 8 s ahead err as expected, yet innovations follow \
+             one; `hydrosysid discover` looks for it. {pushed}{strong}{white}"
         );
     }
     let strong = match found.is_more_than_turbulence() {

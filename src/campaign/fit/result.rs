@@ -12,6 +12,7 @@ use crate::campaign::model_noise::ModelNoise;
 use crate::campaign::noise::Noise;
 use crate::campaign::thrusters::FittedCurve;
 use crate::check::codes::AT_REST;
+use crate::check::commands::MISPLACED;
 use crate::effects::{Place, id};
 use crate::envelope::Envelope;
 use crate::finding::Finding;
@@ -84,6 +85,11 @@ impl Fit {
     /// Whether nothing moves in the runs of the fit, so that its numbers are made of noise.
     pub fn is_at_rest(&self) -> bool {
         self.warnings.iter().any(|w| w.code == AT_REST.code)
+    }
+
+    /// Whether the thrusters, as they are placed, push the wrong way (M142): the campaign is wrong, and no effect is missing.
+    pub fn is_misplaced(&self) -> bool {
+        self.warnings.iter().any(|w| w.code == codes::CONTRADICTED.code && w.message.contains(MISPLACED))
     }
 
     /// Whether something seems to be missing: predictions err by more than they should, innovations follow an effect, or the

@@ -18,6 +18,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
+use crate::wording::listed;
 
 /// What the data of a fit can tell and what it cannot; the key `identifiability` of `hydrosysid fit --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,7 +27,7 @@ pub struct Identifiability {
     pub condition_number_scaled: f64,
     /// Each parameter that was fitted and that all runs share.
     pub parameters: Vec<Believable>,
-    /// Parameters that this data hardly tells apart.
+    /// Parameters that this data does not separate.
     pub groups: Vec<Group>,
     /// Pairs of parameters whose estimates go together, |ρ| ≥ 0.9.
     pub correlations: Vec<Correlation>,
@@ -65,7 +66,7 @@ pub struct Believable {
     pub halves_z: Option<f64>,
 }
 
-/// Parameters that the data hardly tells apart.
+/// Parameters that the data does not separate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
     /// Their terms.
@@ -219,13 +220,13 @@ pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z
     Finding::new(&codes::HALVES, text)
 }
 
-/// Groups of parameters that the data hardly tells apart, by the indices of the unknowns in the model.
+/// Groups of parameters that the data does not separate, by the indices of the unknowns in the model.
 fn groups(model: &Model, known: &Collinearity, unknowns: &[usize], findings: &mut Vec<Finding>) -> Vec<Group> {
     let group = |(members, index): &(Vec<usize>, f64)| {
         let members: Vec<usize> = members.iter().map(|k| unknowns[*k]).collect();
         let terms: Vec<String> = members.iter().map(|p| model.parameters[*p].full_name()).collect();
         let run = told_apart_by(model, &members);
-        let text = format!("this data hardly tells {} apart (condition index {index:.0}): {run}", terms.join(", "));
+        let text = format!("this data does not separate {} (condition index {index:.0}): {run}", listed(&terms));
         findings.push(Finding::new(&codes::NOT_APART, text));
         Group { terms, index: *index, run }
     };

@@ -80,7 +80,7 @@ pub(in crate::cli) struct Convert {
     /// File to write.
     #[arg(required_unless_present = "out", conflicts_with = "out")]
     pub output: Option<PathBuf>,
-    /// File to write.
+    /// File to write; `-` for standard output.
     #[arg(short = 'o', long = "output", value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// TOML file with the reading options, columns among them.

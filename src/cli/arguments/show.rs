@@ -72,7 +72,7 @@ pub(in crate::cli) struct Export {
     /// Target.
     #[arg(long, value_name = "TARGET")]
     pub to: Option<String>,
-    /// File to write; standard output when absent.
+    /// File to write; standard output when absent or `-`.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Name of the link that the forces act on [default: base_link].

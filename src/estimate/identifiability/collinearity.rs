@@ -37,7 +37,7 @@ pub struct Collinearity {
     pub indices: Vec<ConditionIndex>,
     /// Deviation over that with all others known, by unknown; 1: nothing else resembles it.
     pub inflation: Vec<f64>,
-    /// Groups of unknowns that this data hardly tells apart, with the condition index.
+    /// Groups of unknowns that this data does not separate, with the condition index.
     pub groups: Vec<(Vec<usize>, f64)>,
 }
 
