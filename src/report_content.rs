@@ -1,4 +1,4 @@
-//! The account of a campaign: results put into the words, tables and figures of a report.
+//! The report of a campaign: results put into the words, tables and figures of a report.
 //!
 //! The first screen answers: the verdict, the gap, the worst run that took no part, parameters and noise. Then what is
 //! missing, how well the model predicts, the model with its equations, the evidence, and at the end how it was made.
@@ -23,10 +23,12 @@ pub use origin::{Unhashed, origin};
 
 use crate::campaign::codes::LACKING;
 use crate::campaign::{self, Campaign, Comparison, EachRun, Error, Fit, FitOptions, Noise, Published, Simulation};
-use crate::discover::{Discovery, Verdict};
+use crate::discover::{Discovery, NO_NAME, Verdict};
 use crate::finding::{Finding, Severity};
+use crate::frame::Measured;
 use crate::report::{Block, Check, Document, Light, Origin, Section, render};
 use crate::run::Role;
+use crate::wording::listed;
 
 /// Standard deviations to either side that 95 of 100 normal numbers keep within.
 const COVER: f64 = 1.96;
@@ -54,7 +56,7 @@ pub struct Results<'a> {
 }
 
 /// Puts results into a document; `origin` says how they were made.
-pub fn account(results: &Results<'_>, origin: Origin) -> Document {
+pub fn document(results: &Results<'_>, origin: Origin) -> Document {
     let name = match results.campaign.vehicle.name.as_str() {
         "" => "Vehicle",
         name => name,
@@ -64,7 +66,7 @@ pub fn account(results: &Results<'_>, origin: Origin) -> Document {
     sections.extend(motion::sections(results));
     sections.push(model::section(results));
     sections.extend(force::section(results));
-    let gap = results.discovery.filter(|found| found.gap.len() > 1).and_then(gap_figure);
+    let gap = results.discovery.and_then(gap_figure);
     let figures = gap.into_iter().chain(motion::worst(results)).map(Block::Figure);
     // the small table first: it has room beside the worst run
     let tables = [noise::of_forces(results), Some(model::parameters(results)), noise::of_sensors(results)];
@@ -109,7 +111,7 @@ pub fn document_of(
         discovery: found,
         published,
     };
-    Ok(account(&results, origin))
+    Ok(document(&results, origin))
 }
 
 /// [`document_of`] as one HTML page.
@@ -135,8 +137,10 @@ fn verdict(results: &Results<'_>) -> String {
     let held: Vec<_> = results.comparison.runs.iter().filter(|r| r.role == Role::Validate).collect();
     let judged = if held.is_empty() { results.comparison.runs.iter().collect() } else { held.clone() };
     let worst = judged.iter().map(|r| r.rms / r.noise_floor.max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
+    let (what, is_one) = compared(judged.iter().map(|r| &r.dof));
+    let verb = if is_one { "is" } else { "are" };
     let seen = if held.is_empty() { "the runs that it was fitted to" } else { "runs that took no part in the fit" };
-    let first = format!("On {seen} the model's velocities are off by at most {worst:.1} times the sensor noise.");
+    let first = format!("On {seen} the model's {what} {verb} off by at most {worst:.1} times the sensor noise.");
     let forces = results.fit.noise.as_ref().filter(|noise| !noise.force.is_empty());
     let found = results.discovery.map(|d| Searched {
         sentence: &d.sentence,
@@ -144,6 +148,19 @@ fn verdict(results: &Results<'_>) -> String {
         is_closed: is_closed(d),
     });
     spoken(results.fit.converged, &results.fit.sentence, &first, found, forces.map(Noise::sentence).as_deref())
+}
+
+/// What was compared, in words, and whether it is one thing: velocities, and the positions and angles (`z`, `psi`) of runs
+/// that log none.
+fn compared<'a>(all: impl Iterator<Item = &'a Measured>) -> (String, bool) {
+    let mut named: Vec<&str> = Vec::new();
+    for one in all {
+        let name = one.dof().map_or(one.channel(), |_| "velocities");
+        if !named.contains(&name) {
+            named.push(name);
+        }
+    }
+    (listed(&named), matches!(named[..], [one] if one != "velocities"))
 }
 
 /// Whether what a search leaves is noise.
@@ -179,10 +196,12 @@ fn spoken(converged: bool, fit: &str, errors: &str, found: Option<Searched<'_>>,
 
 fn checks(results: &Results<'_>) -> Vec<Check> {
     let told = results.discovery.map(|d| d.warnings.as_slice()).unwrap_or_default();
-    // the whole search has gone further than the scores that asked for it
-    let closed = results.discovery.is_some_and(is_closed);
-    let of_fit = results.fit.warnings.iter().filter(|f| !(closed && f.code == LACKING.code));
-    let all = of_fit.chain(&results.comparison.warnings).chain(told);
+    // the search has gone further than the scores that asked for it, and the verdict says that no name is found
+    let is_said = |f: &&Finding| match results.discovery {
+        Some(_) => f.code == LACKING.code || f.code == NO_NAME.code && results.fit.converged,
+        None => false,
+    };
+    let all = results.fit.warnings.iter().chain(&results.comparison.warnings).chain(told).filter(|f| !is_said(f));
     // one line a code: what is said of every run need not be read for every run
     let mut seen: Vec<Vec<&Finding>> = Vec::new();
     for finding in all.filter(|f| f.severity != Severity::Note) {
@@ -216,6 +235,16 @@ mod tests {
 
     const FIT: &str = "The fit converged, and the model predicts 8 s ahead as well as it says. The vehicle is pushed by a random force of 1 N.";
     const FORCE: &str = "The vehicle is pushed by a random force of 1 N.";
+
+    #[test]
+    fn the_verdict_names_what_was_compared() {
+        let (z, psi) = (Measured::Function("z".into()), Measured::Function("psi".into()));
+        let yaw = Measured::Velocity(crate::frame::Dof::Yaw);
+        assert_eq!(compared([&z, &psi, &z].into_iter()), ("z and psi".to_string(), false));
+        assert_eq!(compared([&yaw, &z].into_iter()), ("velocities and z".to_string(), false));
+        assert_eq!(compared([&yaw].into_iter()), ("velocities".to_string(), false));
+        assert_eq!(compared([&psi].into_iter()), ("psi".to_string(), true));
+    }
 
     #[test]
     fn nothing_contradicts_the_verdict_of_the_search() {

@@ -15,7 +15,7 @@ use super::fit::{Fit, FitStage};
 use super::load::Campaign;
 use crate::compare::cross_validate;
 use crate::estimate::output_error::{OutputErrorOptions, output_error};
-use crate::frame::Dof;
+use crate::frame::{Dof, Measured};
 use crate::model::Model;
 use crate::progress::Count;
 use crate::run::{Role, Run};
@@ -39,6 +39,20 @@ pub struct EachRun {
     /// Runs that were left out, because there are twenty longer ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
+}
+
+impl EachRun {
+    /// What was compared, by degree of freedom: velocities, and the positions and angles of runs that log none.
+    pub fn compared(&self) -> Vec<&Measured> {
+        let mut all: Vec<&Measured> = Vec::new();
+        for cell in &self.crossed {
+            if !all.contains(&&cell.dof) {
+                all.push(&cell.dof);
+            }
+        }
+        all.sort_by_key(|dof| dof.along());
+        all
+    }
 }
 
 /// What one run says alone.
@@ -72,11 +86,11 @@ pub struct Crossed {
     pub model: String,
     /// Run that it was simulated on.
     pub run: String,
-    /// Degree of freedom.
-    pub dof: Dof,
-    /// Mean |measured − simulated|, m/s or rad/s.
+    /// Degree of freedom; the channel of the position or angle where the run logs no velocity.
+    pub dof: Measured,
+    /// Mean |measured − simulated|, m/s or rad/s; m or rad of a position or angle.
     pub mean_abs: f64,
-    /// Standard deviation of |measured − simulated|, m/s or rad/s.
+    /// Standard deviation of |measured − simulated|, in the same unit.
     pub std_abs: f64,
 }
 
@@ -113,8 +127,8 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
                 own.dofs.contains(dof) && (!staged || alone.iter().any(|(own, _)| about(own)))
             };
             crossed.extend(row.comparison.runs.iter().filter_map(|r| {
-                let dof = r.dof.dof().filter(shared)?;
-                let (model, run) = (row.model.clone(), r.run.clone());
+                r.dof.along().filter(shared)?;
+                let (model, run, dof) = (row.model.clone(), r.run.clone(), r.dof.clone());
                 Some(Crossed { model, run, dof, mean_abs: r.mean_abs, std_abs: r.std_abs })
             }));
         }

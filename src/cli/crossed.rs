@@ -4,7 +4,7 @@ use super::answer;
 use super::output::Output;
 use super::table::{number, table, width};
 use crate::campaign::{Crossed, EachRun};
-use crate::frame::Dof;
+use crate::frame::Measured;
 use crate::wording::count;
 
 /// Characters of a column of the matrix, the blanks between two among them.
@@ -19,9 +19,16 @@ pub(super) fn print(found: &EachRun, output: &Output) {
         answer::verdict("Fewer than two runs can stand alone: there is nothing to cross.", output);
         return;
     }
-    let mut dofs: Vec<(Dof, f64)> = Dof::ALL.into_iter().filter_map(|dof| Some((dof, apart(found, dof)?))).collect();
+    let mut dofs: Vec<(&Measured, f64)> =
+        found.compared().into_iter().filter_map(|dof| Some((dof, apart(found, dof)?))).collect();
     dofs.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let Some((worst, times)) = dofs.first().copied() else { return };
+    let Some((worst, times)) = dofs.first().copied() else {
+        answer::verdict(
+            "No model of a single run can be simulated on another run that logs what it predicts: there is no matrix.",
+            output,
+        );
+        return;
+    };
     answer::verdict(
         &format!(
             "{} of single runs on all others: in {worst} the median error on another run is {} times that on the own one. {}",
@@ -40,10 +47,10 @@ pub(super) fn print(found: &EachRun, output: &Output) {
     }
     let shown = if output.is_verbose() { dofs.len() } else { 1 };
     for (dof, _) in &dofs[..shown] {
-        matrix(found, *dof, output);
+        matrix(found, dof, output);
     }
     if shown < dofs.len() {
-        let others: Vec<&str> = dofs[1..].iter().map(|(dof, _)| dof.name()).collect();
+        let others: Vec<String> = dofs[1..].iter().map(|(dof, _)| dof.to_string()).collect();
         output.print(&format!("-v shows {} too", others.join(", ")));
     }
 }
@@ -54,9 +61,9 @@ fn rms(cell: &Crossed) -> f64 {
 }
 
 /// Median over the models of (median error on other runs over error on the own run); `None` where there are no others.
-fn apart(found: &EachRun, dof: Dof) -> Option<f64> {
+fn apart(found: &EachRun, dof: &Measured) -> Option<f64> {
     let of_model = |model: &str| {
-        let cells = || found.crossed.iter().filter(|c| c.dof == dof && c.model == model);
+        let cells = || found.crossed.iter().filter(|c| c.dof == *dof && c.model == model);
         let own = cells().find(|c| c.run == c.model).map(rms)?;
         let other = median(cells().filter(|c| c.run != c.model).map(rms).collect())?;
         (own > 0.0).then(|| other / own)
@@ -70,8 +77,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// A row a model, a numbered column a run: as many columns a block as the terminal holds.
-fn matrix(found: &EachRun, dof: Dof, output: &Output) {
-    let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == dof).collect();
+fn matrix(found: &EachRun, dof: &Measured, output: &Output) {
+    let cells: Vec<&Crossed> = found.crossed.iter().filter(|c| c.dof == *dof).collect();
     let mut runs: Vec<&str> = Vec::new();
     for cell in &cells {
         if !runs.contains(&cell.run.as_str()) {
@@ -84,8 +91,8 @@ fn matrix(found: &EachRun, dof: Dof, output: &Output) {
         found.models.iter().map(|m| m.run.as_str()).filter(|m| cells.iter().any(|c| c.model == *m)).collect();
     let left = models.iter().map(|m| label(m).chars().count()).max().unwrap_or(0).max("model of".len()) + 2;
     let room = width().unwrap_or(80).saturating_sub(left) / CELL;
-    let unit = if dof.is_rotation() { "mrad/s" } else { "mm/s" };
-    output.print(&format!("rms error in {dof}, {unit}; columns are the runs on which the models are simulated"));
+    output
+        .print(&format!("rms error in {dof}, m{}; columns are the runs on which the models are simulated", dof.unit()));
     let columns: Vec<usize> = (0..runs.len()).collect();
     for block in columns.chunks(room.max(1)) {
         let row = |model: &&str| -> Vec<String> {

@@ -121,7 +121,8 @@ const COMMANDS_HELD: Code = Code {
               `input = \"hold\"` in [model], and look again.",
 };
 
-const NO_NAME: Code = Code {
+/// Something is missing, and no effect of the catalogue explains it.
+pub const NO_NAME: Code = Code {
     code: "D107",
     kind: "no-name",
     severity: Severity::Warning,

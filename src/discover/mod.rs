@@ -31,7 +31,7 @@ pub use candidate::{Candidate, candidates};
 pub use columns::{Columns, ModelOnRuns, Probe, in_chunks};
 pub use constancy::ChangedParameter;
 pub use disagreement::{Where, disagreement};
-pub use discovery::{CODES, Discovery, LogFinding, discover};
+pub use discovery::{CODES, Discovery, LogFinding, NO_NAME, discover};
 pub use found::{AS_A_WHOLE, FoundEffect, FoundParameter, SmallestVisible};
 pub use gap::{GapForce, GapOfRun, GapPrediction, GapStep};
 pub use lacking::{Lacking, lacking};

@@ -43,8 +43,11 @@ fn table(results: &Results<'_>) -> Option<Table> {
         })
         .collect();
     let columns = ["term", "symbol", "share of force, %", "inflation", "first half", "second half", "apart, std"];
-    let groups: Vec<String> =
-        known.groups.iter().map(|g| format!(" Hardly told apart: {}; {}.", g.terms.join(", "), g.run)).collect();
+    let groups: Vec<String> = known
+        .groups
+        .iter()
+        .map(|g| format!(" Not separated by this data: {}; {}.", g.terms.join(", "), g.run))
+        .collect();
     Some(Table {
         title: "What speaks for the estimates".into(),
         columns: columns.into_iter().map(|c| Column::new(c, "")).collect(),

@@ -1,4 +1,4 @@
-//! The part of the account on what is missing: verdict in words, the effects, where the missing force lies and what it
+//! The part of the report on what is missing: verdict in words, the effects, where the missing force lies and what it
 //! goes with, the gap as it shrinks, what the data could have shown.
 
 use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residual};
@@ -25,8 +25,8 @@ pub(super) fn section(found: &Discovery) -> Section {
     if !found.effects.is_empty() {
         blocks.push(Block::Table(effects(found)));
     }
-    // the widest gap stands on the first screen, where it was closed
-    let shown = widest(found).filter(|_| found.gap.len() > 1);
+    // the widest gap stands on the first screen
+    let shown = widest(found);
     let measured = found.gap.iter().take(1).flat_map(|baseline| baseline.held_out_rms.keys());
     for measured in measured.filter(|measured| shown.as_ref() != Some(measured)) {
         blocks.extend(waterfall(found, measured).map(Block::Figure));
@@ -89,7 +89,7 @@ fn forces(residual: &Residual) -> Vec<Figure> {
             title: format!("The missing force in {} against {}", residual.dof, d.quantity),
             caption: format!(
                 "One point a second: the force that the momentum balance of the refitted baseline lacks. Correlation {}. \
-                 Shaded: the force that the noise of the velocity feigns.",
+                 Shaded: the force that the noise of the velocity sensor alone would show.",
                 number(d.correlation, 2, Style::Text)
             ),
             chart: Chart::Curves(Curves {
@@ -180,7 +180,8 @@ fn waterfall(found: &Discovery, dof: &Measured) -> Option<Figure> {
     Some(Figure {
         title: format!("The gap in {dof}"),
         caption: format!(
-            "Root mean square of simulated minus measured on runs that took no part, as effects are added.{}",
+            "Root mean square of simulated minus measured on runs that took no part{}.{}",
+            if found.gap.len() > 1 { ", as effects are added" } else { "" },
             match found.removed.as_slice() {
                 [] => String::new(),
                 ids => {

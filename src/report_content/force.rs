@@ -1,4 +1,4 @@
-//! The part of the account on forces: nominal against actual thrust, drag, and the force of each term over time (Fig. 11
+//! The part of the report on forces: nominal against actual thrust, drag, and the force of each term over time (Fig. 11
 //! of Avila et al., 2013).
 
 use super::{COVER, Results};
@@ -95,6 +95,7 @@ fn over_time(results: &Results<'_>) -> Vec<Figure> {
             chart: Chart::Curves(Curves { x: Axis::new("time", "s"), panels: vec![panel], spans: Vec::new() }),
         }
     };
-    let moved = |p: &&RunComponents| super::motion::moves(&p.velocity, super::motion::noise(results, &p.run, p.dof));
+    let moved =
+        |p: &&RunComponents| super::motion::moves(&p.velocity, super::motion::noise(results, &p.run, p.dof.velocity()));
     parts.iter().filter(|p| p.run == longest).filter(moved).map(figure).collect()
 }

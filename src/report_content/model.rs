@@ -1,4 +1,4 @@
-//! The part of the account on the model: its equations with their numbers, its parameters.
+//! The part of the report on the model: its equations with their numbers, its parameters.
 
 use super::{COVER, Results};
 use crate::chain::{Nature, nature};

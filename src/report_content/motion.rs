@@ -1,4 +1,4 @@
-//! The part of the account that shows motion: measured and simulated velocities with their residual, and the residual
+//! The part of the report that shows motion: measured and simulated velocities with their residual, and the residual
 //! against each state, where a missing effect shows as a shape.
 
 use super::discovery::widest;
@@ -22,8 +22,9 @@ pub(super) fn sections(results: &Results<'_>) -> Vec<Section> {
     let held: Vec<&Simulated> = runs.iter().copied().filter(|r| r.role == Role::Validate).collect();
     let of_run = |run: &&Simulated| -> Vec<Block> {
         let figure = |dof: &Dof| {
-            let floor = noise(results, &run.run, *dof);
-            let measured: Vec<f64> = samples(run, measured_motion(run, *dof).0).iter().map(|s| s.1).collect();
+            let channel = measured_motion(run, *dof).0;
+            let floor = noise(results, &run.run, channel);
+            let measured: Vec<f64> = samples(run, channel).iter().map(|s| s.1).collect();
             motion_figure(run, *dof, floor).filter(|_| moves(&measured, floor)).map(Block::Figure)
         };
         results.fit.model.dofs.iter().filter_map(figure).collect()
@@ -51,7 +52,7 @@ fn side_by_side(results: &Results<'_>, runs: &[&Simulated], dof: Dof) -> Option<
         let (channel, unit) = measured_motion(run, dof);
         let samples = samples(run, channel);
         let measured: Vec<f64> = samples.iter().map(|s| s.1).collect();
-        if samples.is_empty() || !moves(&measured, noise(results, &run.run, dof)) {
+        if samples.is_empty() || !moves(&measured, noise(results, &run.run, channel)) {
             return None;
         }
         let time: Vec<f64> = samples.iter().map(|s| s.0).collect();
@@ -75,7 +76,7 @@ pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
     let run_of = |r: &Disagreement| results.simulation.runs.iter().find(|run| run.run == r.run);
     let is_moving = |r: &Disagreement, of: fn(&(f64, f64, f64)) -> f64| {
         let motion = |run, dof| samples(run, measured_motion(run, dof).0).iter().map(of).collect::<Vec<f64>>();
-        run_of(r).zip(r.dof.dof()).is_some_and(|(run, dof)| moves(&motion(run, dof), Some(r.noise_floor)))
+        run_of(r).zip(r.dof.along()).is_some_and(|(run, dof)| moves(&motion(run, dof), Some(r.noise_floor)))
     };
     let missing = results.discovery.filter(|found| !found.effects.is_empty()).and_then(widest);
     let rank = |r: &Disagreement| {
@@ -86,7 +87,7 @@ pub(super) fn worst(results: &Results<'_>) -> Option<Figure> {
     };
     let moving = results.comparison.runs.iter().filter(|r| is_moving(r, |s| s.1)).map(|r| (rank(r), r));
     let (_, worst) = moving.max_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
-    let (run, dof) = run_of(worst).zip(worst.dof.dof())?;
+    let (run, dof) = run_of(worst).zip(worst.dof.along())?;
     let mut figure = motion_figure(run, dof, Some(worst.noise_floor))?;
     figure.title = format!("The worst run: {}", figure.title);
     if let (Chart::Curves(curves), Some(before)) = (&mut figure.chart, without_names(results, &worst.run)) {
@@ -146,8 +147,9 @@ fn samples(run: &Simulated, channel: &str) -> Vec<(f64, f64, f64)> {
     run.time.iter().zip(measured).zip(simulated).filter_map(|((t, y), x)| y.map(|y| (*t, y, *x))).collect()
 }
 
-pub(super) fn noise(results: &Results<'_>, run: &str, dof: Dof) -> Option<f64> {
-    results.comparison.runs.iter().find(|r| r.run == run && r.dof == dof).map(|r| r.noise_floor)
+/// Noise of the sensor of a channel in a run, in the unit of the channel.
+pub(super) fn noise(results: &Results<'_>, run: &str, channel: &str) -> Option<f64> {
+    results.comparison.runs.iter().find(|r| r.run == run && r.dof.channel() == channel).map(|r| r.noise_floor)
 }
 
 /// Half width of the band in which 95 of 100 samples are expected, one a time stamp; `None` where the model carries no noise.
@@ -192,11 +194,9 @@ fn measured_motion(run: &Simulated, dof: Dof) -> (&'static str, &'static str) {
 }
 
 /// Measured and simulated velocity of `dof`, or its position where no velocity is measured, over time with the residual
-/// below; `None` where either is absent. `noise`: that of the sensor of the velocity, m/s or rad/s.
+/// below; `None` where either is absent. `noise`: that of the sensor of what is shown, in its unit.
 pub fn motion_figure(run: &Simulated, dof: Dof, noise: Option<f64>) -> Option<Figure> {
     let (channel, unit) = measured_motion(run, dof);
-    // the noise is that of the velocity
-    let noise = noise.filter(|_| channel == dof.velocity());
     let samples = samples(run, channel);
     if samples.is_empty() {
         return None;
@@ -258,7 +258,7 @@ fn against(results: &Results<'_>, runs: &[&Simulated], (state, unit): (&str, &st
         }
         let step = all.len().div_ceil(POINTS);
         let (x, y): (Vec<f64>, Vec<f64>) = all.iter().step_by(step).copied().unzip();
-        let floors: Vec<f64> = runs.iter().filter_map(|run| noise(results, &run.run, *dof)).collect();
+        let floors: Vec<f64> = runs.iter().filter_map(|run| noise(results, &run.run, dof.velocity())).collect();
         Some(Panel {
             y: Axis::new(Label::symbol(format!("{} residual", dof.velocity())), unit_of(*dof)),
             series: vec![Series::points("residual", x, y), groups(&all)],

@@ -1,4 +1,4 @@
-//! The part of the account on what is random: the force that pushes the vehicle, the noise of each sensor, and whether
+//! The part of the report on what is random: the force that pushes the vehicle, the noise of each sensor, and whether
 //! predictions err as they should.
 
 use super::Results;

@@ -1,14 +1,15 @@
-//! The part of the account on how well the model predicts: the table of equation (25), and each run's own model on every
+//! The part of the report on how well the model predicts: the table of equation (25), and each run's own model on every
 //! other run, as Table 6 of Avila et al. (2013).
 
 use super::Results;
-use crate::frame::Dof;
+use crate::frame::Measured;
 use crate::report::{Axis, Block, Cell, Chart, Colours, Column, Figure, HeatMap, Label, Section, Table};
 use crate::run::Role;
 
 /// The section of a report.
 pub(super) fn section(results: &Results<'_>) -> Section {
-    let matrices = Dof::ALL.into_iter().filter_map(|dof| matrix(results, dof)).map(Block::Figure);
+    let compared = results.each_run.compared().into_iter();
+    let matrices = compared.filter_map(|dof| matrix(results, dof)).map(Block::Figure);
     let ahead = results.fit.noise.as_ref().and_then(super::noise::predictions);
     let tables = std::iter::once(errors(results)).chain(ahead).map(Block::Table);
     Section {
@@ -59,8 +60,8 @@ fn percent(value: f64) -> Cell {
 }
 
 /// The cross-validation matrix of one degree of freedom.
-fn matrix(results: &Results<'_>, dof: Dof) -> Option<Figure> {
-    let cells: Vec<&crate::campaign::Crossed> = results.each_run.crossed.iter().filter(|c| c.dof == dof).collect();
+fn matrix(results: &Results<'_>, dof: &Measured) -> Option<Figure> {
+    let cells: Vec<&crate::campaign::Crossed> = results.each_run.crossed.iter().filter(|c| c.dof == *dof).collect();
     let (mut models, mut runs): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     for cell in &cells {
         if !models.contains(&cell.model.as_str()) {
@@ -73,7 +74,6 @@ fn matrix(results: &Results<'_>, dof: Dof) -> Option<Figure> {
     if models.len() < 2 {
         return None;
     }
-    let thousandth = if dof.is_rotation() { "mrad/s" } else { "mm/s" };
     let error = |model: &&str, run: &&str| {
         let found = cells.iter().find(|c| c.model == *model && c.run == *run);
         found.map_or(f64::NAN, |c| 1e3 * c.mean_abs)
@@ -102,7 +102,7 @@ fn matrix(results: &Results<'_>, dof: Dof) -> Option<Figure> {
             columns: names(&runs),
             rows: names(&models),
             values,
-            value: Axis::new("mean |error|", thousandth),
+            value: Axis::new("mean |error|", &format!("m{}", dof.unit())),
             decimals: if low < 10.0 { 1 } else { 0 },
             colours: Colours::Sequential { low, high },
         }),

@@ -9,7 +9,7 @@ use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile};
 use hydrosysid::frame::Dof;
 use hydrosysid::log::{LogOptions, read};
 use hydrosysid::report::{Block, Chart, Label, Origin};
-use hydrosysid::report_content::{Results, account};
+use hydrosysid::report_content::{Results, document};
 use hydrosysid::tank::{BlindOptions, write_blind};
 
 /// A noise-free campaign of the tank in a folder of its own.
@@ -94,7 +94,7 @@ fn the_report_shows_the_forces_where_the_vehicle_moves() {
         published: None,
     };
     let origin = Origin { version: String::new(), command: String::new(), inputs: Vec::new(), seed: None };
-    let document = account(&results, origin);
+    let document = document(&results, origin);
     let section = document.sections.iter().find(|s| s.heading == "Forces").unwrap();
     let figures: Vec<_> = section
         .blocks

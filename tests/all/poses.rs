@@ -2,6 +2,7 @@
 //! the pool tests of a small vehicle.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use hydrosysid::campaign::{self, Campaign, Check, FitOptions, LoadOptions, check_campaign};
 use hydrosysid_plant::instrument::Instrument;
@@ -183,4 +184,58 @@ fn bolts_poses_are_fitted_as_well_as_by_hand() {
         // positions integrate what rates show: the depth is followed within a fifth of its spread
         assert!(row.fit_percent > 75.0 && ["rad", "m"].contains(&row.unit.as_str()), "{row:?}");
     }
+}
+
+/// What the command prints on a terminal of 80 columns; it has to succeed.
+fn printed(words: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hydrosysid"));
+    let output = command.args(words).env("COLUMNS", "80").env("NO_COLOR", "1").output().expect("the command starts");
+    assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Where no velocity is logged models of single runs are compared by the poses.
+#[test]
+fn poses_are_compared_where_no_velocity_is_logged() {
+    let (_, file) = written("crossed", &captured(7, 4));
+    let file = file.display().to_string();
+    let told = printed(&["compare", &file, "--cross"]);
+    crate::answers::holds_the_form(&["compare", "--cross"], &told);
+    assert!(told.contains("models of single runs on all others"), "{told}");
+    let unit = if told.contains("rms error in psi, mrad;") { "mrad" } else { "mm" };
+    assert!(told.contains(&format!(", {unit}; columns are the runs")), "{told}");
+}
+
+/// The first screen of the report of a campaign without velocities shows the gap and the worst run of what is logged, and its
+/// verdict speaks of that.
+#[test]
+fn a_report_of_poses_shows_gap_and_worst_run() {
+    let Some(folder) = shared::path("realdata/bolt") else { return };
+    let page = std::env::temp_dir().join(format!("hydrosysid-poses-{}.html", std::process::id()));
+    printed(&["report", &folder.display().to_string(), "--force", "-o", &page.display().to_string()]);
+    let text = std::fs::read_to_string(&page).expect("it was written");
+    let _ = std::fs::remove_file(&page);
+    for title in ["The gap in ", "The worst run: ", "Each run&#39;s own model on every run, "] {
+        assert!(text.contains(&format!("<span class=\"title\">{title}")), "{title}");
+    }
+    assert!(!text.contains("velocities are off"), "the verdict speaks of what was compared");
+    assert!(!text.contains("looks for its name") && !text.contains("D107"), "what the search has gone beyond");
+}
+
+/// Thrusters that another vehicle has push the wrong way: what helps is looked at next, and not an effect.
+#[test]
+fn thrusters_that_push_the_wrong_way_are_looked_at_next() {
+    let Some(folder) = shared::path("realdata/bolt") else { return };
+    let number = |k: usize| if k == 1 { String::new() } else { format!("_{k}") };
+    let depth = (1..=4).map(|k| format!("depth_test{}.csv", number(k)));
+    let logs = depth.chain((1..=7).map(|k| format!("yaw_test{}.csv", number(k))));
+    let logs: Vec<String> = logs.map(|name| folder.join(name).display().to_string()).collect();
+    let own = std::env::temp_dir().join(format!("hydrosysid-poses-wrong-{}", std::process::id()));
+    let own = own.display().to_string();
+    let logs: Vec<&str> = logs.iter().map(String::as_str).collect();
+    printed(&[&["init"], &logs[..], &["--vehicle", "bluerov2", "-o", &own]].concat());
+    let told = printed(&["fit", &own]);
+    let _ = std::fs::remove_dir_all(&own);
+    assert!(told.starts_with("Do not use these numbers: the log contradicts itself: the thrusters"), "{told}");
+    assert_eq!(told.lines().last(), Some(format!("next: hydrosysid check {own}").as_str()), "{told}");
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hydrosysid::campaign::{self, Campaign, Estimator, FitOptions, LoadOptions, Published};
 use hydrosysid::report::{Origin, render};
-use hydrosysid::report_content::{Results, account, page_of};
+use hydrosysid::report_content::{Results, document, page_of};
 use hydrosysid::tank::{BlindOptions, paper_campaign, write_blind};
 
 struct Folder(PathBuf);
@@ -104,7 +104,7 @@ fn deviations_of_a_fit_that_did_not_converge_are_marked_where_they_stand() {
             discovery: None,
             published: None,
         };
-        render(&account(&results, Origin::default())).matches(">not converged<").count()
+        render(&document(&results, Origin::default())).matches(">not converged<").count()
     };
     assert_eq!(marked(&fit), 0);
     fit.converged = false;

@@ -42,9 +42,9 @@ class Crossed:
     Attributes:
         model: run that the model was made from.
         run: run that it was simulated on.
-        dof: degree of freedom.
-        mean_abs: mean of the absolute error, equation (25) of the paper, m/s or rad/s.
-        std_abs: its standard deviation, m/s or rad/s.
+        dof: degree of freedom; the channel of the position or angle (`z`, `psi`) where the run logs no velocity.
+        mean_abs: mean of the absolute error, equation (25) of the paper, m/s or rad/s; m or rad of a position or angle.
+        std_abs: its standard deviation, in the same unit.
     """
 
     model: str
@@ -52,6 +52,12 @@ class Crossed:
     dof: str
     mean_abs: float
     std_abs: float
+
+
+def unit_of(dof: str) -> str:
+    """Unit of the velocity of a degree of freedom, or of a position or angle by its channel."""
+    units = {"roll": "rad/s", "pitch": "rad/s", "yaw": "rad/s", "phi": "rad", "theta": "rad", "psi": "rad"}
+    return units.get(dof, "m" if dof in ("x", "y", "z") else "m/s")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,6 +125,5 @@ class CrossValidation(Result):
             ax.text(column, row, f"{error:.3g}", ha="center", va="center", color="w" if dark else "k")
         ax.set_xticks(range(len(runs)), runs, rotation=45, ha="right")
         ax.set_yticks(range(len(models)), models)
-        unit = "rad/s" if chosen in ("roll", "pitch", "yaw") else "m/s"
-        ax.set(xlabel="simulated run", ylabel="model of", title=f"mean |error| in {chosen}, {unit}")
+        ax.set(xlabel="simulated run", ylabel="model of", title=f"mean |error| in {chosen}, {unit_of(chosen)}")
         return ax
