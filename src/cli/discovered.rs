@@ -98,6 +98,8 @@ fn gap(found: &Discovery) -> String {
         let later = if step.dropped { " (dropped later)" } else { "" };
         let name = step.added.as_ref().map_or_else(|| "baseline".to_string(), |added| format!("+ {added}{later}"));
         let cell = |m: &&Measured| match (step.held_out_rms.get(*m), step.noise_floor.get(*m)) {
+            // what is simulated has left all bounds
+            (Some(rms), _) if !rms.is_finite() => "runs away".into(),
             (Some(rms), Some(noise)) if *noise > 0.0 => format!("{} ({:.1})", size(*rms), rms / noise),
             (Some(rms), _) => size(*rms),
             _ => String::new(),
