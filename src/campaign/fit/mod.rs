@@ -365,7 +365,13 @@ mod tests {
         let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap();
         let told = |model: &Model| sentence(Estimator::Staged, model, true, None);
         assert!(told(&model).starts_with("Nothing was estimated"), "{}", told(&model));
-        model.parameters[0].std = Some(1.0);
+        (model.parameters[0].value, model.parameters[0].std) = (10.0, Some(1.0));
         assert!(told(&model).starts_with("The fit by staged is done"), "{}", told(&model));
+        model.parameters[0].std = Some(3.0);
+        assert!(
+            told(&model).starts_with("Do not use these numbers for surge: this data does not tell m_u"),
+            "{}",
+            told(&model)
+        );
     }
 }
