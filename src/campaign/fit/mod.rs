@@ -223,11 +223,9 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     let absent = |p: &Parameter| (p.value - p.spec.neutral).abs() <= 0.0;
     let cut_off =
         |p: &&Parameter| !p.fixed && !p.spec.is_linear() && !absent(p) && (p.value <= p.min || p.value >= p.max);
-    let untold = match converged {
-        true => untold_inertias(model),
-        false => Vec::new(),
-    };
-    if !untold.is_empty() {
+    let untold = untold_inertias(model);
+    // what is worse has been said by who knows more of it
+    if converged && !untold.is_empty() && !rest.starts_with("Do not use") {
         return format!(
             "Do not use these numbers for {}: this data does not tell {}; add runs that move the vehicle there, or leave it \
              out of dofs in [model]. {rest}",
