@@ -17,6 +17,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::balance::RegressorError;
 use super::regressor::{Columns, RegressorOptions, regressors_of};
 use crate::check::samples::Samples;
 use crate::frame::Dof;
@@ -26,63 +27,81 @@ use crate::run::{Run, Signal};
 
 /// Draws of the noise: a mean of squares over some hundred rows, and of estimates that lie within their deviations of each
 /// other, is known well enough by few.
-pub(super) const DRAWS: u64 = 4;
+const DRAWS: u64 = 4;
 
-/// Scales the columns of shared inertias by what is no noise in them; `own` is the inertia of each balance. A parameter that
-/// no balance has as its own inertia keeps its columns: nothing else tells it.
-pub(super) fn calibrate(
-    members: &mut [(Dof, Columns)],
-    own: &[Option<usize>],
-    runs: &[Run],
+/// Balances that share free parameters, each with its rows.
+pub(super) type Members = Vec<(Dof, Columns)>;
+
+/// The rows of balances from runs with as much noise once more, one for each draw; none where the runs show no noise.
+///
+/// # Errors
+/// Those of the rows.
+pub(super) fn shaken(
+    members: &[(Dof, Columns)],
+    runs: &[&Run],
     model: &Model,
     options: RegressorOptions,
-) {
-    let inertias: BTreeSet<usize> = own.iter().copied().flatten().collect();
-    let places: Vec<Vec<(usize, Range<usize>)>> = members
-        .iter()
-        .zip(own)
-        .map(|((_, columns), own)| {
-            let shared = |c: &usize| {
-                let parameter = columns.parameters[*c].parameter;
-                inertias.contains(&parameter) && *own != Some(parameter)
-            };
-            let shared: Vec<usize> = (0..columns.parameters.len()).filter(shared).collect();
-            let blocks = columns.blocks.iter().map(|block| block.rows.clone());
-            blocks.flat_map(|rows| shared.iter().map(move |column| (*column, rows.clone()))).collect()
-        })
-        .collect();
-    let squares = |columns: &Columns, (column, rows): &(usize, Range<usize>)| -> f64 {
-        columns.columns[*column][rows.clone()].iter().map(|c| c * c).sum()
-    };
-    let mut noisy: Vec<Vec<f64>> = places.iter().map(|places| vec![0.0; places.len()]).collect();
+) -> Result<Vec<Members>, RegressorError> {
+    let mut all = Vec::new();
     for draw in 0..DRAWS {
-        let Some(shaken) = shaken(runs, model, CALIBRATION + draw) else { return };
-        let shaken: Vec<&Run> = shaken.iter().collect();
-        for ((dof, _), (places, noisy)) in members.iter().zip(places.iter().zip(&mut noisy)) {
-            // what the runs do not bear with more noise is left as it is
-            let Ok(columns) = regressors_of(*dof, &shaken, model, options) else { return };
-            for (place, sum) in places.iter().zip(noisy) {
-                *sum += squares(&columns, place) / DRAWS as f64;
-            }
-        }
+        let Some(runs) = with_noise(runs, model, draw) else { break };
+        let runs: Vec<&Run> = runs.iter().collect();
+        let rows = members.iter().map(|(dof, _)| Ok((*dof, regressors_of(*dof, &runs, model, options)?)));
+        all.push(rows.collect::<Result<Members, RegressorError>>()?);
     }
-    for ((_, columns), (places, noisy)) in members.iter_mut().zip(places.iter().zip(&noisy)) {
-        for (place, noisy) in places.iter().zip(noisy) {
-            let seen = squares(columns, place);
-            let kept = if seen > 0.0 { (2.0 - noisy / seen).clamp(0.0, 1.0) } else { 1.0 };
-            columns.columns[place.0][place.1.clone()].iter_mut().for_each(|c| *c *= kept);
+    Ok(all)
+}
+
+/// Rows of one column, and how much of the sum of their squares is noise.
+pub(super) struct Noisy {
+    column: usize,
+    rows: Range<usize>,
+    noise: f64,
+}
+
+/// What the columns of shared inertias hold of noise, balance by balance and run by run, as the `shaken` rows show it; `own`
+/// is the inertia of each balance. A parameter that no balance has as its own inertia keeps its columns: nothing else tells
+/// it.
+pub(super) fn noise_of(members: &[(Dof, Columns)], own: &[Option<usize>], shaken: &[Members]) -> Vec<Vec<Noisy>> {
+    let inertias: BTreeSet<usize> = own.iter().copied().flatten().collect();
+    let of = |k: usize| -> Vec<Noisy> {
+        let columns = &members[k].1;
+        let shared = |c: &usize| {
+            let parameter = columns.parameters[*c].parameter;
+            inertias.contains(&parameter) && own[k] != Some(parameter)
+        };
+        let shared: Vec<usize> = (0..columns.parameters.len()).filter(shared).collect();
+        let noise = |column: usize, rows: &Range<usize>| {
+            let with = shaken.iter().map(|all| squares(&all[k].1, column, rows)).sum::<f64>() / shaken.len() as f64;
+            with - squares(columns, column, rows)
+        };
+        let blocks = columns.blocks.iter().map(|block| block.rows.clone());
+        let one = |rows: Range<usize>, column: usize| Noisy { column, noise: noise(column, &rows), rows };
+        blocks.flat_map(|rows| shared.iter().map(move |c| (rows.clone(), *c))).map(|(r, c)| one(r, c)).collect()
+    };
+    (0..members.len()).map(of).collect()
+}
+
+/// Scales the columns by what is no noise in them, of rows that hold `times` as much of it as [`noise_of`] has seen.
+pub(super) fn calibrate(members: &mut [(Dof, Columns)], noise: &[Vec<Noisy>], times: f64) {
+    for ((_, columns), noisy) in members.iter_mut().zip(noise) {
+        for Noisy { column, rows, noise } in noisy {
+            let seen = squares(columns, *column, rows);
+            let kept = if seen > 0.0 { (1.0 - times * noise / seen).clamp(0.0, 1.0) } else { 1.0 };
+            columns.columns[*column][rows.clone()].iter_mut().for_each(|c| *c *= kept);
         }
     }
 }
 
-/// Seed from which the draws of the calibration are counted, apart from those of the extrapolation.
-const CALIBRATION: u64 = 1000;
+fn squares(columns: &Columns, column: usize, rows: &Range<usize>) -> f64 {
+    columns.columns[column][rows.clone()].iter().map(|c| c * c).sum()
+}
 
 /// The runs with white noise on the velocities of the model, as much as each shows of its own; `None` where none shows any.
-pub(super) fn shaken(runs: &[Run], model: &Model, draw: u64) -> Option<Vec<Run>> {
+fn with_noise(runs: &[&Run], model: &Model, draw: u64) -> Option<Vec<Run>> {
     let mut any = false;
-    let one = |(number, run): (usize, &Run)| {
-        let mut shaken = run.clone();
+    let one = |(number, run): (usize, &&Run)| {
+        let mut shaken = (*run).clone();
         for dof in &model.dofs {
             let Some(signal) = run.signal(dof.velocity()) else { continue };
             let sigma = Samples::of(signal).map_or(0.0, |samples| samples.noise());

@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::coupling_noise::{DRAWS, calibrate, shaken};
+use super::coupling_noise::{Members, calibrate, noise_of, shaken};
 use super::shared::{Member, settled};
 use super::{Block, Column, Columns, RegressorError, RegressorOptions, regressors_of};
 use crate::frame::Dof;
@@ -343,30 +343,30 @@ fn without_noise(
     model: &Model,
     options: IntegralOptions,
 ) -> Result<Option<RowFit>, LeastSquaresError> {
-    let runs: Vec<Run> = runs.iter().map(|run| (*run).clone()).collect();
-    let fitted = |runs: &[Run], mut members: Vec<(Dof, Columns)>| {
-        calibrate(&mut members, own, runs, model, options.regressor);
+    let Ok(shaken) = shaken(members, runs, model, options.regressor) else { return Ok(None) };
+    if shaken.is_empty() {
+        return fit_together(members, own, options);
+    }
+    let noise = noise_of(members, own, &shaken);
+    let fitted = |mut members: Members, times: f64| {
+        calibrate(&mut members, &noise, times);
         fit_together(&members, own, options)
     };
-    let Some(mut fit) = fitted(&runs, members.to_vec())? else { return Ok(None) };
+    let Some(mut fit) = fitted(members.to_vec(), 1.0)? else { return Ok(None) };
     let mut shifts: Vec<Vec<f64>> = Vec::new();
-    for draw in 0..DRAWS {
-        let Some(shaken) = shaken(&runs, model, draw) else { return Ok(Some(fit)) };
-        let borrowed: Vec<&Run> = shaken.iter().collect();
-        let again =
-            members.iter().map(|(dof, _)| Ok((*dof, regressors_of(*dof, &borrowed, model, options.regressor)?)));
-        let Ok(again) = again.collect::<Result<Vec<_>, RegressorError>>() else { return Ok(None) };
-        let Some(noisier) = fitted(&shaken, again)? else { return Ok(None) };
+    for noisier in shaken {
+        let Some(noisier) = fitted(noisier, 2.0)? else { return Ok(None) };
         shifts.push(noisier.values.iter().zip(&fit.values).map(|(new, old)| new - old).collect());
     }
+    let draws = shifts.len() as f64;
     for k in 0..fit.values.len() {
-        let shift = shifts.iter().map(|shift| shift[k]).sum::<f64>() / DRAWS as f64;
+        let shift = shifts.iter().map(|shift| shift[k]).sum::<f64>() / draws;
         if own.contains(&Some(fit.parameters[k].parameter)) && shift.abs() > 0.5 * fit.values[k].abs() {
             return Ok(None);
         }
         fit.values[k] -= shift;
         // how well few draws know the shift, and half of it for what does not grow with the variance
-        let spread = shifts.iter().map(|s| (s[k] - shift).powi(2)).sum::<f64>() / (DRAWS * (DRAWS - 1)) as f64;
+        let spread = shifts.iter().map(|s| (s[k] - shift).powi(2)).sum::<f64>() / (draws * (draws - 1.0));
         fit.covariance[k][k] += spread + 0.25 * shift * shift;
     }
     Ok(Some(fit))

@@ -298,6 +298,7 @@ fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
         simulate(&campaign, &fitted.model, &fitted.envelope).expect("it is simulated");
         simulates = f64::min(simulates, begun.elapsed().as_secs_f64());
     }
+    println!("{:.1} simulations", follows / simulates);
     assert!(follows < SIMULATIONS * simulates, "{follows} s, a simulation {simulates} s: {}", follows / simulates);
 }
 
