@@ -27,7 +27,7 @@ use crate::run::{Run, Signal};
 
 /// Draws of the noise: a mean of squares over some hundred rows, and of estimates that lie within their deviations of each
 /// other, is known well enough by few.
-const DRAWS: u64 = 4;
+const DRAWS: u64 = 3;
 
 /// Balances that share free parameters, each with its rows.
 pub(super) type Members = Vec<(Dof, Columns)>;

@@ -316,7 +316,7 @@ pub(super) fn balances(
             several => {
                 let own: Vec<Option<usize>> = several.iter().map(|(dof, _)| own_inertia(model, *dof)).collect();
                 let fit = match options.together {
-                    Together::AsForces => fit_together(several, &own, options),
+                    Together::AsForces => fit_together(several, &own, None, options),
                     Together::PerInertia => without_noise(several, &own, runs, model, options),
                 };
                 fit.map_err(linear)?.ok_or(IntegralError::NotSettled { dofs })?
@@ -345,17 +345,17 @@ fn without_noise(
 ) -> Result<Option<RowFit>, LeastSquaresError> {
     let Ok(shaken) = shaken(members, runs, model, options.regressor) else { return Ok(None) };
     if shaken.is_empty() {
-        return fit_together(members, own, options);
+        return fit_together(members, own, None, options);
     }
     let noise = noise_of(members, own, &shaken);
-    let fitted = |mut members: Members, times: f64| {
+    let fitted = |mut members: Members, times: f64, near: Option<&[f64]>| {
         calibrate(&mut members, &noise, times);
-        fit_together(&members, own, options)
+        fit_together(&members, own, near, options)
     };
-    let Some(mut fit) = fitted(members.to_vec(), 1.0)? else { return Ok(None) };
+    let Some(mut fit) = fitted(members.to_vec(), 1.0, None)? else { return Ok(None) };
     let mut shifts: Vec<Vec<f64>> = Vec::new();
     for noisier in shaken {
-        let Some(noisier) = fitted(noisier, 2.0)? else { return Ok(None) };
+        let Some(noisier) = fitted(noisier, 2.0, Some(&fit.values))? else { return Ok(None) };
         shifts.push(noisier.values.iter().zip(&fit.values).map(|(new, old)| new - old).collect());
     }
     let draws = shifts.len() as f64;
@@ -372,10 +372,11 @@ fn without_noise(
     Ok(Some(fit))
 }
 
-/// Solves degrees of freedom together, each with the parameter of its own inertia; `None` where that does not settle.
+/// Solves degrees of freedom together, each with the parameter of its own inertia, from a solution that is `near`; `None` where that does not settle.
 fn fit_together(
     members: &[(Dof, Columns)],
     own: &[Option<usize>],
+    near: Option<&[f64]>,
     options: IntegralOptions,
 ) -> Result<Option<RowFit>, LeastSquaresError> {
     let joint = stack(members, &vec![1.0; members.len()]);
@@ -398,20 +399,28 @@ fn fit_together(
             }
         })
         .collect();
-    settled(
-        &described,
-        options.together,
-        |theta, weights| {
-            let predicted = |(k, (dof, columns)): (usize, &(Dof, Columns))| {
-                let at = own[k].and_then(|p| columns.column_of(p));
-                let turned = theta.zip(at).map(|(theta, at)| columns.predicted(at, &of(k, theta)));
-                (*dof, turned.unwrap_or_else(|| columns.clone()))
-            };
-            let members: Vec<(Dof, Columns)> = members.iter().enumerate().map(predicted).collect();
-            fit_rows(&stack(&members, weights), None, options.std)
-        },
-        |k, theta| members[k].1.residual_rms(&of(k, theta)),
-    )
+    let rms = |k: usize, theta: &[f64]| members[k].1.residual_rms(&of(k, theta));
+    let solve = |theta: Option<&[f64]>, weights: &[f64], method: StdMethod| {
+        let predicted = |(k, (dof, columns)): (usize, &(Dof, Columns))| {
+            let at = own[k].and_then(|p| columns.column_of(p));
+            let turned = theta.zip(at).map(|(theta, at)| columns.predicted(at, &of(k, theta)));
+            (*dof, turned.unwrap_or_else(|| columns.clone()))
+        };
+        let members: Vec<(Dof, Columns)> = members.iter().enumerate().map(predicted).collect();
+        fit_rows(&stack(&members, weights), None, method)
+    };
+    if options.together == Together::AsForces {
+        return settled(&described, options.together, near, |theta, weights| solve(theta, weights, options.std), rms);
+    }
+    // correlated residuals cost as much as the solution: they are asked of the last one alone
+    let found = settled(&described, options.together, near, |t, weights| solve(t, weights, StdMethod::Paper), rms)?;
+    match found {
+        Some(fit) if options.std != StdMethod::Paper && near.is_none() => {
+            let weights = described.iter().enumerate().map(|(k, m)| 1.0 / rms(k, &fit.values).max(1e-12 * m.size));
+            solve(Some(&fit.values), &weights.collect::<Vec<_>>(), options.std).map(Some)
+        }
+        found => Ok(found),
+    }
 }
 
 impl Columns {

@@ -38,7 +38,7 @@ pub(super) struct Member {
     pub rows: f64,
 }
 
-/// The joint solution, `None` where it does not settle. `solve` solves all balances with these weights and, where they
+/// The joint solution, `None` where it does not settle, from a solution that is near where there is one. `solve` solves all balances with these weights and, where they
 /// are given, the increments predicted with these parameters in the columns of the own inertias; `rms` is what the
 /// parameters leave of a balance as a force.
 ///
@@ -47,6 +47,7 @@ pub(super) struct Member {
 pub(super) fn settled(
     members: &[Member],
     together: Together,
+    near: Option<&[f64]>,
     mut solve: impl FnMut(Option<&[f64]>, &[f64]) -> Result<RowFit, LeastSquaresError>,
     rms: impl Fn(usize, &[f64]) -> f64,
 ) -> Result<Option<RowFit>, LeastSquaresError> {
@@ -56,19 +57,25 @@ pub(super) fn settled(
     let weights = |theta: &[f64]| -> Vec<f64> {
         sizes.iter().enumerate().map(|(k, size)| 1.0 / rms(k, theta).max(1e-12 * size)).collect()
     };
-    let mut linear = solve(None, &first)?;
-    for _ in 1..PASSES {
-        linear = solve(None, &weights(&linear.values))?;
-    }
-    if together == Together::AsForces {
-        return Ok(Some(linear));
-    }
-    let mut theta = linear.values;
-    for member in members {
-        if let Some(own) = member.own {
-            theta[own] = member.alone.unwrap_or(theta[own].abs().max(f64::MIN_POSITIVE));
+    let mut theta = match near {
+        Some(near) => near.to_vec(),
+        None => {
+            let mut linear = solve(None, &first)?;
+            for _ in 1..PASSES {
+                linear = solve(None, &weights(&linear.values))?;
+            }
+            if together == Together::AsForces {
+                return Ok(Some(linear));
+            }
+            let mut theta = linear.values;
+            for member in members {
+                if let Some(own) = member.own {
+                    theta[own] = member.alone.unwrap_or(theta[own].abs().max(f64::MIN_POSITIVE));
+                }
+            }
+            theta
         }
-    }
+    };
     // Σ n ln rms(e): its gradient is that of the weighed squares
     let cost = |theta: &[f64]| -> f64 {
         let of = |(k, member): (usize, &Member)| {
