@@ -54,7 +54,7 @@ class Crossed:
     std_abs: float
 
 
-def unit_of(dof: str) -> str:
+def compared_unit(dof: str) -> str:
     """Unit of the velocity of a degree of freedom, or of a position or angle by its channel."""
     units = {"roll": "rad/s", "pitch": "rad/s", "yaw": "rad/s", "phi": "rad", "theta": "rad", "psi": "rad"}
     return units.get(dof, "m" if dof in ("x", "y", "z") else "m/s")
@@ -111,7 +111,8 @@ class CrossValidation(Result):
             style: passed on to `matplotlib.axes.Axes.imshow`.
         """
         ax = axes(ax)
-        chosen = self.crossed[0].dof if dof is None and self.crossed else dof
+        first = self.crossed[0].dof if self.crossed else ""
+        chosen = first if dof is None else dof
         cells = {(cell.model, cell.run): cell.mean_abs for cell in self.crossed if cell.dof == chosen}
         if not cells:
             raise KeyError(
@@ -125,5 +126,5 @@ class CrossValidation(Result):
             ax.text(column, row, f"{error:.3g}", ha="center", va="center", color="w" if dark else "k")
         ax.set_xticks(range(len(runs)), runs, rotation=45, ha="right")
         ax.set_yticks(range(len(models)), models)
-        ax.set(xlabel="simulated run", ylabel="model of", title=f"mean |error| in {chosen}, {unit_of(chosen)}")
+        ax.set(xlabel="simulated run", ylabel="model of", title=f"mean |error| in {chosen}, {compared_unit(chosen)}")
         return ax
