@@ -9,7 +9,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     if word.len() > 100 {
         return None;
     }
-    let word = word.trim().to_lowercase().replace('-', "_");
+    let word = as_written(word);
     let allowed = (word.chars().count() / 3).max(1);
     known
         .into_iter()
@@ -22,11 +22,16 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 /// The `most` known words that are most like `word`, however far they are: for a list of what there is.
 pub fn most_alike<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, most: usize) -> Vec<&'a str> {
     // the end of a word of any length tells nothing more
-    let word: String = word.trim().to_lowercase().replace('-', "_").chars().take(100).collect();
+    let word: String = as_written(word).chars().take(100).collect();
     let mut ranked: Vec<(f64, &str)> =
         known.into_iter().map(|k| (strsim::normalized_damerau_levenshtein(&word, &k.to_lowercase()), k)).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     ranked.into_iter().take(most).map(|(_, k)| k).collect()
+}
+
+/// A word as known ones are written: without capitals, `-` as `_`.
+fn as_written(word: &str) -> String {
+    word.trim().to_lowercase().replace('-', "_")
 }
 
 #[cfg(test)]

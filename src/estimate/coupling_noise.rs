@@ -17,6 +17,8 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::balance::RegressorError;
 use super::regressor::{Columns, RegressorOptions, regressors_of};
 use crate::check::samples::Samples;
@@ -42,14 +44,16 @@ pub(super) fn shaken(
     model: &Model,
     options: RegressorOptions,
 ) -> Result<Vec<Members>, RegressorError> {
-    let mut all = Vec::new();
-    for draw in 0..DRAWS {
-        let Some(runs) = with_noise(runs, model, draw) else { break };
-        let runs: Vec<&Run> = runs.iter().collect();
-        let rows = members.iter().map(|(dof, _)| Ok((*dof, regressors_of(*dof, &runs, model, options)?)));
-        all.push(rows.collect::<Result<Members, RegressorError>>()?);
+    let sigmas: Vec<Vec<f64>> = runs.iter().map(|run| sigmas(run, model)).collect();
+    if sigmas.iter().flatten().all(|sigma| *sigma <= 0.0) {
+        return Ok(Vec::new());
     }
-    Ok(all)
+    let one = |draw: u64| {
+        let runs: Vec<Run> = (0..runs.len()).map(|k| with_noise(runs[k], model, &sigmas[k], (draw, k))).collect();
+        let runs: Vec<&Run> = runs.iter().collect();
+        members.iter().map(|(dof, _)| Ok((*dof, regressors_of(*dof, &runs, model, options)?))).collect()
+    };
+    (0..DRAWS).into_par_iter().map(one).collect()
 }
 
 /// Rows of one column, and how much of the sum of their squares is noise.
@@ -97,23 +101,20 @@ fn squares(columns: &Columns, column: usize, rows: &Range<usize>) -> f64 {
     columns.columns[column][rows.clone()].iter().map(|c| c * c).sum()
 }
 
-/// The runs with white noise on the velocities of the model, as much as each shows of its own; `None` where none shows any.
-fn with_noise(runs: &[&Run], model: &Model, draw: u64) -> Option<Vec<Run>> {
-    let mut any = false;
-    let one = |(number, run): (usize, &&Run)| {
-        let mut shaken = (*run).clone();
-        for dof in &model.dofs {
-            let Some(signal) = run.signal(dof.velocity()) else { continue };
-            let sigma = Samples::of(signal).map_or(0.0, |samples| samples.noise());
-            if sigma > 0.0 {
-                any = true;
-                let mut noise = Noise::new(draw, (number * Dof::ALL.len() + dof.index()) as u64);
-                let values: Vec<f64> = signal.values().iter().map(|value| value + sigma * noise.normal()).collect();
-                shaken.signals.insert(dof.velocity().into(), Signal::new(signal.shared_time().clone(), values));
-            }
-        }
-        shaken
-    };
-    let shaken = runs.iter().enumerate().map(one).collect();
-    any.then_some(shaken)
+/// Noise of the velocity of each degree of freedom of the model, as the run's own samples show it; 0 where none is logged.
+fn sigmas(run: &Run, model: &Model) -> Vec<f64> {
+    let of = |dof: &Dof| run.signal(dof.velocity()).and_then(Samples::of).map_or(0.0, |samples| samples.noise());
+    model.dofs.iter().map(of).collect()
+}
+
+/// The run with white noise of these deviations on the velocities of the model, by the number of the draw and of the run.
+fn with_noise(run: &Run, model: &Model, sigmas: &[f64], (draw, number): (u64, usize)) -> Run {
+    let mut with = run.clone();
+    for (dof, sigma) in model.dofs.iter().zip(sigmas).filter(|(_, sigma)| **sigma > 0.0) {
+        let Some(signal) = run.signal(dof.velocity()) else { continue };
+        let mut noise = Noise::new(draw, (number * Dof::ALL.len() + dof.index()) as u64);
+        let values: Vec<f64> = signal.values().iter().map(|value| value + sigma * noise.normal()).collect();
+        with.signals.insert(dof.velocity().into(), Signal::new(signal.shared_time().clone(), values));
+    }
+    with
 }

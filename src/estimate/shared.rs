@@ -11,7 +11,7 @@
 //! where it also stands in another balance (tied Coriolis) that is no longer linear, and Δν̂ takes its column step by
 //! step. The other columns are integrals, in which the noise averages.
 
-use super::integral::{RowFit, Together};
+use super::row_fit::{RowFit, Together};
 use crate::least_squares::LeastSquaresError;
 
 /// Steps after which there is no solution to be had.
@@ -38,9 +38,15 @@ pub(super) struct Member {
     pub rows: f64,
 }
 
-/// The joint solution, `None` where it does not settle, from a solution that is near where there is one. `solve` solves all balances with these weights and, where they
-/// are given, the increments predicted with these parameters in the columns of the own inertias; `rms` is what the
-/// parameters leave of a balance as a force.
+/// The weight of each balance at these parameters: one over what they leave of it as a force, by `rms`.
+pub(super) fn weights(members: &[Member], rms: impl Fn(usize, &[f64]) -> f64, theta: &[f64]) -> Vec<f64> {
+    let one = |(k, member): (usize, &Member)| 1.0 / rms(k, theta).max(1e-12 * member.size.max(f64::MIN_POSITIVE));
+    members.iter().enumerate().map(one).collect()
+}
+
+/// The joint solution, `None` where it does not settle; sought from parameters that are `near` it, where there are any.
+/// `solve` solves all balances with these weights and, where they are given, the increments predicted with these parameters
+/// in the columns of the own inertias; `rms` is what the parameters leave of a balance as a force.
 ///
 /// # Errors
 /// Those of `solve`.
@@ -54,9 +60,9 @@ pub(super) fn settled(
     let sizes: Vec<f64> = members.iter().map(|m| m.size.max(f64::MIN_POSITIVE)).collect();
     // the forces' own size as weight, then the residuals that the step before has shown; a perfect fit needs no other
     let first: Vec<f64> = sizes.iter().map(|size| 1.0 / size).collect();
-    let weights = |theta: &[f64]| -> Vec<f64> {
-        sizes.iter().enumerate().map(|(k, size)| 1.0 / rms(k, theta).max(1e-12 * size)).collect()
-    };
+    let weights = |theta: &[f64]| weights(members, &rms, theta);
+    // what is sought from nearby is compared with others of its like, to a part of their deviations
+    let rest = if near.is_some() { 1e-2 } else { 1e-6 };
     let mut theta = match near {
         Some(near) => near.to_vec(),
         None => {
@@ -93,7 +99,7 @@ pub(super) fn settled(
             fit.values.iter().zip(&theta).enumerate().all(near)
         };
         let exact = sizes.iter().enumerate().all(|(k, size)| rms(k, &fit.values) <= ROUNDING * size);
-        if exact || within(1e-6) {
+        if exact || within(rest) {
             return Ok(Some(fit));
         }
         let before = cost(&theta);

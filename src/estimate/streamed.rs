@@ -12,7 +12,8 @@
 
 use std::collections::BTreeSet;
 
-use super::integral::{IntegralError, RowFit, own_inertia, within_bounds};
+use super::integral::{IntegralError, own_inertia, within_bounds};
+use super::row_fit::RowFit;
 use super::{Column, Folded, RegressorError, RegressorOptions, folded};
 use crate::frame::Dof;
 use crate::least_squares::{LeastSquaresError, StreamingQr};

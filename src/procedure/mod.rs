@@ -70,13 +70,7 @@ pub fn staged(
     bench: Bench<'_>,
     options: &StagedOptions,
 ) -> Result<StagedResult, ProcedureError> {
-    let mut result = StagedResult {
-        stages: Vec::new(),
-        model: model.clone(),
-        covariance: Vec::new(),
-        efficiency: bench.efficiency.clone(),
-        warnings: Vec::new(),
-    };
+    let mut result = StagedResult::begun(model, bench);
     let runs = pitched(ready(runs, model, options, &mut result.warnings)?, bench, options, &mut result.warnings);
     check_axis(&runs, bench)?;
     check_windows(&runs, options, &mut result.warnings);
@@ -113,13 +107,7 @@ pub fn interaction_losses(
     options: &StagedOptions,
 ) -> Result<Efficiency, ProcedureError> {
     let bollard: Vec<Run> = runs.iter().filter(|run| run.kind == RunKind::Bollard).cloned().collect();
-    let mut result = StagedResult {
-        stages: Vec::new(),
-        model: model.clone(),
-        covariance: Vec::new(),
-        efficiency: bench.efficiency.clone(),
-        warnings: Vec::new(),
-    };
+    let mut result = StagedResult::begun(model, bench);
     let runs = ready(&bollard, model, options, &mut result.warnings)?;
     let mut held = Held::of_bench(&bench);
     Stages { runs: &runs, bench, options, held: &mut held, result: &mut result }.interaction()?;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::bench::Bench;
 use super::numbers::FlowNumbers;
 use crate::effects::Place;
 use crate::estimate::RowFit;
@@ -125,6 +126,17 @@ pub struct StagedResult {
 }
 
 impl StagedResult {
+    /// Before the first stage: nothing is found yet.
+    pub(super) fn begun(model: &Model, bench: Bench<'_>) -> StagedResult {
+        StagedResult {
+            stages: Vec::new(),
+            model: model.clone(),
+            covariance: Vec::new(),
+            efficiency: bench.efficiency.clone(),
+            warnings: Vec::new(),
+        }
+    }
+
     /// The last stage of this name in this degree of freedom.
     pub fn stage(&self, name: &str, dof: Dof) -> Option<&Stage> {
         self.stages.iter().rev().find(|s| s.name == name && s.dof == dof)

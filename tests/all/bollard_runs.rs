@@ -34,7 +34,7 @@ fn without_runs_at_constant_speed_the_motion_tells_the_drag() {
     let staged = FitOptions { estimator: Some(Estimator::Staged) };
     let sentence = campaign::fit(&campaign, staged).expect("it can be fitted").sentence;
     assert!(
-        sentence.starts_with("Do not use these numbers for surge, sway, yaw: no run at constant speed"),
+        sentence.starts_with("Do not use these numbers for surge, sway and yaw: no run at constant speed"),
         "{sentence}"
     );
 }

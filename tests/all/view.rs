@@ -260,10 +260,8 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
     assert!(!served.text().contains("coriolis_yaw") && served.text().contains("# of course"));
 }
 
-/// Most simulations of all runs whose time a first look may take, its overlay included: half as many again as the 20 that
-/// are measured, and less than a second where a simulation takes 30 ms. Four joint fits are in it, three of them of runs
-/// with more noise.
-const SIMULATIONS: f64 = 30.0;
+/// Most simulations of all runs whose time a first look may take, its overlay included.
+const SIMULATIONS: f64 = 20.0;
 
 /// What a switch of an effect costs until fit and overlay follow, in simulations of the same runs beside it: a number that
 /// does not depend on the machine. The quickest of several, since others work there, too.

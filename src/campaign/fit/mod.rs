@@ -37,6 +37,7 @@ use crate::procedure::without_steady_runs;
 use crate::progress::tell;
 use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
+use crate::wording::listed;
 
 /// Options of the verb.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -226,17 +227,16 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     let untold = untold_inertias(model);
     // what is worse has been said by who knows more of it
     if converged && !untold.is_empty() && !rest.starts_with("Do not use") {
+        let dofs: Vec<&str> = untold.iter().map(|p| p.place.dof.map_or("", Dof::name)).collect();
+        let one = |p: &&Parameter| {
+            let (value, std) = (short(p.value, 3), short(p.std.unwrap_or(0.0), 2));
+            format!("{} ({value} ± {std} {})", p.spec.name, p.spec.dimension)
+        };
         return format!(
             "Do not use these numbers for {}: this data does not tell {}; add runs that move the vehicle there, or leave it \
              out of dofs in [model]. {rest}",
-            list(untold.iter().map(|p| p.place.dof.map_or("", Dof::name))),
-            list(untold.iter().map(|p| format!(
-                "{} ({} ± {} {})",
-                p.spec.name,
-                short(p.value, 3),
-                short(p.std.unwrap_or(0.0), 2),
-                p.spec.dimension
-            )))
+            listed(&dofs),
+            listed(&untold.iter().map(one).collect::<Vec<_>>())
         );
     }
     match model.parameters.iter().find(cut_off).filter(|_| converged) {
@@ -257,11 +257,6 @@ fn untold_inertias(model: &Model) -> Vec<&Parameter> {
     let own = model.dofs.iter().filter_map(|dof| model.inertia(*dof)).map(|p| &model.parameters[p]);
     let wide = |p: &&Parameter| p.std.is_some_and(|std| 1.96 * std > 0.5 * p.value.abs());
     own.filter(|p| !p.fixed).filter(wide).collect()
-}
-
-/// Words with commas between them.
-fn list(words: impl Iterator<Item = impl ToString>) -> String {
-    words.map(|word| word.to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// What there is to say of a fit whose estimator says nothing of its noise.

@@ -13,6 +13,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::procedure::{Estimate, staged, without_steady_runs};
 use crate::run::{Role, Run};
+use crate::wording::listed;
 
 /// Standard deviations by (14), of the one-sample trapezoid; `None` where there is no such regressor.
 pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
@@ -202,7 +203,7 @@ fn beside_no_drag(campaign: &Campaign, fitted: &Model) -> Option<String> {
         format!(
             "Do not use these numbers for {}: no run at constant speed shows the drag there, and the inertia was found beside \
              none; add such runs, or use estimator = \"filter_error\", which finds both.",
-            names.join(", ")
+            listed(&names)
         )
     })
 }
