@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::load::Campaign;
 use crate::chain::{alters, memory_count};
 use crate::check::commands::{self, MISPLACED};
@@ -59,7 +61,7 @@ pub(super) enum Fault {
 pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
     let (dofs, through_water) = (model.dofs.clone(), model.through_water);
     let options = CheckOptions { dofs, through_water, ..CheckOptions::default() };
-    let reports: Vec<CheckReport> = runs.iter().map(|run| check::run(run, &options)).collect();
+    let reports: Vec<CheckReport> = runs.par_iter().map(|run| check::run(run, &options)).collect();
     let mut found = frames(&reports);
     let framed = !found.is_empty();
     let votes = factors(&reports);

@@ -40,6 +40,12 @@ pub struct Path {
     pub position: [String; 2],
 }
 
+/// Velocities turned to earth by the heading: north and east of each.
+struct ToEarth {
+    moving: Vec<[Samples; 2]>,
+    still: Option<[Samples; 2]>,
+}
+
 /// Compares; `None` without heading, position or motion.
 pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     let psi = Samples::of_angle(run.signal("psi")?)?;
@@ -75,26 +81,28 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     let quiet = if moving.len() == 2 { None } else { [&forward, &starboard][usize::from(first.0 == "u")].as_ref() };
     let quiet_turn = if first.0 == "u" { PI / 2.0 } else { 0.0 };
 
-    let fit_with = |sense: f64, late: f64, windows: &[(f64, f64)]| -> Option<Fit> {
-        let (mut target, mut columns) = (Vec::new(), vec![Vec::new(); 2 * moving.len() + 2]);
-        // velocity `s` turned to earth, as (north, east) columns of its two coefficients
+    // velocity `s` turned to earth, as (north, east) columns of its two coefficients; the same for every lag
+    let turned = |sense: f64| {
         let earth = |s: &Samples, turn: f64| {
             let along = s.map(|t, s| s * (sense * psi.at(t) + turn).cos());
             let across = s.map(|t, s| s * (sense * psi.at(t) + turn).sin());
-            (along, across)
+            [along, across]
         };
-        let turned: Vec<_> = moving.iter().map(|(_, s, turn)| earth(s, *turn)).collect();
-        let still = quiet.map(|s| earth(s, quiet_turn));
+        let moving = moving.iter().map(|(_, s, turn)| earth(s, *turn)).collect();
+        ToEarth { moving, still: quiet.map(|s| earth(s, quiet_turn)) }
+    };
+    let fit_with = |ToEarth { moving, still }: &ToEarth, late: f64, windows: &[(f64, f64)]| -> Option<Fit> {
+        let (mut target, mut columns) = (Vec::new(), vec![Vec::new(); 2 * moving.len() + 2]);
         for (a, b) in windows {
             let (from, to) = (a - late, b - late);
-            for axis in 0..2 {
-                let p = [&x, &y][axis];
-                let carried = still.as_ref().map_or(0.0, |(c, s)| if axis == 0 { c } else { s }.integral(from, to));
-                target.push(p.at(*b) - p.at(*a) - carried);
-                for (k, (c, s)) in turned.iter().enumerate() {
-                    let (c, s) = (c.integral(from, to), s.integral(from, to));
-                    columns[2 * k].push(if axis == 0 { c } else { s });
-                    columns[2 * k + 1].push(if axis == 0 { -s } else { c });
+            let over = |[along, across]: &[Samples; 2]| [along.integral(from, to), across.integral(from, to)];
+            let carried = still.as_ref().map_or([0.0; 2], over);
+            let areas: Vec<[f64; 2]> = moving.iter().map(over).collect();
+            for (axis, p) in [&x, &y].into_iter().enumerate() {
+                target.push(p.at(*b) - p.at(*a) - carried[axis]);
+                for (k, [c, s]) in areas.iter().enumerate() {
+                    columns[2 * k].push(if axis == 0 { *c } else { *s });
+                    columns[2 * k + 1].push(if axis == 0 { -s } else { *c });
                 }
                 let n = 2 * moving.len();
                 columns[n].push(if axis == 0 { b - a } else { 0.0 });
@@ -103,18 +111,22 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
         }
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &target)
     };
-    let straight = fit_with(1.0, 0.0, &inner)?;
+    let ahead = turned(1.0);
+    let straight = fit_with(&ahead, 0.0, &inner)?;
     let spread =
         psi.values().iter().map(|p| p - psi.at(inner[0].0)).fold((0.0f64, 0.0f64), |r, p| (r.0.min(p), r.1.max(p)));
-    let reversed = if spread.1 - spread.0 > TURNED { fit_with(-1.0, 0.0, &inner) } else { None };
-    let mirrored = reversed.as_ref().is_some_and(|r| r.cost < 0.25 * straight.cost && r.explained > EXPLAINED);
-    let best = if mirrored { reversed? } else { straight };
+    let back = (spread.1 - spread.0 > TURNED).then(|| turned(-1.0));
+    let reversed = back.and_then(|back| Some((fit_with(&back, 0.0, &inner)?, back)));
+    let fits_better = |r: &Fit| r.cost < 0.25 * straight.cost && r.explained > EXPLAINED;
+    let (mirrored, best, earth) = match reversed {
+        Some((r, back)) if fits_better(&r) => (true, r, back),
+        _ => (false, straight, ahead),
+    };
     if best.explained < EXPLAINED {
         return None;
     }
-    let sense = if mirrored { -1.0 } else { 1.0 };
     let shorter = windows(&all, WINDOW.min(1.0).max(0.5 * width), lag::REACH);
-    let lag = lag::least(0.05, |d| fit_with(sense, d, &shorter).map(|f| (f.cost, f.rows - f.theta.len())));
+    let lag = lag::least(0.05, |d| fit_with(&earth, d, &shorter).map(|f| (f.cost, f.rows - f.theta.len())));
     let agreements = moving.iter().enumerate().map(|(k, (name, ..))| {
         let (g, h) = (best.theta[2 * k], best.theta[2 * k + 1]);
         let size = g.hypot(h);

@@ -107,7 +107,11 @@ impl Samples {
 
     /// The interval of `t` and the part of it that has passed, 0 to 1.
     fn place(&self, t: f64) -> (usize, f64) {
-        let k = self.time.partition_point(|s| *s <= t).clamp(1, self.time.len() - 1) - 1;
+        let last = self.time.len() - 2;
+        // where the samples are regular the step tells; else they are searched
+        let regular = (((t - self.time[0]) / self.step) as usize).min(last);
+        let within = self.time[regular] <= t && t < self.time[regular + 1];
+        let k = if within { regular } else { self.time.partition_point(|s| *s <= t).clamp(1, last + 1) - 1 };
         (k, ((t - self.time[k]) / (self.time[k + 1] - self.time[k])).clamp(0.0, 1.0))
     }
 
