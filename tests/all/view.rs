@@ -263,8 +263,8 @@ fn an_effect_that_is_switched_on_is_in_the_file_and_in_the_fit() {
 /// Most simulations of all runs whose time a first look may take, its overlay included.
 const SIMULATIONS: f64 = 20.0;
 
-/// What a switch of an effect costs until fit and overlay follow, in simulations of the same runs beside it: a number that
-/// does not depend on the machine. The quickest of several, since others work there, too.
+/// What a switch of an effect costs until fit and overlay follow, in simulations of the same runs right after it: a number that
+/// does not depend on the machine. The least of several, since others work there, too, and come and go.
 #[test]
 fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
     let options =
@@ -274,8 +274,8 @@ fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
     });
     let campaign = Campaign::load(&served.folder.join("campaign.toml"), LoadOptions::default()).expect("it loads");
     let fitted = fit(&campaign, FitOptions { estimator: Some(Estimator::Integral) }).expect("it fits");
-    let (mut follows, mut simulates) = (f64::INFINITY, f64::INFINITY);
-    for switched in 0..4 {
+    let mut least = f64::INFINITY;
+    for switched in 0..8 {
         served.done("/api/effect", &json!({"name": "bias@yaw", "on": switched % 2 == 0}));
         let stamp = served.get("/api/progress").json()["stamp"].clone();
         served.done("/api/fit", &json!({}));
@@ -293,13 +293,13 @@ fn fit_and_overlay_follow_a_switch_for_the_price_of_a_few_simulations() {
         let overlay = served.get("/api/overlay?run=run05.csv").json();
         assert_eq!(overlay["figures"].as_array().map(Vec::len), Some(3));
         served.done("/api/stop", &json!({"name": "fit"}));
-        follows = f64::min(follows, looked["seconds"].as_f64().unwrap());
+        let follows = looked["seconds"].as_f64().unwrap();
         let begun = Instant::now();
         simulate(&campaign, &fitted.model, &fitted.envelope).expect("it is simulated");
-        simulates = f64::min(simulates, begun.elapsed().as_secs_f64());
+        least = f64::min(least, follows / begun.elapsed().as_secs_f64());
     }
-    println!("{:.1} simulations", follows / simulates);
-    assert!(follows < SIMULATIONS * simulates, "{follows} s, a simulation {simulates} s: {}", follows / simulates);
+    println!("{least:.1} simulations");
+    assert!(least < SIMULATIONS, "{least} simulations");
 }
 
 #[test]
