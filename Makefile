@@ -90,6 +90,7 @@ staged:
 # Time of our parts, and of others on the same work; see docs/benchmarks.md.
 bench: wheel $(PEERS)/bin/python
 	cargo build --release
+	cargo bench --bench first_look
 	cargo bench --bench parts --bench least_squares | tee target/parts.txt
 	cargo bench --no-run --bench partner --bench growth --message-format=json > target/benches.json
 	built() { sed -n "s/.*\"name\":\"$$1\".*\"executable\":\"\([^\"]*\)\".*/\1/p" target/benches.json; } && \

@@ -13,6 +13,7 @@ mod ode_reference;
 #[path = "../../examples/own_effect.rs"]
 #[allow(dead_code)] // its `main`
 mod own_effect_example;
+mod served;
 mod shared;
 mod surge;
 mod swim;
