@@ -66,8 +66,7 @@ pub(super) fn refitted(
     best: Option<&Contender>,
     task: &Task<'_>,
 ) -> Option<Contender> {
-    let rough =
-        FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best, found.top_of_baseline()), ..beside(here, task) };
+    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best), ..beside(here, task) };
     let Start { candidate, score } = start;
     let model = candidate.started(&here.model, &score)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
@@ -109,9 +108,8 @@ pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorF
 }
 
 /// −2 ln L that a candidate has to come below.
-fn bar(here: &FilterErrorFit, best: Option<&Contender>, top: f64) -> f64 {
-    let of_best = |best: &Contender| here.cost - HOPEFUL * (here.cost - best.fit.cost);
-    best.filter(|b| b.gain > 0.0).map_or(top, |best| top.min(of_best(best)))
+fn bar(here: &FilterErrorFit, best: Option<&Contender>) -> f64 {
+    best.filter(|b| b.gain > 0.0).map_or(f64::INFINITY, |best| here.cost - HOPEFUL * (here.cost - best.fit.cost))
 }
 
 /// Whether two thrusters are exchanged.
@@ -124,20 +122,9 @@ pub(super) fn beside(other: &FilterErrorFit, task: &Task<'_>) -> FilterErrorOpti
     FilterErrorOptions { limit: Some(other.limit), ..level(task) }
 }
 
-/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, converge as tightly, and take their steps
-/// in turns: as what a baseline has taken up of what is missing is slow to go, its top may be no start ([`to_the_top`]).
+/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.
 pub(super) fn level(task: &Task<'_>) -> FilterErrorOptions {
-    FilterErrorOptions { refine: false, together: false, ..task.fitting.clone() }
-}
-
-/// The same fit at the top of its likelihood; `None` where it is there, or none is found.
-pub(super) fn to_the_top(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
-    if fit.converged {
-        return None;
-    }
-    let options = FilterErrorOptions { together: true, ..beside(fit, task) };
-    let top = filter_error_from(&fit.model, task.train, fit.noise.clone(), &options).ok()?;
-    (top.cost < fit.cost - TIE).then_some(top)
+    FilterErrorOptions { refine: false, ..task.fitting.clone() }
 }
 
 /// Noise from which a fit with another name starts: forces at half of what they were without it, because a name that is

@@ -19,7 +19,7 @@ use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::{Start, starts};
 use super::held_out::{HeldOut, agree};
-use super::refit::{Contender, anew, is_exchange, level, merit, refitted, to_the_top};
+use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rivalry::may_replace;
 use super::rules::{BEYOND, broken, brought};
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
@@ -136,16 +136,9 @@ pub struct Search {
     pub candidates: Vec<Candidate>,
     /// Their scores.
     pub screen: Screen,
-    /// The baseline at its top, where the search began short of it.
-    pub(super) top: Option<FilterErrorFit>,
 }
 
 impl Search {
-    /// −2 ln L that every name has to come below: that of the baseline at its top.
-    pub(super) fn top_of_baseline(&self) -> f64 {
-        self.top.as_ref().map_or(f64::INFINITY, |top| top.cost)
-    }
-
     /// Whether the greatest number of names has ended it while another candidate was beyond chance.
     pub fn is_cut_short(&self, options: &SearchOptions) -> bool {
         let asks = |best: &Score| best.log_p < self.screen.threshold;
@@ -178,18 +171,6 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         Err(OutputErrorError::NotIdentified { .. }) => fitted(&moved_by_thrust(baseline, task.train))?,
         fit => fit?,
     };
-    // from short of its top a baseline shows more of what is missing than with noise that has taken it up, and may show what is not
-    let Some(top) = to_the_top(&fit, task) else { return searched(fit, None, task) };
-    let mut found = searched(fit, Some(top.clone()), task)?;
-    if found.added.is_empty() {
-        return searched(top, None, task);
-    }
-    found.steps[0].fit = top;
-    Ok(found)
-}
-
-/// The search from a baseline, if it is short of its `top` with names that beat that one alone.
-fn searched(fit: FilterErrorFit, top: Option<FilterErrorFit>, task: &Task<'_>) -> Result<Search, OutputErrorError> {
     let list = asked(&fit.model, task);
     let screen = screened(&fit, &list, task)?;
     let mut found = Search {
@@ -201,7 +182,6 @@ fn searched(fit: FilterErrorFit, top: Option<FilterErrorFit>, task: &Task<'_>) -
         hopeless: false,
         candidates: list,
         screen,
-        top,
     };
     while found.added.len() < task.options.most {
         let Some((added, fit)) = next_name(&mut found, task)? else { break };
@@ -318,8 +298,6 @@ fn name_among(
     let mut best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
     best.extend(slow_force::hidden(found, &best, is_asked, task)?);
     let mut contenders: Vec<Contender> = Vec::new();
-    // a first name is held against the baseline at its top
-    let without = found.top.as_ref().filter(|_| found.added.is_empty()).unwrap_or(&here).clone();
     let beyond = |c: &Contender| log_survival(c.gain, c.score.parameters) <= threshold;
     let mut starts: VecDeque<Start> = starts(&here, &best, &found.candidates, task).into();
     while let Some(start) = starts.pop_front() {
@@ -341,14 +319,14 @@ fn name_among(
     }
     contenders.retain_mut(|c| {
         beyond(c) && {
-            c.gain = merit(&without, &c.fit, without.cost - c.fit.cost);
+            c.gain = merit(&here, &c.fit, c.gain);
             beyond(c)
         }
     });
     let mut names: Vec<Contender> = Vec::new();
     for mut contender in contenders {
         let candidate = &found.candidates[contender.score.candidate];
-        let HeldOut { gain, against } = agree(&without, &contender.fit, task)?;
+        let HeldOut { gain, against } = agree(&here, &contender.fit, task)?;
         contender.held_out = gain;
         match broken(&here.model, &contender.fit, candidate).or(against) {
             None => names.push(contender),

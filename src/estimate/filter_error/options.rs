@@ -49,10 +49,10 @@ pub struct FilterErrorOptions {
     /// Converged when a step would lower −2 ln L by less than this; a fit with `refine` goes on to a tenth of it.
     pub tolerance: f64,
     /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
-    /// does. A ratio of likelihoods wants the same noise on both sides.
+    /// does, and parameters and noise move together where steps in turns end short of the maximum. A ratio of likelihoods
+    /// wants the same noise on both sides, and both by the same steps: of a search for names the tops that steps together
+    /// reach beside an inertia that nothing determines predicted held-out dives of a real glider less well.
     pub refine: bool,
-    /// Whether parameters and noise move together where steps in turns end short of the maximum.
-    pub together: bool,
     /// Deviations beyond which innovations are held back; `None` to do so where there are outliers. A ratio of likelihoods
     /// wants the same on both sides.
     pub limit: Option<f64>,
@@ -71,7 +71,6 @@ impl Default for FilterErrorOptions {
             iterations: 120,
             tolerance: 1e-2,
             refine: true,
-            together: true,
             limit: None,
             bar: f64::INFINITY,
             told: false,
