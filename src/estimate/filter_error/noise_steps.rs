@@ -36,7 +36,7 @@ pub(super) const EASED: f64 = 0.03;
 
 /// Times what the quadratic had for it that a step falls by, beyond which the next one is taken twice as long, and the most
 /// times its length that it is taken.
-const FLATTER: f64 = 1.3;
+pub(super) const FLATTER: f64 = 1.3;
 const STRETCHED: f64 = 8.0;
 
 /// What a step has to promise at most for the curvature to be learnt from those before it.

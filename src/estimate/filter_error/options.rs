@@ -49,9 +49,7 @@ pub struct FilterErrorOptions {
     /// Converged when a step would lower −2 ln L by less than this; a fit with `refine` goes on to a tenth of it.
     pub tolerance: f64,
     /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
-    /// does, and parameters and noise move together where steps in turns end short of the maximum. A ratio of likelihoods
-    /// wants the same noise on both sides, and both by the same steps: of a search for names the tops that steps together
-    /// reach beside an inertia that nothing determines predicted held-out dives of a real glider less well.
+    /// does. A ratio of likelihoods wants the same noise on both sides.
     pub refine: bool,
     /// Deviations beyond which innovations are held back; `None` to do so where there are outliers. A ratio of likelihoods
     /// wants the same on both sides.

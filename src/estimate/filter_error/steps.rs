@@ -188,11 +188,10 @@ impl<'a> Search<'a> {
         self.passes += 1;
     }
 
-    /// Steps in turns until neither promises more than `tolerance`, and together where those do not come to rest and the fit is
-    /// one that is shown ([`FilterErrorOptions::refine`]); whether that was reached.
+    /// Steps in turns until neither promises more than `tolerance`, and together where those do not come to rest; whether that
+    /// was reached.
     pub(super) fn climb(&mut self, tolerance: f64) -> bool {
-        let goes_on = self.options.refine;
-        self.climb_in_turns(tolerance, goes_on) || (goes_on && !self.given_up && self.climb_together(tolerance))
+        self.climb_in_turns(tolerance, true) || (!self.given_up && self.climb_together(tolerance))
     }
 
     /// Steps in turns until neither promises more than `tolerance`; whether that was reached. Where a step that was promised leads
