@@ -107,11 +107,7 @@ impl Search<'_> {
             }
         }
         self.renew();
-        // from noises that are a guess steps together take long, and seldom lead higher
-        let mut converged = self.climb_in_turns(self.options.tolerance, false);
-        if !converged && !self.given_up && self.cost < before.4 {
-            converged = self.climb_together(self.options.tolerance);
-        }
+        let converged = self.climb(self.options.tolerance);
         if before.4 - self.cost <= price * asked.len() as f64 {
             self.restore(before);
             return true;

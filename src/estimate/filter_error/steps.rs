@@ -5,8 +5,7 @@
 //! η:  (I + λ diag I) δ = −g           g, I: gradient and information of −ln L ([`super::noise_steps`])
 //! ```
 //!
-//! Where those end on the way, by steps of both together ([`super::steps_together`]). Which steps are taken from where:
-//! [`super::ascent`].
+//! Which steps are taken from where: [`super::ascent`].
 
 use nalgebra::DMatrix;
 
@@ -23,7 +22,7 @@ use crate::progress;
 
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
-pub(super) const HOPE: f64 = 10.0;
+const HOPE: f64 = 10.0;
 
 /// Share of the tolerance with which a fit ends. A fall p of −2 ln L that is left is a parameter √p deviations off, at most: a
 /// tolerance of a hundredth leaves a tenth of a deviation, this a thirtieth. Near the top learnt steps take three to ten passes
@@ -73,8 +72,6 @@ pub(super) struct Search<'a> {
     /// Fall of −2 ln L that a step has to promise to be taken, ten times.
     pub(super) tolerance: f64,
     pub(super) passes: usize,
-    /// Whether no step in turns led up where one was promised.
-    pub(super) stuck: bool,
 }
 
 /// The free parameters of a prepared problem under a noise that stays.
@@ -132,7 +129,6 @@ impl<'a> Search<'a> {
             quasi: QuasiNewton::default(),
             stretch: 1.0,
             passes: 0,
-            stuck: false,
             tolerance: options.tolerance,
             filtered,
         };
@@ -188,15 +184,8 @@ impl<'a> Search<'a> {
         self.passes += 1;
     }
 
-    /// Steps in turns until neither promises more than `tolerance`, and together where those do not come to rest; whether that
-    /// was reached.
+    /// Steps in turns until neither promises more than `tolerance`; whether that was reached.
     pub(super) fn climb(&mut self, tolerance: f64) -> bool {
-        self.climb_in_turns(tolerance, true) || (!self.given_up && self.climb_together(tolerance))
-    }
-
-    /// Steps in turns until neither promises more than `tolerance`; whether that was reached. Where a step that was promised leads
-    /// nowhere they go on without it, and it is no rest, or they end there.
-    pub(super) fn climb_in_turns(&mut self, tolerance: f64, ends_stuck: bool) -> bool {
         if self.given_up {
             return false;
         }
@@ -209,7 +198,6 @@ impl<'a> Search<'a> {
             }
         }
         let (mut noise_moves, mut parameters_move) = (f64::INFINITY, f64::INFINITY);
-        self.stuck = false;
         while self.passes < until {
             if noise_moves >= tolerance || parameters_move >= 1.0 {
                 noise_moves = self.step_noise();
@@ -221,11 +209,8 @@ impl<'a> Search<'a> {
             if self.options.told {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
-            if self.stuck && ends_stuck {
-                return false;
-            }
             if noise_moves < tolerance && parameters_move < tolerance {
-                return !self.stuck;
+                return true;
             }
             if self.cost - HOPE * (noise_moves + parameters_move) > self.bar {
                 self.given_up = true;
@@ -306,7 +291,7 @@ impl<'a> Search<'a> {
             self.damping = (self.damping * 10.0).max(1e-4);
             // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact
             if self.damping > 1e4 {
-                (self.damping, self.stuck) = (1e-2, true);
+                self.damping = 1e-2;
                 return 0.0;
             }
         }
