@@ -9,8 +9,8 @@
 //! day has other gusts, and a model with half of what is missing has the narrow noise of the runs it could follow, beside
 //! which it would be worse than one that follows none.
 //!
-//! Where no run has the role `validate` each run is predicted by an estimate without it, one Gauss-Newton step from the
-//! estimate of all, which is exact where the innovations are linear in θ. What has a value of its own in every run (the
+//! Where no run has the role `validate` each run is predicted by what the others say of the parameters
+//! ([`FilterErrorFit::left_out_cost`]). What has a value of its own in every run (the
 //! phase of a wave) takes it from the first half of a run and is judged on the second:
 //!
 //! ```text

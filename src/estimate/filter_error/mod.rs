@@ -19,6 +19,7 @@ mod elsewhere;
 mod forecast;
 mod gauss_markov;
 mod information;
+mod left_out;
 mod likelihood;
 mod noise;
 mod noise_steps;
@@ -119,56 +120,6 @@ impl FilterErrorFit {
         let factor = DMatrix::from_row_slice(p, p, &self.covariance).cholesky().map(|f| f.l());
         let columns = factor.map(|l| (0..p).map(|j| l.column(j).iter().copied().collect()).collect());
         columns.map_or(f64::INFINITY, |columns: Vec<Vec<f64>>| singular_ratio(columns).powi(2))
-    }
-}
-
-impl FilterErrorFit {
-    /// −2 ln L of each run as predicted by an estimate without it, summed: one Gauss-Newton step from the estimate of
-    /// all runs, to second order in the step.
-    ///
-    /// ```text
-    /// r₍ₖ₎ = r_k + J_k δ,    δ = (A − A_k)⁻¹ J_kᵀ r_k        A = JᵀJ of all runs at the estimate
-    /// ```
-    pub fn left_out_cost(&self) -> f64 {
-        let p = self.filtered.problem.unknowns.len();
-        let global = self.filtered.factor(&self.model, &self.linear);
-        let r = DMatrix::from_fn(p, p, |i, j| if i <= j { global.at(i, j)[0] } else { 0.0 });
-        let all = r.transpose() * &r;
-        let tracks: std::collections::BTreeSet<usize> =
-            self.filtered.problem.segments.iter().map(|s| s.track).collect();
-        let own: f64 = self.linear.iter().map(|l| l.cost).sum();
-        let mut more = 0.0;
-        for track in tracks {
-            // rows of this run, over the unknowns
-            let (mut a, mut g) = (DMatrix::<f64>::zeros(p, p), nalgebra::DVector::<f64>::zeros(p));
-            let columns = self.filtered.problem.columns_of(track);
-            let stretches = self.linear.iter().zip(&self.filtered.problem.segments);
-            for (linear, _) in stretches.filter(|(_, s)| s.track == track) {
-                for row in linear.rows() {
-                    let (e, row) = (row[row.len() - 1], &row[..row.len() - 1]);
-                    for (i, to_i) in columns.iter().enumerate() {
-                        g[*to_i] += row[i] * e;
-                        for (j, to_j) in columns.iter().enumerate() {
-                            a[(*to_i, *to_j)] += row[i] * row[j];
-                        }
-                    }
-                }
-            }
-            // unknowns of this run alone are estimated on it, and cost nothing
-            for (k, unknown) in self.filtered.problem.unknowns.iter().enumerate() {
-                if unknown.run.is_some() {
-                    g[k] = 0.0;
-                }
-            }
-            let mut others = &all - &a;
-            for k in 0..p {
-                others[(k, k)] += 1e-9 * all[(k, k)] + f64::MIN_POSITIVE;
-            }
-            let Some(factor) = others.cholesky() else { return f64::INFINITY };
-            let step = factor.solve(&g);
-            more += 2.0 * g.dot(&step) + (&a * &step).dot(&step);
-        }
-        own + more
     }
 }
 
