@@ -6,8 +6,8 @@
 //! ```
 //!
 //! What the parameters may be by the other runs is integrated out: p(y_k | others) = p(all) / p(others), each the integral over
-//! the parameters that a quadratic gives (Laplace). Exact where innovations are linear in θ. An estimate without the run alone
-//! would have to predict it where the others hardly determine a parameter, and from a fit that stands short of its maximum.
+//! the parameters that a quadratic gives (Laplace). Exact where innovations are linear in θ, and from a fit that stands short of
+//! its maximum, too. The estimate of the others alone is no prediction where they hardly determine a parameter: it may be anything.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +20,7 @@ use super::FilterErrorFit;
 const WIDE: f64 = 1e-6;
 
 impl FilterErrorFit {
-    /// −2 ln p of each run under what the others say, summed.
+    /// −2 ln p(y_k | others) of each run k, summed; infinite where information is not positive definite.
     pub fn left_out_cost(&self) -> f64 {
         let p = self.filtered.problem.unknowns.len();
         let factor = self.filtered.factor(&self.model, &self.linear);
