@@ -169,7 +169,7 @@ fn by_filter_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Re
         Resampler::Bootstrap => {
             let found = fit.bootstrap(refits.numbers, seed, options.base.cluster)?;
             with_curves(campaign, &runs, found, seed, |runs| {
-                let moved = filter_error_from(&fit.model, runs, fit.noise.clone(), &options)?.model;
+                let moved = filter_error_from(&fit.model, runs, fit.noise.clone(), &fit.nearby(&options))?.model;
                 Ok(unknowns.iter().map(|u| value(&moved, *u) - value(&fit.model, *u)).collect())
             })?
         }

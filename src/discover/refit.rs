@@ -122,9 +122,10 @@ pub(super) fn beside(other: &FilterErrorFit, task: &Task<'_>) -> FilterErrorOpti
     FilterErrorOptions { limit: Some(other.limit), ..level(task) }
 }
 
-/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, and converge as tightly.
+/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, converge as tightly, and take their steps
+/// in turns: what a baseline has taken up of what is missing at its top is slow to go.
 pub(super) fn level(task: &Task<'_>) -> FilterErrorOptions {
-    FilterErrorOptions { refine: false, ..task.fitting.clone() }
+    FilterErrorOptions { refine: false, higher: f64::INFINITY, ..task.fitting.clone() }
 }
 
 /// Noise from which a fit with another name starts: forces at half of what they were without it, because a name that is

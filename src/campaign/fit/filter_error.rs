@@ -96,7 +96,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let mut covariance = in_model_order(&fitted);
     let mut fitted = fitted;
     let carried = thrust::carried(campaign, runs, |runs| {
-        let moved = filter_error(&fitted.model, runs, &FilterErrorOptions { told: false, ..options.clone() })?;
+        let moved = filter_error(&fitted.model, runs, &fitted.nearby(&options))?;
         Ok::<_, Error>(
             fitted.model.parameters.iter().zip(&moved.model.parameters).map(|(a, b)| b.value - a.value).collect(),
         )

@@ -4,6 +4,7 @@
 //! each noise: a climb to about its top;  of tops that are near the highest: to rest, outliers held back, noise refined
 //! ```
 //!
+//! Where steps in turns have stuck on the way, steps of parameters and noise together go on ([`super::steps_together`]).
 //! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
 //! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at two deviations from then
 //! on.
@@ -12,7 +13,7 @@ use super::noise::NoiseModel;
 use super::options::FilterErrorOptions;
 use super::smoothed_beginning::At;
 use super::steps::{Search, diverges};
-use super::{FilterErrorFit, Filtered};
+use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 
@@ -87,7 +88,29 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
         converged = search.colour() && search.drop_forces() && converged;
         converged |= search.settle();
     }
-    search.finish(converged)
+    match search.stuck {
+        true if options.higher.is_finite() => beyond(search, converged),
+        true => search.finish(converged, Reached::Stuck),
+        false => search.finish(converged, Reached::InTurns),
+    }
+}
+
+/// The fit where steps in turns have stuck: where steps of both together lead, if that is higher.
+fn beyond(turns: Search<'_>, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
+    let mut top = turns.clone();
+    let mut rests = top.climb_together(top.tolerance);
+    if top.cost > turns.cost - turns.options.higher {
+        return turns.finish(converged, Reached::Stuck);
+    }
+    if turns.options.refine {
+        let forces = top.noise.forces.len();
+        let settled = top.drop_forces();
+        if top.noise.forces.len() < forces {
+            rests = top.climb_together(top.tolerance) || settled;
+        }
+    }
+    // where there is no top that the runs determine, nothing is left that they do
+    top.finish(rests, Reached::Together).or_else(|_| turns.finish(false, Reached::Stuck))
 }
 
 /// The search as far as [`ABOUT`] from a noise; given up where there is no hope of coming below `bar`, either.
@@ -110,4 +133,37 @@ fn about<'a>(
     search.climb(options.tolerance.max(ABOUT));
     search.bar = own;
     if search.given_up { Err(search.gives_up()) } else { Ok(search) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::filter_error::start;
+    use crate::tank::{BlindOptions, blind};
+
+    #[test]
+    fn what_has_stuck_goes_on_where_that_leads_higher_and_is_as_it_was_elsewhere() {
+        let campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
+        let mut model = campaign.truth;
+        model.parameters.iter_mut().filter(|p| !p.fixed).for_each(|p| p.value *= 1.2);
+        let options = FilterErrorOptions { refine: false, ..FilterErrorOptions::default() };
+        let filtered = Filtered::new(&model, &campaign.runs, &options.base).expect("the runs are whole");
+        let noise = start::noises(&filtered, &model, &campaign.runs, &options.forces).remove(0);
+        let begun = Search::new(&model, filtered, noise, &options).expect("it does not run away");
+        let mut top = begun.clone();
+        assert!(top.climb(options.tolerance));
+        // from where steps in turns began, as if the first one had led nowhere
+        let gone_on = beyond(begun.clone(), false).expect("the runs determine it");
+        assert!(gone_on.converged && gone_on.reached == Reached::Together);
+        // both promise less than the tolerance; a gain held in the rows is worth a few of it
+        assert!((gone_on.cost - top.cost).abs() < 10.0 * options.tolerance, "{} {}", gone_on.cost, top.cost);
+        // from the top nothing leads higher by nine
+        let (cost, values) = (top.cost, top.model.parameters.iter().map(|p| p.value).collect::<Vec<_>>());
+        let stayed = beyond(top, true).expect("the runs determine it");
+        assert!(stayed.converged && stayed.reached == Reached::Stuck && stayed.cost == cost);
+        assert!(stayed.model.parameters.iter().zip(values).all(|(p, value)| p.value == value));
+        // a refit nearby goes the same way
+        assert_eq!(gone_on.nearby(&options).higher, 0.0);
+        assert_eq!(stayed.nearby(&options).higher, f64::INFINITY);
+    }
 }

@@ -8,7 +8,7 @@
 //! A Kalman filter carries what is believed of the state from sample to sample; the innovations e, with the variance s
 //! that the filter itself expects, make the likelihood. θ by Gauss-Newton on the innovations, the noise η (rms and
 //! correlation time of the random force in each degree of freedom, deviation of each sensor) by Fisher scoring, in turns
-//! until neither moves. No segments and no initial states: each run is one stretch, and an unstable vehicle needs
+//! until neither moves; where those stick on the way, both together. No segments and no initial states: each run is one stretch, and an unstable vehicle needs
 //! nothing special. Jategaonkar, *Flight Vehicle System Identification* (2015), ch. 5; Kristensen, Madsen and Jørgensen,
 //! *Automatica* 40 (2004) 225-237.
 
@@ -36,6 +36,7 @@ mod sensor;
 mod smoothed_beginning;
 mod start;
 mod steps;
+mod steps_together;
 mod transition;
 mod ud;
 mod uncertain_noise;
@@ -89,9 +90,28 @@ pub struct FilterErrorFit {
     pub iterations: usize,
     /// Whether the last steps were small enough.
     pub converged: bool,
+    /// By which steps the fit has come where it is.
+    pub(crate) reached: Reached,
+}
+
+/// By which steps a fit has come where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reached {
+    /// Parameters and noise in turns.
+    InTurns,
+    /// The same, until a step that promised something led nowhere.
+    Stuck,
+    /// Parameters and noise together, after that.
+    Together,
 }
 
 impl FilterErrorFit {
+    /// Options of a refit nearby, of runs or inputs that differ a little: it goes the way that this fit went, wherever that leads.
+    pub(crate) fn nearby(&self, options: &FilterErrorOptions) -> FilterErrorOptions {
+        let higher = if self.reached == Reached::Together { 0.0 } else { f64::INFINITY };
+        FilterErrorOptions { higher, told: false, ..options.clone() }
+    }
+
     /// Number and information of each unknown of which something is known beforehand.
     pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, f64)> {
         let prior = |(k, unknown): (usize, &Unknown)| {

@@ -25,14 +25,14 @@ const LEAST_WHITE: f64 = 0.05;
 
 /// Information of a logarithm that is added to each: one of which the data know less, a deviation of three and more, goes
 /// no further than its slope asks, and does not shorten the steps of the others.
-const FLAT: f64 = 0.1;
+pub(super) const FLAT: f64 = 0.1;
 
 /// A logarithm that cannot go a tenth of this further stands at its bound.
 const NEAR: f64 = 0.1;
 
 /// Least damping of the noise beside none, and by how much it is eased after a step that leads up.
-const LEAST_DAMPING: f64 = 0.1;
-const EASED: f64 = 0.03;
+pub(super) const LEAST_DAMPING: f64 = 0.1;
+pub(super) const EASED: f64 = 0.03;
 
 /// Times what the quadratic had for it that a step falls by, beyond which the next one is taken twice as long, and the most
 /// times its length that it is taken.
@@ -43,10 +43,10 @@ const STRETCHED: f64 = 8.0;
 const NEAR_TOP: f64 = 30.0;
 
 /// Part of a learnt step that is tried where the whole leads down.
-const PART: f64 = 0.25;
+pub(super) const PART: f64 = 0.25;
 
 /// Longest step of a logarithm.
-const FARTHEST: f64 = 2.0;
+pub(super) const FARTHEST: f64 = 2.0;
 
 /// Move of a logarithm over which the information is taken as the same.
 const LIKE: f64 = 0.5;
@@ -91,9 +91,7 @@ impl Search<'_> {
         // what stands at its bound and would leave it stays there
         let mut held = vec![false; coordinates.len()];
         for (k, c) in coordinates.iter().enumerate() {
-            let now = self.noise.at(*c);
-            let there = self.bounded(*c, now - NEAR * gradient[k].signum());
-            if (there - now).abs() < 0.1 * NEAR {
+            if self.is_bound(*c, gradient[k]) {
                 held[k] = true;
                 gradient[k] = 0.0;
                 information.row_mut(k).fill(0.0);
@@ -165,9 +163,17 @@ impl Search<'_> {
             (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);
             // what a millionth of a step does not gain is not to be had
             if damping > 1e6 {
+                self.stuck = true;
                 return 0.0;
             }
         }
+    }
+
+    /// Whether a logarithm stands at its bound and would leave it down this slope.
+    pub(super) fn is_bound(&self, coordinate: Coordinate, slope: f64) -> bool {
+        let now = self.noise.at(coordinate);
+        let there = self.bounded(coordinate, now - NEAR * slope.signum());
+        (there - now).abs() < 0.1 * NEAR
     }
 
     /// Gradient and information of −ln L by the noise, priors included.
@@ -218,7 +224,7 @@ impl Search<'_> {
     }
 
     /// Takes out forces that have run to nothing.
-    fn drop_nothings(&mut self) {
+    pub(super) fn drop_nothings(&mut self) {
         if !self.options.forces.is_estimated() {
             return;
         }

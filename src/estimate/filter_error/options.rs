@@ -51,6 +51,10 @@ pub struct FilterErrorOptions {
     /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
     /// does. A ratio of likelihoods wants the same noise on both sides.
     pub refine: bool,
+    /// −2 ln L by which steps of parameters and noise together have to lead higher than steps in turns that have stuck on the way,
+    /// to be taken: three deviations of one parameter, as by less the place is another and the answer the same. Infinite:
+    /// they are not tried, as is right for fits that are held against each other.
+    pub higher: f64,
     /// Deviations beyond which innovations are held back; `None` to do so where there are outliers. A ratio of likelihoods
     /// wants the same on both sides.
     pub limit: Option<f64>,
@@ -69,6 +73,7 @@ impl Default for FilterErrorOptions {
             iterations: 120,
             tolerance: 1e-2,
             refine: true,
+            higher: 9.0,
             limit: None,
             bar: f64::INFINITY,
             told: false,

@@ -113,7 +113,7 @@ impl FilterErrorFit {
         inputs: impl Fn(u64) -> Option<Vec<Run>> + Sync,
     ) -> Draws {
         // the data have the noise that the fit has found: which forces there are is no question
-        let options = FilterErrorOptions { refine: false, told: false, ..options.clone() };
+        let options = FilterErrorOptions { refine: false, ..self.nearby(options) };
         let mobilities = self.filtered.mobilities(&self.model);
         let (done, count) = (AtomicUsize::new(0), draws.clone().count());
         let refit = |draw: u64| {

@@ -15,14 +15,14 @@ use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
 use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
-use super::{FilterErrorFit, Filtered};
+use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prior_cost, read_inputs, value};
 use crate::model::Model;
 use crate::progress;
 
 /// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
-const HOPE: f64 = 10.0;
+pub(super) const HOPE: f64 = 10.0;
 
 /// Share of the tolerance with which a fit ends. A fall p of −2 ln L that is left is a parameter √p deviations off, at most: a
 /// tolerance of a hundredth leaves a tenth of a deviation, this a thirtieth. Near the top learnt steps take three to ten passes
@@ -72,6 +72,8 @@ pub(super) struct Search<'a> {
     /// Fall of −2 ln L that a step has to promise to be taken, ten times.
     pub(super) tolerance: f64,
     pub(super) passes: usize,
+    /// Whether a step in turns of the last climb led nowhere, where it had promised something.
+    pub(super) stuck: bool,
 }
 
 /// The free parameters of a prepared problem under a noise that stays.
@@ -129,6 +131,7 @@ impl<'a> Search<'a> {
             quasi: QuasiNewton::default(),
             stretch: 1.0,
             passes: 0,
+            stuck: false,
             tolerance: options.tolerance,
             filtered,
         };
@@ -198,6 +201,7 @@ impl<'a> Search<'a> {
             }
         }
         let (mut noise_moves, mut parameters_move) = (f64::INFINITY, f64::INFINITY);
+        self.stuck = false;
         while self.passes < until {
             if noise_moves >= tolerance || parameters_move >= 1.0 {
                 noise_moves = self.step_noise();
@@ -291,13 +295,13 @@ impl<'a> Search<'a> {
             self.damping = (self.damping * 10.0).max(1e-4);
             // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact
             if self.damping > 1e4 {
-                self.damping = 1e-2;
+                (self.damping, self.stuck) = (1e-2, true);
                 return 0.0;
             }
         }
     }
 
-    pub(super) fn finish(mut self, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
+    pub(super) fn finish(mut self, converged: bool, reached: Reached) -> Result<FilterErrorFit, OutputErrorError> {
         if !self.cost.is_finite() {
             return Err(diverges(&self.model));
         }
@@ -332,6 +336,7 @@ impl<'a> Search<'a> {
             linear: self.current,
             iterations: self.passes,
             converged,
+            reached,
         })
     }
 }
