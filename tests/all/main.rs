@@ -24,6 +24,7 @@ mod table;
 mod adopt;
 mod answers;
 mod any_bytes;
+mod at_the_top;
 mod attitude;
 mod badlogs;
 mod bench_vehicle;
