@@ -104,9 +104,10 @@ fn beyond(turns: Search<'_>, converged: bool) -> Result<FilterErrorFit, OutputEr
     }
     if turns.options.refine {
         let forces = top.noise.forces.len();
-        let settled = top.drop_forces();
+        top.drop_forces();
+        // what is left has been climbed in turns, which may have stuck again
         if top.noise.forces.len() < forces {
-            rests = top.climb_together(top.tolerance) || settled;
+            rests = top.climb_together(top.tolerance);
         }
     }
     // where there is no top that the runs determine, nothing is left that they do

@@ -8,9 +8,9 @@
 //! A Kalman filter carries what is believed of the state from sample to sample; the innovations e, with the variance s
 //! that the filter itself expects, make the likelihood. θ by Gauss-Newton on the innovations, the noise η (rms and
 //! correlation time of the random force in each degree of freedom, deviation of each sensor) by Fisher scoring, in turns
-//! until neither moves; where those stick on the way, both together. No segments and no initial states: each run is one stretch, and an unstable vehicle needs
-//! nothing special. Jategaonkar, *Flight Vehicle System Identification* (2015), ch. 5; Kristensen, Madsen and Jørgensen,
-//! *Automatica* 40 (2004) 225-237.
+//! until neither moves; where those stick on the way, both together. No segments and no initial states: each run is one
+//! stretch, and an unstable vehicle needs nothing special. Jategaonkar, *Flight Vehicle System Identification* (2015),
+//! ch. 5; Kristensen, Madsen and Jørgensen, *Automatica* 40 (2004) 225-237.
 
 mod adjoint;
 mod ascent;

@@ -34,6 +34,9 @@ const NEAR: f64 = 0.1;
 pub(super) const LEAST_DAMPING: f64 = 0.1;
 pub(super) const EASED: f64 = 0.03;
 
+/// Damping beyond which no step leads up: what a millionth of one does not gain is not to be had.
+pub(super) const MOST_DAMPING: f64 = 1e6;
+
 /// Times what the quadratic had for it that a step falls by, beyond which the next one is taken twice as long, and the most
 /// times its length that it is taken.
 const FLATTER: f64 = 1.3;
@@ -161,8 +164,7 @@ impl Search<'_> {
                 continue;
             }
             (damping, self.stretch) = (f64::max(damping * 10.0, LEAST_DAMPING), 1.0);
-            // what a millionth of a step does not gain is not to be had
-            if damping > 1e6 {
+            if damping > MOST_DAMPING {
                 self.stuck = true;
                 return 0.0;
             }

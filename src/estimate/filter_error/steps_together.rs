@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::noise::Coordinate;
-use super::noise_steps::{EASED, FARTHEST, FLAT, LEAST_DAMPING, PART};
+use super::noise_steps::{EASED, FARTHEST, FLAT, LEAST_DAMPING, MOST_DAMPING, PART};
 use super::steps::{HOPE, Search};
 use crate::estimate::output_error::{Unknown, move_by, read_inputs, value};
 use crate::progress;
@@ -27,9 +27,6 @@ const ROUNDED: f64 = 1e-9;
 /// Steps in a row that have to gain something, where they promise no more than this, a parameter a deviation off.
 const IDLE: usize = 6;
 const NEAR: f64 = 1.0;
-
-/// Damping beyond which no step leads up.
-const MOST_DAMPING: f64 = 1e6;
 
 impl Search<'_> {
     /// Steps together until they promise less than `tolerance`, or several have gained less: at bounds a promise is not kept.
