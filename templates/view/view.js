@@ -4,6 +4,8 @@ const view = {
   campaign: null,
   check: null,
   timer: 0,
+  // Number of the last question how far the work is: what an older one hears is stale.
+  asked: 0,
 
   // Shows the campaign as the server read it.
   show(campaign) {
@@ -51,9 +53,11 @@ const view = {
   // Asks how far the work is: often while something is at work.
   async poll() {
     clearTimeout(this.timer);
+    const asked = ++this.asked;
     let wait = 1500;
     try {
       const progress = await ask("/api/progress");
+      if (asked !== this.asked) return;
       if (progress.stamp !== this.campaign?.stamp) await this.reload();
       for (const [name, part] of Object.entries({ fit, discovery, report })) await part.follow(progress[name]);
       if (progress.fit.running || progress.discovery.running || progress.report.running) wait = 200;
@@ -61,7 +65,7 @@ const view = {
       complain(refusal);
       wait = 4000;
     }
-    clearTimeout(this.timer);
+    if (asked !== this.asked) return;
     this.timer = setTimeout(() => this.poll(), wait);
   },
 

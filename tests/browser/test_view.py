@@ -147,8 +147,11 @@ def test_from_dropped_logs_to_the_saved_report(browser, serve, vehicle, bolt):
     browser.until(FITTED)
 
     # the search, with its progress
+    # noted as it comes: a short search is over before anybody asks
+    browser.run("(() => { const box = document.querySelector('#discovery-work'); window.progressSeen = false;"
+                "new MutationObserver(() => { window.progressSeen ||= !box.hidden; }).observe(box, {attributes: true}); })()")
     browser.run("document.querySelector('#discover').click()")
-    browser.until("!document.querySelector('#discovery-work').hidden")
+    browser.until("window.progressSeen")
     browser.until("document.querySelector('#discovery-work').hidden && !!document.querySelector('#discovery-said .verdict')", 300)
     no_complaint(browser)
 
