@@ -4,8 +4,8 @@ const view = {
   campaign: null,
   check: null,
   timer: 0,
-  // Number of the last question how far the work is: what an older one hears is stale.
-  asked: 0,
+  // Number of the last question how far the work is.
+  question: 0,
 
   // Shows the campaign as the server read it.
   show(campaign) {
@@ -53,19 +53,23 @@ const view = {
   // Asks how far the work is: often while something is at work.
   async poll() {
     clearTimeout(this.timer);
-    const asked = ++this.asked;
+    const question = ++this.question;
+    // what an older question hears is not shown over what a newer one has heard
+    const isStale = () => question !== this.question;
     let wait = 1500;
     try {
       const progress = await ask("/api/progress");
-      if (asked !== this.asked) return;
-      if (progress.stamp !== this.campaign?.stamp) await this.reload();
-      for (const [name, part] of Object.entries({ fit, discovery, report })) await part.follow(progress[name]);
+      if (!isStale() && progress.stamp !== this.campaign?.stamp) await this.reload();
+      for (const [name, part] of Object.entries({ fit, discovery, report })) {
+        if (isStale()) return;
+        await part.follow(progress[name]);
+      }
       if (progress.fit.running || progress.discovery.running || progress.report.running) wait = 200;
     } catch (refusal) {
       complain(refusal);
       wait = 4000;
     }
-    if (asked !== this.asked) return;
+    if (isStale()) return;
     this.timer = setTimeout(() => this.poll(), wait);
   },
 

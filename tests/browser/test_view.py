@@ -146,8 +146,7 @@ def test_from_dropped_logs_to_the_saved_report(browser, serve, vehicle, bolt):
     browser.until("!document.querySelector('#effect-bias\\\\@yaw').checked && !view.campaign.text.includes('bias@yaw')")
     browser.until(FITTED)
 
-    # the search, with its progress
-    # noted as it comes: a short search is over before anybody asks
+    # the search, with its progress, which is noted as it comes: a short search is over before anybody asks
     browser.run("(() => { const box = document.querySelector('#discovery-work'); window.progressSeen = false;"
                 "new MutationObserver(() => { window.progressSeen ||= !box.hidden; }).observe(box, {attributes: true}); })()")
     browser.run("document.querySelector('#discover').click()")
