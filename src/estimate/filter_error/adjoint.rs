@@ -2,8 +2,9 @@
 //! many unknowns the noise has.
 //!
 //! ```text
-//! λ = ∂L/∂x, Λ = ∂L/∂P, L = −ln L;  m: e, held back;  c, K = P cᵀ/s, F, W of the way forth
-//! sample:      ē = ψ/√s + λK m'ₑ,   s̄ = ½ (c − ψz)/s − λK m/s + λK m'ₛ + Kᵀ Λ K,   ∂L/∂R = s̄,   ḡ = λ m/s − 2 Λ K
+//! λ = ∂L/∂x, Λ = ∂L/∂P, L = −ln L;  c, K = P cᵀ/s', F, W of the way forth;  s' = s, |e| √s/k of what is held back at k√s
+//! sample:      ē = ψ/√s + λK e'ₑ + Kᵀ Λ K s'ₑ,   s̄ = ½ (c − ψz)/s − λK e'ₛ + Kᵀ Λ K s'ₛ,   ∂L/∂R = s̄,   ḡ = λ e/s' − 2 Λ K
+//!              e'ₑ, e'ₛ = 1, e/s,   s'ₑ, s'ₛ = 0, 1;   of what is held back  0, ½ e/s,   s'/e, ½ s'/s
 //!              λ ← λ − cᵀ ē,        Λ ← Λ + ½ (ḡ c + cᵀ ḡᵀ) + s̄ cᵀc
 //! prediction:  ∂L/∂F = 2 Λ F P + λ x ᵀ,   ∂L/∂(W Wᵀ) = Λ,     λ ← Fᵀ λ,   Λ ← Fᵀ Λ F
 //! ```
@@ -196,13 +197,18 @@ impl<const L: usize> Tape<L> {
             let root = s.sqrt();
             let z = e / root;
             let psi = z.clamp(-self.limit, self.limit);
-            let held = z.abs() > self.limit;
-            let m = if held { psi * root } else { e };
-            // x₊ = x + g m/s, so that s moves it by −m/s, and by half of that back where m goes with √s
-            let by_size = if held { -0.5 * m } else { -m } / s;
-            by_e[lane] = psi / root + if held { 0.0 } else { along[lane] };
-            by_s[lane] = 0.5 * (self.share - psi * z) / s + along[lane] * by_size + bent[lane];
-            moved[lane] = m / s;
+            (by_e[lane], by_s[lane]) = (psi / root, 0.5 * (self.share - psi * z) / s);
+            // x₊ = x + g e/s', P₊ = P − g gᵀ/s'
+            if z.abs() > self.limit {
+                let taken = e.abs() * root / self.limit;
+                by_e[lane] += bent[lane] * taken / e;
+                by_s[lane] += 0.5 * (bent[lane] * taken - along[lane] * e) / s;
+                moved[lane] = e / taken;
+            } else {
+                by_e[lane] += along[lane];
+                by_s[lane] += bent[lane] - along[lane] * e / s;
+                moved[lane] = e / s;
+            }
             self.by_sensor[output][lane] +=
                 2.0 * self.noise.sensors[output].std * self.noise.sensors[output].std * by_s[lane];
         }

@@ -6,8 +6,8 @@
 //!
 //! Where steps in turns have stuck on the way, steps of parameters and noise together go on ([`super::steps_together`]).
 //! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
-//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at two deviations from then
-//! on.
+//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at 1.345 deviations from
+//! then on.
 
 use super::noise::NoiseModel;
 use super::options::FilterErrorOptions;
@@ -17,8 +17,8 @@ use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 
-/// Deviations at which innovations are held back once there are outliers: 99 % as good as none where there are none.
-const HELD_BACK: f64 = 2.0;
+/// Deviations at which innovations are held back once there are outliers: Huber's, 95 % as good as none where there are none.
+const HELD_BACK: f64 = 1.345;
 
 /// Fall of −2 ln L that the next steps promise, below which the noise is about right.
 const ABOUT: f64 = 1.0;
@@ -74,7 +74,7 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
         converged = search.climb_held(HELD_BACK);
     } else if options.limit.is_none() && options.refine && search.is_pushed() {
         let mut held = search.clone();
-        if held.climb_held(HELD_BACK) {
+        if held.climb_held(HELD_BACK) && held.of_density() < search.of_density() {
             (search, converged) = (held, true);
         }
     }
@@ -158,7 +158,7 @@ mod tests {
         assert!(gone_on.converged && gone_on.reached == Reached::Together);
         // both promise less than the tolerance; a gain held in the rows is worth a few of it
         assert!((gone_on.cost - top.cost).abs() < 10.0 * options.tolerance, "{} {}", gone_on.cost, top.cost);
-        // from the top nothing leads higher by nine
+        // from the top nothing leads higher by one
         let (cost, values) = (top.cost, top.model.parameters.iter().map(|p| p.value).collect::<Vec<_>>());
         let stayed = beyond(top, true).expect("the runs determine it");
         assert!(stayed.converged && stayed.reached == Reached::Stuck && stayed.cost == cost);

@@ -21,8 +21,6 @@ use crate::simd::{Lanes, Wide};
 pub(super) struct KnownBeginning<const L: usize> {
     p: Covariance<L>,
     gain: Lanes<L>,
-    /// Variance of the white noise by output.
-    variance: Vec<[f64; L]>,
     /// Σ (ln s − ln s⁰).
     pub more: [f64; L],
 }
@@ -34,13 +32,7 @@ impl<const L: usize> KnownBeginning<L> {
         let known = dynamics.states.len() - dynamics.memories();
         let variances: Vec<[f64; L]> =
             batch.belief.p.variances().enumerate().map(|(k, v)| if k < known { [0.0; L] } else { v }).collect();
-        let sensor = |output: usize| std::array::from_fn(|lane| batch.noise[lane].sensors[output].std.powi(2));
-        KnownBeginning {
-            p: Covariance::diagonal(&variances),
-            gain: Lanes::zeros(variances.len()),
-            variance: (0..dynamics.outputs.len()).map(sensor).collect(),
-            more: [0.0; L],
-        }
+        KnownBeginning { p: Covariance::diagonal(&variances), gain: Lanes::zeros(variances.len()), more: [0.0; L] }
     }
 
     /// Over the step that was predicted last.
@@ -52,11 +44,9 @@ impl<const L: usize> KnownBeginning<L> {
     /// Takes an innovation of the other filter into account.
     #[inline(always)]
     pub fn sample<W: Wide<L>>(&mut self, wide: W, at: &Innovation<'_, L>) {
-        let own = &self.variance[at.output];
-        let variance = std::array::from_fn(|lane| if at.present[lane] > 0.0 { own[lane] } else { 1.0 });
-        let s = wide.store(self.p.update(wide, (at.c, at.states), wide.load(&variance), &mut self.gain));
+        let s = wide.store(self.p.update(wide, (at.c, at.states), wide.load(&at.variance), &mut self.gain));
         for lane in (0..L).filter(|lane| at.present[*lane] > 0.0) {
-            self.more[lane] += at.s[lane].ln() - s[lane].ln();
+            self.more[lane] += at.taken[lane].ln() - s[lane].ln();
         }
     }
 }

@@ -32,6 +32,8 @@ pub struct Linear {
     n: usize,
     /// −2 ln L.
     pub cost: f64,
+    /// Σ ln s.
+    pub volume: f64,
     /// Number of samples.
     pub samples: usize,
     /// Number of innovations beyond five deviations.
@@ -62,8 +64,14 @@ pub(super) struct Innovations {
 pub(super) const OUTLIER: f64 = 5.0;
 
 /// c of a limit.
-fn share(limit: f64) -> f64 {
+pub(super) fn share(limit: f64) -> f64 {
     if limit.is_finite() { erf(limit / std::f64::consts::SQRT_2) } else { 1.0 }
+}
+
+/// 2 ln ∫ exp(−ρ/2) over that of a Gaussian: what −2 ln L of a sample has more where its density is exp(−ρ/2) and no Gaussian.
+pub(super) fn of_heavy_tails(limit: f64) -> f64 {
+    let tails = 2.0 * (-0.5 * limit * limit).exp() / std::f64::consts::TAU.sqrt() / limit;
+    2.0 * (share(limit) + tails).ln()
 }
 
 /// √ρ with the sign of z, and its slope.
@@ -288,7 +296,8 @@ impl Work<LANES> for Pass<'_> {
         let n = if sensitive { directions + 1 } else { 1 };
         let c = share(limit);
         let mut fold = Fold::with(wide, n);
-        let (mut cost, mut samples, mut outliers) = ([0.0; LANES], [0; LANES], [0; LANES]);
+        let (mut cost, mut volume) = ([0.0; LANES], [0.0; LANES]);
+        let (mut samples, mut outliers) = ([0; LANES], [0; LANES]);
         let mut held_back = [[0.0; 3]; LANES];
         let size = if multiplied { n } else { 0 };
         let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
@@ -308,7 +317,9 @@ impl Work<LANES> for Pass<'_> {
                     let z = at.e[lane] / root;
                     let (tempered, slope) = temper(z, limit);
                     (value[lane], weight[lane]) = (tempered, slope / root);
-                    cost[lane] += tempered * tempered + c * at.s[lane].ln();
+                    let log = at.s[lane].ln();
+                    volume[lane] += log;
+                    cost[lane] += tempered * tempered + c * log;
                     samples[lane] += 1;
                     outliers[lane] += usize::from(z.abs() > OUTLIER);
                     let within = f64::from(u8::from(z.abs() <= limit));
@@ -359,6 +370,7 @@ impl Work<LANES> for Pass<'_> {
             r: (0..n * n).map(|k| if n == 1 { 0.0 } else { fold.at(k / n, k % n)[lane] }).collect(),
             n,
             cost: cost[lane],
+            volume: volume[lane],
             samples: samples[lane],
             outliers: outliers[lane],
             held_back: held_back[lane],
@@ -396,5 +408,17 @@ mod tests {
             assert!((share(limit) - mean).abs() < 1e-6, "{limit}");
         }
         assert_eq!(share(f64::INFINITY), 1.0);
+    }
+
+    /// By the same sum, of exp(−ρ/2).
+    #[test]
+    fn exact_weight_of_heavy_tails() {
+        for limit in [1.0, 2.0, 3.0] {
+            let h = 1e-3;
+            let density = |k: i32| (-0.5 * temper((f64::from(k) + 0.5) * h, limit).0.powi(2)).exp() * h;
+            let weight = (-40_000..40_000).map(density).sum::<f64>() / std::f64::consts::TAU.sqrt();
+            assert!((of_heavy_tails(limit) - 2.0 * weight.ln()).abs() < 1e-6, "{limit}");
+        }
+        assert_eq!(of_heavy_tails(f64::INFINITY), 0.0);
     }
 }

@@ -44,7 +44,7 @@ pub struct FilterErrorOptions {
     pub base: OutputErrorOptions,
     /// The random forces.
     pub forces: Forces,
-    /// Greatest number of passes that linearise.
+    /// Greatest number of passes that linearise where steps are taken in turns, and of steps together after that.
     pub iterations: usize,
     /// Converged when a step would lower −2 ln L by less than this; a fit with `refine` goes on to a tenth of it.
     pub tolerance: f64,
@@ -52,7 +52,7 @@ pub struct FilterErrorOptions {
     /// does. A ratio of likelihoods wants the same noise on both sides.
     pub refine: bool,
     /// −2 ln L by which steps of parameters and noise together have to lead higher than steps in turns that have stuck on the way,
-    /// to be taken: three deviations of one parameter, as by less the place is another and the answer the same. Infinite:
+    /// to be taken: a deviation of one parameter, as by less the place is another and the answer the same. Infinite:
     /// they are not tried, as is right for fits that are held against each other.
     pub higher: f64,
     /// Deviations beyond which innovations are held back; `None` to do so where there are outliers. A ratio of likelihoods
@@ -73,7 +73,7 @@ impl Default for FilterErrorOptions {
             iterations: 120,
             tolerance: 1e-2,
             refine: true,
-            higher: 9.0,
+            higher: 1.0,
             limit: None,
             bar: f64::INFINITY,
             told: false,

@@ -7,8 +7,9 @@
 //!
 //! No Gaussian noise makes an innovation of five deviations in any log, but a model that lacks a force does, again and again.
 //! Held back, such innovations leave the filter behind a vehicle that has gone elsewhere: that is tried, because a lone push is not
-//! the model's either, and taken back where it does not come to rest. A wild sample stands off its neighbours by all of its
-//! innovation; a push moves those after it too, so that the sample stands off by half of it at most.
+//! the model's either, and taken back where it does not come to rest, or where a density with such tails is not likelier than the
+//! Gaussian. A wild sample stands off its neighbours by all of its innovation; a push moves those after it too, so that the sample
+//! stands off by half of it at most.
 
 use super::likelihood::{Innovations, OUTLIER};
 use super::problem::Filtered;

@@ -4,8 +4,15 @@
 //! e = y − h(x) − b,    s = c P cᵀ + R,    K = P cᵀ/s,    x ← x + K e,    ∂x/∂θ ← ∂x/∂θ + K ∂e/∂θ,    ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ)
 //! ```
 //!
-//! Scalar by scalar, so that rates, gaps and drop-outs need no grid. An innovation beyond `limit` deviations moves the
-//! state as one at the limit does: Masreliez, *IEEE Transactions on Automatic Control* 20 (1975) 107-110.
+//! Scalar by scalar, so that rates, gaps and drop-outs need no grid. An innovation beyond k deviations is taken as that of a
+//! sensor so uncertain that it moves the state as one at k deviations does, and tells as little as that:
+//!
+//! ```text
+//! |e| > k√s:    K = P cᵀ/s',    s' = |e| √s/k        the variance with which the sample is taken in, for s
+//! ```
+//!
+//! Masreliez, *IEEE Transactions on Automatic Control* 20 (1975) 107-110. Where it told as much as any other, a filter that has been
+//! left behind would be sure of itself, and held back again by each sample that shows it so.
 
 use super::transition::{Belief, Sensitivities};
 use crate::dynamics::Dynamics;
@@ -31,6 +38,9 @@ pub(super) struct Innovation<'a, const L: usize> {
     pub states: &'a [usize],
     /// K
     pub gain: &'a [[f64; L]],
+    /// s', and the variance of the sensor that is in it.
+    pub taken: [f64; L],
+    pub variance: [f64; L],
 }
 
 /// Where an output's Jacobian has entries.
@@ -175,28 +185,28 @@ impl<'a, const L: usize> Sensors<'a, L> {
             true if turns => shortest(measured[lane] - predicted[lane]),
             true => measured[lane] - predicted[lane],
         });
-        let variance = std::array::from_fn(|lane| if present[lane] > 0.0 { self.variance[output][lane] } else { 1.0 });
-        let s = wide.store(belief.p.update(
-            wide,
-            (&self.c, &self.rows[output].states),
-            wide.load(&variance),
-            &mut self.gain,
-        ));
+        let own = std::array::from_fn(|lane| if present[lane] > 0.0 { self.variance[output][lane] } else { 1.0 });
+        let (mut variance, mut expected) = (own, None);
+        if self.limit.is_finite() {
+            let s = wide.store(wide.add(belief.p.variance(wide, &self.c), wide.load(&own)));
+            for lane in 0..L {
+                // where s is no number nothing is held back, and the likelihood says so
+                variance[lane] += (e[lane].abs() * s[lane].sqrt() / self.limit - s[lane]).max(0.0);
+            }
+            expected = Some(s);
+        }
+        let at = (&self.c[..], &self.rows[output].states[..]);
+        let taken = wide.store(belief.p.update(wide, at, wide.load(&variance), &mut self.gain));
+        let s = expected.unwrap_or(taken);
         if let Some(sensitivities) = sensitivities {
             self.gradient(wide, output, &present, sensitivities);
         }
         let gradient = if sensitivities.is_some() { &self.gradient[..] } else { &[] };
         let (c, states, gain) = (&self.c[..], &self.rows[output].states[..], &self.gain[..]);
-        take(&Innovation { output, present, e, s, gradient, c, states, gain });
-        let moved = if self.limit.is_finite() {
-            // where the variance is no number nothing is held back, and the likelihood says so
-            std::array::from_fn(|lane| e[lane].max(-self.limit * s[lane].sqrt()).min(self.limit * s[lane].sqrt()))
-        } else {
-            e
-        };
-        let moved = wide.load(&moved);
+        take(&Innovation { output, present, e, s, gradient, c, states, gain, taken, variance });
+        let e = wide.load(&e);
         for (x, gain) in belief.x.iter_mut().zip(self.gain.iter()) {
-            *x = wide.store(wide.plus(wide.load(x), wide.load(gain), moved));
+            *x = wide.store(wide.plus(wide.load(x), wide.load(gain), e));
         }
         if let Some(Sensitivities { s, columns, .. }) = sensitivities {
             for (row, gain) in s.chunks_exact_mut(*columns).zip(self.gain.iter()) {

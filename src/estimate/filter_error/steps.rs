@@ -9,7 +9,7 @@
 
 use nalgebra::DMatrix;
 
-use super::likelihood::Linear;
+use super::likelihood::{Linear, of_heavy_tails, share};
 use super::noise::NoiseModel;
 use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
@@ -72,7 +72,8 @@ pub(super) struct Search<'a> {
     /// Fall of −2 ln L that a step has to promise to be taken, ten times.
     pub(super) tolerance: f64,
     pub(super) passes: usize,
-    /// Whether a step in turns of the last climb led nowhere, where it had promised something.
+    /// Whether a step in turns of the last climb led nowhere where it had promised something, or promised little for its damping
+    /// alone.
     pub(super) stuck: bool,
 }
 
@@ -214,6 +215,8 @@ impl<'a> Search<'a> {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
             if noise_moves < tolerance && parameters_move < tolerance {
+                // a damped step promises little from anywhere
+                self.stuck |= self.promised() > tolerance;
                 return true;
             }
             if self.cost - HOPE * (noise_moves + parameters_move) > self.bar {
@@ -253,6 +256,19 @@ impl<'a> Search<'a> {
             let Search { filtered, model, noise, mobilities, limit, .. } = self;
             filtered.wild_samples(&filtered.innovations(model, noise, mobilities, *limit)) > 0
         }
+    }
+
+    /// By how much −2 ln L would fall by a whole step of the parameters.
+    fn promised(&self) -> f64 {
+        let factor = self.filtered.factor(&self.model, &self.current);
+        damped_step(&factor, &self.model, &self.filtered.problem.unknowns, 0.0).1
+    }
+
+    /// −2 ln L as that of a density, Gaussian within the limit and with the tails of one that is held back beyond.
+    pub(super) fn of_density(&self) -> f64 {
+        let (c, more) = (share(self.limit), of_heavy_tails(self.limit));
+        let of = |linear: &Linear| (1.0 - c) * linear.volume + more * linear.samples as f64;
+        self.cost + self.current.iter().map(of).sum::<f64>()
     }
 
     /// One step of the parameters, as far as the likelihood rises; returns by how much −2 ln L was to fall.

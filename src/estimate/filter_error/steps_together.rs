@@ -32,11 +32,10 @@ impl Search<'_> {
     /// Steps together until they promise less than `tolerance`, or several have gained less: at bounds a promise is not kept.
     /// Whether that was reached.
     pub(super) fn climb_together(&mut self, tolerance: f64) -> bool {
-        let until = self.passes + self.options.iterations;
         self.quasi.forget();
         let (scales, mut damping) = (self.scales(), 0.0);
         let mut costs = Vec::new();
-        while self.passes < until {
+        for _ in 0..self.options.iterations {
             let Some(promised) = self.step_together(&scales, &mut damping) else { return false };
             costs.push(self.cost);
             if self.options.told {
