@@ -81,7 +81,7 @@ pub use load::{Campaign, LoadOptions, Options, names as run_names};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
 pub use model_noise::{ModelForce, ModelNoise, ModelSensor};
 pub use monitor::{Monitored, monitor, new_logs};
-pub use noise::{ForceFound, Noise, Predicted, SensorFound};
+pub use noise::{ForceFound, HeldBack, Noise, Predicted, SensorFound};
 pub use plan::{Plan, PlannedParameter, PlannedRun, plan};
 pub use plan_request::{PlanRequest, Want};
 pub use plan_source::PlanSource;

@@ -21,6 +21,8 @@ pub struct Noise {
     pub sensors: Vec<SensorFound>,
     /// Whether no channel's innovations are correlated beyond chance.
     pub innovations_white: bool,
+    /// How the fit holds outliers back; `null` where every innovation counts as it is, or the noise is that of a model file.
+    pub held_back: Option<HeldBack>,
     /// How predictions err, and how they should.
     pub prediction: Vec<Predicted>,
 }
@@ -78,6 +80,34 @@ impl Noise {
     /// the model.
     pub fn is_more_than_turbulence(&self) -> bool {
         self.force.iter().filter_map(|f| f.share_of_thrust).any(|share| share > NO_TURBULENCE)
+    }
+}
+
+/// Innovations that are held back, since there are outliers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct HeldBack {
+    /// Deviations beyond which they are.
+    pub beyond: f64,
+    /// Share of the innovations that lies there.
+    pub share: f64,
+    /// The share that does in Gaussian noise.
+    pub by_chance: f64,
+}
+
+impl HeldBack {
+    /// That of a fit; `None` where every innovation counts as it is.
+    pub(super) fn of(fit: &FilterErrorFit) -> Option<HeldBack> {
+        fit.held_back().map(|(share, by_chance)| HeldBack { beyond: fit.limit, share, by_chance })
+    }
+
+    /// It in a sentence, without its end.
+    pub fn sentence(&self) -> String {
+        format!(
+            "outliers are held back: {} % of the innovations lie beyond {} deviations, where chance puts {} %",
+            digits(100.0 * self.share),
+            self.beyond,
+            digits(100.0 * self.by_chance)
+        )
     }
 }
 
@@ -270,6 +300,7 @@ pub(super) fn of_fit(
         force: forces(fit, training),
         sensors: sensors(&fit.filtered, &fit.noise, stated, forecasts),
         innovations_white: white(&fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)),
+        held_back: HeldBack::of(fit),
         prediction: predicted(filtered, forecasts),
     }
 }
@@ -321,6 +352,14 @@ mod tests {
         let line = "random force: surge 1.2 N, 3.1 % of thrust; yaw 0.051 N m, 3.1 %";
         assert_eq!(found.forces().as_deref(), Some(line));
         assert_eq!(Noise::default().forces(), None);
+    }
+
+    #[test]
+    fn outliers_that_are_held_back_are_said() {
+        let held_back = HeldBack { beyond: 1.345, share: 0.2134, by_chance: 0.1786 };
+        let said =
+            "outliers are held back: 21 % of the innovations lie beyond 1.345 deviations, where chance puts 18 %";
+        assert_eq!(held_back.sentence(), said);
     }
 
     /// Ten times what is commanded is said to move the vehicle, where most of it is; less, or without commands, is not.

@@ -7,7 +7,7 @@ use super::error::Error;
 use super::fit::filter_error::options;
 use super::load::Campaign;
 use super::model_noise::ModelNoise;
-use super::noise::{self, ForceFound, Noise};
+use super::noise::{self, ForceFound, HeldBack, Noise};
 use crate::estimate::filter_error::{FilterErrorOptions, Filtered, Forecast, filter_error};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
@@ -38,12 +38,12 @@ pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Resu
     let model = noise::with_parameters_fixed(model);
     let stated = &campaign.file.noise.sensors;
     let base = &campaign.options.output_error;
-    let (filtered, noise, limit, force) = match &campaign.noise {
+    let (filtered, noise, limit, force, held_back) = match &campaign.noise {
         Some(known) => {
             let filtered = Filtered::new(&model, runs, base)?;
             let force = told(known, runs, filtered.sample_time());
             let noise = known.of(&filtered).elsewhere(&model, runs);
-            (Filtered::begun(&model, runs, (&noise, LIMIT), base)?, noise, LIMIT, force)
+            (Filtered::begun(&model, runs, (&noise, LIMIT), base)?, noise, LIMIT, force, None)
         }
         None => {
             tell("the noise of the runs", 0, 0);
@@ -52,8 +52,8 @@ pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Resu
                 Err(OutputErrorError::Diverges { .. } | OutputErrorError::TooFewSamples { .. }) => return Ok(None),
                 fit => fit?,
             };
-            let force = noise::forces(&fit, runs);
-            (fit.filtered, fit.noise, fit.limit, force)
+            let (force, held_back) = (noise::forces(&fit, runs), HeldBack::of(&fit));
+            (fit.filtered, fit.noise, fit.limit, force, held_back)
         }
     };
     let forecasts = filtered.forecast(&model, &noise, limit);
@@ -61,6 +61,7 @@ pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Resu
         force,
         sensors: noise::sensors(&filtered, &noise, stated, &forecasts),
         innovations_white: noise::white(&forecasts),
+        held_back,
         prediction: noise::predicted(&filtered, &forecasts),
     };
     Ok(Some(Foretold { filtered, forecasts, found }))

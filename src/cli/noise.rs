@@ -18,6 +18,9 @@ pub(super) fn print(noise: &Noise, converged: bool, output: &Output) {
         true => "innovations are white",
         false => "innovations are not white: something that the noise cannot be is left in them",
     });
+    if let Some(held_back) = &noise.held_back {
+        output.print(&held_back.sentence());
+    }
 }
 
 fn forces(noise: &Noise, converged: bool, output: &Output) {

@@ -62,6 +62,7 @@ fn sensors(noise: &Noise) -> Table {
         true => "Innovations are white: what the model leaves is what the noise can be.",
         false => "Innovations are not white: something is left in them that the noise cannot be.",
     };
+    let held_back = noise.held_back.map_or(String::new(), |h| format!(" Here {}.", h.sentence()));
     let row = |s: &SensorFound| {
         let [low, high] = s.typical.map_or([None, None], |t| t.map(Some));
         let mut row = vec![Cell::from(s.channel.as_str())];
@@ -74,7 +75,7 @@ fn sensors(noise: &Noise) -> Table {
         title: "Noise of the sensors".into(),
         columns: columns(&names),
         rows: noise.sensors.iter().map(row).collect(),
-        note: format!("Standard deviations. {white}"),
+        note: format!("Standard deviations. {white}{held_back}"),
     }
 }
 

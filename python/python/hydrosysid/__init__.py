@@ -62,7 +62,7 @@ if TYPE_CHECKING:
         Window,
     )
     from ._motion import Comparison, Disagreement, SimulatedRun, Simulation
-    from ._noise import Noise, Prediction, RandomForce, SensorNoise
+    from ._noise import HeldBack, Noise, Prediction, RandomForce, SensorNoise
     from ._numbers import LeastSquares, least_squares, polynomial_filter, rk4
     from ._own_effect import OwnEffect
     from ._page import View, view
@@ -114,6 +114,7 @@ __all__ = [
     "GapForce",
     "GapOfRun",
     "GapStep",
+    "HeldBack",
     "HydrosysidError",
     "Joint",
     "LeastSquares",
@@ -209,7 +210,7 @@ _HOMES = {
         "PublishedParameter Reason Shift Window"
     ),
     "_motion": "Comparison Disagreement SimulatedRun Simulation",
-    "_noise": "Noise Prediction RandomForce SensorNoise",
+    "_noise": "HeldBack Noise Prediction RandomForce SensorNoise",
     "_numbers": "LeastSquares least_squares polynomial_filter rk4",
     "_own_effect": "OwnEffect",
     "_page": "View view",

@@ -73,6 +73,21 @@ class Prediction:
 
 
 @dataclass(frozen=True)
+class HeldBack:
+    """Innovations that are held back, since there are outliers.
+
+    Attributes:
+        beyond: deviations beyond which they are.
+        share: share of the innovations that lies there.
+        by_chance: the share that does in Gaussian noise.
+    """
+
+    beyond: float
+    share: float
+    by_chance: float
+
+
+@dataclass(frozen=True)
 class Noise:
     """What is random in the runs.
 
@@ -80,10 +95,13 @@ class Noise:
         force: the random force in each degree of freedom in which there is one.
         sensors: the noise of each channel that the model predicts.
         innovations_white: whether no channel's innovations are correlated beyond chance.
+        held_back: how the fit holds outliers back; `None` where every innovation counts as it is, or the noise is that of a
+            model file.
         prediction: how predictions err, and how they should.
     """
 
     force: tuple[RandomForce, ...]
     sensors: tuple[SensorNoise, ...]
     innovations_white: bool
+    held_back: HeldBack | None
     prediction: tuple[Prediction, ...]

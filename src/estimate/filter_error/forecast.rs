@@ -308,6 +308,10 @@ mod tests {
         model.parameters.iter_mut().zip([9.0, 5.0]).for_each(|(p, value)| p.value = value);
         let fit = filter_error(&model, &[run], &FilterErrorOptions::default()).unwrap();
         assert!(fit.limit.is_finite(), "there are outliers");
+        let (share, by_chance) = fit.held_back().expect("there are outliers");
+        assert!((by_chance - 0.1786).abs() < 1e-4, "1 - erf(1.345/√2) is not {by_chance}");
+        // one in fifty, and of the rest no more than chance puts there: what is wild widens the noise that is found
+        assert!(share > 0.02 && share < 0.02 + 0.98 * by_chance, "{share}");
         let predictions = &fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)[0].channels[0].predictions;
         // 24 of 1200 samples are wild, and 11 of the 58 at which a prediction of 2 s ends
         assert_eq!((predictions[0].count, predictions[1].count), (1200 - 1 - 24, 58 - 11));

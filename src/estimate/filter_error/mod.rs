@@ -106,6 +106,13 @@ pub(crate) enum Reached {
 }
 
 impl FilterErrorFit {
+    /// Share of the innovations that are held back, and the share that chance puts beyond the limit in Gaussian noise; `None` where
+    /// every innovation counts as it is.
+    pub fn held_back(&self) -> Option<(f64, f64)> {
+        let within = self.linear.iter().map(|s| s.held_back[1]).sum::<f64>() / self.samples as f64;
+        self.limit.is_finite().then(|| (1.0 - within, 1.0 - likelihood::share(self.limit)))
+    }
+
     /// Options of a refit nearby, of runs or inputs that differ a little: it goes the way that this fit went, wherever that leads.
     pub(crate) fn nearby(&self, options: &FilterErrorOptions) -> FilterErrorOptions {
         let higher = if self.reached == Reached::Together { 0.0 } else { f64::INFINITY };
