@@ -95,8 +95,8 @@ class Noise:
         force: the random force in each degree of freedom in which there is one.
         sensors: the noise of each channel that the model predicts.
         innovations_white: whether no channel's innovations are correlated beyond chance.
-        held_back: how the fit holds outliers back; `None` where every innovation counts as it is, or the noise is that of a
-            model file.
+        held_back: how the fit holds outliers back; `None` where every innovation counts as it is, or the noise is that
+            of a model file.
         prediction: how predictions err, and how they should.
     """
 
