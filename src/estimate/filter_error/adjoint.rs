@@ -16,7 +16,7 @@
 
 use super::gauss_markov;
 use super::noise::{Coordinate, NoiseModel};
-use super::sensor::Innovation;
+use super::sensor::{Innovation, held_back};
 use super::transition::{Belief, Transition};
 use crate::simd::{Lanes, Wide};
 
@@ -200,7 +200,7 @@ impl<const L: usize> Tape<L> {
             (by_e[lane], by_s[lane]) = (psi / root, 0.5 * (self.share - psi * z) / s);
             // x₊ = x + g e/s', P₊ = P − g gᵀ/s'
             if z.abs() > self.limit {
-                let taken = e.abs() * root / self.limit;
+                let taken = held_back(e, s, self.limit);
                 by_e[lane] += bent[lane] * taken / e;
                 by_s[lane] += 0.5 * (bent[lane] * taken - along[lane] * e) / s;
                 moved[lane] = e / taken;

@@ -43,6 +43,11 @@ pub(super) struct Innovation<'a, const L: usize> {
     pub variance: [f64; L],
 }
 
+/// s' of an innovation that is held back at `limit`.
+pub(super) fn held_back(e: f64, s: f64, limit: f64) -> f64 {
+    e.abs() * s.sqrt() / limit
+}
+
 /// Where an output's Jacobian has entries.
 #[derive(Debug, Clone, Default)]
 struct Row {
@@ -191,7 +196,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
             let s = wide.store(wide.add(belief.p.variance(wide, &self.c), wide.load(&own)));
             for lane in 0..L {
                 // where s is no number nothing is held back, and the likelihood says so
-                variance[lane] += (e[lane].abs() * s[lane].sqrt() / self.limit - s[lane]).max(0.0);
+                variance[lane] += (held_back(e[lane], s[lane], self.limit) - s[lane]).max(0.0);
             }
             expected = Some(s);
         }
