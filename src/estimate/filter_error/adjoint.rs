@@ -2,9 +2,9 @@
 //! many unknowns the noise has.
 //!
 //! ```text
-//! λ = ∂L/∂x, Λ = ∂L/∂P, L = −ln L;  c, K = P cᵀ/s', F, W of the way forth;  s' = s, |e| √s/k of what is held back at k√s
-//! sample:      ē = ψ/√s + λK e'ₑ + Kᵀ Λ K s'ₑ,   s̄ = ½ (c − ψz)/s − λK e'ₛ + Kᵀ Λ K s'ₛ,   ∂L/∂R = s̄,   ḡ = λ e/s' − 2 Λ K
-//!              e'ₑ, e'ₛ = 1, e/s,   s'ₑ, s'ₛ = 0, 1;   of what is held back  0, ½ e/s,   s'/e, ½ s'/s
+//! λ = ∂L/∂x, Λ = ∂L/∂P, L = −ln L;  c, K = P cᵀ/s', F, W of the way forth;  ψ, s' of the tails, a = d ln(s'/s)/d ln|z|
+//! sample:      ē = ψ/√s + (1 − a) λK + a Kᵀ Λ K s'/e,    s̄ = ½ (c − ψz)/s + (1 − ½a) (Kᵀ Λ K s' − λK e)/s,    ∂L/∂R = s̄
+//!              ḡ = λ e/s' − 2 Λ K
 //!              λ ← λ − cᵀ ē,        Λ ← Λ + ½ (ḡ c + cᵀ ḡᵀ) + s̄ cᵀc
 //! prediction:  ∂L/∂F = 2 Λ F P + λ x ᵀ,   ∂L/∂(W Wᵀ) = Λ,     λ ← Fᵀ λ,   Λ ← Fᵀ Λ F
 //! ```
@@ -16,7 +16,8 @@
 
 use super::gauss_markov;
 use super::noise::{Coordinate, NoiseModel};
-use super::sensor::{Innovation, held_back};
+use super::sensor::Innovation;
+use super::tails;
 use super::transition::{Belief, Transition};
 use crate::simd::{Lanes, Wide};
 
@@ -196,19 +197,14 @@ impl<const L: usize> Tape<L> {
             let (e, s) = (e[lane], s[lane]);
             let root = s.sqrt();
             let z = e / root;
-            let psi = z.clamp(-self.limit, self.limit);
-            (by_e[lane], by_s[lane]) = (psi / root, 0.5 * (self.share - psi * z) / s);
+            let place = tails::place(z, self.limit);
+            let (psi, bend, taken) = (place.pull.copysign(z), place.bend, place.taken(z, s));
             // x₊ = x + g e/s', P₊ = P − g gᵀ/s'
-            if z.abs() > self.limit {
-                let taken = held_back(e, s, self.limit);
-                by_e[lane] += bent[lane] * taken / e;
-                by_s[lane] += 0.5 * (bent[lane] * taken - along[lane] * e) / s;
-                moved[lane] = e / taken;
-            } else {
-                by_e[lane] += along[lane];
-                by_s[lane] += bent[lane] - along[lane] * e / s;
-                moved[lane] = e / s;
-            }
+            let of_gain = if bend > 0.0 { bend * bent[lane] * taken / e } else { 0.0 };
+            by_e[lane] = psi / root + (1.0 - bend) * along[lane] + of_gain;
+            by_s[lane] =
+                (0.5 * (self.share - psi * z) + (1.0 - 0.5 * bend) * (bent[lane] * taken - along[lane] * e)) / s;
+            moved[lane] = e / taken;
             self.by_sensor[output][lane] +=
                 2.0 * self.noise.sensors[output].std * self.noise.sensors[output].std * by_s[lane];
         }

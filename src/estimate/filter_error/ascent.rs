@@ -6,8 +6,8 @@
 //!
 //! Where steps in turns have stuck on the way, steps of parameters and noise together go on ([`super::steps_together`]).
 //! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
-//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back at 1.345 deviations from
-//! then on.
+//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back from then on, at
+//! the deviations that they themselves ask for ([`super::tails`]).
 
 use super::noise::NoiseModel;
 use super::options::FilterErrorOptions;
@@ -17,8 +17,12 @@ use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 
-/// Deviations at which innovations are held back once there are outliers: Huber's, 95 % as good as none where there are none.
-const HELD_BACK: f64 = 1.345;
+/// Deviations at which innovations are held back once there are outliers. Where the noise is Gaussian but for them, 2: held back
+/// at 1.345, the filter follows Gaussian innovations by 0.82 of its gain and finds a random force a fifth too strong to make up
+/// for it, by 0.95 at 2. Where the innovations within five deviations are likelier to have the tails from [`HUBER`] on, that.
+const HELD_BACK: f64 = 2.0;
+/// Huber's, 95 % as good as none where there are none.
+const HUBER: f64 = 1.345;
 
 /// Fall of −2 ln L that the next steps promise, below which the noise is about right.
 const ABOUT: f64 = 1.0;
@@ -70,12 +74,14 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
         Some(limit) if limit.is_finite() => search.climb_held(limit),
         _ => search.climb(options.tolerance),
     };
-    if options.limit.is_none() && search.has_outliers() {
-        converged = search.climb_held(HELD_BACK);
-    } else if options.limit.is_none() && options.refine && search.is_pushed() {
-        let mut held = search.clone();
-        if held.climb_held(HELD_BACK) && held.of_density() < search.of_density() {
-            (search, converged) = (held, true);
+    if options.limit.is_none() {
+        if search.has_outliers() {
+            (search, converged) = held_back(&search);
+        } else if options.refine && search.is_pushed() {
+            let (held, rests) = held_back(&search);
+            if rests && held.of_density() < search.of_density() {
+                (search, converged) = (held, true);
+            }
         }
     }
     if search.given_up {
@@ -93,6 +99,16 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
         true => search.finish(converged, Reached::Stuck),
         false => search.finish(converged, Reached::InTurns),
     }
+}
+
+/// The search with innovations held back, and whether it rests.
+fn held_back<'a>(search: &Search<'a>) -> (Search<'a>, bool) {
+    let mut held = search.clone();
+    let mut rests = held.climb_held(HELD_BACK);
+    if held.likelier(HUBER) > 0.0 {
+        rests = held.climb_held(HUBER);
+    }
+    (held, rests)
 }
 
 /// The fit where steps in turns have stuck: where steps of both together lead, if that is higher.

@@ -12,11 +12,11 @@
 
 use rayon::prelude::*;
 
-use super::likelihood::OUTLIER;
 use super::noise::NoiseModel;
 use super::prediction::Prediction;
 use super::problem::{Batch, Filtered};
 use super::sensor::{Sensors, shortest};
+use super::tails::OUTLIER;
 use super::transition::{Belief, Transition};
 use super::whiteness::Whiteness;
 use crate::model::Model;
@@ -309,9 +309,12 @@ mod tests {
         let fit = filter_error(&model, &[run], &FilterErrorOptions::default()).unwrap();
         assert!(fit.limit.is_finite(), "there are outliers");
         let (share, by_chance) = fit.held_back().expect("there are outliers");
-        assert!((by_chance - 0.1786).abs() < 1e-4, "1 - erf(1.345/√2) is not {by_chance}");
+        assert!((by_chance - 0.0455).abs() < 1e-4, "1 - erf(2/√2) is not {by_chance}");
         // one in fifty, and of the rest no more than chance puts there: what is wild widens the noise that is found
         assert!(share > 0.02 && share < 0.02 + 0.98 * by_chance, "{share}");
+        // s (c − 0.02 · 2 · 5) = 0.98 c r²: by an eighth, where it was by more than a half while the pull of what is wild grew with it
+        let wider = fit.noise.sensors[0].std / r;
+        assert!(wider > 1.0 && wider < 1.2, "{wider}");
         let predictions = &fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)[0].channels[0].predictions;
         // 24 of 1200 samples are wild, and 11 of the 58 at which a prediction of 2 s ends
         assert_eq!((predictions[0].count, predictions[1].count), (1200 - 1 - 24, 58 - 11));

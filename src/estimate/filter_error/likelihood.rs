@@ -1,18 +1,16 @@
 //! The likelihood of the innovations, and its derivatives by the parameters.
 //!
 //! ```text
-//! −2 ln L(θ, η) = Σ (ρ(z) + c ln s)          z = e/√s;  ρ = z², c = 1;  beyond k deviations ρ = 2k|z| − k², c = erf(k/√2)
+//! −2 ln L(θ, η) = Σ (ρ(z) + c ln s)          z = e/√s;  ρ = z², c = 1;  with heavier tails: [`super::tails`]
 //! θ: rows (∂e/∂θ)/√s of a triangular factor, gain and s held          (Gauss-Newton)
 //! ```
 //!
-//! c keeps the deviations right where the noise is Gaussian. Åström, *Automatica* 16 (1980) 551-574; Huber, *Robust
-//! Statistics* (1981), ch. 7.
+//! c keeps the deviations right where the noise is Gaussian. Åström, *Automatica* 16 (1980) 551-574.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use statrs::function::erf::erf;
 
 use super::adjoint::Tape;
 use super::beginning::KnownBeginning;
@@ -20,6 +18,7 @@ use super::noise::{Coordinate, NoiseModel};
 use super::pass::filter;
 use super::problem::{Batch, Filtered};
 use super::sensor::Innovation;
+use super::tails::{self, OUTLIER, share};
 use crate::estimate::output_error::{Fold, LANES, fold_priors};
 use crate::model::Model;
 use crate::simd::{Machine, Wide, Widths as _, Work};
@@ -38,6 +37,8 @@ pub struct Linear {
     pub samples: usize,
     /// Number of innovations beyond five deviations.
     pub outliers: usize,
+    /// Number of innovations that are held back.
+    pub beyond: usize,
     /// Σ ψ², Σ ψ' and Σ (dρ½/dz)²: what innovations that are held back leave of the information.
     pub held_back: [f64; 3],
 }
@@ -58,30 +59,6 @@ pub(super) struct Innovations {
     pub e: Vec<f64>,
     /// Σ s.
     pub expected: f64,
-}
-
-/// Deviations beyond which no Gaussian innovation is found in any log.
-pub(super) const OUTLIER: f64 = 5.0;
-
-/// c of a limit.
-pub(super) fn share(limit: f64) -> f64 {
-    if limit.is_finite() { erf(limit / std::f64::consts::SQRT_2) } else { 1.0 }
-}
-
-/// 2 ln ∫ exp(−ρ/2) over that of a Gaussian: what −2 ln L of a sample has more where its density is exp(−ρ/2) and no Gaussian.
-pub(super) fn of_heavy_tails(limit: f64) -> f64 {
-    let tails = 2.0 * (-0.5 * limit * limit).exp() / std::f64::consts::TAU.sqrt() / limit;
-    2.0 * (share(limit) + tails).ln()
-}
-
-/// √ρ with the sign of z, and its slope.
-#[inline(always)]
-fn temper(z: f64, limit: f64) -> (f64, f64) {
-    if z.abs() <= limit {
-        return (z, 1.0);
-    }
-    let size = (2.0 * limit * z.abs() - limit * limit).sqrt();
-    (size.copysign(z), limit / size)
 }
 
 impl Filtered {
@@ -297,7 +274,7 @@ impl Work<LANES> for Pass<'_> {
         let c = share(limit);
         let mut fold = Fold::with(wide, n);
         let (mut cost, mut volume) = ([0.0; LANES], [0.0; LANES]);
-        let (mut samples, mut outliers) = ([0; LANES], [0; LANES]);
+        let (mut samples, mut outliers, mut beyond) = ([0; LANES], [0; LANES], [0; LANES]);
         let mut held_back = [[0.0; 3]; LANES];
         let size = if multiplied { n } else { 0 };
         let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
@@ -315,15 +292,15 @@ impl Work<LANES> for Pass<'_> {
                     }
                     let root = at.s[lane].sqrt();
                     let z = at.e[lane] / root;
-                    let (tempered, slope) = temper(z, limit);
+                    let (tempered, slope) = tails::root(z, limit);
                     (value[lane], weight[lane]) = (tempered, slope / root);
                     let log = at.s[lane].ln();
                     volume[lane] += log;
                     cost[lane] += tempered * tempered + c * log;
                     samples[lane] += 1;
                     outliers[lane] += usize::from(z.abs() > OUTLIER);
-                    let within = f64::from(u8::from(z.abs() <= limit));
-                    let sums = [(tempered * slope).powi(2), within, slope * slope];
+                    beyond[lane] += usize::from(z.abs() > limit);
+                    let sums = [(tempered * slope).powi(2), tails::place(z, limit).slope(z), slope * slope];
                     held_back[lane].iter_mut().zip(sums).for_each(|(sum, x)| *sum += x);
                     if kept == Kept::Innovations {
                         let of = &mut innovations[lane][at.output];
@@ -373,6 +350,7 @@ impl Work<LANES> for Pass<'_> {
             volume: volume[lane],
             samples: samples[lane],
             outliers: outliers[lane],
+            beyond: beyond[lane],
             held_back: held_back[lane],
         };
         let kept = products.into_iter().zip(innovations).enumerate();
@@ -390,35 +368,4 @@ impl Work<LANES> for Pass<'_> {
 fn multiply(products: &mut [Mat<f64>], rows: &Mat<f64>, count: usize) {
     let (Some(product), rows) = (products.last_mut(), rows.get(..count, ..)) else { return };
     matmul(product.as_mut(), Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// c is E[ψ(z) z] of a standard normal z: by a sum over z, good to its step squared.
-    #[test]
-    fn exact_share_of_a_limit() {
-        for limit in [1.0, 2.0, 3.0] {
-            let h = 1e-3;
-            let mean: f64 = (-8000..8000)
-                .map(|k| (f64::from(k) + 0.5) * h)
-                .map(|z| z.clamp(-limit, limit) * z * (-0.5 * z * z).exp() * h / std::f64::consts::TAU.sqrt())
-                .sum();
-            assert!((share(limit) - mean).abs() < 1e-6, "{limit}");
-        }
-        assert_eq!(share(f64::INFINITY), 1.0);
-    }
-
-    /// By the same sum, of exp(−ρ/2).
-    #[test]
-    fn exact_weight_of_heavy_tails() {
-        for limit in [1.0, 2.0, 3.0] {
-            let h = 1e-3;
-            let density = |k: i32| (-0.5 * temper((f64::from(k) + 0.5) * h, limit).0.powi(2)).exp() * h;
-            let weight = (-40_000..40_000).map(density).sum::<f64>() / std::f64::consts::TAU.sqrt();
-            assert!((of_heavy_tails(limit) - 2.0 * weight.ln()).abs() < 1e-6, "{limit}");
-        }
-        assert_eq!(of_heavy_tails(f64::INFINITY), 0.0);
-    }
 }

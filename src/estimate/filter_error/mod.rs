@@ -37,6 +37,7 @@ mod smoothed_beginning;
 mod start;
 mod steps;
 mod steps_together;
+mod tails;
 mod transition;
 mod ud;
 mod uncertain_noise;
@@ -109,8 +110,8 @@ impl FilterErrorFit {
     /// Share of the innovations that are held back, and the share that chance puts beyond the limit in Gaussian noise; `None` where
     /// every innovation counts as it is.
     pub fn held_back(&self) -> Option<(f64, f64)> {
-        let within = self.linear.iter().map(|s| s.held_back[1]).sum::<f64>() / self.samples as f64;
-        self.limit.is_finite().then(|| (1.0 - within, 1.0 - likelihood::share(self.limit)))
+        let beyond = self.linear.iter().map(|s| s.beyond).sum::<usize>() as f64 / self.samples as f64;
+        self.limit.is_finite().then(|| (beyond, 1.0 - tails::share(self.limit)))
     }
 
     /// Options of a refit nearby, of runs or inputs that differ a little: it goes the way that this fit went, wherever that leads.

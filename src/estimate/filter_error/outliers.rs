@@ -11,8 +11,9 @@
 //! Gaussian. A wild sample stands off its neighbours by all of its innovation; a push moves those after it too, so that the sample
 //! stands off by half of it at most.
 
-use super::likelihood::{Innovations, OUTLIER};
+use super::likelihood::Innovations;
 use super::problem::Filtered;
+use super::tails::OUTLIER;
 use crate::simulate::{nearest_turn, quantile};
 
 /// Samples to each side: a burst may be as long.

@@ -4,16 +4,11 @@
 //! e = y − h(x) − b,    s = c P cᵀ + R,    K = P cᵀ/s,    x ← x + K e,    ∂x/∂θ ← ∂x/∂θ + K ∂e/∂θ,    ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ)
 //! ```
 //!
-//! Scalar by scalar, so that rates, gaps and drop-outs need no grid. An innovation beyond k deviations is taken as that of a
-//! sensor so uncertain that it moves the state as one at k deviations does, and tells as little as that:
-//!
-//! ```text
-//! |e| > k√s:    K = P cᵀ/s',    s' = |e| √s/k        the variance with which the sample is taken in, for s
-//! ```
-//!
-//! Masreliez, *IEEE Transactions on Automatic Control* 20 (1975) 107-110. Where it told as much as any other, a filter that has been
-//! left behind would be sure of itself, and held back again by each sample that shows it so.
+//! Scalar by scalar, so that rates, gaps and drop-outs need no grid. An innovation that is held back ([`super::tails`]) is taken
+//! in with s' for s, as that of a sensor so uncertain. Where it told as much as any other, a filter that has been left behind
+//! would be sure of itself, and held back again by each sample that shows it so.
 
+use super::tails;
 use super::transition::{Belief, Sensitivities};
 use crate::dynamics::Dynamics;
 use crate::simd::{Lanes, Wide};
@@ -41,11 +36,6 @@ pub(super) struct Innovation<'a, const L: usize> {
     /// s', and the variance of the sensor that is in it.
     pub taken: [f64; L],
     pub variance: [f64; L],
-}
-
-/// s' of an innovation that is held back at `limit`.
-pub(super) fn held_back(e: f64, s: f64, limit: f64) -> f64 {
-    e.abs() * s.sqrt() / limit
 }
 
 /// Where an output's Jacobian has entries.
@@ -196,7 +186,8 @@ impl<'a, const L: usize> Sensors<'a, L> {
             let s = wide.store(wide.add(belief.p.variance(wide, &self.c), wide.load(&own)));
             for lane in 0..L {
                 // where s is no number nothing is held back, and the likelihood says so
-                variance[lane] += (held_back(e[lane], s[lane], self.limit) - s[lane]).max(0.0);
+                let z = e[lane] / s[lane].sqrt();
+                variance[lane] += (tails::place(z, self.limit).taken(z, s[lane]) - s[lane]).max(0.0);
             }
             expected = Some(s);
         }

@@ -9,12 +9,13 @@
 
 use nalgebra::DMatrix;
 
-use super::likelihood::{Linear, of_heavy_tails, share};
+use super::likelihood::Linear;
 use super::noise::NoiseModel;
 use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
 use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
+use super::tails::{self, of_heavy_tails, share};
 use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prior_cost, read_inputs, value};
 use crate::model::Model;
@@ -269,6 +270,13 @@ impl<'a> Search<'a> {
         let (c, more) = (share(self.limit), of_heavy_tails(self.limit));
         let of = |linear: &Linear| (1.0 - c) * linear.volume + more * linear.samples as f64;
         self.cost + self.current.iter().map(of).sum::<f64>()
+    }
+
+    /// By how much −2 ln L of what is within five deviations would be lower with tails from `limit` on.
+    pub(super) fn likelier(&self, limit: f64) -> f64 {
+        let Search { filtered, model, noise, mobilities, .. } = self;
+        let innovations = filtered.innovations(model, noise, mobilities, self.limit);
+        tails::likelier(innovations.iter().flatten().flat_map(|of| of.z.iter().copied()), limit, self.limit)
     }
 
     /// One step of the parameters, as far as the likelihood rises; returns by how much −2 ln L was to fall.
