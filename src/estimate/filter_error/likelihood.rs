@@ -62,8 +62,8 @@ pub(super) struct Innovations {
 }
 
 impl Filtered {
-    /// Stretches in batches, those of like length together.
-    fn batches(&self) -> Vec<Vec<usize>> {
+    /// Stretches, the longest first, so that those of like length stand together.
+    fn by_length(&self) -> Vec<usize> {
         let steps = |k: &usize| {
             let s = self.problem.segments[*k];
             let steps_to = &self.problem.tracks[s.track].steps_to;
@@ -71,7 +71,35 @@ impl Filtered {
         };
         let mut order: Vec<usize> = (0..self.problem.segments.len()).collect();
         order.sort_by_key(|k| std::cmp::Reverse(steps(k)));
-        order.chunks(LANES).map(<[usize]>::to_vec).collect()
+        order
+    }
+
+    /// Stretches in batches.
+    fn batches(&self) -> Vec<Vec<usize>> {
+        self.by_length().chunks(LANES).map(<[usize]>::to_vec).collect()
+    }
+
+    /// −2 ln L of each stretch at the values of each of `models`, side by side: few stretches alone would leave most lanes idle.
+    pub(super) fn costs_at(
+        &self,
+        models: &[Model],
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Vec<Vec<f64>> {
+        let all: Vec<(usize, usize)> =
+            self.by_length().into_iter().flat_map(|stretch| (0..models.len()).map(move |m| (m, stretch))).collect();
+        let of = |members: &[(usize, usize)]| {
+            let noise = std::array::from_fn(|_| noise.clone());
+            let own: Vec<(&Model, usize)> = members.iter().map(|(m, stretch)| (&models[*m], *stretch)).collect();
+            let batch = self.batch_of_models::<LANES>(&own, noise, mobilities, limit);
+            let (passed, _) = Machine::widest(Pass { batch, kept: Kept::Cost, tape: None });
+            passed.into_iter().map(|p| p.linear.cost).collect()
+        };
+        let parts: Vec<Vec<f64>> = all.par_chunks(LANES).map(of).collect();
+        let mut costs = vec![vec![0.0; self.problem.segments.len()]; models.len()];
+        all.into_iter().zip(parts.into_iter().flatten()).for_each(|((m, stretch), cost)| costs[m][stretch] = cost);
+        costs
     }
 
     /// One pass of the filter over every stretch.

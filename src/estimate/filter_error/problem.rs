@@ -110,12 +110,26 @@ impl Filtered {
         mobilities: &[DMatrix<f64>],
         limit: f64,
     ) -> Batch<'a, L> {
+        let pairs: Vec<(&Model, usize)> = members.iter().map(|member| (model, *member)).collect();
+        self.batch_of_models(&pairs, noise, mobilities, limit)
+    }
+
+    /// The same of `members` each with its own values of the parameters.
+    pub(super) fn batch_of_models<'a, const L: usize>(
+        &'a self,
+        members: &[(&Model, usize)],
+        noise: [NoiseModel; L],
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Batch<'a, L> {
         let problem = &self.problem;
-        let member = |lane: usize| members.get(lane).copied().unwrap_or(members[0]);
-        let stretches = std::array::from_fn(|lane| members.get(lane).map(|k| problem.segments[*k]));
-        let values: Vec<Vec<f64>> =
-            (0..L).map(|lane| values_in_run(model, problem.tracks[problem.segments[member(lane)].track].run)).collect();
-        let theta = (0..model.parameters.len()).map(|p| std::array::from_fn(|lane| values[lane][p])).collect();
+        let of_lane = |lane: usize| members.get(lane).copied().unwrap_or(members[0]);
+        let member = |lane: usize| of_lane(lane).1;
+        let stretches = std::array::from_fn(|lane| members.get(lane).map(|(_, k)| problem.segments[*k]));
+        let of_stretch =
+            |(model, k): (&Model, usize)| values_in_run(model, problem.tracks[problem.segments[k].track].run);
+        let values: Vec<Vec<f64>> = (0..L).map(|lane| of_stretch(of_lane(lane))).collect();
+        let theta = (0..values[0].len()).map(|p| std::array::from_fn(|lane| values[lane][p])).collect();
         let dofs = problem.dynamics.velocities();
         let forces: Vec<usize> =
             noise[0].forces.iter().filter_map(|f| dofs.iter().position(|dof| *dof == f.dof)).collect();

@@ -12,10 +12,12 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::Filtered;
 use super::noise::Coordinate;
 use super::noise_steps::{EASED, FARTHEST, FLAT, LEAST_DAMPING, MOST_DAMPING, PART};
 use super::steps::{HOPE, Search};
 use crate::estimate::output_error::{Unknown, move_by, read_inputs, value};
+use crate::model::Model;
 use crate::progress;
 
 /// Deviation over which a slope by a parameter is taken: its square does not show, and roundings of ln L do not either.
@@ -207,36 +209,40 @@ impl Search<'_> {
             if now + step > self.model.parameters[unknowns[k].parameter].max { -step } else { step }
         };
         let problem = &self.filtered.problem;
-        let late = problem.dynamics.delays();
+        let own = |parameter: usize| unknowns.iter().enumerate().filter(move |(_, u)| u.parameter == parameter);
         let of = |parameter: &usize| {
-            let own = || unknowns.iter().enumerate().filter(|(_, u)| u.parameter == *parameter);
             let mut model = self.model.clone();
-            own().for_each(|(k, unknown)| move_by(&mut model, *unknown, moved(k)));
-            let read = late.contains(parameter).then(|| {
-                let mut read = self.filtered.clone();
-                read_inputs(&mut read.problem, &model);
-                read
-            });
-            let filtered = read.as_ref().unwrap_or(&self.filtered);
-            let there = filtered.linearise(&model, &self.noise, &self.mobilities, self.limit, false);
-            let rises: Vec<(usize, f64)> = problem
-                .segments
-                .iter()
-                .zip(there.iter().zip(&self.current))
-                .map(|(stretch, (there, here))| (problem.tracks[stretch.track].run, there.cost - here.cost))
-                .collect();
-            let slope = |(k, unknown): (usize, &Unknown)| {
-                let own = rises.iter().filter(|(run, _)| unknown.run.is_none_or(|own| own == *run));
-                let prior = self.model.parameters[*parameter].prior;
-                let of_prior = prior.map_or(0.0, |(mean, std)| (value(&self.model, *unknown) - mean) / (std * std));
-                (k, 0.5 * own.map(|(_, rise)| rise).sum::<f64>() / moved(k) * scales[k] + of_prior * scales[k])
-            };
-            own().map(slope).collect::<Vec<_>>()
+            own(*parameter).for_each(|(k, unknown)| move_by(&mut model, *unknown, moved(k)));
+            model
         };
-        let mut slopes: Vec<(usize, f64)> = parameters.par_iter().flat_map_iter(of).collect();
-        slopes.sort_by_key(|(k, _)| *k);
-        slopes.dedup_by_key(|(k, _)| *k);
-        slopes.into_iter().map(|(_, slope)| slope).collect()
+        let models: Vec<Model> = parameters.iter().map(of).collect();
+        let late = problem.dynamics.delays();
+        let (read, at_once): (Vec<usize>, Vec<usize>) = (0..models.len()).partition(|k| late.contains(&parameters[*k]));
+        let costs = |filtered: &Filtered, models: &[Model]| {
+            filtered.costs_at(models, &self.noise, &self.mobilities, self.limit)
+        };
+        let side_by_side: Vec<Model> = at_once.iter().map(|k| models[*k].clone()).collect();
+        let mut there: Vec<(usize, Vec<f64>)> = at_once.into_iter().zip(costs(&self.filtered, &side_by_side)).collect();
+        // a delay moves what each run reads
+        there.par_extend(read.into_par_iter().flat_map_iter(|k| {
+            let mut read = self.filtered.clone();
+            read_inputs(&mut read.problem, &models[k]);
+            costs(&read, &models[k..=k]).into_iter().map(move |there| (k, there))
+        }));
+        let mut slopes = vec![0.0; unknowns.len()];
+        for (parameter, there) in there.into_iter().map(|(k, there)| (parameters[k], there)) {
+            let rises = problem.segments.iter().zip(there.iter().zip(&self.current));
+            let rises: Vec<(usize, f64)> =
+                rises.map(|(s, (there, here))| (problem.tracks[s.track].run, there - here.cost)).collect();
+            for (k, unknown) in own(parameter) {
+                let of_runs = rises.iter().filter(|(run, _)| unknown.run.is_none_or(|own| own == *run));
+                let prior = self.model.parameters[parameter].prior;
+                let of_prior = prior.map_or(0.0, |(mean, std)| (value(&self.model, *unknown) - mean) / (std * std));
+                let rise: f64 = of_runs.map(|(_, rise)| rise).sum();
+                slopes[k] = (0.5 * rise / moved(k) + of_prior) * scales[k];
+            }
+        }
+        slopes
     }
 }
 
