@@ -14,15 +14,13 @@ use super::options::FilterErrorOptions;
 use super::smoothed_beginning::At;
 use super::steps::{Search, diverges};
 use super::{FilterErrorFit, Filtered, Reached};
-use crate::estimate::output_error::OutputErrorError;
+use crate::estimate::output_error::{HUBER, OutputErrorError};
 use crate::model::Model;
 
 /// Deviations at which innovations are held back once there are outliers. Where the noise is Gaussian but for them, 2: held back
 /// at 1.345, the filter follows Gaussian innovations by 0.82 of its gain and finds a random force a fifth too strong to make up
 /// for it, by 0.95 at 2. Where the innovations within five deviations are likelier to have the tails from [`HUBER`] on, that.
 const HELD_BACK: f64 = 2.0;
-/// Huber's, 95 % as good as none where there are none.
-const HUBER: f64 = 1.345;
 
 /// Fall of −2 ln L that the next steps promise, below which the noise is about right.
 const ABOUT: f64 = 1.0;
@@ -101,14 +99,15 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
     }
 }
 
-/// The search with innovations held back, and whether it rests.
+/// The search with innovations held back, and whether it rests: at one limit the same whether another was tried before.
 fn held_back<'a>(search: &Search<'a>) -> (Search<'a>, bool) {
-    let mut held = search.clone();
-    let mut rests = held.climb_held(HELD_BACK);
-    if held.likelier(HUBER) > 0.0 {
-        rests = held.climb_held(HUBER);
-    }
-    (held, rests)
+    let climbed = |limit: f64| {
+        let mut held = search.clone();
+        let rests = held.climb_held(limit);
+        (held, rests)
+    };
+    let held = climbed(HELD_BACK);
+    if held.0.likelier(HUBER) > 0.0 { climbed(HUBER) } else { held }
 }
 
 /// The fit where steps in turns have stuck: where steps of both together lead, if that is higher.

@@ -33,6 +33,7 @@ pub use problem::{Linearised, Problem, Unknown};
 
 pub use bound::cramer_rao;
 pub use covariance::StdMethod;
+pub(crate) use loss::HUBER;
 pub use loss::Loss;
 
 use crate::log::number::short;
