@@ -2,16 +2,12 @@
 //! are taken out, and sensors whose innovations are not white are given a part that is correlated in time where it falls by
 //! more.
 
-use nalgebra::DMatrix;
-
-use super::likelihood::{Innovations, Linear};
-use super::noise::{Coloured, NoiseModel, SensorNoise};
+use super::likelihood::Innovations;
+use super::noise::{Coloured, SensorNoise};
 use super::start::TIME;
 use super::steps::Search;
 use super::whiteness::Whiteness;
-use crate::estimate::output_error::read_inputs;
 use crate::frame::Dof;
-use crate::model::Model;
 
 /// Rise of −2 ln L without a force of two unknowns that chance makes once in a hundred: the 99 % quantile of χ²(2).
 const CHANCE: f64 = 9.21;
@@ -22,7 +18,7 @@ const ALIKE: f64 = 4.0;
 /// Share of a force with which the search goes on once sensors are given colour.
 const STOOD_IN: f64 = 0.1;
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     /// Gives the noise of sensors a part that is correlated in time where innovations are not white and the likelihood
     /// asks for it, all such channels at once; whether the search has converged.
     ///
@@ -50,11 +46,11 @@ impl Search<'_> {
             if asked.is_empty() {
                 return converged;
             }
-            let before = self.saved();
+            let before = self.clone();
             let settled = self.coloured(&asked, ALIKE, |dof| quick.contains(&dof));
             // what takes its place has to be a noise, and not a way to one
-            if !settled || self.cost >= before.4 {
-                self.restore(before);
+            if !settled || self.cost >= before.cost {
+                self.back_to(before);
                 return converged;
             }
             converged = true;
@@ -96,7 +92,8 @@ impl Search<'_> {
     /// begin with, and with little of the forces that may have stood in for it; as it was where −2 ln L falls by less than `price`
     /// for each. Whether the search has converged.
     fn coloured(&mut self, asked: &[(usize, f64, Coloured)], price: f64, stood_in: impl Fn(Dof) -> bool) -> bool {
-        let before = self.saved();
+        let before = self.clone();
+        let bar = before.cost - price * asked.len() as f64;
         for (output, white, coloured) in asked {
             self.noise.sensors[*output] = SensorNoise { std: *white, coloured: Some(*coloured) };
         }
@@ -106,12 +103,14 @@ impl Search<'_> {
                 (force.rms, force.time) = (STOOD_IN * force.rms, TIME);
             }
         }
+        self.bar = bar;
         self.renew();
         let converged = self.climb(self.options.tolerance);
-        if before.4 - self.cost <= price * asked.len() as f64 {
-            self.restore(before);
+        if self.cost >= bar {
+            self.back_to(before);
             return true;
         }
+        self.bar = before.bar;
         // those without which the likelihood is as great go again
         let mut gone = false;
         for (output, ..) in asked {
@@ -131,14 +130,10 @@ impl Search<'_> {
         converged
     }
 
-    #[allow(clippy::type_complexity)] // what a step may have to give back
-    fn saved(&self) -> (Model, NoiseModel, Vec<DMatrix<f64>>, Vec<Linear>, f64) {
-        (self.model.clone(), self.noise.clone(), self.mobilities.clone(), self.current.clone(), self.cost)
-    }
-
-    fn restore(&mut self, saved: (Model, NoiseModel, Vec<DMatrix<f64>>, Vec<Linear>, f64)) {
-        (self.model, self.noise, self.mobilities, self.current, self.cost) = saved;
-        read_inputs(&mut self.filtered.problem, &self.model);
+    /// Goes back to where the search was; passes that were taken since then are counted.
+    fn back_to(&mut self, before: Search<'a>) {
+        let passes = self.passes;
+        *self = Search { passes, ..before };
     }
 
     /// Takes out the forces that the likelihood does not ask for, the weakest first; whether the search has converged.
@@ -147,20 +142,20 @@ impl Search<'_> {
         let mut kept: Vec<Dof> = Vec::new();
         // all at once, where none of them is any
         if self.options.forces.is_estimated() && !self.noise.forces.is_empty() {
-            let before = self.saved();
+            let before = self.clone();
             let count = self.noise.forces.len() as f64;
             let mut without = self.noise.clone();
             without.forces.clear();
             let (_, cost) = self.linearised(&self.model, &without);
-            if cost - before.4 <= 5.0 * CHANCE * count {
+            if cost - before.cost <= 5.0 * CHANCE * count {
                 self.noise = without;
                 self.renew();
                 let settled = self.climb(self.options.tolerance);
                 // a sum of as many as there are may rise by no more than one of them
-                if self.cost - before.4 <= CHANCE {
+                if self.cost - before.cost <= CHANCE {
                     return settled;
                 }
-                self.restore(before);
+                self.back_to(before);
             }
         }
         while self.options.forces.is_estimated() {
@@ -179,15 +174,15 @@ impl Search<'_> {
             if rise > 5.0 * CHANCE {
                 break;
             }
-            let before = self.saved();
+            let before = self.clone();
             let dof = self.noise.forces[weakest].dof;
             self.noise.forces.remove(weakest);
             self.renew();
             let settled = self.climb(self.options.tolerance);
-            if self.cost - before.4 <= CHANCE {
+            if self.cost - before.cost <= CHANCE {
                 converged = settled;
             } else {
-                self.restore(before);
+                self.back_to(before);
                 kept.push(dof);
             }
         }
