@@ -405,7 +405,7 @@ mod tests {
             sensors: filtered.problem.sigma.iter().enumerate().map(sensor).collect(),
         };
         let unknowns = noise.coordinates();
-        let slopes = filtered.slopes(model, &noise, &unknowns, &mobilities, limit);
+        let (_, slopes) = filtered.slopes(model, &noise, &unknowns, &mobilities, limit);
         let information = filtered.noise_information(model, &noise, &unknowns, &mobilities, limit, Asked::All);
         let mut cost = |unknown: Coordinate, by: f64| {
             let here = noise.at(unknown);

@@ -118,13 +118,10 @@ impl Filtered {
         };
         let batches = self.batches();
         let parts: Vec<Vec<Passed>> = batches.par_iter().map(of).collect();
-        let mut all: Vec<(usize, Passed)> =
-            batches.iter().zip(parts).flat_map(|(members, parts)| members.iter().copied().zip(parts)).collect();
-        all.sort_by_key(|(member, _)| *member);
-        all.into_iter().map(|(_, passed)| passed).collect()
+        in_order(&batches, parts)
     }
 
-    /// Slope of −ln L by the logarithms `coordinates` of the noise.
+    /// Every stretch linearised, and the slope of −ln L by the logarithms `coordinates` of the noise: the way forth serves both.
     pub(super) fn slopes(
         &self,
         model: &Model,
@@ -132,10 +129,11 @@ impl Filtered {
         coordinates: &[Coordinate],
         mobilities: &[DMatrix<f64>],
         limit: f64,
-    ) -> Vec<f64> {
+    ) -> (Vec<Linear>, Vec<f64>) {
         let slopes = |_: &[usize], tape: &Tape<LANES>| coordinates.iter().map(|c| tape.slope(*c)).collect::<Vec<f64>>();
-        let parts = self.back(model, noise, mobilities, limit, slopes);
-        (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect()
+        let (passed, parts) = self.there_and_back(model, noise, mobilities, limit, Kept::Factor, slopes);
+        let slopes = (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect();
+        (passed.into_iter().map(|p| p.linear).collect(), slopes)
     }
 
     /// What `read` takes of the way back through each batch, whose stretches it is told.
@@ -147,15 +145,30 @@ impl Filtered {
         limit: f64,
         read: impl Fn(&[usize], &Tape<LANES>) -> T + Sync,
     ) -> Vec<T> {
+        self.there_and_back(model, noise, mobilities, limit, Kept::Cost, read).1
+    }
+
+    /// What is kept of the way forth over each stretch, and what `read` takes of the way back through each batch.
+    fn there_and_back<T: Send>(
+        &self,
+        model: &Model,
+        noise: &NoiseModel,
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+        kept: Kept,
+        read: impl Fn(&[usize], &Tape<LANES>) -> T + Sync,
+    ) -> (Vec<Passed>, Vec<T>) {
         let states = self.problem.dynamics.states.len();
         let of = |members: &Vec<usize>| {
             let noises = std::array::from_fn(|_| noise.clone());
             let batch = self.batch::<LANES>(model, members, noises, mobilities, limit);
             let tape = Some(Tape::new(noise, states, limit, share(limit)));
-            let (_, tape) = Machine::widest(Pass { batch, kept: Kept::Cost, tape });
-            tape.map(|tape| read(members, &tape))
+            let (passed, tape) = Machine::widest(Pass { batch, kept, tape });
+            (passed, tape.map(|tape| read(members, &tape)))
         };
-        self.batches().par_iter().filter_map(of).collect()
+        let batches = self.batches();
+        let (passed, read): (Vec<Vec<Passed>>, Vec<Option<T>>) = batches.par_iter().map(of).unzip();
+        (in_order(&batches, passed), read.into_iter().flatten().collect())
     }
 
     /// Σ ln|1 + P₀ I₀| of all stretches ([`super::beginning`]).
@@ -275,6 +288,14 @@ struct Passed {
     innovations: Vec<Innovations>,
     /// ln|1 + P₀ I₀|; 0 where it was not asked for.
     beginning: f64,
+}
+
+/// What is kept of the stretches of `batches`, in the order of the stretches.
+fn in_order(batches: &[Vec<usize>], parts: Vec<Vec<Passed>>) -> Vec<Passed> {
+    let of_batch = |(members, parts): (&Vec<usize>, Vec<Passed>)| members.clone().into_iter().zip(parts);
+    let mut all: Vec<(usize, Passed)> = batches.iter().zip(parts).flat_map(of_batch).collect();
+    all.sort_by_key(|(member, _)| *member);
+    all.into_iter().map(|(_, passed)| passed).collect()
 }
 
 /// Rows that are multiplied at once.

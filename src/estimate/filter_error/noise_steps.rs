@@ -89,7 +89,7 @@ impl Search<'_> {
         if coordinates.is_empty() {
             return 0.0;
         }
-        self.renew();
+        self.follow_inertia();
         let (mut gradient, mut information) = self.scored(&coordinates);
         // what stands at its bound and would leave it stays there
         let mut held = vec![false; coordinates.len()];
@@ -178,10 +178,10 @@ impl Search<'_> {
         (there - now).abs() < 0.1 * NEAR
     }
 
-    /// Gradient and information of −ln L by the noise, priors included.
+    /// Gradient and information of −ln L by the noise, priors included, and what is linearised here anew.
     pub(super) fn scored(&mut self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
+        let mut gradient = DVector::from_vec(self.renew_with_slopes(coordinates));
         let Search { filtered, model, noise, mobilities, limit, informed, .. } = self;
-        let mut gradient = DVector::from_vec(filtered.slopes(model, noise, coordinates, mobilities, *limit));
         let at = DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| noise.at(*c)));
         if !informed.as_ref().is_some_and(|known| known.is_near(coordinates, &at)) {
             let information =

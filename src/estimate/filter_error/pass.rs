@@ -66,6 +66,7 @@ pub(super) fn filter<const L: usize, W: Wide<L>>(
         let last = leg + 1 == legs;
         if again {
             left.pop().into_iter().for_each(|there| place = there);
+            sensitivities = None;
         } else if !last {
             left.push(place.clone());
         }

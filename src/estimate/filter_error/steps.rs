@@ -10,7 +10,7 @@
 use nalgebra::DMatrix;
 
 use super::likelihood::Linear;
-use super::noise::NoiseModel;
+use super::noise::{Coordinate, NoiseModel};
 use super::noise_steps::Informed;
 use super::options::FilterErrorOptions;
 use super::quasi_newton::QuasiNewton;
@@ -170,14 +170,36 @@ impl<'a> Search<'a> {
 
     pub(super) fn linearised(&self, model: &Model, noise: &NoiseModel) -> (Vec<Linear>, f64) {
         let stretches = self.filtered.linearise(model, noise, &self.mobilities, self.limit, true);
+        let cost = self.cost_of(&stretches, model, noise);
+        (stretches, cost)
+    }
+
+    /// −2 ln L of `stretches` linearised at these values, priors included.
+    fn cost_of(&self, stretches: &[Linear], model: &Model, noise: &NoiseModel) -> f64 {
         let coordinates = noise.coordinates();
         let prior = Prior::new(&coordinates, &self.stated).cost(noise, &coordinates);
         let own: f64 = stretches.iter().map(|s| s.cost).sum();
-        (stretches, own + prior + prior_cost(model, &self.filtered.problem.unknowns))
+        own + prior + prior_cost(model, &self.filtered.problem.unknowns)
     }
 
-    /// Linearises here.
+    /// Linearises here, with the inertias of here.
     pub(super) fn renew(&mut self) {
+        self.follow_inertia();
+        (self.current, self.cost) = self.linearised(&self.model, &self.noise);
+        self.passes += 1;
+    }
+
+    /// Linearises here with the inertias at hand; the gradient of −ln L by the noise.
+    pub(super) fn renew_with_slopes(&mut self, coordinates: &[Coordinate]) -> Vec<f64> {
+        let Search { filtered, model, noise, mobilities, limit, .. } = self;
+        let (current, slopes) = filtered.slopes(model, noise, coordinates, mobilities, *limit);
+        (self.cost, self.current) = (self.cost_of(&current, &self.model, &self.noise), current);
+        self.passes += 1;
+        slopes
+    }
+
+    /// M⁻¹, and what is read at delays, as they are here.
+    pub(super) fn follow_inertia(&mut self) {
         if let Some(mobilities) = self.filtered.mobilities(&self.model) {
             self.mobilities = mobilities;
         }
@@ -185,8 +207,6 @@ impl<'a> Search<'a> {
         if !delays.is_empty() {
             read_inputs(&mut self.filtered.problem, &self.model);
         }
-        (self.current, self.cost) = self.linearised(&self.model, &self.noise);
-        self.passes += 1;
     }
 
     /// Steps in turns until neither promises more than `tolerance`; whether that was reached.

@@ -68,7 +68,7 @@ impl Search<'_> {
         let unknowns = self.filtered.problem.unknowns.clone();
         let coordinates = self.coordinates();
         self.filtered.problem.follow(&self.model);
-        self.renew_as_pushed();
+        self.follow_as_pushed();
         let (of_noise, noise_information) = self.scored(&coordinates);
         let of_parameters = self.parameter_slopes(&unknowns, scales);
         let (p, n) = (unknowns.len(), unknowns.len() + coordinates.len());
@@ -130,8 +130,8 @@ impl Search<'_> {
         }
     }
 
-    /// Linearises here with the inertias of here, and forces that push as they did: another inertia alone makes no other noise.
-    fn renew_as_pushed(&mut self) {
+    /// The inertias of here, and forces that push as they did: another inertia alone makes no other noise.
+    fn follow_as_pushed(&mut self) {
         if let (true, Some(here)) = (self.options.forces.is_estimated(), self.filtered.mobilities(&self.model)) {
             for i in 0..self.noise.forces.len() {
                 let (coordinate, k) = (Coordinate::ForceRms(i), self.velocity_of(i));
@@ -139,7 +139,7 @@ impl Search<'_> {
                 self.noise.set(coordinate, self.bounded(coordinate, moved));
             }
         }
-        self.renew();
+        self.follow_inertia();
     }
 
     /// Place of a force among the velocities.
