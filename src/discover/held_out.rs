@@ -48,8 +48,10 @@ const WORSE: f64 = 0.01;
 /// What held-out runs say of a name.
 #[derive(Debug, Clone)]
 pub(super) struct HeldOut {
-    /// Fall of −2 ln L on them.
+    /// Fall of −2 ln L on them; infinite where the model without the name runs away there.
     pub gain: f64,
+    /// −2 ln L of them with the name.
+    pub cost: f64,
     /// Why they do not agree, if they do not.
     pub against: Option<String>,
 }
@@ -102,7 +104,8 @@ pub(super) fn agree(
     with: &FilterErrorFit,
     task: &Task<'_>,
 ) -> Result<HeldOut, OutputErrorError> {
-    let mut gain = fall(without, with, task)?;
+    let (before, cost) = costs(without, with, task)?;
+    let mut gain = before - cost;
     let least = if own_values(with) > own_values(without) { -2.0 * BY_HALVES.ln() } else { 0.0 };
     if gain.is_nan() || gain <= least {
         gain = fall_under_own_noise(without, with, task).unwrap_or(gain);
@@ -113,14 +116,14 @@ pub(super) fn agree(
         } else {
             "runs that took no part are predicted no better with it"
         };
-        return Ok(HeldOut { gain, against: Some(against.to_string()) });
+        return Ok(HeldOut { gain, cost, against: Some(against.to_string()) });
     }
     let against = match task.held {
         [] => None,
         runs => worse(without, with, (runs, task.fitting))?,
     };
     let told = |channel| format!("runs that took no part are predicted worse with it {AHEAD} s ahead, in `{channel}`");
-    Ok(HeldOut { gain, against: against.map(told) })
+    Ok(HeldOut { gain, cost, against: against.map(told) })
 }
 
 /// By how much −2 ln L of the runs that took no part falls, the noise of either model estimated on them; at least as much, as
@@ -155,13 +158,18 @@ fn own_values(fit: &FilterErrorFit) -> usize {
 
 /// By how much −2 ln L of the runs that took no part falls from one fit to another.
 pub(super) fn fall(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<f64, OutputErrorError> {
+    costs(from, to, task).map(|(from, to)| from - to)
+}
+
+/// −2 ln L of the runs that took no part with either fit.
+fn costs(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<(f64, f64), OutputErrorError> {
     let halved = judged_by_halves(from, to);
     if task.held.is_empty() && !halved {
-        return Ok(from.left_out_cost() - to.left_out_cost());
+        return Ok((from.left_out_cost(), to.left_out_cost()));
     }
     let runs = if task.held.is_empty() { task.train } else { task.held };
     let cost = |fit: &FilterErrorFit| others_cost(fit, runs, halved, task.fitting);
-    Ok(cost(from)? - cost(to)?)
+    Ok((cost(from)?, cost(to)?))
 }
 
 /// The channel that is predicted worse beyond chance, if there is one.

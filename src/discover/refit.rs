@@ -4,6 +4,8 @@
 //! −2 ln L(θ, noise)  →  min        from θ̂ of the last model and its half of the forces;  from the log
 //! ```
 
+use std::cmp::Ordering;
+
 use super::candidate::Candidate;
 use super::focus::Start;
 use super::rules::is_nothing;
@@ -38,13 +40,36 @@ pub(super) struct Contender {
     pub score: Score,
     pub fit: FilterErrorFit,
     pub gain: f64,
-    /// Fall of −2 ln L on runs that took no part.
+    /// Fall of −2 ln L on runs that took no part, and what it is there.
     pub held_out: f64,
+    pub held_out_cost: f64,
+}
+
+/// What names are compared by.
+#[derive(Clone, Copy)]
+pub(super) struct Standing {
+    /// Fall of −2 ln L, that of runs that took no part included, less the price of the parameters.
+    pub worth: f64,
+    /// −2 ln L of runs that took no part.
+    held_out_cost: f64,
+    /// `worth` without those runs.
+    own: f64,
+}
+
+impl Standing {
+    /// Which of two comes first: the one that is worth more; where the last model runs away on runs that took no part, beside
+    /// which either is worth any amount, the one with which they and those of the fit are likelier.
+    pub fn before(&self, other: &Standing) -> Ordering {
+        let likelier = |s: &Standing| s.own - s.held_out_cost;
+        other.worth.total_cmp(&self.worth).then_with(|| likelier(other).total_cmp(&likelier(self)))
+    }
 }
 
 impl Contender {
-    pub fn worth(&self) -> f64 {
-        self.gain + self.held_out - PENALTY * self.score.parameters as f64
+    /// Where it stands, less what `off` takes.
+    pub fn standing(&self, off: f64) -> Standing {
+        let own = self.gain - PENALTY * self.score.parameters as f64 - off;
+        Standing { worth: own + self.held_out, held_out_cost: self.held_out_cost, own }
     }
 }
 
@@ -93,7 +118,7 @@ pub(super) fn refitted(
         }
     }
     let (gain, fit) = best?;
-    Some(Contender { score, fit, gain, held_out: 0.0 })
+    Some(Contender { score, fit, gain, held_out: 0.0, held_out_cost: 0.0 })
 }
 
 /// The model of `fit` fitted from the log, where a random force is left that is no turbulence; `None` where that is no better.
@@ -134,4 +159,28 @@ pub(super) fn afresh(noise: &NoiseModel) -> NoiseModel {
     let mut fresh = noise.clone();
     fresh.forces.iter_mut().for_each(|f| f.rms *= 0.5);
     fresh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_are_worth_any_amount_are_told_apart_by_what_they_are_likely() {
+        let standing =
+            |own: f64, held_out: f64, held_out_cost: f64| Standing { worth: own + held_out, held_out_cost, own };
+        // of a campaign with two thrusters exchanged, on which the baseline runs away
+        let mut names = [
+            standing(22_795.0, f64::INFINITY, -14_892.0),
+            standing(31_117.0, f64::INFINITY, -25_034.0),
+            standing(23_354.0, f64::INFINITY, -15_094.0),
+            standing(40_000.0, 9_000.0, -24_000.0),
+        ];
+        names.sort_by(Standing::before);
+        assert_eq!(names.map(|s| s.own), [31_117.0, 23_354.0, 22_795.0, 40_000.0]);
+        // where it does not, what the name is worth decides
+        let mut names = [standing(10.0, 50.0, -80.0), standing(90.0, 40.0, -10.0)];
+        names.sort_by(Standing::before);
+        assert_eq!(names.map(|s| s.own), [90.0, 10.0]);
+    }
 }

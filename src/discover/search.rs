@@ -326,8 +326,8 @@ fn name_among(
     let mut names: Vec<Contender> = Vec::new();
     for mut contender in contenders {
         let candidate = &found.candidates[contender.score.candidate];
-        let HeldOut { gain, against } = agree(&here, &contender.fit, task)?;
-        contender.held_out = gain;
+        let HeldOut { gain, cost, against } = agree(&here, &contender.fit, task)?;
+        (contender.held_out, contender.held_out_cost) = (gain, cost);
         match broken(&here.model, &contender.fit, candidate).or(against) {
             None => names.push(contender),
             Some(why) => {
@@ -337,8 +337,8 @@ fn name_among(
     }
     let of_thruster = |c: &Contender| found.candidates[c.score.candidate].terms[0].0.about().scope == Scope::Thrusters;
     let makes_thrust = |c: &Contender| makes_thrust(&here.model, &c.fit.model, of_thruster(c));
-    let standing = |c: &Contender| c.worth() - if makes_thrust(c) { TIE } else { 0.0 };
-    names.sort_by(|a, b| standing(b).total_cmp(&standing(a)));
+    let standing = |c: &Contender| c.standing(if makes_thrust(c) { TIE } else { 0.0 });
+    names.sort_by(|a, b| standing(a).before(&standing(b)));
     let name_of = |c: &Contender| found.candidates[c.score.candidate].name();
     let added = |c: &Contender| Added {
         candidate: found.candidates[c.score.candidate].clone(),
@@ -369,7 +369,7 @@ fn name_among(
         };
         let others = &names[k + 1..];
         let mut named = added(first);
-        let tied = others.iter().filter(|other| standing(first) - other.worth() < TIE).map(name_of);
+        let tied = others.iter().filter(|other| standing(first).worth - other.standing(0.0).worth < TIE).map(name_of);
         named.also_possible.extend(tied);
         named.rivals = others.iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
         return Ok(Some((named, fit)));
