@@ -164,7 +164,7 @@ fn collect<R: Read>(
         log.note(&codes::TURNED, None, &how);
     }
     if !repeated.is_empty() {
-        let of = |r: &Repeats| format!("{} of {taken} values of {}", r.count, r.column);
+        let of = |r: &Repeats| format!("{} of {} values of {}", r.count, r.values, r.column);
         let said: Vec<String> = repeated.iter().map(of).collect();
         let said = format!("{} only repeat the one before", said.join(", "));
         match options.repeated {
@@ -259,7 +259,8 @@ fn dropped_out(log: &mut LogFile, repeated: &[Repeats]) {
 /// What a column only repeats.
 struct Repeats {
     column: String,
-    /// Rows that are no samples.
+    /// Values that the log has of it, and how many of them are no samples.
+    values: usize,
     count: usize,
     /// Rows between which the sensor had dropped out.
     frozen: Vec<Range<usize>>,
@@ -269,13 +270,16 @@ struct Repeats {
 fn without_repeats(plan: &Plan, values: &mut [Vec<f64>]) -> Vec<Repeats> {
     let measured = plan.columns.iter().zip(values).filter(|(column, _)| check::is_measured(&column.name));
     let mut found = Vec::new();
-    // a column with absent samples has said already which are there
-    for (column, values) in measured.filter(|(_, values)| values.iter().all(|x| !x.is_nan())) {
-        let Some(hold) = check::hold::of(values) else { continue };
-        let (kept, frozen) = (hold.samples(values), hold.frozen(values));
-        found.push(Repeats { column: column.name.clone(), count: values.len() - kept.len(), frozen });
+    for (column, values) in measured {
+        // rows of another sensor, or of commands, are none of this one
+        let present: Vec<usize> = (0..values.len()).filter(|row| !values[*row].is_nan()).collect();
+        let own: Vec<f64> = present.iter().map(|row| values[*row]).collect();
+        let Some(hold) = check::hold::of(&own) else { continue };
+        let kept = hold.samples(&own);
+        let frozen = hold.frozen(&own).into_iter().map(|s| present[s.start]..present[s.end]).collect();
+        found.push(Repeats { column: column.name.clone(), values: own.len(), count: own.len() - kept.len(), frozen });
         let mut sparse = vec![f64::NAN; values.len()];
-        kept.into_iter().for_each(|k| sparse[k] = values[k]);
+        kept.into_iter().for_each(|k| sparse[present[k]] = own[k]);
         *values = sparse;
     }
     found

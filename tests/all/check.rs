@@ -302,6 +302,35 @@ fn a_held_log_is_read_as_its_slow_sensor() {
     assert!(held.warnings.is_empty() && held.notes[0].code == "L204", "{:?} {:?}", held.warnings, held.notes);
 }
 
+/// Commands of 10 Hz leave every second row of the sensors empty, and a DVL of 2 Hz is repeated in the others.
+#[test]
+fn what_is_repeated_between_empty_rows_is_no_sample_either() {
+    let dvl = |k: usize| (0.3 * (k / 5) as f64).sin();
+    let row = |k: usize| match k % 2 {
+        0 => format!("{:.1},5,{},{}\n", 0.1 * k as f64, dvl(k + 4), (0.7 * k as f64).sin()),
+        _ => format!("{:.1},6,,\n", 0.1 * k as f64),
+    };
+    let text: String =
+        std::iter::once("t [s],tau_u [N],u [m/s],r [rad/s]\n".to_string()).chain((0..400).map(row)).collect();
+    let options = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
+    let read = |options: &LogOptions| log::read_from(text.as_bytes(), "held.csv", options, &["t"]).expect("it reads");
+    let found = read(&options);
+    let changes = (0..400).step_by(2).filter(|k| *k == 0 || dvl(k + 4) != dvl(k + 2));
+    let expected: Vec<f64> = changes.map(|k| 0.1 * k as f64).collect();
+    assert!(expected.len() > 75 && expected.len() < 85, "{}", expected.len());
+    let times = found.signals["u"].time();
+    assert!(
+        times.len() == expected.len() && times.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9),
+        "{times:?}"
+    );
+    assert_eq!([found.signals["r"].len(), found.signals["tau_u"].len()], [200, 400]);
+    let said: Vec<&str> = found.warnings.iter().filter(|w| w.code == "L111").map(|w| w.text.as_str()).collect();
+    assert!(said.len() == 1 && said[0].contains("of 200 values of u only repeat the one before"), "{said:?}");
+    // and where the campaign says that all are measurements they all are
+    let all = read(&LogOptions { repeated: Repeated::Sample, ..options });
+    assert_eq!(all.signals["u"].len(), 200);
+}
+
 fn badlog(name: &str) -> Option<CheckReport> {
     let path = shared::path("badlogs")?.join(name);
     let log = log::read(path, &LogOptions::default(), &PLANAR).expect("it reads with warnings");
