@@ -45,6 +45,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     if let Some(finding) = unexcited::at_rest(&runs) {
         return Err(Error::Refused { findings: vec![finding] });
     }
+    unexcited::refuse(campaign, &campaign.motion(Some(Role::Train)))?;
     let fitting = filter_error::options(campaign);
     let mut faults = faults(&runs, &campaign.model);
     let names_sensors = options.families.contains(&Family::Sensor);

@@ -85,14 +85,18 @@ pub(super) fn on_others(
     Ok(model)
 }
 
-/// −2 ln L of runs that took no part; of their second halves where a value of their own is taken from the first.
+/// −2 ln L of runs that took no part; of their second halves where a value of their own is taken from the first. Infinite where
+/// the model runs away there.
 fn others_cost(
     fit: &FilterErrorFit,
     runs: &[Run],
     halved: bool,
     fitting: &FilterErrorOptions,
 ) -> Result<f64, OutputErrorError> {
-    let model = on_others(fit, runs, fitting)?;
+    let model = match on_others(fit, runs, fitting) {
+        Err(OutputErrorError::Diverges { .. }) => return Ok(f64::INFINITY),
+        model => model?,
+    };
     let noise = fit.noise.elsewhere(&model, runs);
     let cost = |runs: &[Run]| cost_of(&model, runs, (&noise, fit.limit), fitting);
     Ok(cost(runs)? - if halved { cost(&first_halves(runs))? } else { 0.0 })
