@@ -3,7 +3,7 @@
 use super::answer;
 use super::output::Output;
 use super::table::{measured, number, size, table, wrapped};
-use crate::discover::{AS_A_WHOLE, Discovery, SmallestVisible, Verdict};
+use crate::discover::{AS_A_WHOLE, Discovery, FoundParameter, SmallestVisible, Verdict};
 use crate::effects::id;
 use crate::frame::Measured;
 use crate::wording::probability;
@@ -50,6 +50,12 @@ pub(super) fn print(found: &Discovery, output: &Output) {
     }
 }
 
+/// The value and its deviation, and the least and the greatest where each run has its own.
+fn value(p: &FoundParameter) -> String {
+    let told = |value: f64| measured(value, Some(p.std));
+    p.range().map_or_else(|| told(p.value), |(least, most)| format!("{} to {} by run", told(least), told(most)))
+}
+
 /// What is missing; common names, probabilities and what is possible as well where `all` is asked for.
 fn effects(found: &Discovery, all: bool) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
@@ -60,7 +66,7 @@ fn effects(found: &Discovery, all: bool) -> String {
                 first(effect.id.clone()),
                 first(effect.common_name.clone()),
                 p.name.clone(),
-                measured(p.value, Some(p.std)),
+                value(p),
                 p.unit.clone(),
                 first(probability(effect.p_value)),
                 first(effect.also_possible.join(", ")),

@@ -17,15 +17,23 @@ use crate::wording::digits;
 pub struct FoundParameter {
     /// Symbol.
     pub name: String,
-    /// Value, SI.
+    /// Value, SI; where each run has its own, their mean.
     pub value: f64,
-    /// Standard deviation, SI.
+    /// Standard deviation, SI; the greatest, where each run has its own.
     pub std: f64,
     /// Unit.
     pub unit: String,
     /// Values in each run, where each has its own.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub per_run: Vec<f64>,
+}
+
+impl FoundParameter {
+    /// Least and greatest value of the runs, where each has its own.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        let least = self.per_run.iter().copied().reduce(f64::min)?;
+        Some((least, self.per_run.iter().copied().fold(least, f64::max)))
+    }
 }
 
 /// An effect that was added.
@@ -90,9 +98,11 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
                 .into_iter()
                 .map(|p| {
                     let parameter = &model.parameters[p];
+                    let of_runs = &parameter.per_run;
+                    let mean = || of_runs.iter().sum::<f64>() / of_runs.len() as f64;
                     FoundParameter {
                         name: parameter.spec.name.clone(),
-                        value: parameter.value,
+                        value: if of_runs.is_empty() { parameter.value } else { mean() },
                         std: parameter.std.unwrap_or(0.0),
                         unit: parameter.spec.dimension.to_string(),
                         per_run: parameter.per_run.clone(),

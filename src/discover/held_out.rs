@@ -15,12 +15,12 @@
 //!
 //! ```text
 //! −2 ln L(second half | first half) = −2 ln L(run; θ of the first half) + 2 ln L(first half; θ of the first half)
-//! Δ > −2 ln 0.05 = 6.0
+//! Δ > −2 ln 0.025 = 7.4        under the noise of the fit, or one that is estimated on the first halves
 //! ```
 //!
 //! There no other run bears the name out, and a slow random force begins every run like a wave: the second halves alone have
 //! to. A likelihood ratio of data that took no part in either fit is 1 in the mean where the name is wrong, so exp(Δ/2)
-//! passes 1/0.05 in five of a hundred at most (Wasserman, Ramdas and Balakrishnan 2020, *Universal inference*).
+//! passes 1/0.025 in five of two hundred at most, under each of the two noises (Wasserman, Ramdas and Balakrishnan 2020, *Universal inference*).
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -110,7 +110,8 @@ pub(super) fn agree(
 ) -> Result<HeldOut, OutputErrorError> {
     let (before, cost) = costs(without, with, task)?;
     let mut gain = before - cost;
-    let least = if own_values(with) > own_values(without) { -2.0 * BY_HALVES.ln() } else { 0.0 };
+    // under either of two noises, each of which may pass as often as half of it
+    let least = if own_values(with) > own_values(without) { -2.0 * (0.5 * BY_HALVES).ln() } else { 0.0 };
     if gain.is_nan() || gain <= least {
         gain = fall_under_own_noise(without, with, task).unwrap_or(gain);
     }
@@ -131,10 +132,14 @@ pub(super) fn agree(
 }
 
 /// By how much −2 ln L of the runs that took no part falls, the noise of either model estimated on them; at least as much, as
-/// soon as the model without the name has no hope of coming near. `None` where no run is held out, or where a value of its own
-/// in every run is judged by halves.
+/// soon as the model without the name has no hope of coming near. Where runs are judged by halves, it is estimated on the first
+/// ones. `None` where no run is held out, or where a fit of the noise fails.
 fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
-    if task.held.is_empty() || judged_by_halves(without, with) {
+    if judged_by_halves(without, with) {
+        let cost = |fit: &FilterErrorFit| second_halves_under_own_noise(fit, without, task);
+        return Some(cost(without)? - cost(with)?);
+    }
+    if task.held.is_empty() {
         return None;
     }
     let own_noise = |fit: &FilterErrorFit, bar: f64| -> Result<FilterErrorFit, OutputErrorError> {
@@ -148,6 +153,21 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
         Err(OutputErrorError::GivenUp { cost, .. }) => Some(cost - with.cost),
         Err(_) => None,
     }
+}
+
+/// −2 ln L of the second halves, given the first ones, under a noise that is estimated on those.
+fn second_halves_under_own_noise(fit: &FilterErrorFit, without: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
+    let runs = others(task);
+    let model = on_others(fit, runs, task.fitting).ok()?;
+    let (first, options) = (first_halves(runs), FilterErrorOptions { tolerance: ROUGH, ..beside(without, task) });
+    let noise = filter_error_from(&model, &first, fit.noise.elsewhere(&model, &first), &options).ok()?.noise;
+    let cost = |runs: &[Run]| cost_of(&model, runs, (&noise, fit.limit), task.fitting).ok();
+    Some(cost(runs)? - cost(&first)?)
+}
+
+/// Runs that took no part; where there is none, those that did, as far as they have a value of their own.
+fn others<'a>(task: &Task<'a>) -> &'a [Run] {
+    if task.held.is_empty() { task.train } else { task.held }
 }
 
 /// Whether runs are judged by halves: a value of its own in every run is taken from the first one.
@@ -171,7 +191,7 @@ fn costs(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<
     if task.held.is_empty() && !halved {
         return Ok((from.left_out_cost(), to.left_out_cost()));
     }
-    let runs = if task.held.is_empty() { task.train } else { task.held };
+    let runs = others(task);
     let cost = |fit: &FilterErrorFit| others_cost(fit, runs, halved, task.fitting);
     Ok((cost(from)?, cost(to)?))
 }

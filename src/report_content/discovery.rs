@@ -5,7 +5,8 @@ use crate::discover::{AS_A_WHOLE, Discovery, FoundEffect, FoundParameter, Residu
 use crate::effects::{common_name, named};
 use crate::frame::Measured;
 use crate::report::{
-    Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Style, Table, number,
+    Axis, Bar, Bars, Block, Cell, Chart, Column, Curves, Figure, Label, Panel, Section, Series, Style, Table, estimate,
+    number,
 };
 use crate::wording::{capitalised, probability};
 
@@ -57,7 +58,9 @@ fn effects(found: &Discovery) -> Table {
     };
     let rows = |e: &FoundEffect| -> Vec<Vec<Cell>> {
         let of = |p: &FoundParameter| {
-            let value = Cell::Estimate { value: p.value, std: Some(p.std) };
+            let told = |value: f64| estimate(value, Some(p.std), Style::Text);
+            let of_runs = |(least, most)| Cell::from(format!("{} to {} by run", told(least), told(most)).as_str());
+            let value = p.range().map_or(Cell::Estimate { value: p.value, std: Some(p.std) }, of_runs);
             row(e, [Cell::Text(Label::symbol(&p.name)), value, Cell::from(crate::report::unit(&p.unit).as_str())])
         };
         match e.parameters.as_slice() {

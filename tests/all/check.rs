@@ -324,7 +324,7 @@ fn what_is_repeated_between_empty_rows_is_no_sample_either() {
         "{times:?}"
     );
     assert_eq!([found.signals["r"].len(), found.signals["tau_u"].len()], [200, 400]);
-    let said: Vec<&str> = found.warnings.iter().filter(|w| w.code == "L111").map(|w| w.text.as_str()).collect();
+    let said: Vec<&str> = found.warnings.iter().filter(|w| w.code == "L111").map(|w| w.message.as_str()).collect();
     assert!(said.len() == 1 && said[0].contains("of 200 values of u only repeat the one before"), "{said:?}");
     // and where the campaign says that all are measurements they all are
     let all = read(&LogOptions { repeated: Repeated::Sample, ..options });

@@ -155,6 +155,23 @@ fn blind_a_late_gyro_is_a_fault_of_the_log() {
     assert!(late.channel == "r" && (late.factor - 0.3).abs() < 0.02, "{late:?}");
 }
 
+/// A wave leaves the small vehicle without a random force, and its phase in the second half of a held-out run is known from the
+/// first: it is named, though what little that is off is a force where the fit has left none. Each run shows its own part of it.
+#[test]
+fn blind_a_wave_is_named_where_it_is_all_that_pushes() {
+    let instruments = Suite { rate: 5.0, position: false, ..Suite::default() }.instruments(&Dof::PLANE);
+    let found = answer("wave", &Sea { instruments, runs: 4, ..sea("small", 0.0, &["wave@sway"], 94101) });
+    assert_eq!((names(&found), found.verdict), (vec!["wave@sway"], Verdict::Explained), "{}", found.sentence);
+    let [a, b, period] = found.effects[0].parameters.as_slice() else { panic!("{:?}", found.effects[0]) };
+    // what the plant hides: 1.8 N every 5 s, of another phase in every run
+    assert!((period.value - 5.0).abs() < 4.0 * period.std && period.range().is_none(), "{period:?}");
+    for (a, b) in a.per_run.iter().zip(&b.per_run) {
+        assert!((a.hypot(*b) - 1.8).abs() < 0.1, "{a} {b}");
+    }
+    let (least, most) = a.range().expect("each run has its own");
+    assert!(least < a.value && a.value < most && a.per_run.len() > 1, "{a:?}");
+}
+
 /// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
 #[test]
 fn blind_a_thruster_that_fails_is_found_with_its_instant() {
