@@ -93,7 +93,6 @@ impl<'a> Search<'a> {
     /// for each. Whether the search has converged.
     fn coloured(&mut self, asked: &[(usize, f64, Coloured)], price: f64, stood_in: impl Fn(Dof) -> bool) -> bool {
         let before = self.clone();
-        let bar = before.cost - price * asked.len() as f64;
         for (output, white, coloured) in asked {
             self.noise.sensors[*output] = SensorNoise { std: *white, coloured: Some(*coloured) };
         }
@@ -103,14 +102,12 @@ impl<'a> Search<'a> {
                 (force.rms, force.time) = (STOOD_IN * force.rms, TIME);
             }
         }
-        self.bar = bar;
         self.renew();
         let converged = self.climb(self.options.tolerance);
-        if self.cost >= bar {
+        if before.cost - self.cost <= price * asked.len() as f64 {
             self.back_to(before);
             return true;
         }
-        self.bar = before.bar;
         // those without which the likelihood is as great go again
         let mut gone = false;
         for (output, ..) in asked {
