@@ -305,9 +305,9 @@ fn a_held_log_is_read_as_its_slow_sensor() {
 /// Commands of 10 Hz leave every second row of the sensors empty, and a DVL of 2 Hz is repeated in the others.
 #[test]
 fn what_is_repeated_between_empty_rows_is_no_sample_either() {
-    let dvl = |k: usize| (0.3 * (k / 5) as f64).sin();
+    let (sample, dvl) = (|k: usize| k.div_ceil(5), |sample: usize| (0.3 * sample as f64).sin());
     let row = |k: usize| match k % 2 {
-        0 => format!("{:.1},5,{},{}\n", 0.1 * k as f64, dvl(k + 4), (0.7 * k as f64).sin()),
+        0 => format!("{:.1},5,{},{}\n", 0.1 * k as f64, dvl(sample(k)), (0.7 * k as f64).sin()),
         _ => format!("{:.1},6,,\n", 0.1 * k as f64),
     };
     let text: String =
@@ -315,7 +315,7 @@ fn what_is_repeated_between_empty_rows_is_no_sample_either() {
     let options = LogOptions { missing: Missing::NoSample, ..LogOptions::default() };
     let read = |options: &LogOptions| log::read_from(text.as_bytes(), "held.csv", options, &["t"]).expect("it reads");
     let found = read(&options);
-    let changes = (0..400).step_by(2).filter(|k| *k == 0 || dvl(k + 4) != dvl(k + 2));
+    let changes = (0..400).step_by(2).filter(|k| *k == 0 || sample(*k) != sample(k - 2));
     let expected: Vec<f64> = changes.map(|k| 0.1 * k as f64).collect();
     assert!(expected.len() > 75 && expected.len() < 85, "{}", expected.len());
     let times = found.signals["u"].time();
