@@ -53,7 +53,7 @@ pub(super) fn print(found: &Discovery, output: &Output) {
 /// The value and its deviation, and the least and the greatest where each run has its own.
 fn value(p: &FoundParameter) -> String {
     let told = |value: f64| measured(value, Some(p.std));
-    p.range().map_or_else(|| told(p.value), |(least, most)| format!("{} to {} by run", told(least), told(most)))
+    p.by_run(told).unwrap_or_else(|| told(p.value))
 }
 
 /// What is missing; common names, probabilities and what is possible as well where `all` is asked for.

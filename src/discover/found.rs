@@ -34,6 +34,11 @@ impl FoundParameter {
         let least = self.per_run.iter().copied().reduce(f64::min)?;
         Some((least, self.per_run.iter().copied().fold(least, f64::max)))
     }
+
+    /// `least to greatest by run`, where each has its own; `told`: a value in words.
+    pub(crate) fn by_run(&self, told: impl Fn(f64) -> String) -> Option<String> {
+        self.range().map(|(least, greatest)| format!("{} to {} by run", told(least), told(greatest)))
+    }
 }
 
 /// An effect that was added.

@@ -20,14 +20,15 @@
 //!
 //! There no other run bears the name out, and a slow random force begins every run like a wave: the second halves alone have
 //! to. A likelihood ratio of data that took no part in either fit is 1 in the mean where the name is wrong, so exp(Δ/2)
-//! passes 1/0.025 in five of two hundred at most, under each of the two noises (Wasserman, Ramdas and Balakrishnan 2020, *Universal inference*).
+//! passes 1/0.025 in five of two hundred at most, under each of the two noises (Wasserman, Ramdas and Balakrishnan 2020,
+//! *Universal inference*).
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::refit::{ROUGH, beside};
 use super::search::Task;
 use crate::estimate::filter_error::{
-    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, cost_of, filter_error_from, parameters_under,
+    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, NoiseModel, cost_of, filter_error_from, parameters_under,
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
@@ -98,8 +99,20 @@ fn others_cost(
         model => model?,
     };
     let noise = fit.noise.elsewhere(&model, runs);
-    let cost = |runs: &[Run]| cost_of(&model, runs, (&noise, fit.limit), fitting);
-    Ok(cost(runs)? - if halved { cost(&first_halves(runs))? } else { 0.0 })
+    match halved {
+        true => second_halves(&model, runs, (&noise, fit.limit), fitting),
+        false => cost_of(&model, runs, (&noise, fit.limit), fitting),
+    }
+}
+
+/// −2 ln L of the second halves of runs, given the first ones.
+fn second_halves(
+    model: &Model,
+    runs: &[Run],
+    under: (&NoiseModel, f64),
+    fitting: &FilterErrorOptions,
+) -> Result<f64, OutputErrorError> {
+    Ok(cost_of(model, runs, under, fitting)? - cost_of(model, &first_halves(runs), under, fitting)?)
 }
 
 /// Asks the held-out runs whether `with` predicts them better than `without`.
@@ -155,14 +168,13 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
     }
 }
 
-/// −2 ln L of the second halves, given the first ones, under a noise that is estimated on those.
+/// [`second_halves`] under a noise that is estimated on the first ones.
 fn second_halves_under_own_noise(fit: &FilterErrorFit, without: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
     let runs = others(task);
     let model = on_others(fit, runs, task.fitting).ok()?;
     let (first, options) = (first_halves(runs), FilterErrorOptions { tolerance: ROUGH, ..beside(without, task) });
     let noise = filter_error_from(&model, &first, fit.noise.elsewhere(&model, &first), &options).ok()?.noise;
-    let cost = |runs: &[Run]| cost_of(&model, runs, (&noise, fit.limit), task.fitting).ok();
-    Some(cost(runs)? - cost(&first)?)
+    second_halves(&model, runs, (&noise, fit.limit), task.fitting).ok()
 }
 
 /// Runs that took no part; where there is none, those that did, as far as they have a value of their own.

@@ -50,18 +50,14 @@ pub(super) struct Contender {
 pub(super) struct Standing {
     /// Fall of −2 ln L, that of runs that took no part included, less the price of the parameters.
     pub worth: f64,
-    /// −2 ln L of runs that took no part.
-    held_out_cost: f64,
-    /// `worth` without those runs.
-    own: f64,
+    /// The same with −2 ln L of those runs itself in place of its fall, which is infinite where the last model runs away there.
+    likely: f64,
 }
 
 impl Standing {
-    /// Which of two comes first: the one that is worth more; where the last model runs away on runs that took no part, beside
-    /// which either is worth any amount, the one with which they and those of the fit are likelier.
+    /// Which of two comes first: the one that is worth more, and of two that are worth any amount the likelier one.
     pub fn before(&self, other: &Standing) -> Ordering {
-        let likelier = |s: &Standing| s.own - s.held_out_cost;
-        other.worth.total_cmp(&self.worth).then_with(|| likelier(other).total_cmp(&likelier(self)))
+        other.worth.total_cmp(&self.worth).then_with(|| other.likely.total_cmp(&self.likely))
     }
 }
 
@@ -69,7 +65,7 @@ impl Contender {
     /// Where it stands, less what `off` takes.
     pub fn standing(&self, off: f64) -> Standing {
         let own = self.gain - PENALTY * self.score.parameters as f64 - off;
-        Standing { worth: own + self.held_out, held_out_cost: self.held_out_cost, own }
+        Standing { worth: own + self.held_out, likely: own - self.held_out_cost }
     }
 }
 
@@ -167,8 +163,7 @@ mod tests {
 
     #[test]
     fn names_that_are_worth_any_amount_are_told_apart_by_what_they_are_likely() {
-        let standing =
-            |own: f64, held_out: f64, held_out_cost: f64| Standing { worth: own + held_out, held_out_cost, own };
+        let standing = |own: f64, held_out: f64, cost: f64| Standing { worth: own + held_out, likely: own - cost };
         // of a campaign with two thrusters exchanged, on which the baseline runs away
         let mut names = [
             standing(22_795.0, f64::INFINITY, -14_892.0),
@@ -177,10 +172,10 @@ mod tests {
             standing(40_000.0, 9_000.0, -24_000.0),
         ];
         names.sort_by(Standing::before);
-        assert_eq!(names.map(|s| s.own), [31_117.0, 23_354.0, 22_795.0, 40_000.0]);
+        assert_eq!(names.map(|s| s.likely), [56_151.0, 38_448.0, 37_687.0, 64_000.0]);
         // where it does not, what the name is worth decides
         let mut names = [standing(10.0, 50.0, -80.0), standing(90.0, 40.0, -10.0)];
         names.sort_by(Standing::before);
-        assert_eq!(names.map(|s| s.own), [90.0, 10.0]);
+        assert_eq!(names.map(|s| s.worth), [130.0, 60.0]);
     }
 }

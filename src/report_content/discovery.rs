@@ -58,9 +58,11 @@ fn effects(found: &Discovery) -> Table {
     };
     let rows = |e: &FoundEffect| -> Vec<Vec<Cell>> {
         let of = |p: &FoundParameter| {
-            let told = |value: f64| estimate(value, Some(p.std), Style::Text);
-            let of_runs = |(least, most)| Cell::from(format!("{} to {} by run", told(least), told(most)).as_str());
-            let value = p.range().map_or(Cell::Estimate { value: p.value, std: Some(p.std) }, of_runs);
+            let of_runs = p.by_run(|value| estimate(value, Some(p.std), Style::Text));
+            let value = match of_runs {
+                Some(told) => Cell::from(told.as_str()),
+                None => Cell::Estimate { value: p.value, std: Some(p.std) },
+            };
             row(e, [Cell::Text(Label::symbol(&p.name)), value, Cell::from(crate::report::unit(&p.unit).as_str())])
         };
         match e.parameters.as_slice() {

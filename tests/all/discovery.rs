@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, ModelFile, PlanRequest, PlanSource};
 use hydrosysid::discover::{Discovery, Verdict};
-use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, Input, Pilots, RandomForce, Suite, Vehicle};
+use hydrosysid_plant::{Campaign as Sea, Commands, Dof, Hidden, Input, Manoeuvre, Pilots, RandomForce, Suite, Vehicle};
 
 use crate::shared;
 
@@ -153,6 +153,20 @@ fn blind_a_late_gyro_is_a_fault_of_the_log() {
     assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
     let [late] = &found.log_findings[..] else { panic!("{:?}", found.log_findings) };
     assert!(late.channel == "r" && (late.factor - 0.3).abs() < 0.02, "{late:?}");
+}
+
+/// What no run of the fit moves has no model that could lack anything: it is refused as a fit refuses it.
+#[test]
+fn blind_what_no_run_moves_is_refused() {
+    let manoeuvres = vec![Manoeuvre::Alone(Dof::Surge, 0.4, 0.0), Manoeuvre::Alone(Dof::Sway, 0.4, 0.0)];
+    let sea = Sea { manoeuvres, ..sea("laurs", 0.0, &[], 210) };
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("discovery_at_rest");
+    sea.sail().expect("the plant sails").write(&folder).expect("the folder is written");
+    let loaded = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    let refused = campaign::discover(&loaded).map(|found| found.sentence).expect_err("yaw rests").to_string();
+    assert!(refused.contains("in no run of the fit") && refused.contains("dofs = [\"surge\", \"sway\"]"), "{refused}");
+    let of_fit = campaign::fit(&loaded, FitOptions::default()).map(|fit| fit.sentence).expect_err("yaw rests");
+    assert_eq!(of_fit.to_string(), refused);
 }
 
 /// A wave leaves the small vehicle without a random force, and its phase in the second half of a held-out run is known from the

@@ -111,14 +111,7 @@ impl Filtered {
         limit: f64,
         kept: Kept,
     ) -> Vec<Passed> {
-        let of = |members: &Vec<usize>| {
-            let noise = std::array::from_fn(|_| noise.clone());
-            let batch = self.batch::<LANES>(model, members, noise, mobilities, limit);
-            Machine::widest(Pass { batch, kept, tape: None }).0
-        };
-        let batches = self.batches();
-        let parts: Vec<Vec<Passed>> = batches.par_iter().map(of).collect();
-        in_order(&batches, parts)
+        self.there_and_back(model, noise, mobilities, limit, kept, None::<&fn(&[usize], &Tape<LANES>)>).0
     }
 
     /// Every stretch linearised, and the slope of −ln L by the logarithms `coordinates` of the noise: the way forth serves both.
@@ -131,7 +124,7 @@ impl Filtered {
         limit: f64,
     ) -> (Vec<Linear>, Vec<f64>) {
         let slopes = |_: &[usize], tape: &Tape<LANES>| coordinates.iter().map(|c| tape.slope(*c)).collect::<Vec<f64>>();
-        let (passed, parts) = self.there_and_back(model, noise, mobilities, limit, Kept::Factor, slopes);
+        let (passed, parts) = self.there_and_back(model, noise, mobilities, limit, Kept::Factor, Some(&slopes));
         let slopes = (0..coordinates.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect();
         (passed.into_iter().map(|p| p.linear).collect(), slopes)
     }
@@ -145,10 +138,11 @@ impl Filtered {
         limit: f64,
         read: impl Fn(&[usize], &Tape<LANES>) -> T + Sync,
     ) -> Vec<T> {
-        self.there_and_back(model, noise, mobilities, limit, Kept::Cost, read).1
+        self.there_and_back(model, noise, mobilities, limit, Kept::Cost, Some(&read)).1
     }
 
-    /// What is kept of the way forth over each stretch, and what `read` takes of the way back through each batch.
+    /// What is kept of the way forth over each stretch, and what `read` takes of the way back through each batch, where there is
+    /// one.
     fn there_and_back<T: Send>(
         &self,
         model: &Model,
@@ -156,19 +150,22 @@ impl Filtered {
         mobilities: &[DMatrix<f64>],
         limit: f64,
         kept: Kept,
-        read: impl Fn(&[usize], &Tape<LANES>) -> T + Sync,
+        read: Option<&(impl Fn(&[usize], &Tape<LANES>) -> T + Sync)>,
     ) -> (Vec<Passed>, Vec<T>) {
         let states = self.problem.dynamics.states.len();
         let of = |members: &Vec<usize>| {
             let noises = std::array::from_fn(|_| noise.clone());
             let batch = self.batch::<LANES>(model, members, noises, mobilities, limit);
-            let tape = Some(Tape::new(noise, states, limit, share(limit)));
+            let tape = read.is_some().then(|| Tape::new(noise, states, limit, share(limit)));
             let (passed, tape) = Machine::widest(Pass { batch, kept, tape });
-            (passed, tape.map(|tape| read(members, &tape)))
+            (passed, read.zip(tape).map(|(read, tape)| read(members, &tape)))
         };
         let batches = self.batches();
         let (passed, read): (Vec<Vec<Passed>>, Vec<Option<T>>) = batches.par_iter().map(of).unzip();
-        (in_order(&batches, passed), read.into_iter().flatten().collect())
+        let of_batch = |(members, passed): (&Vec<usize>, Vec<Passed>)| members.clone().into_iter().zip(passed);
+        let mut all: Vec<(usize, Passed)> = batches.iter().zip(passed).flat_map(of_batch).collect();
+        all.sort_by_key(|(member, _)| *member);
+        (all.into_iter().map(|(_, passed)| passed).collect(), read.into_iter().flatten().collect())
     }
 
     /// Σ ln|1 + P₀ I₀| of all stretches ([`super::beginning`]).
@@ -288,14 +285,6 @@ struct Passed {
     innovations: Vec<Innovations>,
     /// ln|1 + P₀ I₀|; 0 where it was not asked for.
     beginning: f64,
-}
-
-/// What is kept of the stretches of `batches`, in the order of the stretches.
-fn in_order(batches: &[Vec<usize>], parts: Vec<Vec<Passed>>) -> Vec<Passed> {
-    let of_batch = |(members, parts): (&Vec<usize>, Vec<Passed>)| members.clone().into_iter().zip(parts);
-    let mut all: Vec<(usize, Passed)> = batches.iter().zip(parts).flat_map(of_batch).collect();
-    all.sort_by_key(|(member, _)| *member);
-    all.into_iter().map(|(_, passed)| passed).collect()
 }
 
 /// Rows that are multiplied at once.
