@@ -66,6 +66,7 @@ codes! {
     STREAMED = "M214" "streamed" Note "Integral least squares read the logs piece by piece and kept none of them, as --stream asks or because they are more than 64 MiB; its deviations allow for correlation within clusters of rows.";
     STEPS_AS_LINES = "M216" "steps-as-lines" Note "Commands hold their values over several rows and then step, but input = \"linear\" reads a slope between two samples: the force then acts up to a row too early or too late. Say input = \"hold\" in [model] or in the [[run]].";
     LOSSES_OF_BOLLARD = "M224" "losses-of-bollard" Note "Estimators of free motion cannot read load cells: the loss of thrust by interaction is taken from the bollard runs, as stage (i) of the procedure finds it, and held.";
+    OWN_VALUES = "M225" "own-values" Note "A parameter has a value of its own in every run. In a run that took no part in the fit it comes from the first half of that run: its second half judges the model, its first half flatters it.";
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }
 

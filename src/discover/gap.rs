@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::found::FoundEffect;
-use super::held_out::on_others;
 use super::search::{Search, Step};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce};
 use crate::estimate::output_error::OutputErrorError;
@@ -80,7 +79,7 @@ pub(super) fn predictions(
     if held.is_empty() {
         return Ok((outputs, fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)));
     }
-    let model = on_others(fit, held, fitting)?;
+    let model = fit.on_others(held, fitting)?;
     let noise = fit.noise.elsewhere(&model, held);
     let filtered = Filtered::begun(&model, held, (&noise, fit.limit), &fitting.base)?;
     Ok((outputs, filtered.forecast(&model, &noise, fit.limit)))

@@ -28,10 +28,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::refit::{ROUGH, beside};
 use super::search::Task;
 use crate::estimate::filter_error::{
-    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, NoiseModel, cost_of, filter_error_from, parameters_under,
+    FilterErrorFit, FilterErrorOptions, Filtered, Forecast, NoiseModel, cost_of, filter_error_from, first_halves,
 };
 use crate::estimate::output_error::OutputErrorError;
-use crate::model::{Model, Parameter};
+use crate::model::Model;
 use crate::run::Run;
 
 /// Seconds ahead at which predictions are compared.
@@ -57,35 +57,6 @@ pub(super) struct HeldOut {
     pub against: Option<String>,
 }
 
-/// First halves of runs.
-fn first_halves(runs: &[Run]) -> Vec<Run> {
-    let half = |run: &Run| run.span().map(|(from, to)| run.between(from, 0.5 * (from + to)));
-    runs.iter().filter_map(half).collect()
-}
-
-/// The model of a fit on other runs, its parameters held; what has a value of its own in every run has that of the first
-/// half of the run.
-pub(super) fn on_others(
-    fit: &FilterErrorFit,
-    runs: &[Run],
-    fitting: &FilterErrorOptions,
-) -> Result<Model, OutputErrorError> {
-    let mut model = fit.model.clone();
-    let own = |p: &Parameter| p.spec.per_run && !p.fixed;
-    let any = model.parameters.iter().any(own);
-    for p in &mut model.parameters {
-        p.fixed = !own(p);
-        p.per_run.clear();
-    }
-    if any {
-        let noise = fit.noise.elsewhere(&model, runs);
-        let parameters = parameters_under(&model, &first_halves(runs), (&noise, fit.limit), fitting)?.parameters;
-        model.parameters = parameters;
-    }
-    model.parameters.iter_mut().for_each(|p| p.fixed = true);
-    Ok(model)
-}
-
 /// −2 ln L of runs that took no part; of their second halves where a value of their own is taken from the first. Infinite where
 /// the model runs away there.
 fn others_cost(
@@ -94,7 +65,7 @@ fn others_cost(
     halved: bool,
     fitting: &FilterErrorOptions,
 ) -> Result<f64, OutputErrorError> {
-    let model = match on_others(fit, runs, fitting) {
+    let model = match fit.on_others(runs, fitting) {
         Err(OutputErrorError::Diverges { .. }) => return Ok(f64::INFINITY),
         model => model?,
     };
@@ -156,7 +127,7 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
         return None;
     }
     let own_noise = |fit: &FilterErrorFit, bar: f64| -> Result<FilterErrorFit, OutputErrorError> {
-        let model = on_others(fit, task.held, task.fitting)?;
+        let model = fit.on_others(task.held, task.fitting)?;
         let options = FilterErrorOptions { tolerance: ROUGH, bar, ..beside(without, task) };
         filter_error_from(&model, task.held, fit.noise.elsewhere(&model, task.held), &options)
     };
@@ -171,7 +142,7 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
 /// [`second_halves`] under a noise that is estimated on the first ones.
 fn second_halves_under_own_noise(fit: &FilterErrorFit, without: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
     let runs = others(task);
-    let model = on_others(fit, runs, task.fitting).ok()?;
+    let model = fit.on_others(runs, task.fitting).ok()?;
     let (first, options) = (first_halves(runs), FilterErrorOptions { tolerance: ROUGH, ..beside(without, task) });
     let noise = filter_error_from(&model, &first, fit.noise.elsewhere(&model, &first), &options).ok()?.noise;
     second_halves(&model, runs, (&noise, fit.limit), task.fitting).ok()
@@ -214,12 +185,12 @@ fn worse(
     with: &FilterErrorFit,
     (runs, fitting): (&[Run], &FilterErrorOptions),
 ) -> Result<Option<String>, OutputErrorError> {
-    let model = on_others(without, runs, fitting)?;
+    let model = without.on_others(runs, fitting)?;
     let noise = without.noise.elsewhere(&model, runs);
     let filtered = Filtered::begun(&model, runs, (&noise, without.limit), &fitting.base)?;
     let before = filtered.forecast(&model, &noise, without.limit);
     let silent = filtered.silent(&without.noise);
-    let model = on_others(with, runs, fitting)?;
+    let model = with.on_others(runs, fitting)?;
     let noise = with.noise.elsewhere(&model, runs);
     let filtered = Filtered::begun(&model, runs, (&noise, with.limit), &fitting.base)?;
     let after = filtered.forecast(&model, &noise, with.limit);

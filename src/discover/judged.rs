@@ -9,7 +9,6 @@
 //! the same, and the runs of the fit do not show what it is.
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
-use super::held_out::on_others;
 use super::search::{Search, Task};
 use super::verdict::{failing, lasting, overwhelmed, pushed_hard};
 use crate::envelope;
@@ -63,7 +62,7 @@ impl Judged {
         let mut failing_in = failing(outputs, last, &training);
         let mut beyond = Vec::new();
         if !failing_in.is_empty() && !held.is_empty() {
-            let estimated = on_others(fit, held, fitting)?;
+            let estimated = fit.on_others(held, fitting)?;
             let allowed = with_all_open(fit, &estimated, last, (held, &fitting.base), task.options.seed)?;
             failing_in = failing(outputs, &allowed, &training);
             let range = envelope::of(task.train);

@@ -19,6 +19,7 @@ use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::{Start, starts};
 use super::held_out::{HeldOut, agree};
+use super::phased::begun;
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rivalry::may_replace;
 use super::rules::{BEYOND, broken, brought};
@@ -27,8 +28,8 @@ use super::slow_force;
 use super::verdict::overwhelmed;
 use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
+use crate::estimate::moved_by_thrust;
 use crate::estimate::output_error::OutputErrorError;
-use crate::estimate::{moved_by_thrust, started};
 use crate::model::{Model, Parameter};
 use crate::progress;
 use crate::run::{Run, commanded_rms};
@@ -166,7 +167,8 @@ pub(super) struct Task<'a> {
 /// [`OutputErrorError`] when the baseline cannot be fitted.
 pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, OutputErrorError> {
     progress::tell("fitting the baseline", 0, 0);
-    let fitted = |model: &Model| filter_error(&started(model, task.train), task.train, &level(task));
+    let fitted =
+        |model: &Model| filter_error(&begun(model, task.train, task.fitting, task.options), task.train, &level(task));
     let fit = match fitted(baseline) {
         Err(OutputErrorError::NotIdentified { .. }) => fitted(&moved_by_thrust(baseline, task.train))?,
         fit => fit?,

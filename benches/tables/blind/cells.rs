@@ -1,5 +1,6 @@
 //! The rows of the table: what is random, and what is hidden.
 
+use super::drawn::{Drawn, drawn};
 use hydrosysid_plant::{Campaign, Commands, Dof, Hidden, Input, Pilots, RandomForce, Suite, Vehicle, hide};
 
 /// One row.
@@ -8,8 +9,6 @@ pub struct Cell {
     pub section: &'static str,
     /// What is in it.
     pub name: String,
-    /// Names that are hidden.
-    pub hidden: Vec<String>,
     /// Whether the catalogue has a name for it.
     pub named: bool,
     /// The campaign of a seed.
@@ -28,7 +27,7 @@ fn driven(name: &str, hidden: &[String], seed: u64) -> Campaign {
     Campaign { commands: Commands::Thrusters, ..planar }
 }
 
-fn of_vehicle(name: &str, suite: &Suite, noise: (f64, f64), hidden: &[String], seed: u64) -> Campaign {
+pub(super) fn of_vehicle(name: &str, suite: &Suite, noise: (f64, f64), hidden: &[String], seed: u64) -> Campaign {
     moving(name, &Dof::PLANE, suite, noise, hidden, seed)
 }
 
@@ -56,8 +55,7 @@ fn cell(
     campaign: impl Fn(&[String], u64) -> Campaign + Sync + 'static,
 ) -> Cell {
     let hidden: Vec<String> = hidden.iter().map(|h| (*h).to_string()).collect();
-    let own = hidden.clone();
-    Cell { section, name: name.into(), hidden, named, campaign: Box::new(move |seed| campaign(&own, seed)) }
+    Cell { section, name: name.into(), named, campaign: Box::new(move |seed| campaign(&hidden, seed)) }
 }
 
 /// Two at once, of different families.
@@ -131,6 +129,18 @@ pub fn cells() -> Vec<Cell> {
                 all.push(cell(outside, name, &[name], false, made));
             }
         }
+    }
+    let by_chance = "Everything drawn";
+    for (name, what) in [
+        ("nothing", Drawn::Nothing),
+        ("one effect", Drawn::Effects(1)),
+        ("two effects", Drawn::Effects(2)),
+        ("two thrusters exchanged", Drawn::Exchange),
+        ("a thruster without thrust", Drawn::Loss),
+        ("outside of the catalogue", Drawn::Outside),
+    ] {
+        let named = !matches!(what, Drawn::Outside);
+        all.push(cell(by_chance, name, &[], named, move |_, seed| drawn(what, seed)));
     }
     all
 }

@@ -9,6 +9,7 @@
 //! or told as what it behaves like. *False names*: names beyond the hidden ones. Seconds are those of one core (median).
 
 mod cells;
+mod drawn;
 #[path = "../over_seeds/mod.rs"]
 mod over_seeds;
 
@@ -31,7 +32,9 @@ struct Outcome {
 }
 
 fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
-    let sailed = (cell.campaign)(seed).sail().map_err(|e| e.to_string())?;
+    let campaign = (cell.campaign)(seed);
+    let hidden: Vec<String> = campaign.hidden.iter().map(|h| h.name.clone()).collect();
+    let sailed = campaign.sail().map_err(|e| e.to_string())?;
     let folder = std::env::temp_dir().join(format!("hydrosysid-blind-{}-{seed}", std::process::id()));
     let written = sailed.write(&folder).map_err(|e| e.to_string());
     let loaded = written.and_then(|()| {
@@ -41,7 +44,7 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     let campaign = loaded?;
     let begin = cpu_time::ThreadTime::now();
     let found = discover(&campaign).map_err(|e| e.to_string())?;
-    Ok(judged(cell, &found, begin.elapsed().as_secs_f64()))
+    Ok(judged(&hidden, &found, begin.elapsed().as_secs_f64()))
 }
 
 /// All that an effect is right for: its name, those that the data cannot tell from it, and those of its group, which follow it
@@ -52,18 +55,23 @@ fn names<'a>(effect: &'a FoundEffect, found: &'a Discovery) -> Vec<&'a String> {
     std::iter::once(&effect.id).chain(&effect.also_possible).chain(group).collect()
 }
 
-fn judged(cell: &Cell, found: &Discovery, seconds: f64) -> Outcome {
+fn judged(all: &[String], found: &Discovery, seconds: f64) -> Outcome {
     let matches = |effect: &FoundEffect, hidden: &String| names(effect, found).contains(&hidden);
     let named = |hidden: &String| found.effects.iter().any(|e| matches(e, hidden));
-    let false_names = found.effects.iter().filter(|e| !cell.hidden.iter().any(|h| matches(e, h))).count();
+    let false_names = found.effects.iter().filter(|e| !all.iter().any(|h| matches(e, h))).count();
     let behaves = |hidden: &String| found.behaves_like.iter().any(|b| b.id == *hidden);
     let told: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
     Outcome {
         verdict: found.verdict,
-        exact: cell.hidden.iter().all(named) && false_names == 0,
-        listed: cell.hidden.iter().all(|h| named(h) || behaves(h)),
+        exact: all.iter().all(named) && false_names == 0,
+        listed: all.iter().all(|h| named(h) || behaves(h)),
         false_names,
-        told: format!("{:?} {}", found.verdict, told.join(" ")),
+        told: format!(
+            "{} hidden: {:?} {}",
+            if all.is_empty() { "nothing".into() } else { all.join(" ") },
+            found.verdict,
+            told.join(" ")
+        ),
         seconds,
     }
 }

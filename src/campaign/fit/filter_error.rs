@@ -14,13 +14,14 @@ use super::super::steps_as_lines;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust};
-use crate::discover::{Lacking, lacking};
+use crate::discover::{Lacking, begun, lacking};
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
 };
-use crate::estimate::{output_error::OutputErrorOptions, started};
+use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::frame::Dof;
+use crate::model::Model;
 use crate::progress::tell;
 use crate::run::{Role, Run};
 use crate::wording::p_value;
@@ -40,16 +41,17 @@ pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {
 
 pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let options = FilterErrorOptions { told: true, ..options(campaign) };
-    let fitted = filter_error(&started(&campaign.model, runs), runs, &options)?;
+    let fitted = filter_error(&begun(&campaign.model, runs, &options, &discover::options(campaign)), runs, &options)?;
     tell("what the model predicts", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {
         let text = format!("filter error stopped after {} passes without having converged", fitted.iterations);
         warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
     }
-    let (filtered, model) = held_out(campaign, &fitted, &options.base)?;
+    let (filtered, model) = held_out(campaign, &fitted, &options)?;
     let held = if campaign.validates() { &filtered.problem.tracks[..] } else { &[] };
     warnings.extend(first_samples::findings(fitted.filtered.problem.tracks.iter().chain(held)));
+    warnings.extend(own_values(campaign, &model));
     let forecasts = match &others(campaign)[..] {
         [] => forecasts_of_training(&fitted),
         others => filtered.forecast(&model, &fitted.noise.elsewhere(&model, others), fitted.limit),
@@ -117,6 +119,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         stages: stages(&fitted, &forecasts_of_training(&fitted), runs, &identifiability),
         residuals: residuals::innovations(&fitted),
         model: fitted.model,
+        elsewhere: campaign.validates().then_some(model),
         std_method: thrust::told("information", carried.is_some()),
         covariance,
         std_paper,
@@ -139,16 +142,36 @@ fn others(campaign: &Campaign) -> Vec<Run> {
 pub(in crate::campaign) fn held_out(
     campaign: &Campaign,
     fitted: &FilterErrorFit,
-    base: &OutputErrorOptions,
-) -> Result<(Filtered, crate::model::Model), Error> {
+    options: &FilterErrorOptions,
+) -> Result<(Filtered, Model), Error> {
     let others = others(campaign);
-    let mut model = noise::with_parameters_fixed(&fitted.model);
     if others.is_empty() {
         return Ok((fitted.filtered.clone(), fitted.model.clone()));
     }
-    model.parameters.iter_mut().for_each(|p| p.per_run.clear());
+    let model = match fitted.on_others(&others, options) {
+        // no values of its own are to be had where the model runs away, and how far is to be told
+        Err(OutputErrorError::Diverges { .. }) => {
+            let mut mean = noise::with_parameters_fixed(&fitted.model);
+            mean.parameters.iter_mut().for_each(|p| p.per_run.clear());
+            mean
+        }
+        model => model?,
+    };
     let noise = fitted.noise.elsewhere(&model, &others);
-    Ok((Filtered::begun(&model, &others, (&noise, fitted.limit), base)?, model))
+    Ok((Filtered::begun(&model, &others, (&noise, fitted.limit), &options.base)?, model))
+}
+
+/// Says of which parameters a run that took no part has values of its own, and where they come from.
+fn own_values(campaign: &Campaign, model: &Model) -> Option<Finding> {
+    let own: Vec<&str> = model.parameters.iter().filter(|p| !p.per_run.is_empty()).map(|p| &*p.spec.name).collect();
+    if own.is_empty() || others(campaign).is_empty() {
+        return None;
+    }
+    let text = format!(
+        "{}: what they are in a run that took no part comes from the first half of that run; it is foretold from there on, and its first half flatters the model",
+        own.join(", ")
+    );
+    Some(Finding::new(&codes::OWN_VALUES, text))
 }
 
 pub(super) fn forecasts_of_training(fitted: &FilterErrorFit) -> Vec<Forecast> {

@@ -56,6 +56,8 @@ impl FitOptions {
 /// What an estimator hands over before it is put into one form.
 pub(super) struct Raw {
     pub model: Model,
+    /// The model on the runs of free motion that took no part, with the values that it has in each of them.
+    pub elsewhere: Option<Model>,
     pub std_method: String,
     pub covariance: Vec<Vec<f64>>,
     pub std_paper: Vec<Option<f64>>,
@@ -135,7 +137,7 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
         raw.sentence = Some(format!("Do not use these numbers: {}.", finding.message));
         raw.warnings.push(finding);
     }
-    place_runs(&mut raw.model, campaign, &runs);
+    place_runs(&mut raw.model, campaign, &runs, raw.elsewhere.as_ref());
     let envelope = envelope::of(runs.iter().filter(|run| moves(run.kind)));
     Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
 }
@@ -316,12 +318,18 @@ fn suitable(campaign: &Campaign) -> Estimator {
     }
 }
 
-/// Values per run by the index of the run in the campaign: a run that took no part has the mean of those that did.
-fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run]) {
-    for p in model.parameters.iter_mut().filter(|p| !p.per_run.is_empty()) {
+/// Values per run by the index of the run in the campaign: a run that took no part has those of `elsewhere`, or else the mean of
+/// those that did.
+fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run], elsewhere: Option<&Model>) {
+    let others = campaign.motion(Some(Role::Validate));
+    for (k, p) in model.parameters.iter_mut().enumerate().filter(|(_, p)| !p.per_run.is_empty()) {
         let mean = p.per_run.iter().sum::<f64>() / p.per_run.len() as f64;
-        let of = |run: &Run| used.iter().position(|u| u.name == run.name).and_then(|k| p.per_run.get(k).copied());
-        p.per_run = campaign.runs.iter().map(|run| of(run).unwrap_or(mean)).collect();
+        let own = elsewhere.map_or(&[][..], |model| &model.parameters[k].per_run);
+        let named = |run: &Run, runs: &[Run], values: &[f64]| {
+            runs.iter().position(|u| u.name == run.name).and_then(|k| values.get(k).copied())
+        };
+        let of = |run: &Run| named(run, used, &p.per_run).or_else(|| named(run, &others, own)).unwrap_or(mean);
+        p.per_run = campaign.runs.iter().map(of).collect();
         p.value = mean;
     }
 }

@@ -75,6 +75,7 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     Ok(Raw {
         residuals: residuals::output_errors(&fitted),
         model: fitted.model,
+        elsewhere: None,
         std_method: thrust::told(std_method, carried.is_some()),
         covariance,
         std_paper,

@@ -140,6 +140,7 @@ pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String
     let (noise, converged, sentence) = (None, true, None);
     Raw {
         model,
+        elsewhere: None,
         std_method,
         covariance,
         std_paper,
@@ -176,6 +177,7 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
     };
     Ok(Raw {
         model: result.model,
+        elsewhere: None,
         std_method: thrust::told(
             &format!("{rows}, with what earlier stages leave uncertain by the delta method"),
             !campaign.curves.is_empty(),

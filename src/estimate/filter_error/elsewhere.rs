@@ -1,7 +1,8 @@
-//! The noise under which runs are filtered that took no part in a fit.
+//! Noise and parameters under which runs are filtered that took no part in a fit.
 //!
 //! ```text
 //! σᵢ ← max(σᵢ, 10⁻⁴ rms τᵢ)        where there was none: T = 1 s
+//! θ_run = argmax L(first half of the run; θ_run, θ̂, η̂)        of what has a value of its own in every run
 //! ```
 //!
 //! A filter that takes its parameters for exact and expects no force trusts its model more with every sample. By what the
@@ -10,7 +11,9 @@
 
 use super::noise::{NoiseModel, RandomForce};
 use super::start::{TIME, strength};
-use crate::model::Model;
+use super::{FilterErrorFit, FilterErrorOptions, parameters_under};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::{Model, Parameter};
 use crate::run::Run;
 
 /// Share of the thrust that the best-known parameters leave: those of simulated campaigns without a force have deviations of a
@@ -29,6 +32,35 @@ impl NoiseModel {
             }
         };
         NoiseModel { forces: model.dofs.iter().map(of).collect(), sensors: self.sensors.clone() }
+    }
+}
+
+/// First halves of runs.
+pub(crate) fn first_halves(runs: &[Run]) -> Vec<Run> {
+    let half = |run: &Run| run.span().map(|(from, to)| run.between(from, 0.5 * (from + to)));
+    runs.iter().filter_map(half).collect()
+}
+
+impl FilterErrorFit {
+    /// The model on runs that took no part, its parameters held; what has a value of its own in every run (the phase of a wave)
+    /// has that of the first half of the run, in the order of `runs`.
+    ///
+    /// # Errors
+    /// [`OutputErrorError`] when a run lacks what the model reads, or the model runs away there.
+    pub(crate) fn on_others(&self, runs: &[Run], options: &FilterErrorOptions) -> Result<Model, OutputErrorError> {
+        let mut model = self.model.clone();
+        let own = |p: &Parameter| p.spec.per_run && !p.fixed;
+        let any = model.parameters.iter().any(own);
+        for p in &mut model.parameters {
+            p.fixed = !own(p);
+            p.per_run.clear();
+        }
+        if any {
+            let noise = self.noise.elsewhere(&model, runs);
+            model = parameters_under(&model, &first_halves(runs), (&noise, self.limit), options)?;
+        }
+        model.parameters.iter_mut().for_each(|p| p.fixed = true);
+        Ok(model)
     }
 }
 

@@ -46,6 +46,7 @@ mod whiteness;
 
 use nalgebra::DMatrix;
 
+pub(crate) use elsewhere::first_halves;
 pub use forecast::{AHEAD, Channel, Forecast, Point};
 use information::Asked;
 pub use likelihood::Linear;

@@ -1,0 +1,64 @@
+//! Where a fit begins whose model has a phase of its own in every run, such as a wave.
+//!
+//! ```text
+//! T ← argmin p(T)        of the innovations of the model without it, step 2 of the search, on its grid and between
+//! ```
+//!
+//! −2 ln L has a hill at every period that keeps step with the motion for a part of a run, and from a period that is off by a
+//! tenth a fit ends beside the highest one, with a random force in the place of the wave.
+
+use super::candidate::{Candidate, candidates};
+use super::focus::starts;
+use super::refit::ROUGH;
+use super::screen::{Score, screen};
+use super::search::{SearchOptions, Task};
+use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
+use crate::estimate::started;
+use crate::model::{Model, Term};
+use crate::run::Run;
+
+/// `model` started from `runs` ([`started`]), a period whose start nobody gave where the innovations of the model without it say.
+pub fn begun(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Model {
+    started(&with_periods(model, runs, fitting, options).unwrap_or_else(|| model.clone()), runs)
+}
+
+/// Whether a term has a phase of its own in every run, and a shape that somebody has to look for.
+fn is_phased(model: &Model, term: &Term) -> bool {
+    let of = || term.parameters.iter().map(|p| &model.parameters[*p]);
+    of().any(|p| p.spec.per_run) && of().any(|p| !p.spec.is_linear() && !p.fixed && !p.given)
+}
+
+fn with_periods(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Option<Model> {
+    let phased: Vec<usize> = (0..model.terms.len()).filter(|k| is_phased(model, &model.terms[*k])).collect();
+    if phased.is_empty() {
+        return None;
+    }
+    let mut without = model.clone();
+    phased.iter().rev().for_each(|k| without.remove(*k));
+    let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..fitting.clone() };
+    let fit = filter_error(&started(&without, runs), runs, &rough).ok()?;
+    let own: Vec<_> = phased.iter().map(|k| (model.terms[*k].effect.clone(), model.terms[*k].place)).collect();
+    let mut list: Vec<Candidate> = candidates(&fit.model, runs, &own);
+    list.retain(|c| phased.iter().any(|k| model.terms[*k].name() == c.name()));
+    let found = screen(&fit, runs, &list, &fitting.base, (options.level, options.seed)).ok()?;
+    let mut best: Vec<Score> = Vec::new();
+    for score in found.scores {
+        if best.iter().all(|known| list[known.candidate].name() != list[score.candidate].name()) {
+            best.push(score);
+        }
+    }
+    let task = Task { train: runs, held: &[], own: &[], fitting, options };
+    let mut placed = model.clone();
+    for start in starts(&fit, &best, &list, &task).iter().rev() {
+        let Some(term) = placed.term(&start.candidate.name()) else { continue };
+        let shapes = placed.terms[term].parameters.clone();
+        let shapes = shapes.into_iter().filter(|p| !model.parameters[*p].spec.is_linear());
+        for (p, value) in shapes.zip(&start.candidate.probes[start.score.probe]) {
+            let parameter = &mut placed.parameters[p];
+            if !parameter.fixed && !parameter.given {
+                parameter.value = *value;
+            }
+        }
+    }
+    Some(placed)
+}
