@@ -5,7 +5,8 @@
 //! ```
 //!
 //! To take the commands before a log for its first one pushes a late vehicle the wrong way, and what that makes is taken for
-//! something that is missing. A log that begins with its thrusters at rest has nothing before it.
+//! something that is missing. A log that begins with thrusters and vehicle at rest has nothing before it; a zero of the command on
+//! a vehicle that moves is one through which it swings.
 
 use crate::frame::Dof;
 use crate::model::Model;
@@ -19,6 +20,9 @@ const MOST: f64 = 0.1;
 
 /// Command over the greatest one below which the thrusters are at rest.
 const AT_REST: f64 = 1e-3;
+
+/// Velocity over the greatest one below which the vehicle is at rest, and samples of which that is the mean: noise is no motion.
+const SLOW: (f64, usize) = (0.1, 5);
 
 /// Whether the thrust of a model comes late.
 pub(super) fn is_late(model: &Model) -> bool {
@@ -45,7 +49,20 @@ pub(super) fn settled(mut runs: Vec<Run>, model: &Model) -> Vec<Run> {
 fn begins_under_way(run: &Run) -> bool {
     let commands = || Dof::ALL.into_iter().filter_map(|dof| run.signal(dof.force()));
     let greatest = commands().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()));
-    commands().filter_map(|s| s.values().first()).any(|x| x.abs() > AT_REST * greatest)
+    commands().filter_map(|s| s.values().first()).any(|x| x.abs() > AT_REST * greatest) || moves_at_first(run)
+}
+
+/// Whether a velocity that is commanded is not that of a vehicle at rest when the log begins.
+fn moves_at_first(run: &Run) -> bool {
+    let (slow, samples) = SLOW;
+    let commanded = |dof: &Dof| run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|x| *x != 0.0));
+    let moves = |dof: Dof| {
+        let velocity = run.signal(dof.velocity()).map_or(&[][..], Signal::values);
+        let first = &velocity[..samples.min(velocity.len())];
+        let fastest = velocity.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        first.iter().sum::<f64>().abs() > slow * fastest * first.len() as f64
+    };
+    Dof::ALL.into_iter().filter(commanded).any(moves)
 }
 
 #[cfg(test)]
@@ -65,6 +82,15 @@ mod tests {
         run
     }
 
+    /// The same from rest: the vehicle gathers speed.
+    fn gathering(first: f64) -> Run {
+        let mut run = run(first);
+        let time = run.signals["u"].shared_time().clone();
+        let speed: Vec<f64> = time.iter().map(|t| 1.0 - (-t / 5.0).exp()).collect();
+        run.signals.insert("u".into(), Signal::new(time, speed));
+        run
+    }
+
     #[test]
     fn a_log_that_begins_under_way_is_asked_two_seconds_later() {
         let model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "thrust_delay"]).unwrap();
@@ -75,7 +101,9 @@ mod tests {
         for name in ["tau_u", "w", "supply_V"] {
             assert_eq!(first(cut, name), 0.0, "{name} is no prediction of the model");
         }
-        let still = &settled(vec![run(0.0)], &model)[0];
+        let still = &settled(vec![gathering(0.0)], &model)[0];
         assert_eq!(first(still, "u"), 0.0, "from rest nothing is before");
+        let swings = &settled(vec![run(0.0)], &model)[0];
+        assert!((first(swings, "u") - 2.0).abs() < 1e-9, "its command swings through zero");
     }
 }

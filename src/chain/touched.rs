@@ -54,6 +54,20 @@ pub fn follows(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     model.dofs.iter().copied().filter(follows).collect()
 }
 
+/// Whether what an effect does hangs on the time of the run.
+pub fn reads_time(effect: &dyn Effect, place: Place, model: &Model) -> bool {
+    let graph = Graph::new();
+    let at = somewhere(&graph, model, &effect.channels(place));
+    let (theta, memory) = (parameters(&graph, effect, place), memories(&at, effect, place));
+    let zero = [graph.zero(); 6];
+    let (mut momentum, mut wrench, mut tau) = (zero, zero, at.command);
+    effect.momentum(&at, place, &theta, &mut momentum);
+    effect.wrench(&at, place, &theta, &memory, &mut wrench);
+    effect.actuate(&at, place, &theta, &memory, &mut tau);
+    let time = at.time.leaves();
+    momentum.iter().chain(&wrench).chain(&tau).any(|e| e.leaves().iter().any(|leaf| time.contains(leaf)))
+}
+
 /// The parameters of an effect as symbols.
 pub(super) fn parameters<'g>(graph: &'g Graph, effect: &dyn Effect, place: Place) -> Vec<Expr<'g>> {
     let specs = effect.parameters(place);

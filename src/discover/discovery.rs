@@ -14,7 +14,7 @@ use super::next;
 use super::residual::{Residual, residuals};
 use super::search::{BehavesLike, SearchOptions, Step, Task, search};
 use super::surrogate::{leave_out, surrogates};
-use super::verdict::{Verdict, alike, moved_otherwise, overwhelmed, sentence, verdict};
+use super::verdict::{Verdict, alike, apart, moved_otherwise, overwhelmed, sentence, verdict};
 use crate::effects::{Effect, Place, id};
 use crate::estimate::filter_error::FilterErrorOptions;
 use crate::estimate::output_error::OutputErrorError;
@@ -80,6 +80,9 @@ pub struct Discovery {
     /// Degrees of freedom that a random force moves and not the commands, where that left nothing to be named.
     #[serde(skip)]
     pub moved_otherwise: Vec<Dof>,
+    /// Runs that took no part and on which the last model fails, the worst first.
+    #[serde(skip)]
+    pub erring: Vec<String>,
 }
 
 impl Discovery {
@@ -95,7 +98,7 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT];
+pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT, ELSEWHERE, TOOK_PART];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -138,12 +141,25 @@ const BEYOND_THE_FIT: Code = Code {
               missing there the runs of the fit do not show. Let such a run take part in the fit.",
 };
 
-/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where
-/// there are none, each run judges an estimate without it.
-///
-/// # Errors
-/// [`OutputErrorError`] when the baseline cannot be fitted or a run lacks what it reads.
-pub fn discover(
+const ELSEWHERE: Code = Code {
+    code: "D109",
+    kind: "not-shown",
+    severity: Severity::Warning,
+    meaning: "The model fails on runs that took no part, and the runs of the fit do not show what it lacks: what is missing hardly \
+              acts in them, as a Coriolis force where each degree of freedom is moved alone. Let such a run take part in the fit.",
+};
+
+/// A run of the role `validate` took part in the fit of a search.
+pub(super) const TOOK_PART: Code = Code {
+    code: "D110",
+    kind: "took-part",
+    severity: Severity::Warning,
+    meaning: "The runs of the fit alone did not explain those that were held out: the worst of these took part in the fit of the \
+              search, and those that were left judged it. Give it role = \"train\" before the model is fitted.",
+};
+
+/// Searches once for what `baseline` lacks on `runs`, each in the role it has.
+pub(super) fn searched(
     baseline: &Model,
     runs: &[Run],
     own: &[(Arc<dyn Effect>, Place)],
@@ -180,10 +196,12 @@ pub fn discover(
         }
     }
     let effects = found_effects(&found);
-    let Judged { gap, training, failing, mut beyond } = judged;
+    let Judged { gap, training, failing, mut beyond, mut erring, elsewhere } = judged;
     if changed_parameter.is_some() {
         beyond.clear();
+        erring.clear();
     }
+    let elsewhere = if elsewhere { &erring[..] } else { &[] };
     let mut strange: Vec<&str> = beyond.iter().filter_map(|f| f.run.as_deref()).collect();
     strange.dedup();
     let fit = found.last_fit();
@@ -200,6 +218,8 @@ pub fn discover(
     if !strange.is_empty() {
         warnings.push(Finding::new(&BEYOND_THE_FIT, BEYOND_THE_FIT.meaning));
         warnings.extend(beyond.iter().cloned());
+    } else if !elsewhere.is_empty() {
+        warnings.push(Finding::new(&ELSEWHERE, ELSEWHERE.meaning));
     } else if !passes && !is_hopeless {
         warnings.push(Finding::new(&NO_NAME, NO_NAME.meaning));
     }
@@ -240,11 +260,11 @@ pub fn discover(
                 &found.behaves_like,
                 &fit.noise.forces,
                 better,
-                (&failing, &strange),
+                (&failing, &apart(&strange, elsewhere)),
                 changed_parameter.as_ref(),
             ),
         },
-        next_experiment: next::driven(&dofs).or(next::take_part(&strange)).or(more),
+        next_experiment: next::driven(&dofs).or(next::take_part(&strange).or(next::show(elsewhere))).or(more),
         moved_otherwise: dofs,
         changed_parameter,
         residuals,
@@ -259,6 +279,7 @@ pub fn discover(
         seed: options.seed,
         warnings,
         steps: found.steps,
+        erring,
     })
 }
 

@@ -16,6 +16,7 @@ use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::progress;
+use crate::run::Run;
 
 /// What predictions say of the fits of a search.
 pub(super) struct Judged {
@@ -27,6 +28,10 @@ pub(super) struct Judged {
     pub failing: Vec<(String, f64)>,
     /// Where runs that took no part go beyond those of the fit, if the last fit fails on such runs alone.
     pub beyond: Vec<Finding>,
+    /// Runs that took no part and on which the last fit fails, the worst first.
+    pub erring: Vec<String>,
+    /// Whether it predicts the runs of the fit as it should: they show nothing of that.
+    pub elsewhere: bool,
 }
 
 /// How a fit predicts the runs that it was made of.
@@ -60,11 +65,15 @@ impl Judged {
         let (outputs, last) = &predicted[predicted.len() - 1];
         let training = on_training(fit);
         let mut failing_in = failing(outputs, last, &training);
-        let mut beyond = Vec::new();
+        let (mut beyond, mut erring, mut elsewhere) = (Vec::new(), Vec::new(), false);
         if !failing_in.is_empty() && !held.is_empty() {
             let estimated = fit.on_others(held, fitting)?;
             let allowed = with_all_open(fit, &estimated, last, (held, &fitting.base), task.options.seed)?;
             failing_in = failing(outputs, &allowed, &training);
+            if !failing_in.is_empty() {
+                erring = erring_most(outputs, &allowed, held);
+                elsewhere = follows_training(outputs, fit, &training, task)?;
+            }
             let range = envelope::of(task.train);
             let strange: Vec<Vec<Finding>> = held.iter().map(|run| envelope::beyond(run, &range)).collect();
             let within = allowed.into_iter().zip(&strange).filter(|(_, found)| found.is_empty());
@@ -78,8 +87,37 @@ impl Judged {
             if failing_in.iter().all(|(known, _)| known != dof.velocity()) {
                 failing_in.push((dof.velocity().to_string(), times));
                 beyond.clear();
+                erring.clear();
             }
         }
-        Ok(Judged { gap, training, failing: failing_in, beyond })
+        Ok(Judged { gap, training, failing: failing_in, beyond, erring, elsewhere })
     }
+}
+
+/// Whether a fit predicts the runs that it was made of as it should, by what is open of its parameters where motions are unstable.
+fn follows_training(
+    outputs: &[String],
+    fit: &FilterErrorFit,
+    training: &[Forecast],
+    task: &Task<'_>,
+) -> Result<bool, OutputErrorError> {
+    if failing(outputs, training, training).is_empty() {
+        return Ok(true);
+    }
+    let mut held = fit.model.clone();
+    held.parameters.iter_mut().for_each(|p| p.fixed = true);
+    let allowed = with_all_open(fit, &held, training, (task.train, &task.fitting.base), task.options.seed)?;
+    Ok(failing(outputs, &allowed, training).is_empty())
+}
+
+/// Names of the runs on which predictions fail, that with the greatest error over the expected one first.
+fn erring_most(outputs: &[String], forecasts: &[Forecast], held: &[Run]) -> Vec<String> {
+    let times = |forecast: &Forecast| {
+        let failing = failing(outputs, std::slice::from_ref(forecast), &[]);
+        failing.into_iter().map(|(_, times)| times).reduce(f64::max)
+    };
+    let mut erring: Vec<(&Run, f64)> =
+        held.iter().zip(forecasts).filter_map(|(run, f)| Some((run, times(f)?))).collect();
+    erring.sort_by(|a, b| b.1.total_cmp(&a.1));
+    erring.into_iter().map(|(run, _)| run.name.clone()).collect()
 }

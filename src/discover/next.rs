@@ -116,6 +116,15 @@ pub(super) fn take_part(runs: &[&str]) -> Option<String> {
     ))
 }
 
+/// The worst of the runs on which alone the model fails takes part.
+pub(super) fn show(runs: &[String]) -> Option<String> {
+    let one = runs.first()?;
+    Some(format!(
+        "Let {one} take part in the fit (role = \"train\"), hold another one like it out, and look again: what acts there does not act \
+         in the runs of the fit."
+    ))
+}
+
 /// What to do where a parameter is not the same at all times.
 fn apart(changed: &ChangedParameter) -> String {
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));

@@ -11,7 +11,6 @@ use super::focus::Start;
 use super::rules::is_nothing;
 use super::screen::Score;
 use super::search::{Search, TIE, Task, is_hopeless};
-use super::verdict::pushed_hard;
 use crate::effects::Scope;
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
@@ -117,13 +116,10 @@ pub(super) fn refitted(
     Some(Contender { score, fit, gain, held_out: 0.0, held_out_cost: 0.0 })
 }
 
-/// The model of `fit` fitted from the log, where a random force is left that is no turbulence; `None` where that is no better.
-/// A fit that began at the values of a model that lacked a name may end on a hill of its own, and what is left there is given
-/// other names.
+/// The model of `fit` fitted from the log; `None` where that is no better. A fit that began at the values of a model that lacked
+/// a name may end on a hill of its own, and what is left there is given other names: asked where a random force is left that is
+/// no turbulence, or a candidate.
 pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
-    if pushed_hard(&fit.noise.forces, task.train).is_empty() {
-        return None;
-    }
     let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;
     (anew.plain < fit.plain - TIE).then_some(anew)
 }

@@ -19,13 +19,13 @@ use super::again::{backward, rivalled};
 use super::candidate::{Candidate, candidates, spoken_for};
 use super::focus::{Start, starts};
 use super::held_out::{HeldOut, agree};
-use super::phased::begun;
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rivalry::may_replace;
 use super::rules::{BEYOND, broken, brought};
 use super::screen::{INDISTINGUISHABLE, Score, Screen, log_survival, screen};
 use super::slow_force;
-use super::verdict::overwhelmed;
+use super::timed::begun;
+use super::verdict::{overwhelmed, pushed_hard};
 use crate::effects::{Effect, Family, Place, Scope, named};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error, filter_error_from};
 use crate::estimate::moved_by_thrust;
@@ -193,11 +193,15 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         let earlier = found.added.len() - 1;
         rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
-        let fit = found.last_fit().clone();
-        let mut list = asked(&fit.model, task);
-        // what broke a rule beside the others would come again, and go again
-        list.retain(|c| !found.removed.contains(&c.name()) || found.behaves_like.iter().all(|b| b.id != c.name()));
-        let screen = screened(&fit, &list, task)?;
+        let (mut list, mut screen) = asked_beside(&found, task)?;
+        let asks = screen.scores.first().is_some_and(|best| best.log_p < screen.threshold);
+        if let Some(better) = asks.then(|| anew(found.last_fit(), task)).flatten() {
+            found.astray = true;
+            if let Some(step) = found.steps.last_mut() {
+                step.fit = better;
+            }
+            (list, screen) = asked_beside(&found, task)?;
+        }
         same_signal(&mut found, &list, &screen);
         (found.candidates, found.screen) = (list, screen);
     }
@@ -211,6 +215,16 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     found.behaves_like.retain(|b| !named.contains(&b.id));
     found.behaves_like.truncate(BEHAVES);
     Ok(found)
+}
+
+/// What is asked beside the names that stand, and its scores.
+fn asked_beside(found: &Search, task: &Task<'_>) -> Result<(Vec<Candidate>, Screen), OutputErrorError> {
+    let fit = found.last_fit();
+    let mut list = asked(&fit.model, task);
+    // what broke a rule beside the others would come again, and go again
+    list.retain(|c| !found.removed.contains(&c.name()) || found.behaves_like.iter().all(|b| b.id != c.name()));
+    let screen = screened(fit, &list, task)?;
+    Ok((list, screen))
 }
 
 /// Whether what moves the vehicle is not its commands, in half of the degrees of freedom that are commanded or more: nothing
@@ -362,7 +376,8 @@ fn name_among(
                 continue;
             }
         };
-        let fit = match anew(&fit, task) {
+        let pushed = !pushed_hard(&fit.noise.forces, task.train).is_empty();
+        let fit = match pushed.then(|| anew(&fit, task)).flatten() {
             Some(better) => {
                 found.astray = true;
                 better

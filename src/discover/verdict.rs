@@ -120,15 +120,27 @@ pub(super) fn alike(effects: &[FoundEffect]) -> String {
     effects.iter().filter(|e| !e.also_possible.is_empty()).map(of).collect()
 }
 
+/// `` `run04`, `run05`, which took no part ``: runs on which alone a model fails, and whether that is where they go `beyond` the
+/// range of those of the fit; nothing where there are none.
+pub(super) fn apart(beyond: &[&str], elsewhere: &[String]) -> String {
+    let (others, run) = (elsewhere.join("`, `"), beyond.join("`, `"));
+    match (beyond.len(), elsewhere.len()) {
+        (0, 0) => String::new(),
+        (0, _) => format!("`{others}`, which took no part"),
+        (1, _) => format!("`{run}`, which goes beyond their range"),
+        (_, _) => format!("`{run}`, which go beyond their range"),
+    }
+}
+
 /// The verdict in plain words. `better` says how much better held-out predictions 8 s ahead are with the names, and in which
-/// degree of freedom; `beyond` are the runs that go beyond the range of those of the fit, where the model fails on these alone.
+/// degree of freedom; `apart` are the runs on which alone the model fails ([`apart`]).
 pub(super) fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
     behaves_like: &[BehavesLike],
     forces: &[RandomForce],
     better: Option<(Measured, f64)>,
-    (failing, beyond): (&[(String, f64)], &[&str]),
+    (failing, apart): (&[(String, f64)], &str),
     changed: Option<&ChangedParameter>,
 ) -> String {
     let names: Vec<String> = effects.iter().map(|e| named(&e.id)).collect();
@@ -151,10 +163,6 @@ pub(super) fn sentence(
         _ => format!("{word} `{}`", channels.join("`, `")),
     };
     let changes = changed.map_or(String::new(), |s| format!(" Not the same at all times: {}.", s.told()));
-    let strange = match beyond {
-        [one] => format!("`{one}`, which goes"),
-        runs => format!("`{}`, which go", runs.join("`, `")),
-    };
     let alike = alike(effects);
     match verdict {
         Verdict::NothingMissing => match forces {
@@ -168,13 +176,13 @@ pub(super) fn sentence(
             format!("Explained: {names} {were} missing; with it the model predicts the log down to {left}.{alike}")
         }
         Verdict::Explained => format!("Explained: {names} {were} missing{gain}, down to {left}.{alike}"),
-        Verdict::PartlyExplained if !beyond.is_empty() => format!(
+        Verdict::PartlyExplained if !apart.is_empty() => format!(
             "Partly explained: {names} {were} missing{gain}; something is left that the runs of the fit do not show: it is in \
-             {strange} beyond their range{}.",
+             {apart}{}.",
             at(", in")
         ),
-        Verdict::Unexplained if !beyond.is_empty() => format!(
-            "Something is missing that the runs of the fit do not show: it is in {strange} beyond their range{}.{behaves}",
+        Verdict::Unexplained if !apart.is_empty() => format!(
+            "Something is missing that the runs of the fit do not show: it is in {apart}{}.{behaves}",
             at(", in")
         ),
         Verdict::PartlyExplained => format!(
@@ -210,7 +218,7 @@ mod tests {
     fn every_verdict_has_its_sentence() {
         let force = RandomForce { dof: Dof::Surge, rms: 0.8, time: 1.1 };
         let say = |verdict, forces: &[RandomForce]| {
-            sentence(verdict, &[], &[], forces, None, (&[("v".to_string(), 2.0)], &[]), None)
+            sentence(verdict, &[], &[], forces, None, (&[("v".to_string(), 2.0)], ""), None)
         };
         assert_eq!(
             say(Verdict::NothingMissing, &[force]),
@@ -222,14 +230,18 @@ mod tests {
         let (unit, from) = ("kg*m2/s".to_string(), Some(31.2));
         let changed = ChangedParameter { parameter, run, from, change: 0.831, std: 0.0313, unit, p_value: 1e-9 };
         assert_eq!(
-            sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], &[]), Some(&changed)),
+            sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], ""), Some(&changed)),
             "Something is missing that is not in the catalogue. Not the same at all times: k_r of linear_drag@yaw is \
              0.83 ± 0.031 kg*m2/s more from 31 s of run04 on."
         );
         let fails = [("u".to_string(), 2.0)];
         assert_eq!(
-            sentence(Verdict::Unexplained, &[], &[], &[], None, (&fails, &["run08"]), None),
+            sentence(Verdict::Unexplained, &[], &[], &[], None, (&fails, &apart(&["run08"], &["run08".into()])), None),
             "Something is missing that the runs of the fit do not show: it is in `run08`, which goes beyond their range, in `u`."
+        );
+        assert_eq!(
+            sentence(Verdict::Unexplained, &[], &[], &[], None, (&fails, &apart(&[], &["a".into(), "b".into()])), None),
+            "Something is missing that the runs of the fit do not show: it is in `a`, `b`, which took no part, in `u`."
         );
         assert_eq!(verdict(true, false), Verdict::PartlyExplained);
     }

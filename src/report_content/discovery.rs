@@ -236,6 +236,7 @@ mod tests {
             warnings: Vec::new(),
             steps: Vec::new(),
             moved_otherwise: Vec::new(),
+            erring: Vec::new(),
         };
         let table = effects(&found);
         assert_eq!(table.rows.len(), 2);

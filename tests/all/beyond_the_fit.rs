@@ -1,4 +1,4 @@
-//! A loss of thrust astern, of which only a held-out run could tell, on the plant.
+//! What only held-out runs could tell, on the plant: a loss of thrust astern, a Munk moment where each motion is moved alone.
 
 use std::path::Path;
 
@@ -43,4 +43,26 @@ fn with_the_run_in_the_fit_the_loss_is_named() {
     let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
     assert_eq!(names, ["thrust_reverse_loss@surge"], "{}", found.sentence);
     assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+}
+
+/// Four runs of the fit that move one degree of freedom each, and a zig-zag and a free run that judge: of the Munk moment only
+/// these know. The worse one takes part, the other one bears the name out, and the user is told.
+#[test]
+fn a_moment_that_only_the_runs_that_judge_show_is_named_with_one_of_them() {
+    let mut sea = Sea::new(Vehicle::named("laurs").expect("it exists"), &Axis::PLANE);
+    (sea.runs, sea.duration, sea.seed) = (6, 60.0, 5503);
+    sea.force = RandomForce { share: 0.0, correlation: 1.0 };
+    sea.hidden = vec![Hidden::new("coriolis_yaw")];
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("beyond_the_fit_munk");
+    let _ = std::fs::remove_dir_all(&folder);
+    sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    let found = campaign::discover(&campaign).expect("it can be searched");
+    let names: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!((names, found.verdict), (vec!["coriolis_yaw"], Verdict::Explained), "{}", found.sentence);
+    let told = found.warnings.iter().find(|w| w.code == "D110").expect("who took part is told");
+    assert!(told.message.starts_with("run04.csv took part in the fit of this search"), "{}", told.message);
+    // the gap is that of the run that was left to judge
+    let judges: Vec<&str> = found.gap.iter().flat_map(|step| &step.runs).map(|run| run.run.as_str()).collect();
+    assert!(!judges.is_empty() && judges.iter().all(|run| *run == "run05.csv"), "{judges:?}");
 }

@@ -186,6 +186,17 @@ fn blind_a_wave_is_named_where_it_is_all_that_pushes() {
     assert!(least < a.value && a.value < most && a.per_run.len() > 1, "{a:?}");
 }
 
+/// A vehicle that turns by itself, four runs of the fit and no random force: the fit with the name, begun at the values of the model
+/// that lacked it, ends on a hill below the top, and what is left there is no second name but a better start.
+#[test]
+fn blind_a_misaligned_dvl_is_named_from_few_runs() {
+    let found = answer("few_runs", &Sea { runs: 6, ..sea("small", 0.0, &["sensor_dvl_misalignment"], 7_702) });
+    let named = (names(&found), found.verdict);
+    assert_eq!(named, (vec!["sensor_dvl_misalignment"], Verdict::Explained), "{}", found.sentence);
+    let angle = &found.effects[0].parameters[0];
+    assert!((angle.value - 5f64.to_radians()).abs() < 4.0 * angle.std, "{angle:?}");
+}
+
 /// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
 #[test]
 fn blind_a_thruster_that_fails_is_found_with_its_instant() {

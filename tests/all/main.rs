@@ -72,6 +72,7 @@ mod one_word;
 mod output_error;
 mod outputs;
 mod paper;
+mod periods_and_instants;
 mod plan;
 mod plant;
 mod poses;

@@ -1,45 +1,49 @@
-//! Where a fit begins whose model has a phase of its own in every run, such as a wave.
+//! Where a fit begins whose model holds a period or an instant: a wave, a thruster that fails.
 //!
 //! ```text
 //! T ← argmin p(T)        of the innovations of the model without it, step 2 of the search, on its grid and between
 //! ```
 //!
-//! −2 ln L has a hill at every period that keeps step with the motion for a part of a run, and from a period that is off by a
-//! tenth a fit ends beside the highest one, with a random force in the place of the wave.
+//! −2 ln L has a hill at every period that keeps step with the motion for a part of a run, and at every instant from which on the
+//! model errs. From a period that is off by a tenth a fit ends beside the highest one, with a random force in the place of the wave.
 
 use super::candidate::{Candidate, candidates};
 use super::focus::starts;
 use super::refit::ROUGH;
 use super::screen::{Score, screen};
 use super::search::{SearchOptions, Task};
+use crate::chain::reads_time;
 use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::started;
 use crate::model::{Model, Term};
 use crate::run::Run;
 
-/// `model` started from `runs` ([`started`]), a period whose start nobody gave where the innovations of the model without it say.
+/// `model` started from `runs` ([`started`]), periods and instants whose start nobody gave where the innovations of the model without
+/// them say.
 pub fn begun(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Model {
-    started(&with_periods(model, runs, fitting, options).unwrap_or_else(|| model.clone()), runs)
+    started(&with_times(model, runs, fitting, options).unwrap_or_else(|| model.clone()), runs)
 }
 
-/// Whether a term has a phase of its own in every run, and a shape that somebody has to look for.
-fn is_phased(model: &Model, term: &Term) -> bool {
-    let of = || term.parameters.iter().map(|p| &model.parameters[*p]);
-    of().any(|p| p.spec.per_run) && of().any(|p| !p.spec.is_linear() && !p.fixed && !p.given)
+/// Whether what a term does hangs on the time, by a shape that somebody has to look for.
+fn is_timed(model: &Model, term: &Term) -> bool {
+    let open = |p: &usize| {
+        !model.parameters[*p].spec.is_linear() && !model.parameters[*p].fixed && !model.parameters[*p].given
+    };
+    term.parameters.iter().any(open) && reads_time(term.effect.as_ref(), term.place, model)
 }
 
-fn with_periods(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Option<Model> {
-    let phased: Vec<usize> = (0..model.terms.len()).filter(|k| is_phased(model, &model.terms[*k])).collect();
-    if phased.is_empty() {
+fn with_times(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Option<Model> {
+    let timed: Vec<usize> = (0..model.terms.len()).filter(|k| is_timed(model, &model.terms[*k])).collect();
+    if timed.is_empty() {
         return None;
     }
     let mut without = model.clone();
-    phased.iter().rev().for_each(|k| without.remove(*k));
+    timed.iter().rev().for_each(|k| without.remove(*k));
     let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..fitting.clone() };
     let fit = filter_error(&started(&without, runs), runs, &rough).ok()?;
-    let own: Vec<_> = phased.iter().map(|k| (model.terms[*k].effect.clone(), model.terms[*k].place)).collect();
+    let own: Vec<_> = timed.iter().map(|k| (model.terms[*k].effect.clone(), model.terms[*k].place)).collect();
     let mut list: Vec<Candidate> = candidates(&fit.model, runs, &own);
-    list.retain(|c| phased.iter().any(|k| model.terms[*k].name() == c.name()));
+    list.retain(|c| timed.iter().any(|k| model.terms[*k].name() == c.name()));
     let found = screen(&fit, runs, &list, &fitting.base, (options.level, options.seed)).ok()?;
     let mut best: Vec<Score> = Vec::new();
     for score in found.scores {

@@ -1,0 +1,59 @@
+//! A run that took no part takes part, where the runs of the fit do not show what is missing.
+//!
+//! ```text
+//! fails on held-out runs H, |H| ≥ 2:   fit + the worse half of H  →  search again;   an answer where that leaves nothing open
+//! ```
+//!
+//! A campaign that moves each degree of freedom alone shows no Coriolis force, and its zig-zags, held out to judge, do. What is
+//! found then is an answer where it mends the other half, too: runs on which the model failed and that took no part.
+
+use std::sync::Arc;
+
+use super::discovery::{Discovery, TOOK_PART, searched};
+use super::search::SearchOptions;
+use super::verdict::Verdict;
+use crate::effects::{Effect, Place};
+use crate::estimate::filter_error::FilterErrorOptions;
+use crate::estimate::output_error::OutputErrorError;
+use crate::finding::Finding;
+use crate::model::Model;
+use crate::run::{Role, Run};
+
+/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where
+/// there are none, each run judges an estimate without it. Where only they show what is missing, the worse half of them takes
+/// part and the others judge.
+///
+/// # Errors
+/// [`OutputErrorError`] when the baseline cannot be fitted or a run lacks what it reads.
+pub fn discover(
+    baseline: &Model,
+    runs: &[Run],
+    own: &[(Arc<dyn Effect>, Place)],
+    fitting: &FilterErrorOptions,
+    options: &SearchOptions,
+) -> Result<Discovery, OutputErrorError> {
+    let first = searched(baseline, runs, own, fitting, options)?;
+    let part = first.erring[..first.erring.len() / 2].to_vec();
+    if part.is_empty() || !first.moved_otherwise.is_empty() {
+        return Ok(first);
+    }
+    let taking_part = |run: &Run| match part.contains(&run.name) {
+        true => Run { role: Role::Train, ..run.clone() },
+        false => run.clone(),
+    };
+    let runs: Vec<Run> = runs.iter().map(taking_part).collect();
+    match searched(baseline, &runs, own, fitting, options) {
+        Ok(mut found) if matches!(found.verdict, Verdict::Explained | Verdict::NothingMissing) => {
+            let text = format!(
+                "{} took part in the fit of this search, although held out: the runs of the fit alone do not explain the runs held out; \
+                 give {} role = \"train\" before the model is fitted",
+                part.join(", "),
+                if part.len() > 1 { "them" } else { "it" }
+            );
+            found.warnings.insert(0, Finding::new(&TOOK_PART, text));
+            Ok(found)
+        }
+        // what it does not explain to the end the first search tells better: by the runs as they were divided
+        _ => Ok(first),
+    }
+}
