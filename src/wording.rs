@@ -39,6 +39,20 @@ pub fn capitalised(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// `least to greatest ± deviation by run` of what each run has its own value of; `None` where there are none. `told`: a value in words.
+pub fn by_run(values: impl IntoIterator<Item = f64>, told: impl Fn(f64) -> String) -> Option<String> {
+    let both = |(least, greatest): (f64, f64), value: f64| (least.min(value), greatest.max(value));
+    let range = values.into_iter().fold(None, |range: Option<(f64, f64)>, x| Some(both(range.unwrap_or((x, x)), x)));
+    range.map(|(least, greatest)| {
+        let (least, greatest) = (told(least), told(greatest));
+        // a deviation that both have is said once
+        let deviation = |text: &str| text.split_once(" ± ").map(|(_, std)| std.to_string());
+        let alone =
+            least.split_once(" ± ").map(|(value, _)| value).filter(|_| deviation(&least) == deviation(&greatest));
+        format!("{} to {greatest} by run", alone.unwrap_or(&least))
+    })
+}
+
 /// A number of two digits: `0.031`, `12`, `123`.
 pub fn digits(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
@@ -83,6 +97,15 @@ pub fn p_value(p: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_each_run_has_its_own_of_is_told_from_the_least_to_the_greatest() {
+        let alike = |x: f64| format!("{x} ± 0.1");
+        assert_eq!(by_run([2.0, -1.5, 0.0], alike).unwrap(), "-1.5 to 2 ± 0.1 by run");
+        assert_eq!(by_run([2.0, 1.0], |x| format!("{x} ± {x}")).unwrap(), "1 ± 1 to 2 ± 2 by run");
+        assert_eq!(by_run([3.0], digits).unwrap(), "3.0 to 3.0 by run");
+        assert_eq!(by_run([], digits), None);
+    }
 
     #[test]
     fn numbers_have_two_digits_and_all_before_the_point() {

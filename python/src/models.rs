@@ -60,8 +60,15 @@ pub fn model_difference(py: Python<'_>, a: &str, b: &str, names: [String; 2]) ->
     error::to_json(&detached(py, || difference(&a, &b, names))?)
 }
 
-/// Writes `names` into the effects of a campaign, or of another beside it.
+/// Writes `names` into the effects of a campaign, or of another beside it; the runs `training` get the role `train`.
 #[pyfunction]
-pub fn adopt(py: Python<'_>, campaign: PathBuf, to: Option<PathBuf>, names: Vec<String>) -> PyResult<()> {
-    hydrosysid::campaign::adopt(&campaign, to.as_deref(), &names).map(drop).map_err(|e| error::usage(py, &e))
+pub fn adopt(
+    py: Python<'_>,
+    campaign: PathBuf,
+    to: Option<PathBuf>,
+    names: Vec<String>,
+    training: Vec<String>,
+) -> PyResult<()> {
+    let adopted = hydrosysid::campaign::adopt(&campaign, to.as_deref(), &names, &training);
+    adopted.map(drop).map_err(|e| error::usage(py, &e))
 }

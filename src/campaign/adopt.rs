@@ -1,5 +1,5 @@
-//! Effects that were named, written into the text of a campaign: its list `effects` grows, everything else stays as it
-//! stands, comments included.
+//! Effects that were named, written into the text of a campaign: its list `effects` grows, runs that took part in the fit have the
+//! role `train`, everything else stays as it stands, comments included.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,8 @@ use serde::Deserialize;
 use thiserror::Error;
 use toml::Spanned;
 
-use super::file::CampaignFile;
+use super::file::{CampaignFile, ReadOptions};
+use super::load::names;
 use crate::atomic_file;
 
 /// Where a campaign lists the effects of its baseline.
@@ -19,6 +20,18 @@ struct Listing {
 #[derive(Deserialize)]
 struct ModelListing {
     effects: Spanned<Vec<Spanned<String>>>,
+}
+
+/// Where it gives its runs their roles.
+#[derive(Deserialize)]
+struct Roles {
+    #[serde(default)]
+    run: Vec<RoleOfRun>,
+}
+
+#[derive(Deserialize)]
+struct RoleOfRun {
+    role: Option<Spanned<String>>,
 }
 
 /// Why nothing was adopted.
@@ -51,11 +64,12 @@ pub enum AdoptError {
 }
 
 /// Writes `names` into the effects of `campaign` (or the folder that holds `campaign.toml`), or into `to`, a campaign
-/// beside it, which begins as its copy where it does not exist. Returns the file that was written.
+/// beside it, which begins as its copy where it does not exist; the runs `training` get the role `train`. Returns the file that was
+/// written.
 ///
 /// # Errors
 /// [`AdoptError`].
-pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String]) -> Result<PathBuf, AdoptError> {
+pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String], training: &[String]) -> Result<PathBuf, AdoptError> {
     let own = CampaignFile::at(campaign);
     let to = to.map_or_else(|| own.clone(), Path::to_path_buf);
     let unusable = |file: &Path| {
@@ -71,7 +85,8 @@ pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String]) -> Result<Pat
     }
     let from = if to.is_file() { &to } else { &own };
     let text = crate::text_file::read(from).map_err(unusable(from))?;
-    let text = with_effects(&text, names).map_err(|message| AdoptError::NoCampaign { file: from.clone(), message })?;
+    let adopted = with_effects(&text, names).and_then(|text| with_training(&text, from, training));
+    let text = adopted.map_err(|message| AdoptError::NoCampaign { file: from.clone(), message })?;
     atomic_file::write(&to, |file| std::io::Write::write_all(file, text.as_bytes())).map_err(unusable(&to))?;
     Ok(to)
 }
@@ -106,9 +121,29 @@ pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     Ok([&text[..after], &added, &text[after..]].concat())
 }
 
+/// `text` of the campaign `file` with the role `train` where the runs of these names have another one.
+fn with_training(text: &str, file: &Path, runs: &[String]) -> Result<String, String> {
+    let mut text = text.to_string();
+    if runs.is_empty() {
+        return Ok(text);
+    }
+    let read = CampaignFile::from_bytes(text.as_bytes(), file, &ReadOptions::default());
+    let named = names(&read.map_err(|e| e.to_string())?.runs);
+    let roles: Roles = toml::from_str(&text).map_err(|e| e.message().to_string())?;
+    // from the last one on, so that the places of those before stay
+    for (_, run) in named.iter().zip(roles.run).filter(|(name, _)| runs.contains(name)).rev().collect::<Vec<_>>() {
+        if let Some(role) = run.role {
+            text.replace_range(role.span(), "\"train\"");
+        }
+    }
+    Ok(text)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::with_effects;
+    use std::path::Path;
+
+    use super::{with_effects, with_training};
 
     fn with(list: &str, names: &[&str]) -> String {
         let text = format!("# mine\n[model]\ndofs = [\"yaw\"] # one\neffects = {list} # so far\n[fit]\n");
@@ -126,6 +161,24 @@ mod tests {
         assert_eq!(with("['inertia', 'a']", &["a"]), "['inertia', 'a']");
         let lines = "[\n  'inertia',  # m\n  'a',\n]";
         assert_eq!(with(lines, &["b"]), "[\n  'inertia',  # m\n  'a',\n  \"b\",\n]");
+    }
+
+    #[test]
+    fn runs_that_took_part_have_the_role_train() {
+        let text = |a: &str, b: &str| {
+            format!(
+                "format = 1\n[model]\ndofs = [\"yaw\"]\neffects = [\"inertia\"]\n[[run]]\nfile = \"a.csv\"\n[[run]] # of May\n\
+                 role = {a} # judges\nfile = \"b.csv\"\n[[run]]\nfile = \"b.csv\"\nrole = {b}\nfrom = 3.0\n"
+            )
+        };
+        let held_out = text("\"validate\"", "'validate'");
+        let with = |runs: &[&str]| {
+            let runs: Vec<String> = runs.iter().map(ToString::to_string).collect();
+            with_training(&held_out, Path::new("campaign.toml"), &runs).unwrap()
+        };
+        assert_eq!(with(&[]), held_out);
+        assert_eq!(with(&["b.csv #2"]), text("\"validate\"", "\"train\""));
+        assert_eq!(with(&["a.csv", "b.csv", "b.csv #2"]), text("\"train\"", "\"train\""));
     }
 
     #[test]

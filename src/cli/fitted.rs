@@ -70,7 +70,8 @@ fn parameters(fitted: &Fit, output: &Output) {
                 if p.fixed {
                     format!("{} (held)", number(p.value))
                 } else {
-                    estimated(p.value, p.std, fitted.converged)
+                    let told = |value: f64| estimated(value, p.std, fitted.converged);
+                    p.by_run(told).unwrap_or_else(|| told(p.value))
                 },
                 p.unit.clone(),
             ];

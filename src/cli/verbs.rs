@@ -187,14 +187,22 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
         (_, []) => format!("hydrosysid report {campaign}"),
         (Some(to), names) => {
             // that it is edited was asked for: it is the one input that a call writes
-            let file = campaign::adopt(&a.campaign, to.as_deref(), names)?;
+            let file = campaign::adopt(&a.campaign, to.as_deref(), names, &found.took_part)?;
             let (file, names) = (file.display(), names.join(", "));
-            output.print(&format!("{file} has {names} in its model now"));
+            let roles = match found.took_part.as_slice() {
+                [] => String::new(),
+                runs => format!(", and role = \"train\" for {}", runs.join(", ")),
+            };
+            output.print(&format!("{file} has {names} in its model now{roles}"));
             format!("hydrosysid fit {file}")
         }
         (None, names) => {
             let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-            output.print(&wrapped(&format!("--adopt writes {list} into `effects` of [model], comments kept")));
+            let roles = match found.took_part.as_slice() {
+                [] => String::new(),
+                runs => format!(" and role = \"train\" for {}", runs.join(", ")),
+            };
+            output.print(&wrapped(&format!("--adopt writes {list} into `effects` of [model]{roles}, comments kept")));
             format!("hydrosysid discover {campaign} --adopt")
         }
     };

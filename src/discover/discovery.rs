@@ -62,6 +62,8 @@ pub struct Discovery {
     pub behaves_like: Vec<BehavesLike>,
     /// What to add to the `effects` of the campaign's table `model` for all that was named.
     pub adopt: Vec<String>,
+    /// Runs of the role `validate` that took part in the fit, because those of the role `train` alone did not explain the others.
+    pub took_part: Vec<String>,
     /// What was added and dropped again.
     pub removed: Vec<String>,
     /// What looks like a fault of the log.
@@ -273,6 +275,7 @@ pub(super) fn searched(
         effects,
         gap,
         behaves_like: found.behaves_like,
+        took_part: Vec::new(),
         removed: found.removed,
         log_findings: Vec::new(),
         smallest_visible,

@@ -10,7 +10,7 @@ use super::search::Search;
 use crate::effects::{Effect, Place, common_name, named};
 use crate::frame::Dof;
 use crate::model::name_of;
-use crate::wording::digits;
+use crate::wording::{by_run, digits};
 
 /// A parameter of an effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,7 +37,7 @@ impl FoundParameter {
 
     /// `least to greatest by run`, where each has its own; `told`: a value in words.
     pub(crate) fn by_run(&self, told: impl Fn(f64) -> String) -> Option<String> {
-        self.range().map(|(least, greatest)| format!("{} to {} by run", told(least), told(greatest)))
+        by_run(self.per_run.iter().copied(), told)
     }
 }
 

@@ -51,6 +51,7 @@ pub fn discover(
                 if part.len() > 1 { "them" } else { "it" }
             );
             found.warnings.insert(0, Finding::new(&TOOK_PART, text));
+            found.took_part = part;
             Ok(found)
         }
         // what it does not explain to the end the first search tells better: by the runs as they were divided

@@ -137,7 +137,8 @@ fn row(
         }
     };
     let shows = |std: f64| std.is_finite() && std < SHOWN * p.value.abs();
-    let common = p.std.filter(|std| !p.fixed && shows(*std))?;
+    // what each run has its own value of is no estimate of one thing
+    let common = p.std.filter(|std| !p.fixed && p.per_run.is_empty() && shows(*std))?;
     let stages = results.fit.stages.iter().filter(|s| s.runs.len() != 1).flat_map(|stage| {
         let named = |e: &&crate::procedure::Estimate| e.effect == p.effect && e.name == p.name;
         stage.estimates.iter().filter(named).map(|e| (stage.name.as_str(), e.value, e.std))

@@ -237,6 +237,7 @@ mod tests {
             steps: Vec::new(),
             moved_otherwise: Vec::new(),
             erring: Vec::new(),
+            took_part: Vec::new(),
         };
         let table = effects(&found);
         assert_eq!(table.rows.len(), 2);

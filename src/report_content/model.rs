@@ -5,7 +5,7 @@ use crate::chain::{Nature, nature};
 use crate::effects::{Place, common_name, id};
 use crate::frame::Dof;
 use crate::model::{Model, Term};
-use crate::report::{Block, Cell, Column, Equation, Label, Section, Style, Table, number};
+use crate::report::{Block, Cell, Column, Equation, Label, Section, Style, Table, estimate, number};
 use crate::thrust::fit::Estimate;
 
 /// The section of a report.
@@ -59,13 +59,21 @@ pub(super) fn parameters(results: &Results<'_>) -> Table {
         .iter()
         .map(|p| {
             let place = [p.dof, p.other].iter().flatten().map(|d| d.name()).collect::<Vec<_>>().join(":");
+            let of_runs = p.by_run(|value| estimate(value, p.std, Style::Text));
             let mut row = vec![
                 Cell::from(p.effect.as_str()),
                 Cell::from(common_name(&p.effect).as_str()),
                 Cell::from(place.as_str()),
                 Cell::Text(Label::symbol(&p.name)),
-                Cell::Number { value: p.value, digits: digits_beside(p.value, p.std) },
-                Cell::from(if p.fixed { "held".to_string() } else { interval(p.value, p.std) }.as_str()),
+                match &of_runs {
+                    Some(of_runs) => Cell::from(of_runs.as_str()),
+                    None => Cell::Number { value: p.value, digits: digits_beside(p.value, p.std) },
+                },
+                match (p.fixed, &of_runs) {
+                    (true, _) => Cell::from("held"),
+                    (false, Some(_)) => Cell::Empty,
+                    (false, None) => Cell::from(interval(p.value, p.std).as_str()),
+                },
                 Cell::from(crate::report::unit(&p.unit).as_str()),
                 p.sname.as_ref().map_or(Cell::Empty, |s| Cell::Text(Label::symbol(s))),
                 p.sname_value.map_or(Cell::Empty, |value| Cell::Number { value, digits: 5 }),

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use hydrosysid::campaign::{self, Campaign, LoadOptions};
+use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
 use hydrosysid::discover::{Discovery, Verdict};
+use hydrosysid::run::Role;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomForce, Vehicle};
 
 /// What is found where the last run alone goes astern, with this role.
@@ -65,4 +66,11 @@ fn a_moment_that_only_the_runs_that_judge_show_is_named_with_one_of_them() {
     // the gap is that of the run that was left to judge
     let judges: Vec<&str> = found.gap.iter().flat_map(|step| &step.runs).map(|run| run.run.as_str()).collect();
     assert!(!judges.is_empty() && judges.iter().all(|run| *run == "run05.csv"), "{judges:?}");
+    assert_eq!(found.took_part, ["run04.csv"]);
+    // and with it the campaign is fitted from then on
+    campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("a campaign");
+    let adopted = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    assert_eq!(adopted.runs.iter().filter(|run| run.role == Role::Validate).count(), 1);
+    let fit = campaign::fit(&adopted, FitOptions::default()).expect("a fit");
+    assert!(fit.sentence.contains("predictions 8 s ahead err as much as expected"), "{}", fit.sentence);
 }

@@ -223,7 +223,7 @@ fn blind_single_thrusters_are_named() {
         let found = answer(name, &sea);
         assert_eq!((names(&found), found.verdict), (vec![hidden], Verdict::Explained), "{}", found.sentence);
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("discovery_{name}"));
-        let file = campaign::adopt(&folder, None, &found.adopt).expect("the names go in");
+        let file = campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("the names go in");
         let complete = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
         let fit = campaign::fit(&complete, FitOptions::default()).expect("a fit");
         let source = PlanSource::of_fit(&complete, &fit);

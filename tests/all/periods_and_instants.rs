@@ -7,11 +7,11 @@ use hydrosysid::discover::Verdict;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, RandomForce, Suite, Vehicle};
 
 /// The small vehicle with `name` hidden and without a random force, and the campaign in which the name was adopted.
-fn adopted(name: &str, sea: Sea) -> Campaign {
+fn adopted(name: &str, sea: &Sea) -> Campaign {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("timed_{}", name.replace('@', "_")));
     let _ = std::fs::remove_dir_all(&folder);
     sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
-    campaign::adopt(&folder, None, &[name.to_string()]).expect("it is a campaign");
+    campaign::adopt(&folder, None, &[name.to_string()], &[]).expect("it is a campaign");
     Campaign::load(&folder, LoadOptions::default()).expect("a campaign")
 }
 
@@ -39,7 +39,7 @@ fn value(fit: &Fit, name: &str) -> (f64, f64) {
 /// took no part has its own phase, from its first half, and the model predicts it.
 #[test]
 fn the_period_of_a_wave_is_found_by_the_fit() {
-    let campaign = adopted("wave@sway", sea("wave@sway", 94_101));
+    let campaign = adopted("wave@sway", &sea("wave@sway", 94_101));
     let fit = campaign::fit(&campaign, FitOptions::default()).expect("a fit");
     let (period, std) = value(&fit, "T_wavev");
     assert!((period - 5.0).abs() < 4.0 * std && std < 0.01, "{period} ± {std}");
@@ -66,7 +66,7 @@ fn the_period_of_a_wave_is_found_by_the_fit() {
 /// The thrust ahead falls at 45 % of each run: from an instant on another hill half as much would be lost, from another one on.
 #[test]
 fn the_instant_of_a_failure_is_found_by_the_fit() {
-    let campaign = adopted("thruster_fault@surge", Sea { runs: 6, ..sea("thruster_fault@surge", 94_102) });
+    let campaign = adopted("thruster_fault@surge", &Sea { runs: 6, ..sea("thruster_fault@surge", 94_102) });
     let fit = campaign::fit(&campaign, FitOptions::default()).expect("a fit");
     let ((lost, lost_std), (instant, std)) = (value(&fit, "k_faultu"), value(&fit, "t_faultu"));
     assert!((lost - 0.4).abs() < 4.0 * lost_std && lost_std < 0.02, "{lost} ± {lost_std}");

@@ -43,7 +43,7 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings:
         }
         if p.value <= p.min || p.value >= p.max {
             warnings.push(Finding::new(&codes::AT_BOUND, format!("{shown} stands at its bound")));
-        } else if std > p.value.abs() && p.effect != id::BIAS {
+        } else if std > p.per_run.iter().fold(p.value.abs(), |most, x| most.max(x.abs())) && p.effect != id::BIAS {
             warnings.push(Finding::new(&codes::LOOSE, format!("{shown}: this data hardly shows it")));
         }
     }

@@ -24,6 +24,7 @@ use crate::procedure::{Estimate, FlowNumbers, Stage};
 use crate::run::Run;
 use crate::thrust::efficiency::Efficiency;
 use crate::vehicle::Vehicle;
+use crate::wording::by_run;
 
 /// A fitted campaign. Serialises as `hydrosysid fit --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -130,6 +131,13 @@ pub struct FitParameter {
     /// Values of a parameter with one in each run, by the name of the run.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub per_run: BTreeMap<String, f64>,
+}
+
+impl FitParameter {
+    /// `least to greatest by run`, where each run has its own value; `told`: a value in words.
+    pub(crate) fn by_run(&self, told: impl Fn(f64) -> String) -> Option<String> {
+        by_run(self.per_run.values().copied(), told)
+    }
 }
 
 /// One fit.
