@@ -83,14 +83,17 @@ pub(super) fn is_new(before: &Model, parameter: &Parameter) -> bool {
     before.parameters.iter().all(|p| p.term != parameter.term || p.spec.name != parameter.spec.name)
 }
 
+/// Whether a parameter is beyond three deviations from what it is without the effect, in some run where each has its own.
+pub(super) fn is_apart(p: &Parameter) -> bool {
+    let values = if p.per_run.is_empty() { std::slice::from_ref(&p.value) } else { &p.per_run[..] };
+    let std = p.std.unwrap_or(f64::INFINITY);
+    values.iter().any(|v| (v - p.spec.neutral).abs() > BEYOND * std)
+}
+
 /// Whether all that `after` has beyond `before` is within three deviations of nothing.
 pub(super) fn is_nothing(before: &Model, after: &Model) -> bool {
     let new = brought(before, after);
-    let apart = |p: &&Parameter| {
-        let values = if p.per_run.is_empty() { std::slice::from_ref(&p.value) } else { &p.per_run[..] };
-        let std = p.std.unwrap_or(f64::INFINITY);
-        values.iter().any(|v| (v - p.spec.neutral).abs() > BEYOND * std)
-    };
+    let apart = |p: &&Parameter| is_apart(p);
     // where there is a strength, an instant or a time constant alone says nothing
     let strengths: Vec<&Parameter> = new.iter().copied().filter(|p| p.spec.is_linear()).collect();
     let judged = if strengths.is_empty() { &new } else { &strengths };

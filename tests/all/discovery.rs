@@ -197,6 +197,15 @@ fn blind_a_misaligned_dvl_is_named_from_few_runs() {
     assert!((angle.value - 5f64.to_radians()).abs() < 4.0 * angle.std, "{angle:?}");
 }
 
+/// The deviation of a compass holds its offset, and by what its other parameters are off it came first on a held-out run: what
+/// fewer parameters tell as well they tell.
+#[test]
+fn blind_an_offset_of_the_compass_is_no_deviation() {
+    let found = answer("offset", &Sea { runs: 6, ..sea("laurs", 0.0, &["sensor_heading_offset"], 8_813) });
+    let named = (names(&found), found.verdict);
+    assert_eq!(named, (vec!["sensor_heading_offset"], Verdict::Explained), "{}", found.sentence);
+}
+
 /// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
 #[test]
 fn blind_a_thruster_that_fails_is_found_with_its_instant() {
