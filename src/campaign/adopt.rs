@@ -127,7 +127,9 @@ fn with_training(text: &str, file: &Path, runs: &[String]) -> Result<String, Str
     if runs.is_empty() {
         return Ok(text);
     }
-    let read = CampaignFile::from_bytes(text.as_bytes(), file, &ReadOptions::default());
+    // that it can be worked with was seen when it was searched: its runs have to be told apart, no more
+    let options = ReadOptions { look_for_files: false, allow_outside: true, ..ReadOptions::default() };
+    let read = CampaignFile::from_bytes(text.as_bytes(), file, &options);
     let named = names(&read.map_err(|e| e.to_string())?.runs);
     let roles: Roles = toml::from_str(&text).map_err(|e| e.message().to_string())?;
     // from the last one on, so that the places of those before stay
