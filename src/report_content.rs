@@ -81,8 +81,8 @@ pub fn document(results: &Results<'_>, origin: Origin) -> Document {
     }
 }
 
-/// The report of a campaign: of the best model that there is, with what the discovery has added, beside
-/// `published` values.
+/// The report of a campaign: of the best model that there is, with what the discovery has added and by the runs that took part in
+/// it, beside `published` values.
 ///
 /// # Errors
 /// [`Error`] where the campaign cannot be fitted or simulated.
@@ -95,6 +95,11 @@ pub fn document_of(
     let mut campaign = campaign.clone();
     if let Some(model) = found.filter(|d| !d.effects.is_empty()).and_then(Discovery::model) {
         campaign.model = model.clone();
+    }
+    // what the discovery could not find without them the fit does not know without them
+    let took_part = found.map_or(&[][..], |d| &d.took_part);
+    for run in campaign.runs.iter_mut().filter(|run| took_part.contains(&run.name)) {
+        run.role = Role::Train;
     }
     let campaign = &campaign;
     let fitted = campaign::fit(campaign, FitOptions::default())?;

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions};
 use hydrosysid::discover::{Discovery, Verdict};
+use hydrosysid::report::Origin;
+use hydrosysid::report_content::page_of;
 use hydrosysid::run::Role;
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomForce, Vehicle};
 
@@ -67,6 +69,9 @@ fn a_moment_that_only_the_runs_that_judge_show_is_named_with_one_of_them() {
     let judges: Vec<&str> = found.gap.iter().flat_map(|step| &step.runs).map(|run| run.run.as_str()).collect();
     assert!(!judges.is_empty() && judges.iter().all(|run| *run == "run05.csv"), "{judges:?}");
     assert_eq!(found.took_part, ["run04.csv"]);
+    // the report is of a fit with that run, and shows the one that is left to judge
+    let page = page_of(&campaign, Some(&found), None, Origin::default()).expect("a report");
+    assert!(page.contains("The worst run: run05.csv"), "{}", &page[..2000]);
     // and with it the campaign is fitted from then on
     campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("a campaign");
     let adopted = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
