@@ -1,17 +1,19 @@
 //! The fit by output error, in the form of all fits.
 
 use super::super::codes;
+use super::super::discover;
 use super::super::error::Error;
 use super::super::file::Estimator;
 use super::super::first_samples;
 use super::super::identifiability;
 use super::super::load::Campaign;
+use super::filter_error::options as filter_error_options;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust};
+use crate::discover::begun;
 use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::output_error::{OutputErrorFit, OutputErrorOptions, StdMethod, output_error};
-use crate::estimate::started;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
@@ -32,7 +34,8 @@ fn near(start: Model, runs: &[Run], base: &OutputErrorOptions) -> Model {
 pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let options = OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() };
     let telling = OutputErrorOptions { told: true, ..options.clone() };
-    let mut fitted = output_error(&near(started(&campaign.model, runs), runs, &options), runs, &telling)?;
+    let start = begun(&campaign.model, runs, &filter_error_options(campaign), &discover::options(campaign));
+    let mut fitted = output_error(&near(start, runs, &options), runs, &telling)?;
     tell("what the data tells apart", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {
