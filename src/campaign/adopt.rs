@@ -122,7 +122,10 @@ pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
 }
 
 /// `text` of the campaign `file` with the role `train` where the runs of these names have another one.
-fn with_training(text: &str, file: &Path, runs: &[String]) -> Result<String, String> {
+///
+/// # Errors
+/// What `text` lacks to be the text of a campaign.
+pub fn with_training(text: &str, file: &Path, runs: &[String]) -> Result<String, String> {
     let mut text = text.to_string();
     if runs.is_empty() {
         return Ok(text);

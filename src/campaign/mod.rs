@@ -58,7 +58,7 @@ mod vehicles;
 mod vertical;
 mod window;
 
-pub use adopt::{AdoptError, adopt, with_effects};
+pub use adopt::{AdoptError, adopt, with_effects, with_training};
 pub use bench::{Bench, BenchThruster, bench};
 pub use bench_vehicle::{BenchVehicle, bench_vehicle};
 pub use check::{Check, CheckedLog, check_campaign, check_logs};

@@ -69,7 +69,11 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
     }))
 }
 
-/// Takes a name into the campaign, as `discover --adopt` does.
+/// Takes a name into the campaign, and runs that took part in the search into the fit, as `discover --adopt` does.
 pub(super) fn adopt(workspace: &Workspace, name: &str) -> Result<(), Refusal> {
-    workspace.edit(|text| effects::with(text, name))
+    let took_part = workspace.discovery.result().map_or_else(Vec::new, |found| found.discovery.took_part.clone());
+    workspace.edit(|text| {
+        let text = effects::with(text, name)?;
+        campaign::with_training(&text, &workspace.file, &took_part).map_err(Refusal::unusable)
+    })
 }
