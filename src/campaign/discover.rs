@@ -18,7 +18,7 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::{Model, Parameter};
-use crate::run::{Role, Run};
+use crate::run::{Role, Run, Signal};
 use crate::vehicle::Vehicle;
 
 /// How the campaign wants to be searched.
@@ -62,21 +62,34 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         }
         stands
     });
-    let search = |model: &Model| discover::discover(model, &runs, &campaign.candidates, &fitting, &options);
+    let search =
+        |model: &Model, runs: &[Run]| discover::discover(model, runs, &campaign.candidates, &fitting, &options);
     let mut model = campaign.model.clone();
-    let mut searched = search(&model);
+    let mut searched = search(&model, &runs);
     if let Err(OutputErrorError::NotIdentified { parameters, .. }) = &searched {
         let said = hold(&mut model, parameters);
-        searched = search(&model);
+        searched = search(&model, &runs);
         if let Ok(found) = &mut searched {
             found.warnings.push(said);
         }
     }
     let mut found = searched?;
+    // a thrust that is late after all asks for more of the first seconds, and they are no other thing that is missing
+    if let Some(last) = found.model().filter(|last| lead_in::is_late(last) && !lead_in::is_late(&model)) {
+        let settled = lead_in::settled(runs.clone(), last);
+        let samples =
+            |runs: &[Run]| -> usize { runs.iter().flat_map(|run| run.signals.values()).map(Signal::len).sum() };
+        if samples(&settled) < samples(&runs) {
+            runs = settled;
+            let kept = std::mem::take(&mut found.warnings);
+            found = search(&model, &runs)?;
+            found.warnings.extend(kept.into_iter().filter(|w| w.code == codes::UNSEEN.code));
+        }
+    }
     let (held, said) = undetermined(&model, &found, &campaign.file.vehicle);
     if let Some(held) = held {
         let kept = std::mem::take(&mut found.warnings);
-        found = search(&held)?;
+        found = search(&held, &runs)?;
         found.warnings.extend(kept.into_iter().filter(|w| w.code == codes::UNSEEN.code));
     }
     found.warnings.extend(said);

@@ -29,12 +29,14 @@ pub(super) fn is_late(model: &Model) -> bool {
     model.terms.iter().any(|term| term.effect.delays_command().is_some())
 }
 
-/// The runs, what `model` predicts of them cut off where commands of before the log may act.
+/// The runs, what `model` predicts of them cut off where commands of before the log may act: where its thrust is late, also on a
+/// vehicle that moves while its command swings through zero.
 pub(super) fn settled(mut runs: Vec<Run>, model: &Model) -> Vec<Run> {
     let predicted = |dof: &Dof| [dof.velocity(), dof.position()].map(str::to_string);
     let functions = model.observers.iter().map(|observer| observer.channel().to_string());
     let channels: Vec<String> = model.dofs.iter().flat_map(predicted).chain(functions).collect();
-    for run in runs.iter_mut().filter(|run| begins_under_way(run)) {
+    let late = is_late(model);
+    for run in runs.iter_mut().filter(|run| begins_under_way(run) || late && moves_at_first(run)) {
         let Some((first, last)) = run.span() else { continue };
         let from = first + LEAD.min(MOST * (last - first));
         for name in &channels {
@@ -49,7 +51,7 @@ pub(super) fn settled(mut runs: Vec<Run>, model: &Model) -> Vec<Run> {
 fn begins_under_way(run: &Run) -> bool {
     let commands = || Dof::ALL.into_iter().filter_map(|dof| run.signal(dof.force()));
     let greatest = commands().flat_map(|s| s.values()).fold(0.0, |m: f64, x| m.max(x.abs()));
-    commands().filter_map(|s| s.values().first()).any(|x| x.abs() > AT_REST * greatest) || moves_at_first(run)
+    commands().filter_map(|s| s.values().first()).any(|x| x.abs() > AT_REST * greatest)
 }
 
 /// Whether a velocity that is commanded is not that of a vehicle at rest when the log begins.
