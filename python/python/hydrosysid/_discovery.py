@@ -219,8 +219,8 @@ class Discovery(Result):
         changed_parameter: the parameter of the last model that is not the same at all times, if there is one.
         behaves_like: what helped and broke a rule of physics or of the runs that took no part.
         adopt_names: what stands in the campaign's list of effects once it is adopted; see `adopt`.
-        took_part: runs of the role ``validate`` that took part in the fit, because those of the role ``train`` alone did not
-            explain the others.
+        took_part: runs of the role ``validate`` that took part in the fit, because those of the role ``train`` alone
+            did not explain the others.
         removed: what was added and dropped again.
         log_findings: what looks like a fault of the log.
         smallest_visible: what this data could have shown.
@@ -258,8 +258,8 @@ class Discovery(Result):
 
         Args:
             campaign: a campaign in memory, which stays as it is; or the campaign file, or the folder that holds
-                ``campaign.toml``, in which the runs of `took_part` get the role ``train``, and comments and everything else
-                stay.
+                ``campaign.toml``, in which the runs of `took_part` get the role ``train``, and comments and everything
+                else stay.
             to: of files, another campaign in the same folder, from which logs are found; a copy of `campaign` where it
                 does not exist.
 
