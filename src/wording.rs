@@ -39,11 +39,14 @@ pub fn capitalised(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// The least and the greatest of some values; `None` where there are none.
+pub fn range(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    values.into_iter().map(|x| (x, x)).reduce(|(least, greatest), (x, _)| (least.min(x), greatest.max(x)))
+}
+
 /// `least to greatest ± deviation by run` of what each run has its own value of; `None` where there are none. `told`: a value in words.
 pub fn by_run(values: impl IntoIterator<Item = f64>, told: impl Fn(f64) -> String) -> Option<String> {
-    let both = |(least, greatest): (f64, f64), value: f64| (least.min(value), greatest.max(value));
-    let range = values.into_iter().fold(None, |range: Option<(f64, f64)>, x| Some(both(range.unwrap_or((x, x)), x)));
-    range.map(|(least, greatest)| {
+    range(values).map(|(least, greatest)| {
         let (least, greatest) = (told(least), told(greatest));
         // a deviation that both have is said once
         let deviation = |text: &str| text.split_once(" ± ").map(|(_, std)| std.to_string());

@@ -81,16 +81,12 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
             |runs: &[Run]| -> usize { runs.iter().flat_map(|run| run.signals.values()).map(Signal::len).sum() };
         if samples(&settled) < samples(&runs) {
             runs = settled;
-            let kept = std::mem::take(&mut found.warnings);
-            found = search(&model, &runs)?;
-            found.warnings.extend(kept.into_iter().filter(|w| w.code == codes::UNSEEN.code));
+            found = search(&model, &runs).map(|again| with_what_was_held(again, &found))?;
         }
     }
     let (held, said) = undetermined(&model, &found, &campaign.file.vehicle);
     if let Some(held) = held {
-        let kept = std::mem::take(&mut found.warnings);
-        found = search(&held, &runs)?;
-        found.warnings.extend(kept.into_iter().filter(|w| w.code == codes::UNSEEN.code));
+        found = search(&held, &runs).map(|again| with_what_was_held(again, &found))?;
     }
     found.warnings.extend(said);
     if table.families != usual.families {
@@ -132,6 +128,12 @@ fn hold(model: &mut Model, unseen: &[String]) -> Finding {
         held.join(", ")
     );
     Finding::new(&codes::UNSEEN, text)
+}
+
+/// A search that was made again, with what an earlier one said of parameters that it held.
+fn with_what_was_held(mut again: Discovery, earlier: &Discovery) -> Discovery {
+    again.warnings.extend(earlier.warnings.iter().filter(|w| w.code == codes::UNSEEN.code).cloned());
+    again
 }
 
 /// An inertia whose standard deviation is above this part of it is not known: in quasi-steady motion the force and the

@@ -183,25 +183,21 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let found = output.working("searching", || campaign::discover(&loaded))??;
     super::discovered::print(&found, output);
     let campaign = a.campaign.display();
+    let roles = match found.took_part.as_slice() {
+        [] => String::new(),
+        runs => format!(" and role = \"train\" for {}", runs.join(", ")),
+    };
     let next = match (&a.adopt, found.adopt.as_slice()) {
         (_, []) => format!("hydrosysid report {campaign}"),
         (Some(to), names) => {
             // that it is edited was asked for: it is the one input that a call writes
             let file = campaign::adopt(&a.campaign, to.as_deref(), names, &found.took_part)?;
             let (file, names) = (file.display(), names.join(", "));
-            let roles = match found.took_part.as_slice() {
-                [] => String::new(),
-                runs => format!(", and role = \"train\" for {}", runs.join(", ")),
-            };
             output.print(&format!("{file} has {names} in its model now{roles}"));
             format!("hydrosysid fit {file}")
         }
         (None, names) => {
             let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-            let roles = match found.took_part.as_slice() {
-                [] => String::new(),
-                runs => format!(" and role = \"train\" for {}", runs.join(", ")),
-            };
             output.print(&wrapped(&format!("--adopt writes {list} into `effects` of [model]{roles}, comments kept")));
             format!("hydrosysid discover {campaign} --adopt")
         }

@@ -1,7 +1,5 @@
 //! The answer: what is missing, how sure, what it changes on runs that took no part, and what to do next.
 
-use std::sync::Arc;
-
 use serde::Serialize;
 
 use super::candidate::Candidate;
@@ -12,17 +10,16 @@ use super::gap::{GapStep, improvement};
 use super::judged::{Judged, on_training};
 use super::next;
 use super::residual::{Residual, residuals};
-use super::search::{BehavesLike, SearchOptions, Step, Task, search};
+use super::search::{BehavesLike, Step, Task, search};
 use super::surrogate::{leave_out, surrogates};
 use super::verdict::{Verdict, alike, apart, moved_otherwise, overwhelmed, sentence, verdict};
-use crate::effects::{Effect, Place, id};
-use crate::estimate::filter_error::FilterErrorOptions;
+use crate::effects::id;
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::Model;
 use crate::progress;
-use crate::run::{Role, Run};
+use crate::run::Run;
 use crate::wording::digits;
 
 /// What a check of the log says that could look like missing physics.
@@ -160,26 +157,19 @@ pub(super) const TOOK_PART: Code = Code {
               search, and those that were left judged it. Give it role = \"train\" before the model is fitted.",
 };
 
-/// Searches once for what `baseline` lacks on `runs`, each in the role it has.
-pub(super) fn searched(
-    baseline: &Model,
-    runs: &[Run],
-    own: &[(Arc<dyn Effect>, Place)],
-    fitting: &FilterErrorOptions,
-    options: &SearchOptions,
-) -> Result<Discovery, OutputErrorError> {
-    let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|r| r.role == Role::Train);
-    let task = Task { train: &train, held: &held, own, fitting, options };
-    let mut found = search(baseline, &task)?;
+/// Searches once for what `baseline` lacks, by the runs of `task` as they are divided.
+pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, OutputErrorError> {
+    let Task { train, held, own, options, .. } = *task;
+    let mut found = search(baseline, task)?;
     let mut warnings = Vec::new();
     if held.is_empty() {
         warnings.push(Finding::new(&HELD_OUT_IN_TURN, HELD_OUT_IN_TURN.meaning));
     }
-    let mut judged = Judged::new(&found, &task)?;
+    let mut judged = Judged::new(&found, task)?;
     progress::tell("whether parameters are the same at all times", 0, 0);
     let fit = found.last_fit().clone();
     // what a parameter does beside a force that is all there is means nothing
-    let mut changed_parameter = if found.hopeless { None } else { changed(&fit, &train, options.seed, |_| true) };
+    let mut changed_parameter = if found.hopeless { None } else { changed(&fit, train, options.seed, |_| true) };
     let passes = judged.failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
     if !passes {
         let fallen = surrogates(&mut found, &judged.gap);
@@ -187,28 +177,28 @@ pub(super) fn searched(
         if !fallen.is_empty() {
             let among = |term: &str| fallen.iter().any(|candidate| candidate.holds(term));
             if changed_parameter.is_some() {
-                changed_parameter = changed(&fit, &train, options.seed, |term| !among(term));
+                changed_parameter = changed(&fit, train, options.seed, |term| !among(term));
             }
-            leave_out(&mut found, &fallen, &task)?;
+            leave_out(&mut found, &fallen, task)?;
             let failing = std::mem::take(&mut judged.failing);
-            judged = Judged::new(&found, &task)?;
+            judged = Judged::new(&found, task)?;
             if judged.failing.is_empty() {
                 judged.failing = failing;
             }
         }
     }
     let effects = found_effects(&found);
-    let Judged { gap, training, failing, mut beyond, mut erring, elsewhere } = judged;
+    let Judged { gap, training, failing, mut beyond, mut erring, follows_training } = judged;
     if changed_parameter.is_some() {
         beyond.clear();
         erring.clear();
     }
-    let elsewhere = if elsewhere { &erring[..] } else { &[] };
+    let elsewhere = if follows_training { &erring[..] } else { &[] };
     let mut strange: Vec<&str> = beyond.iter().filter_map(|f| f.run.as_deref()).collect();
     strange.dedup();
     let fit = found.last_fit();
     let is_hopeless = found.hopeless && effects.is_empty();
-    let otherwise = if is_hopeless { overwhelmed(&fit.noise.forces, &train) } else { Vec::new() };
+    let otherwise = if is_hopeless { overwhelmed(&fit.noise.forces, train) } else { Vec::new() };
     let alike = alike(&effects);
     if !alike.is_empty() {
         warnings.push(Finding::new(
@@ -216,7 +206,7 @@ pub(super) fn searched(
             format!("{}: run the experiment that would tell them apart", alike.trim().trim_end_matches('.')),
         ));
     }
-    warnings.extend(half_a_sample(&effects, &train));
+    warnings.extend(half_a_sample(&effects, train));
     if !strange.is_empty() {
         warnings.push(Finding::new(&BEYOND_THE_FIT, BEYOND_THE_FIT.meaning));
         warnings.extend(beyond.iter().cloned());
@@ -226,7 +216,7 @@ pub(super) fn searched(
         warnings.push(Finding::new(&NO_NAME, NO_NAME.meaning));
     }
     let verdict = verdict(!effects.is_empty(), passes);
-    let residuals = residuals(&found.steps[0].fit, &train);
+    let residuals = residuals(&found.steps[0].fit, train);
     let open: Vec<Measured> = found.steps[0]
         .fit
         .model
@@ -246,7 +236,7 @@ pub(super) fn searched(
     } else {
         let first = &found.steps[0].fit;
         let outputs = &first.filtered.problem.dynamics.outputs;
-        disagreement(&first.model, outputs, (&on_training(first), &training), &train)
+        disagreement(&first.model, outputs, (&on_training(first), &training), train)
     };
     let smallest_visible = smallest_visible(&found);
     let dofs: Vec<Dof> = otherwise.iter().map(|(dof, _)| *dof).collect();

@@ -10,7 +10,7 @@ use super::search::Search;
 use crate::effects::{Effect, Place, common_name, named};
 use crate::frame::Dof;
 use crate::model::name_of;
-use crate::wording::{by_run, digits};
+use crate::wording::{by_run, digits, range};
 
 /// A parameter of an effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,8 +31,7 @@ pub struct FoundParameter {
 impl FoundParameter {
     /// Least and greatest value of the runs, where each has its own.
     pub fn range(&self) -> Option<(f64, f64)> {
-        let least = self.per_run.iter().copied().reduce(f64::min)?;
-        Some((least, self.per_run.iter().copied().fold(least, f64::max)))
+        range(self.per_run.iter().copied())
     }
 
     /// `least to greatest by run`, where each has its own; `told`: a value in words.

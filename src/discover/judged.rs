@@ -30,8 +30,8 @@ pub(super) struct Judged {
     pub beyond: Vec<Finding>,
     /// Runs that took no part and on which the last fit fails, the worst first.
     pub erring: Vec<String>,
-    /// Whether it predicts the runs of the fit as it should: they show nothing of that.
-    pub elsewhere: bool,
+    /// Whether it predicts the runs of the fit as it should where it fails on others: they show nothing of that.
+    pub follows_training: bool,
 }
 
 /// How a fit predicts the runs that it was made of.
@@ -42,8 +42,7 @@ pub(super) fn on_training(fit: &FilterErrorFit) -> Vec<Forecast> {
 /// Whether the runs of the fit show that something is missing: innovations that follow a candidate, or a random force that is
 /// more than turbulence.
 fn is_shown(found: &Search, task: &Task<'_>) -> bool {
-    let follows = found.screen.scores.first().is_some_and(|best| best.log_p < found.screen.threshold);
-    follows || !pushed_hard(&found.last_fit().noise.forces, task.train).is_empty()
+    found.screen.asks() || !pushed_hard(&found.last_fit().noise.forces, task.train).is_empty()
 }
 
 impl Judged {
@@ -65,14 +64,14 @@ impl Judged {
         let (outputs, last) = &predicted[predicted.len() - 1];
         let training = on_training(fit);
         let mut failing_in = failing(outputs, last, &training);
-        let (mut beyond, mut erring, mut elsewhere) = (Vec::new(), Vec::new(), false);
+        let (mut beyond, mut erring, mut follows_training) = (Vec::new(), Vec::new(), false);
         if !failing_in.is_empty() && !held.is_empty() {
             let estimated = fit.on_others(held, fitting)?;
             let allowed = with_all_open(fit, &estimated, last, (held, &fitting.base), task.options.seed)?;
             failing_in = failing(outputs, &allowed, &training);
             if !failing_in.is_empty() {
                 erring = erring_most(outputs, &allowed, held);
-                elsewhere = follows_training(outputs, fit, &training, task)?;
+                follows_training = predicts_training(outputs, fit, &training, task)?;
             }
             let range = envelope::of(task.train);
             let strange: Vec<Vec<Finding>> = held.iter().map(|run| envelope::beyond(run, &range)).collect();
@@ -90,12 +89,12 @@ impl Judged {
                 erring.clear();
             }
         }
-        Ok(Judged { gap, training, failing: failing_in, beyond, erring, elsewhere })
+        Ok(Judged { gap, training, failing: failing_in, beyond, erring, follows_training })
     }
 }
 
 /// Whether a fit predicts the runs that it was made of as it should, by what is open of its parameters where motions are unstable.
-fn follows_training(
+fn predicts_training(
     outputs: &[String],
     fit: &FilterErrorFit,
     training: &[Forecast],

@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use super::discovery::{Discovery, TOOK_PART, searched};
-use super::search::SearchOptions;
+use super::search::{SearchOptions, Task};
 use super::verdict::Verdict;
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::FilterErrorOptions;
@@ -32,7 +32,11 @@ pub fn discover(
     fitting: &FilterErrorOptions,
     options: &SearchOptions,
 ) -> Result<Discovery, OutputErrorError> {
-    let first = searched(baseline, runs, own, fitting, options)?;
+    let searched = |runs: &[Run]| {
+        let (train, held): (Vec<Run>, Vec<Run>) = runs.iter().cloned().partition(|run| run.role == Role::Train);
+        searched(baseline, &Task { train: &train, held: &held, own, fitting, options })
+    };
+    let first = searched(runs)?;
     let part = first.erring[..first.erring.len() / 2].to_vec();
     if part.is_empty() || !first.moved_otherwise.is_empty() {
         return Ok(first);
@@ -42,7 +46,7 @@ pub fn discover(
         false => run.clone(),
     };
     let runs: Vec<Run> = runs.iter().map(taking_part).collect();
-    match searched(baseline, &runs, own, fitting, options) {
+    match searched(&runs) {
         Ok(mut found) if matches!(found.verdict, Verdict::Explained | Verdict::NothingMissing) => {
             let text = format!(
                 "{} took part in the fit of this search, although held out: the runs of the fit alone do not explain the runs held out; \

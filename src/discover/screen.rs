@@ -65,6 +65,24 @@ pub struct Screen {
     pub threshold: f64,
 }
 
+impl Screen {
+    /// Whether a candidate is beyond chance.
+    pub(super) fn asks(&self) -> bool {
+        self.scores.first().is_some_and(|best| best.log_p < self.threshold)
+    }
+
+    /// Of each candidate its best probe, the least probable by chance first.
+    pub(super) fn best_probes(&self) -> Vec<&Score> {
+        let mut best: Vec<&Score> = Vec::new();
+        for score in &self.scores {
+            if best.iter().all(|known| known.candidate != score.candidate) {
+                best.push(score);
+            }
+        }
+        best
+    }
+}
+
 /// ln of the probability that χ² of `k` degrees of freedom exceeds `x`, far beyond where the probability itself is 0.
 pub(super) fn log_survival(x: f64, k: usize) -> f64 {
     let half = 0.5 * k.max(1) as f64;

@@ -142,8 +142,7 @@ pub struct Search {
 impl Search {
     /// Whether the greatest number of names has ended it while another candidate was beyond chance.
     pub fn is_cut_short(&self, options: &SearchOptions) -> bool {
-        let asks = |best: &Score| best.log_p < self.screen.threshold;
-        self.added.len() >= options.most && self.screen.scores.first().is_some_and(asks)
+        self.added.len() >= options.most && self.screen.asks()
     }
 
     /// The final fit.
@@ -194,8 +193,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
         let (mut list, mut screen) = asked_beside(&found, task)?;
-        let asks = screen.scores.first().is_some_and(|best| best.log_p < screen.threshold);
-        if let Some(better) = asks.then(|| anew(found.last_fit(), task)).flatten() {
+        if let Some(better) = screen.asks().then(|| anew(found.last_fit(), task)).flatten() {
             found.astray = true;
             if let Some(step) = found.steps.last_mut() {
                 step.fit = better;
@@ -295,13 +293,7 @@ fn name_among(
 ) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
     let here = found.last_fit().clone();
     let (threshold, hopeless) = (found.screen.threshold, is_hopeless(&here, task));
-    // of a candidate its best probe
-    let mut best: Vec<&Score> = Vec::new();
-    for score in &found.screen.scores {
-        if best.iter().all(|known| known.candidate != score.candidate) {
-            best.push(score);
-        }
-    }
+    let mut best = found.screen.best_probes();
     let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
         let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);

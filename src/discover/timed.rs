@@ -7,6 +7,8 @@
 //! −2 ln L has a hill at every period that keeps step with the motion for a part of a run, and at every instant from which on the
 //! model errs. From a period that is off by a tenth a fit ends beside the highest one, with a random force in the place of the wave.
 
+use std::collections::BTreeSet;
+
 use super::candidate::{Candidate, candidates};
 use super::focus::starts;
 use super::refit::ROUGH;
@@ -15,7 +17,7 @@ use super::search::{SearchOptions, Task};
 use crate::chain::reads_time;
 use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::started;
-use crate::model::{Model, Term};
+use crate::model::{Model, Parameter, Term};
 use crate::run::Run;
 
 /// `model` started from `runs` ([`started`]), periods and instants whose start nobody gave where the innovations of the model without
@@ -24,12 +26,15 @@ pub fn begun(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options:
     started(&with_times(model, runs, fitting, options).unwrap_or_else(|| model.clone()), runs)
 }
 
+/// Whether a parameter is a shape that is free and whose start nobody gave.
+fn is_sought(p: &Parameter) -> bool {
+    !p.spec.is_linear() && !p.fixed && !p.given
+}
+
 /// Whether what a term does hangs on the time, by a shape that somebody has to look for.
 fn is_timed(model: &Model, term: &Term) -> bool {
-    let open = |p: &usize| {
-        !model.parameters[*p].spec.is_linear() && !model.parameters[*p].fixed && !model.parameters[*p].given
-    };
-    term.parameters.iter().any(open) && reads_time(term.effect.as_ref(), term.place, model)
+    term.parameters.iter().any(|p| is_sought(&model.parameters[*p]))
+        && reads_time(term.effect.as_ref(), term.place, model)
 }
 
 fn with_times(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Option<Model> {
@@ -43,14 +48,11 @@ fn with_times(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options
     let fit = filter_error(&started(&without, runs), runs, &rough).ok()?;
     let own: Vec<_> = timed.iter().map(|k| (model.terms[*k].effect.clone(), model.terms[*k].place)).collect();
     let mut list: Vec<Candidate> = candidates(&fit.model, runs, &own);
-    list.retain(|c| timed.iter().any(|k| model.terms[*k].name() == c.name()));
+    // those of the catalogue stand in it twice
+    let mut terms: BTreeSet<String> = timed.iter().map(|k| model.terms[*k].name()).collect();
+    list.retain(|c| terms.remove(&c.name()));
     let found = screen(&fit, runs, &list, &fitting.base, (options.level, options.seed)).ok()?;
-    let mut best: Vec<Score> = Vec::new();
-    for score in found.scores {
-        if best.iter().all(|known| list[known.candidate].name() != list[score.candidate].name()) {
-            best.push(score);
-        }
-    }
+    let best: Vec<Score> = found.best_probes().into_iter().cloned().collect();
     let task = Task { train: runs, held: &[], own: &[], fitting, options };
     let mut placed = model.clone();
     for start in starts(&fit, &best, &list, &task).iter().rev() {
@@ -58,9 +60,8 @@ fn with_times(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options
         let shapes = placed.terms[term].parameters.clone();
         let shapes = shapes.into_iter().filter(|p| !model.parameters[*p].spec.is_linear());
         for (p, value) in shapes.zip(&start.candidate.probes[start.score.probe]) {
-            let parameter = &mut placed.parameters[p];
-            if !parameter.fixed && !parameter.given {
-                parameter.value = *value;
+            if is_sought(&placed.parameters[p]) {
+                placed.parameters[p].value = *value;
             }
         }
     }

@@ -164,7 +164,7 @@ pub(in crate::campaign) fn held_out(
 /// Says of which parameters a run that took no part has values of its own, and where they come from.
 fn own_values(campaign: &Campaign, model: &Model) -> Option<Finding> {
     let own: Vec<&str> = model.parameters.iter().filter(|p| !p.per_run.is_empty()).map(|p| &*p.spec.name).collect();
-    if own.is_empty() || others(campaign).is_empty() {
+    if own.is_empty() || !campaign.validates() {
         return None;
     }
     let text = format!(
