@@ -79,25 +79,24 @@ impl Filtered {
         self.by_length().chunks(LANES).map(<[usize]>::to_vec).collect()
     }
 
-    /// −2 ln L of each stretch at the values of each of `models`, side by side: few stretches alone would leave most lanes idle.
+    /// −2 ln L of each stretch at each of `points`, side by side.
     pub(super) fn costs_at(
         &self,
-        models: &[Model],
-        noise: &NoiseModel,
+        points: &[&(Model, NoiseModel)],
         mobilities: &[DMatrix<f64>],
         limit: f64,
     ) -> Vec<Vec<f64>> {
         let all: Vec<(usize, usize)> =
-            self.by_length().into_iter().flat_map(|stretch| (0..models.len()).map(move |m| (m, stretch))).collect();
+            self.by_length().into_iter().flat_map(|stretch| (0..points.len()).map(move |m| (m, stretch))).collect();
         let of = |members: &[(usize, usize)]| {
-            let noise = std::array::from_fn(|_| noise.clone());
-            let own: Vec<(&Model, usize)> = members.iter().map(|(m, stretch)| (&models[*m], *stretch)).collect();
+            let noise = std::array::from_fn(|lane| points[members.get(lane).unwrap_or(&members[0]).0].1.clone());
+            let own: Vec<(&Model, usize)> = members.iter().map(|(m, stretch)| (&points[*m].0, *stretch)).collect();
             let batch = self.batch_of_models::<LANES>(&own, noise, mobilities, limit);
             let (passed, _) = Machine::widest(Pass { batch, kept: Kept::Cost, tape: None });
             passed.into_iter().map(|p| p.linear.cost).collect()
         };
         let parts: Vec<Vec<f64>> = all.par_chunks(LANES).map(of).collect();
-        let mut costs = vec![vec![0.0; self.problem.segments.len()]; models.len()];
+        let mut costs = vec![vec![0.0; self.problem.segments.len()]; points.len()];
         all.into_iter().zip(parts.into_iter().flatten()).for_each(|((m, stretch), cost)| costs[m][stretch] = cost);
         costs
     }

@@ -26,6 +26,7 @@ mod noise_steps;
 mod open;
 mod options;
 mod outliers;
+mod parameter_slopes;
 mod pass;
 mod prediction;
 mod problem;

@@ -43,7 +43,7 @@ const FLATTER: f64 = 1.3;
 const STRETCHED: f64 = 8.0;
 
 /// What a step has to promise at most for the curvature to be learnt from those before it.
-const NEAR_TOP: f64 = 30.0;
+pub(super) const NEAR_TOP: f64 = 30.0;
 
 /// Part of a learnt step that is tried where the whole leads down.
 pub(super) const PART: f64 = 0.25;
@@ -143,7 +143,8 @@ impl Search<'_> {
             self.passes += 1;
             if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
                 let fell = self.cost - cost;
-                (self.noise, self.current, self.cost) = (trial, next, cost);
+                self.noise = trial;
+                self.stand(next, cost);
                 let at_once = damping <= remembered;
                 // where the likelihood rises by clearly more than the quadratic has it, its curvature is less, and steps are longer
                 self.stretch =

@@ -11,8 +11,9 @@ use nalgebra::DMatrix;
 
 use super::likelihood::Linear;
 use super::noise::{Coordinate, NoiseModel};
-use super::noise_steps::Informed;
+use super::noise_steps::{Informed, NEAR_TOP};
 use super::options::FilterErrorOptions;
+use super::parameter_slopes::Mended;
 use super::quasi_newton::QuasiNewton;
 use super::start::{self, Prior};
 use super::tails::{self, of_heavy_tails, share};
@@ -25,10 +26,17 @@ use crate::progress;
 /// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
 pub(super) const HOPE: f64 = 10.0;
 
+/// Steps in turns near the top, once a step of the parameters has led astray, after which both go together: turns that come to rest
+/// there do so in three, and a curvature by differences costs as much as twenty.
+const CREEPING: usize = 4;
+
 /// Share of the tolerance with which a fit ends. A fall p of −2 ln L that is left is a parameter √p deviations off, at most: a
 /// tolerance of a hundredth leaves a tenth of a deviation, this a thirtieth. Near the top learnt steps take three to ten passes
 /// from the one to the other.
 const SETTLED: f64 = 0.1;
+
+/// Times the tolerance that the parameters may have moved in all since the last step of the noise where a climb ends.
+const LEFT_BEHIND: f64 = 10.0;
 
 /// Share of what the noise gained by which the parameters may move between two of its gradients.
 const SHARED: f64 = 0.1;
@@ -49,6 +57,10 @@ pub(super) struct Search<'a> {
     pub(super) plain: f64,
     /// Stretches linearised here.
     pub(super) current: Vec<Linear>,
+    /// Fall of −2 ln L that the last step of the noise has promised.
+    pub(super) noise_moves: f64,
+    /// What the gain that is held has kept from the rows, once it has led astray.
+    pub(super) mended: Option<Mended>,
     /// −2 ln L here, priors included.
     pub(super) cost: f64,
     /// Least deviation of each output's noise, and stated ones.
@@ -87,7 +99,7 @@ pub(super) fn parameters_under(
     options: &FilterErrorOptions,
 ) -> Result<Model, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
-    search.limit = limit;
+    (search.limit, search.noise_moves) = (limit, 0.0);
     search.renew();
     for _ in 0..options.iterations {
         if search.step_parameters() < options.tolerance {
@@ -124,6 +136,8 @@ impl<'a> Search<'a> {
             given_up: false,
             plain: f64::INFINITY,
             current: Vec::new(),
+            noise_moves: f64::INFINITY,
+            mended: None,
             cost: f64::INFINITY,
             floors,
             stated,
@@ -176,16 +190,29 @@ impl<'a> Search<'a> {
 
     /// −2 ln L of `stretches` linearised at these values, priors included.
     fn cost_of(&self, stretches: &[Linear], model: &Model, noise: &NoiseModel) -> f64 {
+        stretches.iter().map(|s| s.cost).sum::<f64>() + self.prior_costs(model, noise)
+    }
+
+    /// What the priors add to −2 ln L at these values.
+    pub(super) fn prior_costs(&self, model: &Model, noise: &NoiseModel) -> f64 {
         let coordinates = noise.coordinates();
         let prior = Prior::new(&coordinates, &self.stated).cost(noise, &coordinates);
-        let own: f64 = stretches.iter().map(|s| s.cost).sum();
-        own + prior + prior_cost(model, &self.filtered.problem.unknowns)
+        prior + prior_cost(model, &self.filtered.problem.unknowns)
+    }
+
+    /// The stretches as linearised here, and −2 ln L.
+    pub(super) fn stand(&mut self, current: Vec<Linear>, cost: f64) {
+        (self.current, self.cost) = (current, cost);
+        if let Some(mended) = &mut self.mended {
+            mended.fresh = false;
+        }
     }
 
     /// Linearises here, with the inertias of here.
     pub(super) fn renew(&mut self) {
         self.follow_inertia();
-        (self.current, self.cost) = self.linearised(&self.model, &self.noise);
+        let (next, cost) = self.linearised(&self.model, &self.noise);
+        self.stand(next, cost);
         self.passes += 1;
     }
 
@@ -193,7 +220,8 @@ impl<'a> Search<'a> {
     pub(super) fn renew_with_slopes(&mut self, coordinates: &[Coordinate]) -> Vec<f64> {
         let Search { filtered, model, noise, mobilities, limit, .. } = self;
         let (current, slopes) = filtered.slopes(model, noise, coordinates, mobilities, *limit);
-        (self.cost, self.current) = (self.cost_of(&current, &self.model, &self.noise), current);
+        let cost = self.cost_of(&current, &self.model, &self.noise);
+        self.stand(current, cost);
         self.passes += 1;
         slopes
     }
@@ -216,19 +244,26 @@ impl<'a> Search<'a> {
         }
         let until = self.passes + self.options.iterations;
         self.quasi.forget();
+        (self.mended, self.noise_moves) = (None, f64::INFINITY);
         // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
         for _ in 0..4 {
             if self.step_parameters() < 1.0 {
                 break;
             }
         }
-        let (mut noise_moves, mut parameters_move) = (f64::INFINITY, f64::INFINITY);
+        let (mut parameters_move, mut moved) = (f64::INFINITY, 0.0);
         self.stuck = false;
+        let mut near = 0;
         while self.passes < until {
-            if noise_moves >= tolerance || parameters_move >= 1.0 {
-                noise_moves = self.step_noise();
+            if self.noise_moves >= tolerance || parameters_move >= 1.0 {
+                (self.noise_moves, moved) = (self.step_noise(), 0.0);
+            }
+            let noise_moves = self.noise_moves;
+            if noise_moves >= NEAR_TOP {
+                self.mended = None;
             }
             parameters_move = self.step_parameters();
+            moved += parameters_move;
             if parameters_move > SHARED * noise_moves {
                 self.quasi.pause();
             }
@@ -236,9 +271,30 @@ impl<'a> Search<'a> {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
             if noise_moves < tolerance && parameters_move < tolerance {
+                // the noise is that of where the parameters were, and so are the inertias by which forces push
+                if moved > LEFT_BEHIND * tolerance {
+                    self.noise_moves = f64::INFINITY;
+                    continue;
+                }
+                // what has mended the rows on the way may have become another; and the last steps end at the top of the likelihood,
+                // not where the rows have it
+                if self.mended.as_ref().map_or(tolerance < self.options.tolerance, |mended| !mended.fresh) {
+                    self.mend();
+                    if self.promised() > tolerance {
+                        parameters_move = f64::INFINITY;
+                        continue;
+                    }
+                }
                 // a damped step promises little from anywhere
                 self.stuck |= self.promised() > tolerance;
                 return true;
+            }
+            near += usize::from(self.mended.is_some() && noise_moves + parameters_move < NEAR_TOP);
+            if near == CREEPING {
+                near += 1;
+                if self.climb_together(tolerance) {
+                    return true;
+                }
             }
             if self.cost - HOPE * (noise_moves + parameters_move) > self.bar {
                 self.given_up = true;
@@ -280,9 +336,8 @@ impl<'a> Search<'a> {
     }
 
     /// By how much −2 ln L would fall by a whole step of the parameters.
-    fn promised(&self) -> f64 {
-        let factor = self.filtered.factor(&self.model, &self.current);
-        damped_step(&factor, &self.model, &self.filtered.problem.unknowns, 0.0).1
+    pub(super) fn promised(&self) -> f64 {
+        damped_step(&self.mended_factor(), &self.model, &self.filtered.problem.unknowns, 0.0).1
     }
 
     /// −2 ln L as that of a density, Gaussian within the limit and with the tails of one that is held back beyond.
@@ -309,7 +364,7 @@ impl<'a> Search<'a> {
             self.renew();
         }
         let delays = self.filtered.problem.dynamics.delays();
-        let factor = self.filtered.factor(&self.model, &self.current);
+        let (mut factor, undamped) = (self.mended_factor(), self.damping);
         loop {
             let (step, predicted) = damped_step(&factor, &self.model, &unknowns, self.damping);
             if predicted < 0.1 * self.tolerance {
@@ -329,12 +384,17 @@ impl<'a> Search<'a> {
             let (next, cost) = self.linearised(&trial, &self.noise);
             self.passes += 1;
             if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
-                (self.model, self.current, self.cost) = (trial, next, cost);
+                self.model = trial;
+                self.stand(next, cost);
                 self.damping = (self.damping * 0.1).max(1e-12);
                 return predicted;
             }
             if late {
                 read_inputs(&mut self.filtered.problem, &self.model);
+            }
+            if self.mends() {
+                (factor, self.damping) = (self.mended_factor(), undamped);
+                continue;
             }
             self.damping = (self.damping * 10.0).max(1e-4);
             // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact

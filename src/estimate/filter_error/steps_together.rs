@@ -1,51 +1,101 @@
-//! Steps of parameters and noise together, where steps in turns do not come to rest.
+//! Steps of parameters and noise together, where steps in turns creep or do not come to rest: Newton's.
 //!
 //! ```text
-//! x = (θ/h, ln η):    δ = −H g      g: slope of −ln L by x      H₀ = diag((JᵀJ)⁻¹, (I + F)⁻¹), and what the steps have shown
+//! x = (θ/s, ln η):   (|H| + μ) δ = −g        g, H: slope and curvature of −ln L by x;  |H|: its eigenvalues as they are in size
+//! H_jk ≈ (f(x + h_j + h_k) − f(x + h_j) − f(x + h_k) + f(x))/h²        f = −ln L,  h: a hundredth of a deviation
 //! ```
 //!
-//! The rows J hold the gain of the filter: where a model follows its data badly, their slope leads to places where the
-//! likelihood does not rise although it could, and a step in turns ends there. Here the slopes by θ are differences of the
-//! likelihood itself, over a thousandth of a deviation. Parameters and noise that trade against each other creep in turns and
-//! go together by what the steps have shown of the curvature ([`super::quasi_newton`]).
+//! The rows of a step in turns hold the gain of the filter, and Fisher's information is the curvature that is expected where the
+//! model is right. Where it is not, parameters and noise trade against each other along ridges on which neither is that of the
+//! data, and steps in turns gain a tenth at a time, or nothing. Here both are differences of the likelihood itself: all that
+//! a step needs is filtered side by side, and the curvature is kept while steps gain what they promise. Saddles: Dauphin and
+//! others, *Advances in Neural Information Processing Systems* 27 (2014).
 
-use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::Filtered;
-use super::noise::Coordinate;
-use super::noise_steps::{EASED, FARTHEST, FLAT, LEAST_DAMPING, MOST_DAMPING, PART};
+use super::noise::{Coordinate, NoiseModel};
+use super::noise_steps::{FARTHEST, FLAT};
+use super::start::Prior;
 use super::steps::{HOPE, Search};
-use crate::estimate::output_error::{Unknown, move_by, read_inputs, value};
+use crate::estimate::output_error::{Unknown, move_by, value};
 use crate::model::Model;
 use crate::progress;
 
-/// Deviation over which a slope by a parameter is taken: its square does not show, and roundings of ln L do not either.
-const STEP: f64 = 1e-3;
+/// Step of a difference, in deviations of a parameter and of a logarithm of the noise: its cube does not show in a slope, nor roundings
+/// of ln L in a curvature.
+const STEP: f64 = 1e-2;
 
-/// Share of a parameter's information that is added to it: roundings of what goes together exactly.
-const ROUNDED: f64 = 1e-9;
+/// Dampings that are tried side by side, over the size of the curvature.
+const DAMPINGS: [f64; 8] = [0.0, 0.01, 0.1, 1.0, 10.0, 1e2, 1e3, 1e4];
 
-/// Steps in a row that have to gain something, where they promise no more than this, a parameter a deviation off.
-const IDLE: usize = 6;
+/// Steps: of Newton's each one gains most of what is left, or is a thousandth as long as the one before.
+const STEPS: usize = 40;
+
+/// Least eigenvalue of a curvature over its diagonal: what differences of ln L tell from nothing.
+const LEAST: f64 = 1e-6;
+
+/// Shares of what was promised between which a step's gain leaves the curvature believed.
+const AS_PROMISED: std::ops::Range<f64> = 0.7..1.5;
+
+/// Fall of −2 ln L, a parameter a deviation off, below which a promise need not be kept where the step gains nothing: where innovations
+/// are held back, the curvature changes from one sample to the next, and the quadratic holds no nearer than that.
 const NEAR: f64 = 1.0;
 
+/// The unknowns of parameters and noise.
+struct Joint {
+    unknowns: Vec<Unknown>,
+    coordinates: Vec<Coordinate>,
+    /// A deviation of each parameter, beside the others as they are.
+    scales: Vec<f64>,
+    /// To which side the differences go, away from bounds.
+    side: Vec<f64>,
+    /// Unknowns that move at once: one parameter of all runs, or one logarithm of the noise.
+    directions: Vec<Vec<usize>>,
+}
+
+impl Joint {
+    /// Moves unknown `k` by `x`.
+    fn go(&self, k: usize, x: f64, (model, noise): (&mut Model, &mut NoiseModel)) {
+        match self.unknowns.get(k) {
+            Some(unknown) => move_by(model, *unknown, x * self.scales[k]),
+            None => {
+                let coordinate = self.coordinates[k - self.unknowns.len()];
+                noise.set(coordinate, noise.at(coordinate) + x);
+            }
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.side.len()
+    }
+}
+
 impl Search<'_> {
-    /// Steps together until they promise less than `tolerance`, or several have gained less: at bounds a promise is not kept.
-    /// Whether that was reached.
+    /// Steps together until they promise less than `tolerance`; whether that was reached.
     pub(super) fn climb_together(&mut self, tolerance: f64) -> bool {
         self.quasi.forget();
-        let (scales, mut damping) = (self.scales(), 0.0);
-        let mut costs = Vec::new();
-        for _ in 0..self.options.iterations {
-            let Some(promised) = self.step_together(&scales, &mut damping) else { return false };
-            costs.push(self.cost);
+        self.stand_as_pushed();
+        let mut known: Option<(Joint, DMatrix<f64>)> = None;
+        for _ in 0..STEPS {
+            let kept = known.take().filter(|(joint, _)| joint.coordinates == self.coordinates());
+            let was_kept = kept.is_some();
+            let (joint, curvature) = kept.map_or_else(|| (self.joint(), None), |(joint, h)| (joint, Some(h)));
+            let (gradient, raw) = self.differences(&joint, curvature);
+            let before = self.cost;
+            let Some((promised, share)) = self.step_together(&joint, &gradient, &raw) else {
+                if was_kept {
+                    continue;
+                }
+                return false;
+            };
             if self.options.told {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
-            let gained = costs.len().checked_sub(IDLE + 1).map_or(f64::INFINITY, |before| costs[before] - self.cost);
-            if promised < tolerance || promised < NEAR && gained.abs() < tolerance {
+            if promised < tolerance || promised < NEAR && before - self.cost < tolerance {
                 return true;
+            }
+            if AS_PROMISED.contains(&share) {
+                known = Some((joint, raw));
             }
             if self.cost - HOPE * promised > self.bar {
                 self.given_up = true;
@@ -55,79 +105,144 @@ impl Search<'_> {
         false
     }
 
-    /// Deviation of each parameter beside the others as they are.
-    fn scales(&self) -> Vec<f64> {
-        let factor = self.filtered.factor(&self.model, &self.current);
-        let of = |k: usize| (0..=k).map(|i| factor.at(i, k)[0].powi(2)).sum::<f64>().sqrt();
-        (0..self.filtered.problem.unknowns.len()).map(|k| 1.0 / of(k).max(f64::MIN_POSITIVE)).collect()
+    /// The unknowns here.
+    fn joint(&self) -> Joint {
+        let unknowns = self.filtered.problem.unknowns.clone();
+        let (coordinates, scales, p) = (self.coordinates(), self.scales(), unknowns.len());
+        let side = |k: usize| {
+            let farther = value(&self.model, unknowns[k]) + 2.0 * STEP * scales[k];
+            if farther > self.model.parameters[unknowns[k].parameter].max { -1.0 } else { 1.0 }
+        };
+        let side = (0..p).map(side).chain(coordinates.iter().map(|_| 1.0)).collect();
+        let mut parameters: Vec<usize> = unknowns.iter().map(|u| u.parameter).collect();
+        parameters.sort_unstable();
+        parameters.dedup();
+        let of = |parameter: usize| (0..p).filter(|k| unknowns[*k].parameter == parameter).collect::<Vec<usize>>();
+        let directions = parameters.into_iter().map(of).chain((p..p + coordinates.len()).map(|k| vec![k])).collect();
+        Joint { unknowns, coordinates, scales, side, directions }
     }
 
-    /// One step; by how much −2 ln L was to fall. `None` where none leads up.
-    fn step_together(&mut self, scales: &[f64], remembered: &mut f64) -> Option<f64> {
+    /// Slope of −ln L, priors included, and its curvature without them, or that which is known.
+    fn differences(&mut self, joint: &Joint, known: Option<DMatrix<f64>>) -> (DVector<f64>, DMatrix<f64>) {
+        let m = joint.directions.len();
+        let pairs: Vec<(usize, usize)> =
+            if known.is_none() { (0..m).flat_map(|a| (0..=a).map(move |b| (a, b))).collect() } else { Vec::new() };
+        let point = |directions: &[usize]| {
+            let (mut model, mut noise) = (self.model.clone(), self.noise.clone());
+            for k in directions.iter().flat_map(|d| &joint.directions[*d]) {
+                joint.go(*k, STEP * joint.side[*k], (&mut model, &mut noise));
+            }
+            (model, noise)
+        };
+        let points: Vec<(Model, NoiseModel)> =
+            (0..m).map(|a| point(&[a])).chain(pairs.iter().map(|(a, b)| point(&[*a, *b]))).collect();
+        let there = self.costs_side_by_side(&points);
+        let (once, twice) = there.split_at(m);
+        let problem = &self.filtered.problem;
+        let counts = |k: usize, stretch: usize| {
+            let run = joint.unknowns.get(k).and_then(|u| u.run);
+            run.is_none_or(|run| run == problem.tracks[problem.segments[stretch].track].run)
+        };
+        let here: Vec<f64> = self.current.iter().map(|s| s.cost).collect();
+        let mut curvature = known.unwrap_or_else(|| DMatrix::zeros(joint.len(), joint.len()));
+        for ((a, b), both) in pairs.iter().zip(twice) {
+            for (i, j) in joint.directions[*a].iter().flat_map(|i| joint.directions[*b].iter().map(move |j| (*i, *j))) {
+                if a == b && i != j {
+                    continue;
+                }
+                let bent = |s: usize| both[s] - once[*a][s] - once[*b][s] + here[s];
+                let sum: f64 = (0..here.len()).filter(|s| counts(i, *s) && counts(j, *s)).map(bent).sum();
+                curvature[(i, j)] = 0.5 * sum / (STEP * STEP * joint.side[i] * joint.side[j]);
+                curvature[(j, i)] = curvature[(i, j)];
+            }
+        }
+        let mut gradient = DVector::zeros(joint.len());
+        for (costs, direction) in once.iter().zip(&joint.directions) {
+            for &k in direction {
+                let rise: f64 = (0..here.len()).filter(|s| counts(k, *s)).map(|s| costs[s] - here[s]).sum();
+                gradient[k] = 0.5 * (rise / STEP - STEP * curvature[(k, k)]) * joint.side[k];
+            }
+        }
+        self.passes += points.len().div_ceil(m.max(1));
+        self.priors(joint).into_iter().enumerate().for_each(|(k, (slope, _))| gradient[k] += slope);
+        (gradient, curvature)
+    }
+
+    /// Slope and curvature of the priors by each unknown.
+    fn priors(&self, joint: &Joint) -> Vec<(f64, f64)> {
+        let of_parameters = joint.unknowns.iter().zip(&joint.scales).map(|(unknown, scale)| {
+            let prior = self.model.parameters[unknown.parameter].prior;
+            prior.map_or((0.0, 0.0), |(mean, std)| {
+                let off = (value(&self.model, *unknown) - mean) / std;
+                (off * scale / std, (scale / std).powi(2))
+            })
+        });
+        let of_noise = Prior::new(&joint.coordinates, &self.stated).of;
+        let of_noise = of_noise.into_iter().zip(&joint.coordinates).map(|(of, c)| {
+            of.map_or((0.0, 0.0), |(mean, std)| ((self.noise.at(*c) - mean) / (std * std), 1.0 / (std * std)))
+        });
+        of_parameters.chain(of_noise).collect()
+    }
+
+    /// One step; by how much −2 ln L was to fall at most, and what share of what its damping left of that it has fallen by. `None`
+    /// where none leads up.
+    fn step_together(
+        &mut self,
+        joint: &Joint,
+        gradient: &DVector<f64>,
+        curvature: &DMatrix<f64>,
+    ) -> Option<(f64, f64)> {
+        let (p, n) = (joint.unknowns.len(), joint.len());
+        let mut h = curvature.clone();
+        for (k, (_, more)) in self.priors(joint).into_iter().enumerate() {
+            h[(k, k)] += more + if k < p { 0.0 } else { FLAT };
+        }
+        // a difference that runs away
+        if !h.iter().chain(gradient.iter()).all(|x| x.is_finite()) {
+            return None;
+        }
+        // how far an unknown can go
+        let room = |k: usize| match joint.unknowns.get(k) {
+            Some(unknown) => {
+                let parameter = &self.model.parameters[unknown.parameter];
+                let now = value(&self.model, *unknown);
+                ((parameter.min - now) / joint.scales[k], (parameter.max - now) / joint.scales[k])
+            }
+            None if self.is_bound(joint.coordinates[k - p], gradient[k]) => (0.0, 0.0),
+            None => (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        let room: Vec<(f64, f64)> = (0..n).map(room).collect();
+        let steps: Vec<(DVector<f64>, f64)> = DAMPINGS.map(|mu| bounded_step(&h, gradient, &room, mu)).into();
+        let promised = steps[0].1;
+        if promised < 0.1 * self.tolerance {
+            return Some((promised, 1.0));
+        }
+        let trial = |step: &DVector<f64>| {
+            let (mut model, mut noise) = (self.model.clone(), self.noise.clone());
+            let part = (FARTHEST / step.rows(p, n - p).amax().max(f64::MIN_POSITIVE)).min(1.0);
+            (0..n).for_each(|k| joint.go(k, part * step[k], (&mut model, &mut noise)));
+            joint.coordinates.iter().for_each(|c| noise.set(*c, self.bounded(*c, noise.at(*c))));
+            (model, noise)
+        };
+        let points: Vec<(Model, NoiseModel)> = steps.iter().map(|(step, _)| trial(step)).collect();
+        let own = self.costs_side_by_side(&points).into_iter().map(|costs| costs.iter().sum::<f64>());
+        let costs = own.zip(&points).map(|(own, (model, noise))| own + self.prior_costs(model, noise));
+        let best = costs.enumerate().filter(|(_, cost)| cost.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1));
+        self.passes += 1;
+        let (best, cost) = best.filter(|(_, cost)| *cost < self.cost)?;
+        let share = (self.cost - cost) / steps[best].1;
+        (self.model, self.noise) = points.into_iter().nth(best)?;
+        self.stand_as_pushed();
+        Some((promised, share))
+    }
+
+    /// Linearises here, forces that have run to nothing taken out, with the inertias of here.
+    fn stand_as_pushed(&mut self) {
         self.drop_nothings();
-        let unknowns = self.filtered.problem.unknowns.clone();
-        let coordinates = self.coordinates();
         self.filtered.problem.follow(&self.model);
         self.follow_as_pushed();
-        let (of_noise, noise_information) = self.scored(&coordinates);
-        let of_parameters = self.parameter_slopes(&unknowns, scales);
-        let (p, n) = (unknowns.len(), unknowns.len() + coordinates.len());
-        let mut gradient = DVector::from_iterator(n, of_parameters.into_iter().chain(of_noise.iter().copied()));
-        let mut information = DMatrix::zeros(n, n);
-        let factor = self.filtered.factor(&self.model, &self.current);
-        let r = DMatrix::from_fn(p, p, |i, j| if i <= j { factor.at(i, j)[0] * scales[j] } else { 0.0 });
-        information.view_mut((0, 0), (p, p)).copy_from(&(r.transpose() * r));
-        information.view_mut((p, p), (n - p, n - p)).copy_from(&noise_information);
-        let held = self.held_together(&unknowns, scales, &coordinates, &gradient);
-        for k in (0..n).filter(|k| held[*k]) {
-            gradient[k] = 0.0;
-            information.row_mut(k).fill(0.0);
-            information.column_mut(k).fill(0.0);
-            information[(k, k)] = 1.0;
-        }
-        let at = unknowns.iter().zip(scales).map(|(u, scale)| value(&self.model, *u) / scale);
-        let at = DVector::from_iterator(n, at.chain(coordinates.iter().map(|c| self.pushed(*c))));
-        self.quasi.learn(&at, &gradient, &held);
-        let damped = |damping: f64, gradient: &DVector<f64>| {
-            let mut damped = information.clone();
-            for k in 0..n {
-                damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + if k < p { ROUNDED } else { FLAT };
-            }
-            Some(damped.cholesky()?.solve(gradient))
-        };
-        let mut learnt = self.quasi.step(&gradient, |g| damped(0.0, g));
-        let (mut part, mut damping) = (1.0, *remembered);
-        // twice the fall of −ln L that the quadratic promises to the whole step
-        let whole = damped(0.0, &gradient)?.dot(&gradient);
-        let whole = learnt.as_ref().map_or(whole, |step| whole.max(-gradient.dot(step)));
-        if whole < 0.1 * self.tolerance {
-            return Some(whole.max(0.0));
-        }
-        loop {
-            let step = match &learnt {
-                Some(step) => part * step,
-                None => -damped(damping, &gradient)?,
-            };
-            if -gradient.dot(&step) > 0.0 && self.goes(&unknowns, scales, &coordinates, &step) {
-                if learnt.is_none() {
-                    *remembered = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
-                }
-                return Some(whole);
-            }
-            match (&learnt, part) {
-                (Some(_), 1.0) => part = PART,
-                (Some(_), _) => {
-                    // what was learnt elsewhere does not hold here
-                    learnt = None;
-                    self.quasi.forget();
-                    self.quasi.learn(&at, &gradient, &held);
-                }
-                (None, _) => damping = f64::max(damping * 10.0, LEAST_DAMPING),
-            }
-            if damping > MOST_DAMPING {
-                return None;
-            }
-        }
+        let (next, cost) = self.linearised(&self.model, &self.noise);
+        self.stand(next, cost);
     }
 
     /// The inertias of here, and forces that push as they did: another inertia alone makes no other noise.
@@ -147,102 +262,57 @@ impl Search<'_> {
         let own = self.noise.forces[force].dof;
         self.filtered.problem.dynamics.velocities().iter().position(|dof| *dof == own).unwrap_or(0)
     }
+}
 
-    /// A logarithm of the noise: of a force what it does to the velocity.
-    fn pushed(&self, coordinate: Coordinate) -> f64 {
-        let of_force = |i: usize| self.mobilities[0][(self.velocity_of(i), self.velocity_of(i))].abs().ln();
-        self.noise.at(coordinate) + if let Coordinate::ForceRms(i) = coordinate { of_force(i) } else { 0.0 }
-    }
-
-    /// Takes the step where the likelihood rises along it; whether it does.
-    fn goes(&mut self, unknowns: &[Unknown], scales: &[f64], coordinates: &[Coordinate], step: &DVector<f64>) -> bool {
-        let p = unknowns.len();
-        let longest = step.rows(p, coordinates.len()).iter().fold(f64::MIN_POSITIVE, |most, s| s.abs().max(most));
-        let part = (FARTHEST / longest).min(1.0);
-        let (mut model, mut noise) = (self.model.clone(), self.noise.clone());
-        for (k, unknown) in unknowns.iter().enumerate() {
-            move_by(&mut model, *unknown, part * step[k] * scales[k]);
+/// The step with eigenvalues of the curvature as they are in size and damped by `mu`, within the room that each unknown has, and
+/// by how much −2 ln L falls by it in a quadratic of that curvature. What would leave its room goes to its end, and the others
+/// are found with it there.
+fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], mu: f64) -> (DVector<f64>, f64) {
+    let n = gradient.len();
+    let mut step = DVector::zeros(n);
+    // at a bound, and the slope leads out
+    let mut stays: Vec<bool> =
+        (0..n).map(|k| gradient[k] > 0.0 && room[k].0 >= 0.0 || gradient[k] < 0.0 && room[k].1 <= 0.0).collect();
+    let length: Vec<f64> = (0..n).map(|k| h[(k, k)].abs().max(LEAST).sqrt()).collect();
+    loop {
+        let free: Vec<usize> = (0..n).filter(|k| !stays[*k]).collect();
+        if free.is_empty() {
+            return (step, 0.0);
         }
-        for (k, c) in coordinates.iter().enumerate() {
-            noise.set(*c, self.bounded(*c, noise.at(*c) + part * step[p + k]));
-        }
-        let late = !self.filtered.problem.dynamics.delays().is_empty();
-        if late {
-            read_inputs(&mut self.filtered.problem, &model);
-        }
-        let (next, cost) = self.linearised(&model, &noise);
-        self.passes += 1;
-        let rises = cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs();
-        if rises {
-            (self.model, self.noise, self.current, self.cost) = (model, noise, next, cost);
-        } else if late {
-            read_inputs(&mut self.filtered.problem, &self.model);
-        }
-        rises
-    }
-
-    /// What stands at its bound and would leave it.
-    fn held_together(
-        &self,
-        unknowns: &[Unknown],
-        scales: &[f64],
-        coordinates: &[Coordinate],
-        gradient: &DVector<f64>,
-    ) -> Vec<bool> {
-        let parameters = unknowns.iter().zip(scales).enumerate().map(|(k, (unknown, scale))| {
-            let parameter = &self.model.parameters[unknown.parameter];
-            let there = value(&self.model, *unknown) - STEP * scale * gradient[k].signum();
-            there < parameter.min || there > parameter.max
-        });
-        let noise = coordinates.iter().enumerate().map(|(k, c)| self.is_bound(*c, gradient[unknowns.len() + k]));
-        parameters.chain(noise).collect()
-    }
-
-    /// Slopes of −ln L by the parameters over `scales`, priors included: of one that each run has of its own, all runs at once.
-    fn parameter_slopes(&self, unknowns: &[Unknown], scales: &[f64]) -> Vec<f64> {
-        let mut parameters: Vec<usize> = unknowns.iter().map(|u| u.parameter).collect();
-        parameters.sort_unstable();
-        parameters.dedup();
-        // inwards, where there is a bound
-        let moved = |k: usize| {
-            let (now, step) = (value(&self.model, unknowns[k]), STEP * scales[k]);
-            if now + step > self.model.parameters[unknowns[k].parameter].max { -step } else { step }
+        let over = |i: usize, j: usize| h[(free[i], free[j])] / (length[free[i]] * length[free[j]]);
+        let eigen = SymmetricEigen::new(DMatrix::from_fn(free.len(), free.len(), over));
+        let inverse = eigen.eigenvalues.map(|lambda| 1.0 / (lambda.abs().max(LEAST) + mu));
+        // what those that stay where they were put add to the slope of the others
+        let slope = |k: &usize| {
+            let added: f64 = (0..n).filter(|j| stays[*j]).map(|j| h[(*k, j)] * step[j]).sum();
+            (gradient[*k] + added) / length[*k]
         };
-        let problem = &self.filtered.problem;
-        let own = |parameter: usize| unknowns.iter().enumerate().filter(move |(_, u)| u.parameter == parameter);
-        let of = |parameter: &usize| {
-            let mut model = self.model.clone();
-            own(*parameter).for_each(|(k, unknown)| move_by(&mut model, *unknown, moved(k)));
-            model
-        };
-        let models: Vec<Model> = parameters.iter().map(of).collect();
-        let late = problem.dynamics.delays();
-        let (read, at_once): (Vec<usize>, Vec<usize>) = (0..models.len()).partition(|k| late.contains(&parameters[*k]));
-        let costs = |filtered: &Filtered, models: &[Model]| {
-            filtered.costs_at(models, &self.noise, &self.mobilities, self.limit)
-        };
-        let side_by_side: Vec<Model> = at_once.iter().map(|k| models[*k].clone()).collect();
-        let mut there: Vec<(usize, Vec<f64>)> = at_once.into_iter().zip(costs(&self.filtered, &side_by_side)).collect();
-        // a delay moves what each run reads
-        there.par_extend(read.into_par_iter().flat_map_iter(|k| {
-            let mut read = self.filtered.clone();
-            read_inputs(&mut read.problem, &models[k]);
-            costs(&read, &models[k..=k]).into_iter().map(move |there| (k, there))
-        }));
-        let mut slopes = vec![0.0; unknowns.len()];
-        for (parameter, there) in there.into_iter().map(|(k, there)| (parameters[k], there)) {
-            let rises = problem.segments.iter().zip(there.iter().zip(&self.current));
-            let rises: Vec<(usize, f64)> =
-                rises.map(|(s, (there, here))| (problem.tracks[s.track].run, there - here.cost)).collect();
-            for (k, unknown) in own(parameter) {
-                let of_runs = rises.iter().filter(|(run, _)| unknown.run.is_none_or(|own| own == *run));
-                let prior = self.model.parameters[parameter].prior;
-                let of_prior = prior.map_or(0.0, |(mean, std)| (value(&self.model, *unknown) - mean) / (std * std));
-                let rise: f64 = of_runs.map(|(_, rise)| rise).sum();
-                slopes[k] = (0.5 * rise / moved(k) + of_prior) * scales[k];
+        let slope = DVector::from_iterator(free.len(), free.iter().map(slope));
+        let moved = -(&eigen.eigenvectors * inverse.component_mul(&(eigen.eigenvectors.transpose() * &slope)));
+        let mut left = false;
+        for (at, &k) in free.iter().enumerate() {
+            let to = moved[at] / length[k];
+            let (least, most) = (room[k].0.min(0.0), room[k].1.max(0.0));
+            step[k] = to.clamp(least, most);
+            if to < least || to > most {
+                (stays[k], left) = (true, true);
             }
         }
-        slopes
+        if !left {
+            let size = eigen.eigenvalues.map(|lambda| lambda.abs().max(LEAST));
+            let along = eigen.eigenvectors.transpose() * &moved;
+            let bent = along.component_mul(&along).dot(&size);
+            let fall = -2.0 * slope.dot(&moved) - bent;
+            let of_ends: f64 = (0..n)
+                .filter(|k| stays[*k])
+                .map(|k| {
+                    let rest: f64 = (0..n).filter(|j| stays[*j]).map(|j| h[(k, j)] * step[j]).sum();
+                    -step[k] * (2.0 * gradient[k] + rest)
+                })
+                .sum();
+            return (step, (fall + of_ends).max(0.0));
+        }
+        free.iter().filter(|k| !stays[**k]).for_each(|k| step[*k] = 0.0);
     }
 }
 
@@ -268,21 +338,56 @@ mod tests {
         Search::new(model, filtered, noise, options).expect("it does not run away")
     }
 
+    /// f = x²/2 + y²/2 + xy/2 − 3x − y: its top by hand, (10/3, −2/3), and with x at most 2, (2, 0).
     #[test]
-    fn slopes_are_those_of_the_likelihood() {
+    fn exact_steps_within_their_room() {
+        let h = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.5, 1.0]);
+        let gradient = DVector::from_vec(vec![-3.0, -1.0]);
+        let all = [(f64::NEG_INFINITY, f64::INFINITY); 2];
+        let (step, fall) = bounded_step(&h, &gradient, &all, 0.0);
+        assert!((step[0] - 10.0 / 3.0).abs() < 1e-12 && (step[1] + 2.0 / 3.0).abs() < 1e-12, "{step}");
+        // −gᵀδ of a whole step, twice the fall of f
+        assert!((fall - 28.0 / 3.0).abs() < 1e-12, "{fall}");
+        let (step, fall) = bounded_step(&h, &gradient, &[(-1.0, 2.0), all[1]], 0.0);
+        assert!((step[0] - 2.0).abs() < 1e-12 && step[1].abs() < 1e-12, "{step}");
+        // f(2, 0) = −4
+        assert!((fall - 8.0).abs() < 1e-12, "{fall}");
+        // what stands at its bound and would leave it stays
+        let (step, _) = bounded_step(&h, &gradient, &[(-1.0, 0.0), all[1]], 0.0);
+        assert!(step[0] == 0.0 && (step[1] - 1.0).abs() < 1e-12, "{step}");
+    }
+
+    /// From beside a saddle, f = x²/2 − y²/2 at y = 1, the step leads down along both.
+    #[test]
+    fn a_saddle_is_left_downwards() {
+        let h = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, -1.0]);
+        let gradient = DVector::from_vec(vec![0.5, -1.0]);
+        let (step, _) = bounded_step(&h, &gradient, &[(f64::NEG_INFINITY, f64::INFINITY); 2], 0.0);
+        assert!((step[0] + 0.5).abs() < 1e-12 && (step[1] - 1.0).abs() < 1e-12, "{step}");
+    }
+
+    #[test]
+    fn differences_are_slopes_and_curvature() {
         let (campaign, options) = (sailed(), FilterErrorOptions::default());
-        let search = search(&campaign, &options);
-        let unknowns = search.filtered.problem.unknowns.clone();
-        let scales = search.scales();
-        for (k, slope) in search.parameter_slopes(&unknowns, &scales).into_iter().enumerate() {
-            let there = |by: f64| {
-                let mut model = search.model.clone();
-                move_by(&mut model, unknowns[k], by * scales[k]);
-                0.5 * search.linearised(&model, &search.noise).1
-            };
-            let both_ways = (there(0.01) - there(-0.01)) / 0.02;
-            // half of the curvature, 1 by the scale, over the step to one side; and as much of the larger one
-            assert!((slope - both_ways).abs() < 2.0 * STEP + 1e-3 * slope.abs(), "{k}: {slope} {both_ways}");
+        let mut search = search(&campaign, &options);
+        let joint = search.joint();
+        let (gradient, curvature) = search.differences(&joint, None);
+        let (again, kept) = search.differences(&joint, Some(curvature.clone()));
+        assert!(gradient == again && curvature == kept);
+        let slopes = search.parameter_slopes(&joint.unknowns, &joint.scales);
+        for (k, slope) in slopes.iter().enumerate() {
+            // the third derivative over a hundredth of a deviation, as much as a hundredth of the curvature
+            let most = 1e-2 * curvature[(k, k)].abs().max(1.0);
+            assert!((gradient[k] - slope).abs() < most, "{k}: {} {slope}", gradient[k]);
+        }
+        let coordinates = joint.coordinates.clone();
+        let of_noise = search.renew_with_slopes(&coordinates);
+        let prior = Prior::new(&coordinates, &search.stated).of;
+        for (k, (c, slope)) in coordinates.iter().zip(of_noise).enumerate() {
+            let at = joint.unknowns.len() + k;
+            let of_prior = prior[k].map_or(0.0, |(mean, std)| (search.noise.at(*c) - mean) / (std * std));
+            let most = 1e-2 * curvature[(at, at)].abs().max(1.0);
+            assert!((gradient[at] - slope - of_prior).abs() < most, "{c:?}: {} {slope}", gradient[at]);
         }
     }
 

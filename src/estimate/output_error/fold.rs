@@ -142,6 +142,11 @@ fn reflect<const K: usize, const L: usize, W: Wide<L>>(
 }
 
 impl Fold<1> {
+    /// Adds to element (i, j) of the factor.
+    pub fn add(&mut self, i: usize, j: usize, more: f64) {
+        self.r[i * self.n + j][0] += more;
+    }
+
     /// Solves R x = b in the leading `n − 1` columns, b the last column; 0 for a column without information.
     pub fn solve(&self) -> Vec<f64> {
         let p = self.n - 1;
