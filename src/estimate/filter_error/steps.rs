@@ -276,9 +276,10 @@ impl<'a> Search<'a> {
                     self.noise_moves = f64::INFINITY;
                     continue;
                 }
-                // what has mended the rows on the way may have become another; and the last steps end at the top of the likelihood,
-                // not where the rows have it
-                if self.mended.as_ref().map_or(tolerance < self.options.tolerance, |mended| !mended.fresh) {
+                // what has mended the rows on the way may have become another; and the last steps of a fit end at the top of the
+                // likelihood, not where the rows have it. Refits that are held against each other all end where rows have it
+                let ends = tolerance < self.options.tolerance && self.options.higher.is_finite();
+                if self.mended.as_ref().map_or(ends, |mended| !mended.fresh) {
                     self.mend();
                     if self.promised() > tolerance {
                         parameters_move = f64::INFINITY;
