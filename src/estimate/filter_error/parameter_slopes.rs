@@ -102,7 +102,7 @@ impl Search<'_> {
     /// off, where the quadratic ends or the noise is still to change, those of the rows lead farther than what was once taken.
     /// Whether they have changed.
     pub(super) fn mends(&mut self) -> bool {
-        if self.mended.as_ref().is_some_and(|mended| mended.fresh) {
+        if !self.to_the_top() || self.mended.as_ref().is_some_and(|mended| mended.fresh) {
             return false;
         }
         let far = self.mended.take().is_some();

@@ -272,13 +272,13 @@ impl<'a> Search<'a> {
             }
             if noise_moves < tolerance && parameters_move < tolerance {
                 // the noise is that of where the parameters were, and so are the inertias by which forces push
-                if moved > LEFT_BEHIND * tolerance {
+                if self.to_the_top() && moved > LEFT_BEHIND * tolerance {
                     self.noise_moves = f64::INFINITY;
                     continue;
                 }
                 // what has mended the rows on the way may have become another; and the last steps of a fit end at the top of the
-                // likelihood, not where the rows have it. Refits that are held against each other all end where rows have it
-                let ends = tolerance < self.options.tolerance && self.options.higher.is_finite();
+                // likelihood, not where the rows have it
+                let ends = tolerance < self.options.tolerance && self.to_the_top();
                 if self.mended.as_ref().map_or(ends, |mended| !mended.fresh) {
                     self.mend();
                     if self.promised() > tolerance {
@@ -303,6 +303,12 @@ impl<'a> Search<'a> {
             }
         }
         false
+    }
+
+    /// Whether the search ends at the top of the likelihood wherever the rows lead. Refits that are held against each other all
+    /// end where the rows have it: of two one alone may have gone farther.
+    pub(super) fn to_the_top(&self) -> bool {
+        self.options.higher.is_finite()
     }
 
     /// The last steps, to a [`SETTLED`] of the tolerance: what ends the ways before decides nothing then. Whether that was
