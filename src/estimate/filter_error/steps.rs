@@ -278,8 +278,7 @@ impl<'a> Search<'a> {
                 }
                 // what has mended the rows on the way may have become another; and the last steps of a fit end at the top of the
                 // likelihood, not where the rows have it
-                let ends = tolerance < self.options.tolerance && self.to_the_top();
-                if self.mended.as_ref().map_or(ends, |mended| !mended.fresh) {
+                if self.mended.as_ref().map_or(self.to_the_top(), |mended| !mended.fresh) {
                     self.mend();
                     if self.promised() > tolerance {
                         parameters_move = f64::INFINITY;
@@ -305,10 +304,11 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// Whether the search ends at the top of the likelihood wherever the rows lead. Refits that are held against each other all
-    /// end where the rows have it: of two one alone may have gone farther.
+    /// Whether the search ends at the top of the likelihood wherever the rows lead: in its last steps. What is held against each
+    /// other before (noises with a force or a colour and without, refits of a discovery) all ends where the rows have it: of two one
+    /// alone may have gone farther.
     pub(super) fn to_the_top(&self) -> bool {
-        self.options.higher.is_finite()
+        self.tolerance < self.options.tolerance && self.options.higher.is_finite()
     }
 
     /// The last steps, to a [`SETTLED`] of the tolerance: what ends the ways before decides nothing then. Whether that was
