@@ -160,7 +160,7 @@ impl Search<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::effects::Coriolis;
     use crate::estimate::filter_error::{FilterErrorOptions, filter_error, start};
@@ -170,14 +170,15 @@ mod tests {
     use crate::tank::{BlindOptions, blind};
 
     /// Runs of a tank, and its model with parameters a fifth off.
-    fn sailed() -> (Vec<Run>, Model) {
+    pub fn sailed() -> (Vec<Run>, Model) {
         let campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
         let mut model = campaign.truth;
         model.parameters.iter_mut().filter(|p| !p.fixed).for_each(|p| p.value *= 1.2);
         (campaign.runs, model)
     }
 
-    fn search<'a>((runs, model): &(Vec<Run>, Model), options: &'a FilterErrorOptions) -> Search<'a> {
+    /// A search from there.
+    pub fn search<'a>((runs, model): &(Vec<Run>, Model), options: &'a FilterErrorOptions) -> Search<'a> {
         let filtered = Filtered::new(model, runs, &options.base).expect("the runs are whole");
         let noise = start::noises(&filtered, model, runs, &options.forces).remove(0);
         Search::new(model, filtered, noise, options).expect("it does not run away")

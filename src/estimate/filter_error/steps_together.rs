@@ -319,24 +319,8 @@ fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::filter_error::{FilterErrorOptions, Filtered, start};
-    use crate::model::Model;
-    use crate::run::Run;
-    use crate::tank::{BlindOptions, blind};
-
-    /// Runs of a tank, and its model with parameters a fifth off.
-    fn sailed() -> (Vec<Run>, Model) {
-        let campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
-        let mut model = campaign.truth;
-        model.parameters.iter_mut().filter(|p| !p.fixed).for_each(|p| p.value *= 1.2);
-        (campaign.runs, model)
-    }
-
-    fn search<'a>((runs, model): &(Vec<Run>, Model), options: &'a FilterErrorOptions) -> Search<'a> {
-        let filtered = Filtered::new(model, runs, &options.base).expect("the runs are whole");
-        let noise = start::noises(&filtered, model, runs, &options.forces).remove(0);
-        Search::new(model, filtered, noise, options).expect("it does not run away")
-    }
+    use crate::estimate::filter_error::FilterErrorOptions;
+    use crate::estimate::filter_error::parameter_slopes::tests::{sailed, search};
 
     /// f = x²/2 + y²/2 + xy/2 − 3x − y: its top by hand, (10/3, −2/3), and with x at most 2, (2, 0).
     #[test]
