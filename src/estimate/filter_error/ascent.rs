@@ -151,6 +151,48 @@ fn about<'a>(
     if search.given_up { Err(search.gives_up()) } else { Ok(search) }
 }
 
+impl Search<'_> {
+    /// The fit where the search has come to.
+    pub(super) fn finish(mut self, converged: bool, reached: Reached) -> Result<FilterErrorFit, OutputErrorError> {
+        if !self.cost.is_finite() {
+            return Err(diverges(&self.model));
+        }
+        let p = self.filtered.problem.unknowns.len();
+        let mut covariance = if p == 0 { Vec::new() } else { self.covariance()? };
+        let sum = |k: usize| self.current.iter().map(|s| s.held_back[k]).sum::<f64>();
+        let samples: usize = self.current.iter().map(|s| s.samples).sum();
+        if self.limit.is_finite() {
+            let n = samples as f64;
+            let scale = sum(0) / n / (sum(1) / n).powi(2) * (sum(2) / n);
+            covariance.iter_mut().for_each(|c| *c *= scale);
+        }
+        let unknowns = self.filtered.problem.unknowns.clone();
+        for (k, unknown) in unknowns.iter().enumerate() {
+            let std = covariance[k * p + k].sqrt();
+            let parameter = &mut self.model.parameters[unknown.parameter];
+            // of a parameter per run the largest is shown
+            let other = if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0) } else { 0.0 };
+            parameter.std = Some(std.max(other));
+        }
+        Ok(FilterErrorFit {
+            noise_unknowns: self.coordinates(),
+            stated: self.stated,
+            model: self.model,
+            noise: self.noise,
+            filtered: self.filtered,
+            covariance,
+            cost: self.cost,
+            plain: self.plain,
+            samples,
+            limit: self.limit,
+            linear: self.current,
+            iterations: self.passes,
+            converged,
+            reached,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

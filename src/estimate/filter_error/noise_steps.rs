@@ -31,11 +31,11 @@ pub(super) const FLAT: f64 = 0.1;
 const NEAR: f64 = 0.1;
 
 /// Least damping of the noise beside none, and by how much it is eased after a step that leads up.
-pub(super) const LEAST_DAMPING: f64 = 0.1;
-pub(super) const EASED: f64 = 0.03;
+const LEAST_DAMPING: f64 = 0.1;
+const EASED: f64 = 0.03;
 
 /// Damping beyond which no step leads up: what a millionth of one does not gain is not to be had.
-pub(super) const MOST_DAMPING: f64 = 1e6;
+const MOST_DAMPING: f64 = 1e6;
 
 /// Times what the quadratic had for it that a step falls by, beyond which the next one is taken twice as long, and the most
 /// times its length that it is taken.
@@ -46,7 +46,7 @@ const STRETCHED: f64 = 8.0;
 pub(super) const NEAR_TOP: f64 = 30.0;
 
 /// Part of a learnt step that is tried where the whole leads down.
-pub(super) const PART: f64 = 0.25;
+const PART: f64 = 0.25;
 
 /// Longest step of a logarithm.
 pub(super) const FARTHEST: f64 = 2.0;
@@ -144,7 +144,7 @@ impl Search<'_> {
             if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
                 let fell = self.cost - cost;
                 self.noise = trial;
-                self.stand(next, cost);
+                self.take(next, cost);
                 let at_once = damping <= remembered;
                 // where the likelihood rises by clearly more than the quadratic has it, its curvature is less, and steps are longer
                 self.stretch =

@@ -9,15 +9,15 @@
 
 use nalgebra::DMatrix;
 
+use super::Filtered;
 use super::likelihood::Linear;
 use super::noise::{Coordinate, NoiseModel};
 use super::noise_steps::{Informed, NEAR_TOP};
 use super::options::FilterErrorOptions;
-use super::parameter_slopes::Mended;
 use super::quasi_newton::QuasiNewton;
+use super::slope_correction::SlopeCorrection;
 use super::start::{self, Prior};
 use super::tails::{self, of_heavy_tails, share};
-use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prior_cost, read_inputs, value};
 use crate::model::Model;
 use crate::progress;
@@ -27,7 +27,7 @@ use crate::progress;
 pub(super) const HOPE: f64 = 10.0;
 
 /// Steps in turns near the top, once a step of the parameters has led astray, after which both go together: turns that come to rest
-/// there do so in three, and a curvature by differences costs as much as twenty.
+/// there do so in three, and a curvature by differences costs as much as twenty passes.
 const CREEPING: usize = 4;
 
 /// Share of the tolerance with which a fit ends. A fall p of −2 ln L that is left is a parameter √p deviations off, at most: a
@@ -60,7 +60,7 @@ pub(super) struct Search<'a> {
     /// Fall of −2 ln L that the last step of the noise has promised.
     pub(super) noise_moves: f64,
     /// What the gain that is held has kept from the rows, once it has led astray.
-    pub(super) mended: Option<Mended>,
+    pub(super) correction: Option<SlopeCorrection>,
     /// −2 ln L here, priors included.
     pub(super) cost: f64,
     /// Least deviation of each output's noise, and stated ones.
@@ -99,7 +99,7 @@ pub(super) fn parameters_under(
     options: &FilterErrorOptions,
 ) -> Result<Model, OutputErrorError> {
     let mut search = Search::new(model, filtered, noise, options)?;
-    (search.limit, search.noise_moves) = (limit, 0.0);
+    search.limit = limit;
     search.renew();
     for _ in 0..options.iterations {
         if search.step_parameters() < options.tolerance {
@@ -137,7 +137,7 @@ impl<'a> Search<'a> {
             plain: f64::INFINITY,
             current: Vec::new(),
             noise_moves: f64::INFINITY,
-            mended: None,
+            correction: None,
             cost: f64::INFINITY,
             floors,
             stated,
@@ -200,11 +200,11 @@ impl<'a> Search<'a> {
         prior + prior_cost(model, &self.filtered.problem.unknowns)
     }
 
-    /// The stretches as linearised here, and −2 ln L.
-    pub(super) fn stand(&mut self, current: Vec<Linear>, cost: f64) {
+    /// Takes the stretches as linearised here, and −2 ln L.
+    pub(super) fn take(&mut self, current: Vec<Linear>, cost: f64) {
         (self.current, self.cost) = (current, cost);
-        if let Some(mended) = &mut self.mended {
-            mended.fresh = false;
+        if let Some(correction) = &mut self.correction {
+            correction.fresh = false;
         }
     }
 
@@ -212,7 +212,7 @@ impl<'a> Search<'a> {
     pub(super) fn renew(&mut self) {
         self.follow_inertia();
         let (next, cost) = self.linearised(&self.model, &self.noise);
-        self.stand(next, cost);
+        self.take(next, cost);
         self.passes += 1;
     }
 
@@ -221,7 +221,7 @@ impl<'a> Search<'a> {
         let Search { filtered, model, noise, mobilities, limit, .. } = self;
         let (current, slopes) = filtered.slopes(model, noise, coordinates, mobilities, *limit);
         let cost = self.cost_of(&current, &self.model, &self.noise);
-        self.stand(current, cost);
+        self.take(current, cost);
         self.passes += 1;
         slopes
     }
@@ -244,7 +244,7 @@ impl<'a> Search<'a> {
         }
         let until = self.passes + self.options.iterations;
         self.quasi.forget();
-        (self.mended, self.noise_moves) = (None, f64::INFINITY);
+        (self.correction, self.noise_moves) = (None, f64::INFINITY);
         // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
         for _ in 0..4 {
             if self.step_parameters() < 1.0 {
@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
             }
             let noise_moves = self.noise_moves;
             if noise_moves >= NEAR_TOP {
-                self.mended = None;
+                self.correction = None;
             }
             parameters_move = self.step_parameters();
             moved += parameters_move;
@@ -276,10 +276,10 @@ impl<'a> Search<'a> {
                     self.noise_moves = f64::INFINITY;
                     continue;
                 }
-                // what has mended the rows on the way may have become another; and the last steps of a fit end at the top of the
+                // what has corrected the rows on the way may have become another; and the last steps of a fit end at the top of the
                 // likelihood, not where the rows have it
-                if self.mended.as_ref().map_or(self.to_the_top(), |mended| !mended.fresh) {
-                    self.mend();
+                if self.correction.as_ref().map_or(self.to_the_top(), |correction| !correction.fresh) {
+                    self.correct_slopes();
                     if self.promised() > tolerance {
                         parameters_move = f64::INFINITY;
                         continue;
@@ -289,10 +289,9 @@ impl<'a> Search<'a> {
                 self.stuck |= self.promised() > tolerance;
                 return true;
             }
-            near += usize::from(self.mended.is_some() && noise_moves + parameters_move < NEAR_TOP);
-            if near == CREEPING {
+            if self.correction.is_some() && noise_moves + parameters_move < NEAR_TOP {
                 near += 1;
-                if self.climb_together(tolerance) {
+                if near == CREEPING && self.climb_together(tolerance) {
                     return true;
                 }
             }
@@ -344,7 +343,7 @@ impl<'a> Search<'a> {
 
     /// By how much −2 ln L would fall by a whole step of the parameters.
     pub(super) fn promised(&self) -> f64 {
-        damped_step(&self.mended_factor(), &self.model, &self.filtered.problem.unknowns, 0.0).1
+        damped_step(&self.corrected_factor(), &self.model, &self.filtered.problem.unknowns, 0.0).1
     }
 
     /// −2 ln L as that of a density, Gaussian within the limit and with the tails of one that is held back beyond.
@@ -371,7 +370,7 @@ impl<'a> Search<'a> {
             self.renew();
         }
         let delays = self.filtered.problem.dynamics.delays();
-        let (mut factor, undamped) = (self.mended_factor(), self.damping);
+        let (mut factor, undamped) = (self.corrected_factor(), self.damping);
         loop {
             let (step, predicted) = damped_step(&factor, &self.model, &unknowns, self.damping);
             if predicted < 0.1 * self.tolerance {
@@ -392,15 +391,15 @@ impl<'a> Search<'a> {
             self.passes += 1;
             if cost.is_finite() && cost <= self.cost + 1e-9 * self.cost.abs() {
                 self.model = trial;
-                self.stand(next, cost);
+                self.take(next, cost);
                 self.damping = (self.damping * 0.1).max(1e-12);
                 return predicted;
             }
             if late {
                 read_inputs(&mut self.filtered.problem, &self.model);
             }
-            if self.mends() {
-                (factor, self.damping) = (self.mended_factor(), undamped);
+            if self.takes_slopes_anew() {
+                (factor, self.damping) = (self.corrected_factor(), undamped);
                 continue;
             }
             self.damping = (self.damping * 10.0).max(1e-4);
@@ -410,45 +409,6 @@ impl<'a> Search<'a> {
                 return 0.0;
             }
         }
-    }
-
-    pub(super) fn finish(mut self, converged: bool, reached: Reached) -> Result<FilterErrorFit, OutputErrorError> {
-        if !self.cost.is_finite() {
-            return Err(diverges(&self.model));
-        }
-        let p = self.filtered.problem.unknowns.len();
-        let mut covariance = if p == 0 { Vec::new() } else { self.covariance()? };
-        let sum = |k: usize| self.current.iter().map(|s| s.held_back[k]).sum::<f64>();
-        let samples: usize = self.current.iter().map(|s| s.samples).sum();
-        if self.limit.is_finite() {
-            let n = samples as f64;
-            let scale = sum(0) / n / (sum(1) / n).powi(2) * (sum(2) / n);
-            covariance.iter_mut().for_each(|c| *c *= scale);
-        }
-        let unknowns = self.filtered.problem.unknowns.clone();
-        for (k, unknown) in unknowns.iter().enumerate() {
-            let std = covariance[k * p + k].sqrt();
-            let parameter = &mut self.model.parameters[unknown.parameter];
-            // of a parameter per run the largest is shown
-            let other = if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0) } else { 0.0 };
-            parameter.std = Some(std.max(other));
-        }
-        Ok(FilterErrorFit {
-            noise_unknowns: self.coordinates(),
-            stated: self.stated,
-            model: self.model,
-            noise: self.noise,
-            filtered: self.filtered,
-            covariance,
-            cost: self.cost,
-            plain: self.plain,
-            samples,
-            limit: self.limit,
-            linear: self.current,
-            iterations: self.passes,
-            converged,
-            reached,
-        })
     }
 }
 

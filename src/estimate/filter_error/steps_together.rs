@@ -2,22 +2,21 @@
 //!
 //! ```text
 //! x = (θ/s, ln η):   (|H| + μ) δ = −g        g, H: slope and curvature of −ln L by x;  |H|: its eigenvalues as they are in size
-//! H_jk ≈ (f(x + h_j + h_k) − f(x + h_j) − f(x + h_k) + f(x))/h²        f = −ln L,  h: a hundredth of a deviation
 //! ```
 //!
 //! The rows of a step in turns hold the gain of the filter, and Fisher's information is the curvature that is expected where the
 //! model is right. Where it is not, parameters and noise trade against each other along ridges on which neither is that of the
-//! data, and steps in turns gain a tenth at a time, or nothing. Here both are differences of the likelihood itself: all that
-//! a step needs is filtered side by side, and the curvature is kept while steps gain what they promise. Saddles: Dauphin and
-//! others, *Advances in Neural Information Processing Systems* 27 (2014).
+//! data, and steps in turns gain a tenth at a time, or nothing. Here both are differences of the likelihood itself
+//! ([`super::differences`]), and the curvature is kept while steps gain what they promise. Saddles: Dauphin and others,
+//! *Advances in Neural Information Processing Systems* 27 (2014).
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::differences::Joint;
 use super::noise::{Coordinate, NoiseModel};
 use super::noise_steps::{FARTHEST, FLAT};
-use super::start::Prior;
 use super::steps::{HOPE, Search};
-use crate::estimate::output_error::{Unknown, move_by, value};
+use crate::estimate::output_error::value;
 use crate::model::Model;
 use crate::progress;
 
@@ -28,7 +27,7 @@ const STEP: f64 = 1e-2;
 /// Dampings that are tried side by side, over the size of the curvature.
 const DAMPINGS: [f64; 8] = [0.0, 0.01, 0.1, 1.0, 10.0, 1e2, 1e3, 1e4];
 
-/// Steps: of Newton's each one gains most of what is left, or is a thousandth as long as the one before.
+/// Steps at most: on the ridges that were seen, five to twenty.
 const STEPS: usize = 40;
 
 /// Least eigenvalue of a curvature over its diagonal: what differences of ln L tell from nothing.
@@ -41,45 +40,17 @@ const AS_PROMISED: std::ops::Range<f64> = 0.7..1.5;
 /// are held back, the curvature changes from one sample to the next, and the quadratic holds no nearer than that.
 const NEAR: f64 = 1.0;
 
-/// The unknowns of parameters and noise.
-struct Joint {
-    unknowns: Vec<Unknown>,
-    coordinates: Vec<Coordinate>,
-    /// A deviation of each parameter, beside the others as they are.
-    scales: Vec<f64>,
-    /// To which side the differences go, away from bounds.
-    side: Vec<f64>,
-    /// Unknowns that move at once: one parameter of all runs, or one logarithm of the noise.
-    directions: Vec<Vec<usize>>,
-}
-
-impl Joint {
-    /// Moves unknown `k` by `x`.
-    fn go(&self, k: usize, x: f64, (model, noise): (&mut Model, &mut NoiseModel)) {
-        match self.unknowns.get(k) {
-            Some(unknown) => move_by(model, *unknown, x * self.scales[k]),
-            None => {
-                let coordinate = self.coordinates[k - self.unknowns.len()];
-                noise.set(coordinate, noise.at(coordinate) + x);
-            }
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.side.len()
-    }
-}
-
 impl Search<'_> {
     /// Steps together until they promise less than `tolerance`; whether that was reached.
     pub(super) fn climb_together(&mut self, tolerance: f64) -> bool {
         self.quasi.forget();
-        self.stand_as_pushed();
+        self.linearise_as_pushed();
         let mut known: Option<(Joint, DMatrix<f64>)> = None;
         for _ in 0..STEPS {
             let kept = known.take().filter(|(joint, _)| joint.coordinates == self.coordinates());
             let was_kept = kept.is_some();
-            let (joint, curvature) = kept.map_or_else(|| (self.joint(), None), |(joint, h)| (joint, Some(h)));
+            let (joint, curvature) =
+                kept.map_or_else(|| (self.joint(self.coordinates(), STEP), None), |(joint, h)| (joint, Some(h)));
             let (gradient, raw) = self.differences(&joint, curvature);
             let before = self.cost;
             let Some((promised, share)) = self.step_together(&joint, &gradient, &raw) else {
@@ -103,85 +74,6 @@ impl Search<'_> {
             }
         }
         false
-    }
-
-    /// The unknowns here.
-    fn joint(&self) -> Joint {
-        let unknowns = self.filtered.problem.unknowns.clone();
-        let (coordinates, scales, p) = (self.coordinates(), self.scales(), unknowns.len());
-        let side = |k: usize| {
-            let farther = value(&self.model, unknowns[k]) + 2.0 * STEP * scales[k];
-            if farther > self.model.parameters[unknowns[k].parameter].max { -1.0 } else { 1.0 }
-        };
-        let side = (0..p).map(side).chain(coordinates.iter().map(|_| 1.0)).collect();
-        let mut parameters: Vec<usize> = unknowns.iter().map(|u| u.parameter).collect();
-        parameters.sort_unstable();
-        parameters.dedup();
-        let of = |parameter: usize| (0..p).filter(|k| unknowns[*k].parameter == parameter).collect::<Vec<usize>>();
-        let directions = parameters.into_iter().map(of).chain((p..p + coordinates.len()).map(|k| vec![k])).collect();
-        Joint { unknowns, coordinates, scales, side, directions }
-    }
-
-    /// Slope of −ln L, priors included, and its curvature without them, or that which is known.
-    fn differences(&mut self, joint: &Joint, known: Option<DMatrix<f64>>) -> (DVector<f64>, DMatrix<f64>) {
-        let m = joint.directions.len();
-        let pairs: Vec<(usize, usize)> =
-            if known.is_none() { (0..m).flat_map(|a| (0..=a).map(move |b| (a, b))).collect() } else { Vec::new() };
-        let point = |directions: &[usize]| {
-            let (mut model, mut noise) = (self.model.clone(), self.noise.clone());
-            for k in directions.iter().flat_map(|d| &joint.directions[*d]) {
-                joint.go(*k, STEP * joint.side[*k], (&mut model, &mut noise));
-            }
-            (model, noise)
-        };
-        let points: Vec<(Model, NoiseModel)> =
-            (0..m).map(|a| point(&[a])).chain(pairs.iter().map(|(a, b)| point(&[*a, *b]))).collect();
-        let there = self.costs_side_by_side(&points);
-        let (once, twice) = there.split_at(m);
-        let problem = &self.filtered.problem;
-        let counts = |k: usize, stretch: usize| {
-            let run = joint.unknowns.get(k).and_then(|u| u.run);
-            run.is_none_or(|run| run == problem.tracks[problem.segments[stretch].track].run)
-        };
-        let here: Vec<f64> = self.current.iter().map(|s| s.cost).collect();
-        let mut curvature = known.unwrap_or_else(|| DMatrix::zeros(joint.len(), joint.len()));
-        for ((a, b), both) in pairs.iter().zip(twice) {
-            for (i, j) in joint.directions[*a].iter().flat_map(|i| joint.directions[*b].iter().map(move |j| (*i, *j))) {
-                if a == b && i != j {
-                    continue;
-                }
-                let bent = |s: usize| both[s] - once[*a][s] - once[*b][s] + here[s];
-                let sum: f64 = (0..here.len()).filter(|s| counts(i, *s) && counts(j, *s)).map(bent).sum();
-                curvature[(i, j)] = 0.5 * sum / (STEP * STEP * joint.side[i] * joint.side[j]);
-                curvature[(j, i)] = curvature[(i, j)];
-            }
-        }
-        let mut gradient = DVector::zeros(joint.len());
-        for (costs, direction) in once.iter().zip(&joint.directions) {
-            for &k in direction {
-                let rise: f64 = (0..here.len()).filter(|s| counts(k, *s)).map(|s| costs[s] - here[s]).sum();
-                gradient[k] = 0.5 * (rise / STEP - STEP * curvature[(k, k)]) * joint.side[k];
-            }
-        }
-        self.passes += points.len().div_ceil(m.max(1));
-        self.priors(joint).into_iter().enumerate().for_each(|(k, (slope, _))| gradient[k] += slope);
-        (gradient, curvature)
-    }
-
-    /// Slope and curvature of the priors by each unknown.
-    fn priors(&self, joint: &Joint) -> Vec<(f64, f64)> {
-        let of_parameters = joint.unknowns.iter().zip(&joint.scales).map(|(unknown, scale)| {
-            let prior = self.model.parameters[unknown.parameter].prior;
-            prior.map_or((0.0, 0.0), |(mean, std)| {
-                let off = (value(&self.model, *unknown) - mean) / std;
-                (off * scale / std, (scale / std).powi(2))
-            })
-        });
-        let of_noise = Prior::new(&joint.coordinates, &self.stated).of;
-        let of_noise = of_noise.into_iter().zip(&joint.coordinates).map(|(of, c)| {
-            of.map_or((0.0, 0.0), |(mean, std)| ((self.noise.at(*c) - mean) / (std * std), 1.0 / (std * std)))
-        });
-        of_parameters.chain(of_noise).collect()
     }
 
     /// One step; by how much −2 ln L was to fall at most, and what share of what its damping left of that it has fallen by. `None`
@@ -232,17 +124,17 @@ impl Search<'_> {
         let (best, cost) = best.filter(|(_, cost)| *cost < self.cost)?;
         let share = (self.cost - cost) / steps[best].1;
         (self.model, self.noise) = points.into_iter().nth(best)?;
-        self.stand_as_pushed();
+        self.linearise_as_pushed();
         Some((promised, share))
     }
 
     /// Linearises here, forces that have run to nothing taken out, with the inertias of here.
-    fn stand_as_pushed(&mut self) {
+    fn linearise_as_pushed(&mut self) {
         self.drop_nothings();
         self.filtered.problem.follow(&self.model);
         self.follow_as_pushed();
         let (next, cost) = self.linearised(&self.model, &self.noise);
-        self.stand(next, cost);
+        self.take(next, cost);
     }
 
     /// The inertias of here, and forces that push as they did: another inertia alone makes no other noise.
@@ -276,19 +168,21 @@ fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], 
     let length: Vec<f64> = (0..n).map(|k| h[(k, k)].abs().max(LEAST).sqrt()).collect();
     loop {
         let free: Vec<usize> = (0..n).filter(|k| !stays[*k]).collect();
+        free.iter().for_each(|k| step[*k] = 0.0);
+        // the slope where those that stay have gone to their ends, and the fall on the way there
+        let bent = h * &step;
+        let there = gradient + &bent;
+        let fall = -step.dot(&(gradient + &there));
         if free.is_empty() {
-            return (step, 0.0);
+            return (step, fall.max(0.0));
         }
         let over = |i: usize, j: usize| h[(free[i], free[j])] / (length[free[i]] * length[free[j]]);
         let eigen = SymmetricEigen::new(DMatrix::from_fn(free.len(), free.len(), over));
-        let inverse = eigen.eigenvalues.map(|lambda| 1.0 / (lambda.abs().max(LEAST) + mu));
-        // what those that stay where they were put add to the slope of the others
-        let slope = |k: &usize| {
-            let added: f64 = (0..n).filter(|j| stays[*j]).map(|j| h[(*k, j)] * step[j]).sum();
-            (gradient[*k] + added) / length[*k]
-        };
-        let slope = DVector::from_iterator(free.len(), free.iter().map(slope));
-        let moved = -(&eigen.eigenvectors * inverse.component_mul(&(eigen.eigenvectors.transpose() * &slope)));
+        let size = eigen.eigenvalues.map(|lambda| lambda.abs().max(LEAST));
+        let slope = DVector::from_iterator(free.len(), free.iter().map(|k| there[*k] / length[*k]));
+        let slope = eigen.eigenvectors.transpose() * slope;
+        let along = -slope.component_div(&size.add_scalar(mu));
+        let moved = &eigen.eigenvectors * &along;
         let mut left = false;
         for (at, &k) in free.iter().enumerate() {
             let to = moved[at] / length[k];
@@ -299,20 +193,9 @@ fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], 
             }
         }
         if !left {
-            let size = eigen.eigenvalues.map(|lambda| lambda.abs().max(LEAST));
-            let along = eigen.eigenvectors.transpose() * &moved;
-            let bent = along.component_mul(&along).dot(&size);
-            let fall = -2.0 * slope.dot(&moved) - bent;
-            let of_ends: f64 = (0..n)
-                .filter(|k| stays[*k])
-                .map(|k| {
-                    let rest: f64 = (0..n).filter(|j| stays[*j]).map(|j| h[(k, j)] * step[j]).sum();
-                    -step[k] * (2.0 * gradient[k] + rest)
-                })
-                .sum();
-            return (step, (fall + of_ends).max(0.0));
+            let fall = fall - along.dot(&(2.0 * slope + along.component_mul(&size)));
+            return (step, fall.max(0.0));
         }
-        free.iter().filter(|k| !stays[**k]).for_each(|k| step[*k] = 0.0);
     }
 }
 
@@ -320,7 +203,8 @@ fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], 
 mod tests {
     use super::*;
     use crate::estimate::filter_error::FilterErrorOptions;
-    use crate::estimate::filter_error::parameter_slopes::tests::{sailed, search};
+    use crate::estimate::filter_error::differences::tests::{sailed, search};
+    use crate::estimate::output_error::Unknown;
 
     /// f = x²/2 + y²/2 + xy/2 − 3x − y: its top by hand, (10/3, −2/3), and with x at most 2, (2, 0).
     #[test]
@@ -336,6 +220,10 @@ mod tests {
         assert!((step[0] - 2.0).abs() < 1e-12 && step[1].abs() < 1e-12, "{step}");
         // f(2, 0) = −4
         assert!((fall - 8.0).abs() < 1e-12, "{fall}");
+        // both at their ends: f(2, −1/2) = −3.875
+        let (step, fall) = bounded_step(&h, &gradient, &[(-1.0, 2.0), (-0.5, 1.0)], 0.0);
+        let at_ends = step[0] == 2.0 && step[1] == -0.5;
+        assert!(at_ends && (fall - 2.0 * 3.875).abs() < 1e-12, "{step} {fall}");
         // what stands at its bound and would leave it stays
         let (step, _) = bounded_step(&h, &gradient, &[(-1.0, 0.0), all[1]], 0.0);
         assert!(step[0] == 0.0 && (step[1] - 1.0).abs() < 1e-12, "{step}");
@@ -348,31 +236,6 @@ mod tests {
         let gradient = DVector::from_vec(vec![0.5, -1.0]);
         let (step, _) = bounded_step(&h, &gradient, &[(f64::NEG_INFINITY, f64::INFINITY); 2], 0.0);
         assert!((step[0] + 0.5).abs() < 1e-12 && (step[1] - 1.0).abs() < 1e-12, "{step}");
-    }
-
-    #[test]
-    fn differences_are_slopes_and_curvature() {
-        let (campaign, options) = (sailed(), FilterErrorOptions::default());
-        let mut search = search(&campaign, &options);
-        let joint = search.joint();
-        let (gradient, curvature) = search.differences(&joint, None);
-        let (again, kept) = search.differences(&joint, Some(curvature.clone()));
-        assert!(gradient == again && curvature == kept);
-        let slopes = search.parameter_slopes(&joint.unknowns, &joint.scales);
-        for (k, slope) in slopes.iter().enumerate() {
-            // the third derivative over a hundredth of a deviation, as much as a hundredth of the curvature
-            let most = 1e-2 * curvature[(k, k)].abs().max(1.0);
-            assert!((gradient[k] - slope).abs() < most, "{k}: {} {slope}", gradient[k]);
-        }
-        let coordinates = joint.coordinates.clone();
-        let of_noise = search.renew_with_slopes(&coordinates);
-        let prior = Prior::new(&coordinates, &search.stated).of;
-        for (k, (c, slope)) in coordinates.iter().zip(of_noise).enumerate() {
-            let at = joint.unknowns.len() + k;
-            let of_prior = prior[k].map_or(0.0, |(mean, std)| (search.noise.at(*c) - mean) / (std * std));
-            let most = 1e-2 * curvature[(at, at)].abs().max(1.0);
-            assert!((gradient[at] - slope - of_prior).abs() < most, "{c:?}: {} {slope}", gradient[at]);
-        }
     }
 
     #[test]
