@@ -80,7 +80,7 @@ fn main() -> Result<(), String> {
     let asked = Arguments::read(20, 90_001)?;
     let mut text = format!(
         "# Discovery on campaigns in which effects are hidden\n\nMade by `make blind` on the independent plant: {} seeds a \
-         row from {} on, two vehicles in turn. How a row is judged: the heading of `examples/blind/main.rs`.\n",
+         row from {} on, two vehicles in turn. How a row is judged: the heading of `benches/tables/blind/main.rs`.\n",
         asked.seeds, asked.first
     );
     let alone = || rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string());

@@ -168,26 +168,10 @@ impl Search<'_> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-    use crate::estimate::filter_error::{FilterErrorOptions, start};
-    use crate::run::Run;
-    use crate::tank::{BlindOptions, blind};
-
-    /// Runs of a tank, and its model with parameters a fifth off.
-    pub fn sailed() -> (Vec<Run>, Model) {
-        let campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
-        let mut model = campaign.truth;
-        model.parameters.iter_mut().filter(|p| !p.fixed).for_each(|p| p.value *= 1.2);
-        (campaign.runs, model)
-    }
-
-    /// A search from there.
-    pub fn search<'a>((runs, model): &(Vec<Run>, Model), options: &'a FilterErrorOptions) -> Search<'a> {
-        let filtered = Filtered::new(model, runs, &options.base).expect("the runs are whole");
-        let noise = start::noises(&filtered, model, runs, &options.forces).remove(0);
-        Search::new(model, filtered, noise, options).expect("it does not run away")
-    }
+    use crate::estimate::filter_error::FilterErrorOptions;
+    use crate::estimate::filter_error::tests::{sailed, search};
 
     #[test]
     fn slopes_are_those_of_the_likelihood() {

@@ -236,3 +236,26 @@ pub fn bound(
     let linear = filtered.linearise(truth, noise, &mobilities, f64::INFINITY, true);
     covariance::bread(&filtered.problem, truth, &filtered.factor(truth, &linear))
 }
+
+/// Where the tests of the steps begin.
+#[cfg(test)]
+mod tests {
+    use super::steps::Search;
+    use super::*;
+    use crate::tank::{BlindOptions, blind};
+
+    /// Runs of a tank, and its model with parameters a fifth off.
+    pub fn sailed() -> (Vec<Run>, Model) {
+        let campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
+        let mut model = campaign.truth;
+        model.parameters.iter_mut().filter(|p| !p.fixed).for_each(|p| p.value *= 1.2);
+        (campaign.runs, model)
+    }
+
+    /// A search from there.
+    pub fn search<'a>((runs, model): &(Vec<Run>, Model), options: &'a FilterErrorOptions) -> Search<'a> {
+        let filtered = Filtered::new(model, runs, &options.base).expect("the runs are whole");
+        let noise = start::noises(&filtered, model, runs, &options.forces).remove(0);
+        Search::new(model, filtered, noise, options).expect("it does not run away")
+    }
+}

@@ -87,7 +87,7 @@ impl Search<'_> {
 mod tests {
     use super::*;
     use crate::effects::Coriolis;
-    use crate::estimate::filter_error::differences::tests::{sailed, search};
+    use crate::estimate::filter_error::tests::{sailed, search};
     use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
     use crate::frame::Dof;
     use crate::model::Model;

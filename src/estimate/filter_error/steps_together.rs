@@ -203,7 +203,7 @@ fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], 
 mod tests {
     use super::*;
     use crate::estimate::filter_error::FilterErrorOptions;
-    use crate::estimate::filter_error::differences::tests::{sailed, search};
+    use crate::estimate::filter_error::tests::{sailed, search};
     use crate::estimate::output_error::Unknown;
 
     /// f = x²/2 + y²/2 + xy/2 − 3x − y: its top by hand, (10/3, −2/3), and with x at most 2, (2, 0).
