@@ -26,7 +26,7 @@ codes! {
     CORRECTED = "M110" "log-corrected" Warning "A channel is logged in a wrong unit, with a wrong sign, in a wrong frame or late; the discovery worked on the mended channel. Say it in [log].";
     NEVER_SHOWN = "M111" "excitation" Warning "No run of the fit moves a modelled degree of freedom enough to show its inertia and drag.";
     NO_INERTIA = "M112" "inertia-not-determined" Warning "The runs do not determine an inertia: in steady or gliding motion force and drag balance each other whatever the mass. The discovery holds it at the value that is known beforehand, or keeps it at or above the dry mass.";
-    UNSEEN = "M145" "held-unseen" Warning "A parameter changes nothing that the runs of free motion could show, so that the discovery held it at its value. Add a run that moves it, or hold it yourself with [[parameter]] fixed = true.";
+    UNSEEN = "M145" "held-unseen" Warning "A parameter changes nothing that the runs of free motion could show, so that the discovery held it at its value, or an inertia near where the search ended. Add a run that moves it, or hold it yourself with [[parameter]] fixed = true.";
 
     DIFFERENT = "M117" "models-differ" Warning "Two models of a vehicle differ by more than chance: the vehicle, its load or the tests have changed.";
 

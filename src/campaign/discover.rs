@@ -20,6 +20,7 @@ use crate::frame::Dof;
 use crate::model::{Model, Parameter};
 use crate::run::{Role, Run, Signal};
 use crate::vehicle::Vehicle;
+use crate::wording::digits;
 
 /// How the campaign wants to be searched.
 pub(super) fn options(campaign: &Campaign) -> SearchOptions {
@@ -66,8 +67,8 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         |model: &Model, runs: &[Run]| discover::discover(model, runs, &campaign.candidates, &fitting, &options);
     let mut model = campaign.model.clone();
     let mut searched = search(&model, &runs);
-    if let Err(OutputErrorError::NotIdentified { parameters, .. }) = &searched {
-        let said = hold(&mut model, parameters);
+    if let Err(OutputErrorError::NotIdentified { parameters, values }) = &searched {
+        let said = hold(&mut model, parameters, values);
         searched = search(&model, &runs);
         if let Ok(found) = &mut searched {
             found.warnings.push(said);
@@ -114,10 +115,17 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
 
 /// Holds the parameters of which the runs of free motion show nothing, as a run of another kind may: `m_uq of
 /// added_mass_coupling@surge:pitch, …`. What there is to say of it.
-fn hold(model: &mut Model, unseen: &[String]) -> Finding {
+///
+/// An inertia is known to its own size, by the value at which the search ended: it is in every balance of its degree of freedom, and
+/// without one nothing that acts there has a size. What is missing may show it: a Munk moment of known masses.
+fn hold(model: &mut Model, unseen: &[String], values: &[f64]) -> Finding {
     let mut held = Vec::new();
     for p in &mut model.parameters {
-        if unseen.contains(&p.full_name()) {
+        let Some(ended) = unseen.iter().position(|name| *name == p.full_name()).map(|k| values[k]) else { continue };
+        if p.effect == id::INERTIA && !p.given && ended > 0.0 {
+            (p.value, p.prior) = (ended, Some((ended, ended)));
+            held.push(format!("{} of `{}` near {} {}", p.spec.name, p.term, digits(ended), p.spec.dimension));
+        } else {
             p.fixed = true;
             held.push(format!("{} of `{}` at {} {}", p.spec.name, p.term, p.value, p.spec.dimension));
         }

@@ -7,7 +7,7 @@ use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
 use hydrosysid::campaign::{self, Campaign, Error, Estimator, FitOptions, LoadOptions};
 use hydrosysid::noise::Noise;
 use hydrosysid::run::{Run, Signal};
-use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Manoeuvre, Suite, Vehicle};
+use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomForce, Suite, Vehicle};
 
 const MASS: f64 = 300.0;
 const DRAG: f64 = 90.0;
@@ -89,6 +89,27 @@ fn a_search_holds_what_no_run_shows() {
     let model = found.model().expect("a baseline");
     let mass = model.value("inertia@surge").expect("it is fitted");
     assert!((mass - MASS).abs() < 5.0, "{mass}");
+}
+
+/// Nothing commands the yaw: it is turned by a Munk moment that the model lacks. A fit refuses its inertia; a search takes it to be
+/// of its own size, says so, and tells what the motion looks like.
+#[test]
+fn a_search_goes_on_without_the_scale_of_a_moment() {
+    let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
+    (sea.runs, sea.duration, sea.seed) = (4, 30.0, 61_301);
+    sea.force = RandomForce { share: 0.02, correlation: 1.0 };
+    sea.manoeuvres = vec![Manoeuvre::Alone(Axis::Surge, 0.6, 0.3), Manoeuvre::Alone(Axis::Sway, 0.6, 0.0)];
+    sea.hidden = vec![Hidden::new("coriolis_yaw")];
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no_moment");
+    sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
+    let refused = campaign::fit(&campaign, FitOptions::default());
+    assert!(refused.is_err_and(|e| e.to_string().contains("I_r")));
+    let found = campaign::discover(&campaign).expect("the inertia is taken to be of its own size");
+    let said = found.warnings.iter().find(|w| w.code == campaign::codes::UNSEEN.code).expect("it is said");
+    assert!(said.message.contains("held I_r of `inertia@yaw` near "), "{}", said.message);
+    let told = found.effects.iter().map(|e| &e.id).chain(found.behaves_like.iter().map(|b| &b.id));
+    assert!(told.clone().any(|id| id == "coriolis_yaw"), "{:?}", told.collect::<Vec<_>>());
 }
 
 #[test]

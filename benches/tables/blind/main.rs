@@ -44,7 +44,7 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     let campaign = loaded?;
     let begin = cpu_time::ThreadTime::now();
     let found = discover(&campaign).map_err(|e| e.to_string())?;
-    Ok(judged(&hidden, &found, begin.elapsed().as_secs_f64()))
+    Ok(judged(&hidden, &found, seed, begin.elapsed().as_secs_f64()))
 }
 
 /// All that an effect is right for: its name, those that the data cannot tell from it, and those of its group, which follow it
@@ -55,7 +55,7 @@ fn names<'a>(effect: &'a FoundEffect, found: &'a Discovery) -> Vec<&'a String> {
     std::iter::once(&effect.id).chain(&effect.also_possible).chain(group).collect()
 }
 
-fn judged(all: &[String], found: &Discovery, seconds: f64) -> Outcome {
+fn judged(all: &[String], found: &Discovery, seed: u64, seconds: f64) -> Outcome {
     let matches = |effect: &FoundEffect, hidden: &String| names(effect, found).contains(&hidden);
     let named = |hidden: &String| found.effects.iter().any(|e| matches(e, hidden));
     let false_names = found.effects.iter().filter(|e| !all.iter().any(|h| matches(e, h))).count();
@@ -67,7 +67,7 @@ fn judged(all: &[String], found: &Discovery, seconds: f64) -> Outcome {
         listed: all.iter().all(|h| named(h) || behaves(h)),
         false_names,
         told: format!(
-            "{} hidden: {:?} {}",
+            "seed {seed}: {} hidden: {:?} {}",
             if all.is_empty() { "nothing".into() } else { all.join(" ") },
             found.verdict,
             told.join(" ")
