@@ -9,10 +9,13 @@ use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, s
 use super::gap::{GapStep, improvement};
 use super::judged::{Judged, on_training};
 use super::next;
+use super::pushed::overwhelmed;
 use super::residual::{Residual, residuals};
-use super::search::{BehavesLike, Step, Task, search};
+use super::search::search;
+use super::searched::{BehavesLike, Step};
 use super::surrogate::{leave_out, surrogates};
-use super::verdict::{Verdict, alike, apart, moved_otherwise, overwhelmed, sentence, verdict};
+use super::task::Task;
+use super::verdict::{Verdict, alike, apart, moved_otherwise, sentence, verdict};
 use crate::effects::id;
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};

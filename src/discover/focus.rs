@@ -10,7 +10,7 @@
 
 use super::candidate::Candidate;
 use super::screen::{Score, screen};
-use super::search::Task;
+use super::task::Task;
 use crate::estimate::filter_error::FilterErrorFit;
 
 /// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the

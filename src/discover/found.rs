@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::candidate::Candidate;
-use super::search::Search;
+use super::searched::Search;
 use crate::effects::{Effect, Place, common_name, named};
 use crate::frame::Dof;
 use crate::model::name_of;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::found::FoundEffect;
-use super::search::{Search, Step};
+use super::searched::{Search, Step};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, Filtered, Forecast, Prediction, RandomForce};
 use crate::estimate::output_error::OutputErrorError;
 use crate::frame::{Dof, Measured};

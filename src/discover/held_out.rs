@@ -26,7 +26,7 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::refit::{ROUGH, beside};
-use super::search::Task;
+use super::task::Task;
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, NoiseModel, cost_of, filter_error_from, first_halves,
 };

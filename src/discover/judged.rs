@@ -9,8 +9,10 @@
 //! the same, and the runs of the fit do not show what it is.
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
-use super::search::{Search, Task};
-use super::verdict::{failing, lasting, overwhelmed, pushed_hard};
+use super::pushed::{lasting, overwhelmed, pushed_hard};
+use super::searched::Search;
+use super::task::Task;
+use super::verdict::failing;
 use crate::envelope;
 use crate::estimate::filter_error::{FilterErrorFit, Forecast, with_all_open};
 use crate::estimate::output_error::OutputErrorError;

@@ -11,9 +11,10 @@
 use std::sync::Arc;
 
 use super::candidate::Candidate;
+use super::naming::{has_own_values, p_of_all};
 use super::refit::{ROUGH, beside, merit};
 use super::screen::{Score, log_survival};
-use super::search::{SearchOptions, Task, asked, has_own_values, p_of_all, screened};
+use super::task::{SearchOptions, Task, asked, screened};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;

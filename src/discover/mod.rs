@@ -13,7 +13,9 @@ mod gap;
 mod held_out;
 mod judged;
 mod lacking;
+mod naming;
 mod next;
+mod pushed;
 mod refit;
 mod residual;
 mod rivalry;
@@ -21,9 +23,11 @@ mod roles;
 mod rules;
 mod screen;
 mod search;
+mod searched;
 mod simulated_states;
 mod slow_force;
 mod surrogate;
+mod task;
 mod timed;
 mod verdict;
 
@@ -40,11 +44,13 @@ pub use lacking::{Lacking, lacking};
 pub use residual::{Change, Dependence, Residual, residuals};
 pub use roles::discover;
 pub use screen::{Score, Screen, screen};
-pub use search::{Added, BehavesLike, LEAST_P, Search, SearchOptions, Step};
+pub use searched::{Added, BehavesLike, Search, Step};
+pub use task::SearchOptions;
 pub use timed::begun;
 pub use verdict::Verdict;
 
 use crate::run::Run;
+pub use crate::wording::LEAST_P;
 
 /// Channels that every run has.
 pub(crate) fn common_channels(runs: &[Run]) -> BTreeSet<String> {

@@ -8,9 +8,11 @@ use std::cmp::Ordering;
 
 use super::candidate::Candidate;
 use super::focus::Start;
+use super::pushed::is_hopeless;
 use super::rules::is_nothing;
 use super::screen::Score;
-use super::search::{Search, TIE, Task, is_hopeless};
+use super::searched::Search;
+use super::task::{TIE, Task};
 use crate::effects::Scope;
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
@@ -30,9 +32,6 @@ const PROMISE: f64 = 0.5;
 /// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
 /// chosen after looking.
 const PENALTY: f64 = 4.0;
-
-/// Share of the command's rms beyond which a random force is more than the water's: turbulence and tethers stay at a tenth.
-pub(super) const MUCH: f64 = 0.2;
 
 /// A candidate refitted in full.
 pub(super) struct Contender {
@@ -91,7 +90,7 @@ pub(super) fn refitted(
     let model = candidate.started(&here.model, &score)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
     let near = || filter_error_from(&model, task.train, afresh(&here.noise), &rough);
-    let near = (!is_hopeless(here, task)).then(near);
+    let near = (!is_hopeless(here, task.train)).then(near);
     let far = match &near {
         Some(Ok(fit)) => here.cost - fit.cost,
         Some(Err(OutputErrorError::GivenUp { cost, .. })) => here.cost - cost,

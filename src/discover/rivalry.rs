@@ -16,7 +16,7 @@ use super::columns::{Assembled, Columns, in_chunks};
 use super::refit::Contender;
 use super::rules::is_new;
 use super::screen::{log_survival, project};
-use super::search::Task;
+use super::task::Task;
 use crate::estimate::filter_error::FilterErrorFit;
 
 /// Share of the signal of the best one that a rival has to take over.

@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use super::discovery::{Discovery, TOOK_PART, searched};
-use super::search::{SearchOptions, Task};
+use super::task::{SearchOptions, Task};
 use super::verdict::Verdict;
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::FilterErrorOptions;

@@ -9,24 +9,18 @@
 //! (correlation 35 s)". The candidates are scored a second time under a force that is as strong from one second to the next
 //! and forgets as water does. The likelihood ratio of a refit decides as it does for all others.
 
+use super::pushed::is_slow;
 use super::screen::{Score, screen};
-use super::search::{Search, Task};
-use crate::estimate::filter_error::{FilterErrorFit, RandomForce};
+use super::searched::Search;
+use super::task::Task;
+use crate::estimate::filter_error::FilterErrorFit;
 use crate::estimate::output_error::OutputErrorError;
-
-/// Correlation time above which a force is slow, s: three times that of what is slowest in water.
-const SLOW: f64 = 10.0;
 
 /// Correlation time under which the candidates are scored instead, s.
 const USUAL: f64 = 1.0;
 
 /// Candidates that are refitted because of it.
 const MOST: usize = 3;
-
-/// Whether a force is slower than what water does.
-pub(super) fn is_slow(force: &RandomForce) -> bool {
-    force.time > SLOW
-}
 
 /// The fit with its slow forces at the usual correlation time; `None` where none is slow.
 fn quickened(fit: &FilterErrorFit) -> Option<FilterErrorFit> {

@@ -7,7 +7,8 @@
 use super::candidate::Candidate;
 use super::gap::{GapStep, excess};
 use super::refit::{afresh, level};
-use super::search::{BEHAVES, BehavesLike, Search, Step, Task, asked, screened};
+use super::searched::{BEHAVES, BehavesLike, Search, Step};
+use super::task::{Task, asked, screened};
 use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 

@@ -13,7 +13,7 @@ use super::candidate::{Candidate, candidates};
 use super::focus::starts;
 use super::refit::ROUGH;
 use super::screen::{Score, screen};
-use super::search::{SearchOptions, Task};
+use super::task::{SearchOptions, Task};
 use crate::chain::reads_time;
 use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
 use crate::estimate::started;

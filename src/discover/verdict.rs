@@ -6,14 +6,11 @@
 
 use serde::Serialize;
 
-use super::refit::MUCH;
-use super::search::BehavesLike;
-use super::slow_force::is_slow;
+use super::searched::BehavesLike;
 use super::{ChangedParameter, FoundEffect};
 use crate::effects::named;
 use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, Whiteness};
 use crate::frame::{Dof, Measured};
-use crate::run::{Run, commanded_rms};
 use crate::wording::{digits, times};
 
 /// The four answers.
@@ -52,35 +49,6 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
         }
     }
     failing
-}
-
-/// Degrees of freedom that are commanded on `runs` and that a random force moves all the same, with how many times that of
-/// the command it is.
-pub(super) fn overwhelmed(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
-    beside_commands(forces, runs, |_, times| times > RandomForce::OVERWHELMING)
-}
-
-/// Those in which it is more than turbulence and tethers make.
-pub(super) fn pushed_hard(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
-    beside_commands(forces, runs, |_, times| times > MUCH)
-}
-
-/// Degrees of freedom in which a random force stays for tens of seconds and is a good part of the commands' (root mean square
-/// over theirs): a tether, a tide, a payload, and no turbulence.
-pub(super) fn lasting(forces: &[RandomForce], runs: &[Run]) -> Vec<(Dof, f64)> {
-    beside_commands(forces, runs, |force, times| is_slow(force) && times > MUCH)
-}
-
-/// Forces in degrees of freedom that are commanded, with how many times the command's root mean square they are, those that
-/// are too much of it.
-fn beside_commands(
-    forces: &[RandomForce],
-    runs: &[Run],
-    is_too_much: impl Fn(&RandomForce, f64) -> bool,
-) -> Vec<(Dof, f64)> {
-    let times = |force: &RandomForce| commanded_rms(runs, force.dof).map(|thrust| force.rms / thrust);
-    let found = |force: &RandomForce| Some((force.dof, times(force).filter(|times| is_too_much(force, *times))?));
-    forces.iter().filter_map(found).collect()
 }
 
 /// What there is to say where nothing can be named for `overwhelmed`.
@@ -199,6 +167,8 @@ pub(super) fn sentence(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::discover::pushed::overwhelmed;
+    use crate::run::Run;
 
     /// A yaw of 2 N·m is commanded: 21 N·m by chance is no disturbance of it, 19 may be; nobody commands sway.
     #[test]

@@ -1,0 +1,226 @@
+//! Steps 3 to 5 for one name: the best few of a screen are refitted, and the best that survives everything is it.
+//!
+//! ```text
+//! p(−2 ln L(without) + 2 ln L(with)) ≤ level over all candidates;   held-out runs agree;   no rule of nature is broken
+//! ```
+
+use std::collections::VecDeque;
+
+use super::candidate::{Candidate, spoken_for};
+use super::focus::{Start, starts};
+use super::held_out::{HeldOut, agree};
+use super::pushed::{is_hopeless, pushed_hard};
+use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
+use super::rivalry::may_replace;
+use super::rules::{BEYOND, broken, brought, is_apart};
+use super::screen::{Score, log_survival};
+use super::searched::{Added, BehavesLike, Search};
+use super::slow_force;
+use super::task::{TIE, Task};
+use crate::effects::{Family, Scope};
+use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::{Model, Parameter};
+use crate::progress;
+use crate::units::Dimension;
+use crate::wording::LEAST_P;
+
+/// Candidates that are refitted in full: the truth was among the best four in simulation, and the fifth of a real glider.
+const REFITS: usize = 6;
+
+/// A screened p-value that is this many times too great may be right in full: ln 20.
+const NEARLY: f64 = 3.0;
+
+/// Rivals of a name that are asked again once another name is known.
+const RIVALS: usize = 2;
+
+/// The next name that survives everything, with its fit.
+///
+/// What has a value of its own in every run follows anything that comes and goes: it is asked when nothing else is left.
+pub(super) fn next_name(
+    found: &mut Search,
+    task: &Task<'_>,
+) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
+    match name_among(found, task, false)? {
+        Some(next) => Ok(Some(next)),
+        None => name_among(found, task, true),
+    }
+}
+
+/// The best name that survives everything, of candidates with (`own`) or without a value of their own in every run.
+///
+/// The runs of the fit and those that took no part are asked together: a random force that has taken up most of what is
+/// missing leaves the first undecided between a name and its like.
+fn name_among(
+    found: &mut Search,
+    task: &Task<'_>,
+    own: bool,
+) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
+    let here = found.last_fit().clone();
+    let (threshold, hopeless) = (found.screen.threshold, is_hopeless(&here, task.train));
+    let mut best = found.screen.best_probes();
+    let is_asked = |score: &Score| {
+        let candidate = &found.candidates[score.candidate];
+        let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);
+        of_kind && candidate.is_possible(score)
+    };
+    best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
+    // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
+    let (first, later) = best.split_at(best.len().min(REFITS));
+    let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));
+    let mut best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
+    best.extend(slow_force::hidden(found, &best, is_asked, task)?);
+    let mut contenders: Vec<Contender> = Vec::new();
+    let beyond = |c: &Contender| log_survival(c.gain, c.score.parameters) <= threshold;
+    let mut starts: VecDeque<Start> = starts(&here, &best, &found.candidates, task).into();
+    while let Some(start) = starts.pop_front() {
+        progress::tell("refitting the best candidates", contenders.len(), best.len());
+        let best = contenders.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let before = best.map_or(0.0, |best| best.gain);
+        let Some(contender) = refitted(found, &here, start, best, task) else { continue };
+        if contender.gain > before && beyond(&contender) {
+            let left: Vec<Candidate> = starts.iter().map(|start| start.candidate.clone()).collect();
+            let mut may = may_replace(&contender, &here, &left, threshold, task).into_iter();
+            let promises = |start: &Start| start.score.statistic > contender.gain || is_exchange(&start.candidate);
+            starts.retain(|start| may.next().unwrap_or(true) || promises(start));
+        }
+        match contenders.iter_mut().find(|known| known.score.candidate == contender.score.candidate) {
+            Some(known) if known.gain < contender.gain => *known = contender,
+            Some(_) => {}
+            None => contenders.push(contender),
+        }
+    }
+    contenders.retain_mut(|c| {
+        beyond(c) && {
+            c.gain = merit(&here, &c.fit, c.gain);
+            beyond(c)
+        }
+    });
+    let mut names: Vec<Contender> = Vec::new();
+    for mut contender in contenders {
+        let candidate = &found.candidates[contender.score.candidate];
+        let HeldOut { gain, cost, against } = agree(&here, &contender.fit, task)?;
+        (contender.held_out, contender.held_out_cost) = (gain, cost);
+        match broken(&here.model, &contender.fit, candidate).or(against) {
+            None => names.push(contender),
+            Some(why) => {
+                found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: contender.gain });
+            }
+        }
+    }
+    let of_thruster = |c: &Contender| found.candidates[c.score.candidate].terms[0].0.about().scope == Scope::Thrusters;
+    let makes_thrust = |c: &Contender| makes_thrust(&here.model, &c.fit.model, of_thruster(c));
+    let standing = |c: &Contender| c.standing(if makes_thrust(c) { TIE } else { 0.0 });
+    names.sort_by(|a, b| standing(a).before(&standing(b)));
+    simplest_first(&mut names, &here.model, task.options.level);
+    let name_of = |c: &Contender| found.candidates[c.score.candidate].name();
+    let added = |c: &Contender| Added {
+        candidate: found.candidates[c.score.candidate].clone(),
+        also_possible: spoken_for(&name_of(c)).collect(),
+        gain: c.gain,
+        p_value: p_of_all(log_survival(c.gain, c.score.parameters), threshold, task.options.level),
+        held_out_gain: c.held_out,
+        left: c.score.left,
+        rivals: Vec::new(),
+    };
+    let tight = |c: &Contender| filter_error_from(&c.fit.model, task.train, c.fit.noise.clone(), &level(task));
+    for (k, first) in names.iter().enumerate() {
+        // what the rough refit has left between its neighbours may be nothing at the maximum
+        let fit = match tight(first) {
+            Ok(fit) => fit,
+            Err(error) => {
+                let why = format!("beside the rest of the model it is not determined: {error}");
+                found.behaves_like.push(BehavesLike { id: name_of(first), why, gain: first.gain });
+                continue;
+            }
+        };
+        let pushed = !pushed_hard(&fit.noise.forces, task.train).is_empty();
+        let fit = match pushed.then(|| anew(&fit, task)).flatten() {
+            Some(better) => {
+                found.astray = true;
+                better
+            }
+            None => fit,
+        };
+        let others = &names[k + 1..];
+        let mut named = added(first);
+        let tied = others.iter().filter(|other| standing(first).worth - other.standing(0.0).worth < TIE).map(name_of);
+        named.also_possible.extend(tied);
+        named.rivals = others.iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
+        return Ok(Some((named, fit)));
+    }
+    Ok(None)
+}
+
+/// Puts before the first name one that has fewer parameters and explains the runs of the fit as well, where what the first has more
+/// is nothing: the offset of a compass before a deviation that does not hang on the heading. By what those parameters are off it
+/// may stand first on a held-out run of a vehicle that turns by itself.
+fn simplest_first(names: &mut [Contender], before: &Model, level: f64) {
+    let Some((first, others)) = names.split_first() else { return };
+    let counts = brought(before, &first.fit.model).into_iter().filter(|p| is_apart(p)).count();
+    let is_simpler = |c: &Contender| {
+        let more = first.score.parameters.saturating_sub(c.score.parameters);
+        more > 0 && counts <= c.score.parameters && log_survival(first.gain - c.gain, more) > level.ln()
+    };
+    if let Some(k) = others.iter().position(is_simpler) {
+        names[..=k + 1].rotate_right(1);
+    }
+}
+
+/// Whether a scale of the thrust that a name brings is above one, or a share of one thruster (`of_thruster`) that is lost below
+/// nothing, beyond three deviations. Thrust is lost on its way to the water more often than made; in a model whose inertias are
+/// open the scale of one degree of freedom is what any of them lacks, and of two thrusters one that has lost a third leaves the
+/// other half as strong again: of names for one signal it comes last.
+fn makes_thrust(before: &Model, after: &Model, of_thruster: bool) -> bool {
+    let is_share = |p: &&Parameter| p.spec.is_linear() && p.spec.dimension == Dimension::ONE;
+    let made = |p: &Parameter| match (p.spec.neutral > 0.0, of_thruster) {
+        (true, _) => p.value - p.spec.neutral,
+        (false, true) => -p.value,
+        (false, false) => 0.0,
+    };
+    let new = brought(before, after).into_iter().filter(is_share);
+    new.into_iter().any(|p| made(p) > BEYOND * p.std.unwrap_or(f64::INFINITY))
+}
+
+/// Whether a parameter of a candidate has a value of its own in every run.
+pub(super) fn has_own_values(candidate: &Candidate) -> bool {
+    candidate.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
+}
+
+/// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
+/// say: [`LEAST_P`] stands for all that is below it.
+pub(super) fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
+    (level * (log_p - threshold).exp()).clamp(LEAST_P, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+
+    #[test]
+    fn a_scale_above_one_makes_thrust_and_one_below_loses_it() {
+        let before = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap();
+        let mut after =
+            Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "thrust_interaction_loss"]).unwrap();
+        let scale = after.parameter_of("thrust_interaction_loss@surge").unwrap();
+        let mut with = |value: f64, std: f64| {
+            (after.parameters[scale].value, after.parameters[scale].std) = (value, Some(std));
+            makes_thrust(&before, &after, false)
+        };
+        assert!(with(2.0, 0.02));
+        assert!(!with(1.05, 0.02), "chance");
+        assert!(!with(0.7, 0.02));
+        // the share of a thruster that is lost: below nothing it is made
+        after.parameters[scale].spec.neutral = 0.0;
+        let mut lost = |share: f64, of_thruster: bool| {
+            after.parameters[scale].value = share;
+            makes_thrust(&before, &after, of_thruster)
+        };
+        assert!(lost(-0.45, true) && !lost(0.3, true) && !lost(-0.01, true));
+        assert!(!lost(-0.45, false), "of what is no thruster's");
+        let drag = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        assert!(!makes_thrust(&before, &drag, false));
+    }
+}
