@@ -18,18 +18,22 @@ use super::task::{SearchOptions, Task, asked, screened};
 use crate::effects::{Effect, Place};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
+use crate::model::{Model, Parameter};
 use crate::run::Run;
 
 /// Candidates that are refitted before a fit is said to lack none.
 const REFITS: usize = 3;
 
 /// An effect that a fit lacks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Lacking {
     /// Probability of such a gain by chance, of all candidates.
     pub p_value: f64,
     /// How many candidates were asked.
     pub candidates: usize,
+    /// By how much each parameter of the model moves where the effect that the refit bears out is in it: what the parameters are
+    /// off by as long as it is not.
+    pub moves: Vec<f64>,
 }
 
 /// Whether `fit` to `runs` lacks an effect of the catalogue, or one of `own`, beyond chance.
@@ -58,9 +62,20 @@ pub fn lacking(
         let model = list[score.candidate].started(&fit.model, score)?;
         let with = filter_error_from(&model, runs, fit.noise.clone(), &refitting).ok()?;
         let log_p = log_survival(merit(fit, &with, fit.cost - with.cost), score.parameters);
-        (log_p < screen.threshold).then_some(log_p)
+        (log_p < screen.threshold).then(|| Lacking {
+            p_value: p_of_all(log_p, screen.threshold, options.level),
+            candidates: list.len(),
+            moves: fit.model.parameters.iter().map(|p| moved(p, &with.model)).collect(),
+        })
     };
-    let log_p = best.iter().take(REFITS).find_map(borne_out);
-    let p_value = |log_p| p_of_all(log_p, screen.threshold, options.level);
-    Ok(log_p.map(|log_p| Lacking { p_value: p_value(log_p), candidates: list.len() }))
+    Ok(best.iter().take(REFITS).find_map(borne_out))
+}
+
+/// How far a parameter is from here to where another model has it: of one with a value in every run the farthest.
+fn moved(p: &Parameter, other: &Model) -> f64 {
+    let there = other.parameters.iter().find(|o| o.term == p.term && o.spec.name == p.spec.name);
+    there.map_or(0.0, |there| {
+        let of_runs = there.per_run.iter().zip(&p.per_run).map(|(there, here)| there - here);
+        of_runs.fold(there.value - p.value, |most, by| if by.abs() > most.abs() { by } else { most })
+    })
 }

@@ -5,7 +5,9 @@
 //!
 //! The truth is the independent plant (`plant/`), which shares no code with the estimator. Each campaign is a vehicle
 //! drawn anew, written as a folder and read back as a user's would be. Errors are divided by the Cramér-Rao bound of
-//! their own campaign at its true parameters, noise and random force, before they are squared and averaged.
+//! their own campaign at its true parameters, noise and random force, before they are squared and averaged. Deviations hold, as those
+//! of the verb `fit`, by how far an effect moves the parameters that the innovations follow and the model lacks; seconds are those of
+//! the fit alone.
 
 mod cells;
 #[path = "../over_seeds/mod.rs"]
@@ -16,6 +18,7 @@ use std::path::Path;
 
 use cells::{Cell, cells};
 use hydrosysid::campaign::{Campaign, LoadOptions};
+use hydrosysid::discover::{SearchOptions, lacking};
 use hydrosysid::estimate::filter_error::{
     FilterErrorOptions, NoiseModel, RandomForce, SensorNoise, bound, filter_error,
 };
@@ -55,6 +58,9 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     let begin = cpu_time::ThreadTime::now();
     let fit = filter_error(&started(&campaign.model, &runs), &runs, &options).map_err(|e| text(&e))?;
     let seconds = begin.elapsed().as_secs_f64();
+    let lacking =
+        lacking(&fit, &runs, &campaign.candidates, &options, &SearchOptions::default()).map_err(|e| text(&e))?;
+    let moved = |parameter: usize| lacking.as_ref().map_or(0.0, |lacking| lacking.moves[parameter]);
 
     let mut truth = fit.model.clone();
     let unknowns = fit.filtered.problem.unknowns.clone();
@@ -71,8 +77,8 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     let p = unknowns.len();
     let errors = unknowns.iter().enumerate().map(|(k, u)| {
         let (found, true_one) = (&fit.model.parameters[u.parameter], &truth.parameters[u.parameter]);
-        let error = found.value - true_one.value;
-        (found.term.clone(), error / found.std.unwrap_or(f64::NAN), error / least[k * p + k].sqrt())
+        let (error, std) = (found.value - true_one.value, found.std.unwrap_or(f64::NAN));
+        (found.term.clone(), error / std.hypot(moved(u.parameter)), error / least[k * p + k].sqrt())
     });
     let found = |dof: &str| fit.noise.forces.iter().find(|f| f.dof.name() == dof);
     let with = sailed.truth.force.iter().filter(|f| f.rms > 0.0);
@@ -164,7 +170,7 @@ fn main() -> Result<(), String> {
     let asked = Arguments::read(120, 50_000)?;
     let mut text = format!(
         "# Coverage\n\nMade by `make coverage` on the independent plant: {} campaigns a cell, seeds from {}, other seeds in \
-         each cell. How: the heading of `examples/coverage/main.rs`.\n\nPer cent of 95 % intervals of filter error that cover \
+         each cell. How: the heading of `benches/tables/coverage/main.rs`.\n\nPer cent of 95 % intervals of filter error that cover \
          the truth, of all parameters (a share of 95 % has a standard error of {:.1} %) and of the worst one; \
          root-mean-square error over the Cramér-Rao bound with the true random force; random force found over true (rms, \
          correlation time; medians); campaigns whose fit did not converge, whose innovations are white at 1 %, that \

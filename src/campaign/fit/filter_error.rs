@@ -13,7 +13,7 @@ use super::super::noise;
 use super::super::steps_as_lines;
 use super::result::FitStage;
 use super::rows::paper;
-use super::{Raw, residuals, thrust};
+use super::{Raw, residuals, thrust, untold_inertias, with_deviations};
 use crate::discover::{Lacking, begun, lacking};
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
@@ -68,15 +68,14 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         let at = (&others[..], &options.base);
         erring = errs(&with_all_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
     }
-    let lacking = match fitted.converged && !lost && erring.is_empty() {
+    let lacking = match fitted.converged && !lost {
         // a log in which the catalogue cannot be asked is told of by `discover`, and is fitted all the same
         true => lacking(&fitted, runs, &campaign.candidates, &options, &discover::options(campaign)).unwrap_or(None),
         false => None,
     };
-    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, lacking) };
-    warnings.extend(lacking.map(|lacking| {
+    warnings.extend(lacking.as_ref().filter(|_| erring.is_empty()).map(|lacking| {
         let text = format!(
-            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it; `hydrosysid discover` looks for its name",
+            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it, and their deviations hold by how far it would move them; `hydrosysid discover` looks for its name",
             p_value(lacking.p_value),
             lacking.candidates
         );
@@ -86,8 +85,11 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
     } else if !erring.is_empty() {
         let text = format!(
-            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model is incomplete and its parameters are biased; `hydrosysid discover` looks for the missing effect",
-            erring.join(", ")
+            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model is incomplete and its parameters are biased{}; `hydrosysid discover` looks for the missing effect",
+            erring.join(", "),
+            lacking
+                .as_ref()
+                .map_or("", |_| ", and their deviations hold by how far the likeliest effect would move them")
         );
         warnings.push(Finding::new(&codes::MORE_MISSING, text));
     }
@@ -103,24 +105,27 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
             fitted.model.parameters.iter().zip(&moved.model.parameters).map(|(a, b)| b.value - a.value).collect(),
         )
     })?;
-    for (i, row) in carried.iter().flatten().enumerate() {
-        for (j, more) in row.iter().enumerate() {
-            covariance[i][j] += more;
-        }
-        let parameter = &mut fitted.model.parameters[i];
-        parameter.std = parameter.std.map(|_| covariance[i][i].max(0.0).sqrt());
-    }
+    widen(&mut covariance, &mut fitted.model, carried.iter().flatten());
     let std_paper = paper(&campaign.model, runs);
     if std_paper.iter().all(Option::is_none) {
         warnings.push(Finding::new(&codes::NOT_AT_START, codes::NOT_AT_START.meaning));
     }
+    // what the data tells apart, whatever else moves the parameters
     let identifiability = of_covariance(&fitted.model, &covariance, runs, &mut warnings);
+    if let Some(Lacking { moves, .. }) = &lacking {
+        let more: Vec<Vec<f64>> = moves.iter().map(|a| moves.iter().map(|b| a * b).collect()).collect();
+        widen(&mut covariance, &mut fitted.model, more.iter());
+    }
+    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, lacking.as_ref()) };
     Ok(Raw {
         stages: stages(&fitted, &forecasts_of_training(&fitted), runs, &identifiability),
         residuals: residuals::innovations(&fitted),
         model: fitted.model,
         elsewhere: campaign.validates().then_some(model),
-        std_method: thrust::told("information", carried.is_some()),
+        std_method: thrust::told(
+            if lacking.is_some() { "information, with the moves by an effect that is missing" } else { "information" },
+            carried.is_some(),
+        ),
         covariance,
         std_paper,
         efficiency: campaign.file.efficiency.clone(),
@@ -131,6 +136,15 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         warnings,
         refuted,
     })
+}
+
+/// Adds to a covariance what else is uncertain, and to the deviations of the model.
+fn widen<'a>(covariance: &mut [Vec<f64>], model: &mut Model, more: impl Iterator<Item = &'a Vec<f64>>) {
+    for (i, row) in more.enumerate() {
+        covariance[i].iter_mut().zip(row).for_each(|(entry, more)| *entry += more);
+        let parameter = &mut model.parameters[i];
+        parameter.std = parameter.std.map(|_| covariance[i][i].max(0.0).sqrt());
+    }
 }
 
 /// Runs of free motion that take no part.
@@ -223,7 +237,7 @@ fn stages(
 }
 
 /// The verdict in words.
-fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], lacking: Option<Lacking>) -> String {
+fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], lacking: Option<&Lacking>) -> String {
     if !fitted.converged {
         let why = found.overwhelming().map_or(String::new(), |why| format!(" {why}"));
         return format!("Do not use these numbers: the fit did not converge.{why}");
@@ -232,15 +246,23 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
         return format!("Do not use these numbers, although the fit converged. {why}");
     }
     let pushed = found.sentence();
+    let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
+    let strong = if found.is_more_than_turbulence() { " That is more than turbulence or a tether." } else { "" };
+    let untold = untold_inertias(&fitted.model);
+    if lacking.is_some() && !untold.is_empty() {
+        return format!(
+            "Do not use these numbers, although the fit converged: the model lacks an effect, and with it {} would be others; \
+             `hydrosysid discover` looks for it. {pushed}{strong}{white}",
+            with_deviations(&untold)
+        );
+    }
     if !erring.is_empty() {
         return format!(
             "The fit converged, but the model is incomplete: predictions 8 s ahead err more than expected, {}. {pushed}",
             erring.join(", ")
         );
     }
-    let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
     if lacking.is_some() {
-        let strong = if found.is_more_than_turbulence() { " That is more than turbulence or a tether." } else { "" };
         return format!(
             "The fit converged, but the model lacks an effect: predictions 8 s ahead err as expected, yet innovations follow \
              one; `hydrosysid discover` looks for it. {pushed}{strong}{white}"

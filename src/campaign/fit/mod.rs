@@ -230,15 +230,11 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     // what is worse has been said by who knows more of it
     if converged && !untold.is_empty() && !rest.starts_with("Do not use") {
         let dofs: Vec<&str> = untold.iter().map(|p| p.place.dof.map_or("", Dof::name)).collect();
-        let one = |p: &&Parameter| {
-            let (value, std) = (short(p.value, 3), short(p.std.unwrap_or(0.0), 2));
-            format!("{} ({value} ± {std} {})", p.spec.name, p.spec.dimension)
-        };
         return format!(
             "Do not use these numbers for {}: this data does not tell {}; add runs that move the vehicle there, or leave it \
              out of dofs in [model]. {rest}",
             listed(&dofs),
-            listed(&untold.iter().map(one).collect::<Vec<_>>())
+            with_deviations(&untold)
         );
     }
     match model.parameters.iter().find(cut_off).filter(|_| converged) {
@@ -252,6 +248,15 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
             p.spec.dimension
         ),
     }
+}
+
+/// `m_u (144 ± 49 kg) and I_r (13.8 ± 3.6 kg*m2)`.
+fn with_deviations(parameters: &[&Parameter]) -> String {
+    let one = |p: &&Parameter| {
+        let (value, std) = (short(p.value, 3), short(p.std.unwrap_or(0.0), 2));
+        format!("{} ({value} ± {std} {})", p.spec.name, p.spec.dimension)
+    };
+    listed(&parameters.iter().map(one).collect::<Vec<_>>())
 }
 
 /// Free inertias of which the data tells less than half of their size, at 95 %: a simulation or a controller divides by them.
