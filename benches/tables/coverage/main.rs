@@ -5,9 +5,9 @@
 //!
 //! The truth is the independent plant (`plant/`), which shares no code with the estimator. Each campaign is a vehicle
 //! drawn anew, written as a folder and read back as a user's would be. Errors are divided by the Cramér-Rao bound of
-//! their own campaign at its true parameters, noise and random force, before they are squared and averaged. Deviations hold, as those
-//! of the verb `fit`, by how far an effect moves the parameters that the innovations follow and the model lacks; seconds are those of
-//! the fit alone.
+//! their own campaign at its true parameters, noise and random force, before they are squared and averaged. Deviations include, as those
+//! of the verb `fit`, how far an effect that the innovations follow and the model lacks would move the parameters; seconds are those
+//! of the fit alone.
 
 mod cells;
 #[path = "../over_seeds/mod.rs"]

@@ -75,7 +75,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     };
     warnings.extend(lacking.as_ref().filter(|_| erring.is_empty()).map(|lacking| {
         let text = format!(
-            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it, and their deviations hold by how far it would move them; `hydrosysid discover` looks for its name",
+            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it, and their deviations include how far it would move them; `hydrosysid discover` looks for its name",
             p_value(lacking.p_value),
             lacking.candidates
         );
@@ -89,7 +89,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
             erring.join(", "),
             lacking
                 .as_ref()
-                .map_or("", |_| ", and their deviations hold by how far the likeliest effect would move them")
+                .map_or("", |_| ", and their deviations include how far the likeliest effect would move them")
         );
         warnings.push(Finding::new(&codes::MORE_MISSING, text));
     }
