@@ -15,7 +15,7 @@ use super::naming::{has_own_values, p_of_all};
 use super::refit::{ROUGH, beside, merit};
 use super::screen::{Score, log_survival};
 use super::task::{SearchOptions, Task, asked, screened};
-use crate::effects::{Effect, Place};
+use crate::effects::{Effect, Family, Place};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
@@ -31,6 +31,8 @@ pub struct Lacking {
     pub p_value: f64,
     /// How many candidates were asked.
     pub candidates: usize,
+    /// What kind of effect the refit bears out.
+    pub family: Family,
     /// By how much each parameter of the model moves where the effect that the refit bears out is in it: what the parameters are
     /// off by as long as it is not.
     pub moves: Vec<f64>,
@@ -65,6 +67,7 @@ pub fn lacking(
         (log_p < screen.threshold).then(|| Lacking {
             p_value: p_of_all(log_p, screen.threshold, options.level),
             candidates: list.len(),
+            family: list[score.candidate].family(),
             moves: fit.model.parameters.iter().map(|p| moved(p, &with.model)).collect(),
         })
     };

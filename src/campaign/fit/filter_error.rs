@@ -15,6 +15,7 @@ use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust, untold_inertias, with_deviations};
 use crate::discover::{Lacking, begun, lacking};
+use crate::effects::Family;
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
 };
@@ -73,26 +74,6 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         true => lacking(&fitted, runs, &campaign.candidates, &options, &discover::options(campaign)).unwrap_or(None),
         false => None,
     };
-    warnings.extend(lacking.as_ref().filter(|_| erring.is_empty()).map(|lacking| {
-        let text = format!(
-            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it, and their deviations include how far it would move them; `hydrosysid discover` looks for its name",
-            p_value(lacking.p_value),
-            lacking.candidates
-        );
-        Finding::new(&codes::LACKING, text)
-    }));
-    if lost {
-        warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
-    } else if !erring.is_empty() {
-        let text = format!(
-            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model is incomplete and its parameters are biased{}; `hydrosysid discover` looks for the missing effect",
-            erring.join(", "),
-            lacking
-                .as_ref()
-                .map_or("", |_| ", and their deviations include how far the likeliest effect would move them")
-        );
-        warnings.push(Finding::new(&codes::MORE_MISSING, text));
-    }
     let mut refuted = Vec::new();
     if steps_as_lines::refuted(&campaign.findings, &fitted, runs, &options) {
         refuted.push(codes::STEPS_AS_LINES.code);
@@ -106,13 +87,38 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         )
     })?;
     widen(&mut covariance, &mut fitted.model, carried.iter().flatten());
+    // where the curves of the thrusters are open, what does something to the commands is that, and is among the deviations already
+    let moves = lacking.as_ref().filter(|l| carried.is_none() || l.family != Family::Actuator).map(|l| &l.moves);
+    let included = |what: &str| match moves {
+        Some(_) => format!(", and their deviations include how far {what} would move them"),
+        None => String::new(),
+    };
+    warnings.extend(lacking.as_ref().filter(|_| erring.is_empty()).map(|lacking| {
+        let text = format!(
+            "the innovations follow what an effect would do that the model lacks ({}, of {} candidates): parameters are biased by it{}; `hydrosysid discover` looks for its name",
+            p_value(lacking.p_value),
+            lacking.candidates,
+            included("it")
+        );
+        Finding::new(&codes::LACKING, text)
+    }));
+    if lost {
+        warnings.push(Finding::new(&codes::MORE_MISSING, RUNS_AWAY));
+    } else if !erring.is_empty() {
+        let text = format!(
+            "predictions 8 s ahead err by more than sensors and random force explain ({}): the model is incomplete and its parameters are biased{}; `hydrosysid discover` looks for the missing effect",
+            erring.join(", "),
+            included("the likeliest effect")
+        );
+        warnings.push(Finding::new(&codes::MORE_MISSING, text));
+    }
     let std_paper = paper(&campaign.model, runs);
     if std_paper.iter().all(Option::is_none) {
         warnings.push(Finding::new(&codes::NOT_AT_START, codes::NOT_AT_START.meaning));
     }
     // what the data tells apart, whatever else moves the parameters
     let identifiability = of_covariance(&fitted.model, &covariance, runs, &mut warnings);
-    if let Some(Lacking { moves, .. }) = &lacking {
+    if let Some(moves) = moves {
         let more: Vec<Vec<f64>> = moves.iter().map(|a| moves.iter().map(|b| a * b).collect()).collect();
         widen(&mut covariance, &mut fitted.model, more.iter());
     }
@@ -123,7 +129,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         model: fitted.model,
         elsewhere: campaign.validates().then_some(model),
         std_method: thrust::told(
-            if lacking.is_some() { "information, with the moves by an effect that is missing" } else { "information" },
+            if moves.is_some() { "information, with the moves by an effect that is missing" } else { "information" },
             carried.is_some(),
         ),
         covariance,
