@@ -38,6 +38,13 @@ pub struct Lacking {
     pub moves: Vec<f64>,
 }
 
+impl Lacking {
+    /// δδᵀ, δ: [`Lacking::moves`]: what it adds to the covariance of the parameters.
+    pub fn covariance(&self) -> Vec<Vec<f64>> {
+        self.moves.iter().map(|a| self.moves.iter().map(|b| a * b).collect()).collect()
+    }
+}
+
 /// Whether `fit` to `runs` lacks an effect of the catalogue, or one of `own`, beyond chance.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Random forces held against the commands: what water does, what it does not, and what leaves nothing to tell.
+//! Random forces compared with the commands: what water does, what it does not, and what leaves nothing to tell.
 //!
 //! ```text
 //! σ_d / rms τ_d        > 0.2: pushed hard        > 10: what moves the vehicle is not its commands

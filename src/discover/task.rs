@@ -43,6 +43,10 @@ pub(super) struct Task<'a> {
     pub options: &'a SearchOptions,
 }
 
+/// The scores of `list` beside a fit ([`screen`]).
+///
+/// # Errors
+/// [`OutputErrorError`] when a run lacks what a candidate reads.
 pub(super) fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>) -> Result<Screen, OutputErrorError> {
     progress::tell(format!("judging {} candidates", list.len()), 0, 0);
     screen(fit, task.train, list, &task.fitting.base, (task.options.level, task.options.seed))

@@ -60,7 +60,8 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     let seconds = begin.elapsed().as_secs_f64();
     let lacking =
         lacking(&fit, &runs, &campaign.candidates, &options, &SearchOptions::default()).map_err(|e| text(&e))?;
-    let moved = |parameter: usize| lacking.as_ref().map_or(0.0, |lacking| lacking.moves[parameter]);
+    let more = lacking.map(|lacking| lacking.covariance());
+    let more = |parameter: usize| more.as_ref().map_or(0.0, |more| more[parameter][parameter]);
 
     let mut truth = fit.model.clone();
     let unknowns = fit.filtered.problem.unknowns.clone();
@@ -77,8 +78,9 @@ fn one(cell: &Cell, seed: u64) -> Result<Outcome, String> {
     let p = unknowns.len();
     let errors = unknowns.iter().enumerate().map(|(k, u)| {
         let (found, true_one) = (&fit.model.parameters[u.parameter], &truth.parameters[u.parameter]);
-        let (error, std) = (found.value - true_one.value, found.std.unwrap_or(f64::NAN));
-        (found.term.clone(), error / std.hypot(moved(u.parameter)), error / least[k * p + k].sqrt())
+        let error = found.value - true_one.value;
+        let std = (found.std.unwrap_or(f64::NAN).powi(2) + more(u.parameter)).sqrt();
+        (found.term.clone(), error / std, error / least[k * p + k].sqrt())
     });
     let found = |dof: &str| fit.noise.forces.iter().find(|f| f.dof.name() == dof);
     let with = sailed.truth.force.iter().filter(|f| f.rms > 0.0);

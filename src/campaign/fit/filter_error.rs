@@ -14,7 +14,7 @@ use super::super::steps_as_lines;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust, untold_inertias, with_deviations};
-use crate::discover::{Lacking, begun, lacking};
+use crate::discover::{begun, lacking};
 use crate::effects::Family;
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
@@ -22,7 +22,7 @@ use crate::estimate::filter_error::{
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::Finding;
 use crate::frame::Dof;
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 use crate::progress::tell;
 use crate::run::{Role, Run};
 use crate::wording::p_value;
@@ -88,8 +88,8 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     })?;
     widen(&mut covariance, &mut fitted.model, carried.iter().flatten());
     // where the curves of the thrusters are open, what does something to the commands is that, and is among the deviations already
-    let moves = lacking.as_ref().filter(|l| carried.is_none() || l.family != Family::Actuator).map(|l| &l.moves);
-    let included = |what: &str| match moves {
+    let unknown = lacking.as_ref().filter(|lacking| carried.is_none() || lacking.family != Family::Actuator);
+    let included = |what: &str| match unknown {
         Some(_) => format!(", and their deviations include how far {what} would move them"),
         None => String::new(),
     };
@@ -118,18 +118,20 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     }
     // what the data tells apart, whatever else moves the parameters
     let identifiability = of_covariance(&fitted.model, &covariance, runs, &mut warnings);
-    if let Some(moves) = moves {
-        let more: Vec<Vec<f64>> = moves.iter().map(|a| moves.iter().map(|b| a * b).collect()).collect();
-        widen(&mut covariance, &mut fitted.model, more.iter());
+    // an inertia that the data tells by itself, and does not with the effect
+    let told_by_data = untold_inertias(&fitted.model).is_empty();
+    if let Some(unknown) = unknown {
+        widen(&mut covariance, &mut fitted.model, unknown.covariance().iter());
     }
-    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, lacking.as_ref()) };
+    let bent = if told_by_data { untold_inertias(&fitted.model) } else { Vec::new() };
+    let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, (lacking.is_some(), &bent)) };
     Ok(Raw {
         stages: stages(&fitted, &forecasts_of_training(&fitted), runs, &identifiability),
         residuals: residuals::innovations(&fitted),
         model: fitted.model,
         elsewhere: campaign.validates().then_some(model),
         std_method: thrust::told(
-            if moves.is_some() { "information, with the moves by an effect that is missing" } else { "information" },
+            if unknown.is_some() { "information, with the moves by an effect that is missing" } else { "information" },
             carried.is_some(),
         ),
         covariance,
@@ -242,8 +244,13 @@ fn stages(
         .collect()
 }
 
-/// The verdict in words.
-fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], lacking: Option<&Lacking>) -> String {
+/// The verdict in words: whether the model lacks an effect, and `bent` are the inertias that are not known because of it.
+fn sentence(
+    fitted: &FilterErrorFit,
+    found: &noise::Noise,
+    erring: &[String],
+    (lacks, bent): (bool, &[&Parameter]),
+) -> String {
     if !fitted.converged {
         let why = found.overwhelming().map_or(String::new(), |why| format!(" {why}"));
         return format!("Do not use these numbers: the fit did not converge.{why}");
@@ -254,12 +261,11 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
     let pushed = found.sentence();
     let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
     let strong = if found.is_more_than_turbulence() { " That is more than turbulence or a tether." } else { "" };
-    let untold = untold_inertias(&fitted.model);
-    if lacking.is_some() && !untold.is_empty() {
+    if !bent.is_empty() {
         return format!(
-            "Do not use these numbers, although the fit converged: the model lacks an effect, and with it {} would be others; \
+            "Do not use these numbers, although the fit converged: the model lacks an effect, with which {} would be different; \
              `hydrosysid discover` looks for it. {pushed}{strong}{white}",
-            with_deviations(&untold)
+            with_deviations(bent)
         );
     }
     if !erring.is_empty() {
@@ -268,7 +274,7 @@ fn sentence(fitted: &FilterErrorFit, found: &noise::Noise, erring: &[String], la
             erring.join(", ")
         );
     }
-    if lacking.is_some() {
+    if lacks {
         return format!(
             "The fit converged, but the model lacks an effect: predictions 8 s ahead err as expected, yet innovations follow \
              one; `hydrosysid discover` looks for it. {pushed}{strong}{white}"
