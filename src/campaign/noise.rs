@@ -289,9 +289,9 @@ pub(super) fn white(forecasts: &[Forecast]) -> bool {
     })
 }
 
-/// A fit's noise, with how it predicts runs; whether innovations are white is asked of its own.
+/// A fit's noise, with how it predicts runs; whether innovations are white is asked of its own, `of_training`.
 pub(super) fn of_fit(
-    fit: &FilterErrorFit,
+    (fit, of_training): (&FilterErrorFit, &[Forecast]),
     training: &[Run],
     stated: &std::collections::BTreeMap<String, f64>,
     (filtered, forecasts): (&Filtered, &[Forecast]),
@@ -299,7 +299,7 @@ pub(super) fn of_fit(
     Noise {
         force: forces(fit, training),
         sensors: sensors(&fit.filtered, &fit.noise, stated, forecasts),
-        innovations_white: white(&fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)),
+        innovations_white: white(of_training),
         held_back: HeldBack::of(fit),
         prediction: predicted(filtered, forecasts),
     }

@@ -7,7 +7,7 @@ use super::constancy::{ChangedParameter, changed};
 use super::disagreement::{Where, disagreement};
 use super::found::{FoundEffect, SmallestVisible, found_effects, names_to_list, smallest_visible};
 use super::gap::{GapStep, improvement};
-use super::judged::{Judged, on_training};
+use super::judged::Judged;
 use super::next;
 use super::pushed::overwhelmed;
 use super::residual::{Residual, residuals};
@@ -239,7 +239,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     } else {
         let first = &found.steps[0].fit;
         let outputs = &first.filtered.problem.dynamics.outputs;
-        disagreement(&first.model, outputs, (&on_training(first), &training), train)
+        disagreement(&first.model, outputs, (&first.forecast(), &training), train)
     };
     let smallest_visible = smallest_visible(&found);
     let dofs: Vec<Dof> = otherwise.iter().map(|(dof, _)| *dof).collect();

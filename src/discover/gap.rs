@@ -77,7 +77,7 @@ pub(super) fn predictions(
 ) -> Result<(Vec<String>, Vec<Forecast>), OutputErrorError> {
     let outputs = fit.filtered.problem.dynamics.outputs.clone();
     if held.is_empty() {
-        return Ok((outputs, fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)));
+        return Ok((outputs, fit.forecast()));
     }
     let model = fit.on_others(held, fitting)?;
     let noise = fit.noise.elsewhere(&model, held);

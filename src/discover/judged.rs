@@ -36,11 +36,6 @@ pub(super) struct Judged {
     pub follows_training: bool,
 }
 
-/// How a fit predicts the runs that it was made of.
-pub(super) fn on_training(fit: &FilterErrorFit) -> Vec<Forecast> {
-    fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)
-}
-
 /// Whether the runs of the fit show that something is missing: innovations that follow a candidate, or a random force that is
 /// more than turbulence.
 fn is_shown(found: &Search, task: &Task<'_>) -> bool {
@@ -64,7 +59,7 @@ impl Judged {
         let steps = found.steps.iter().zip(&predicted).enumerate();
         let gap = steps.map(|(k, (step, (outputs, made)))| gap_step(found, k, step, outputs, made, &floor)).collect();
         let (outputs, last) = &predicted[predicted.len() - 1];
-        let training = on_training(fit);
+        let training = fit.forecast();
         let mut failing_in = failing(outputs, last, &training);
         let (mut beyond, mut erring, mut follows_training) = (Vec::new(), Vec::new(), false);
         if !failing_in.is_empty() && !held.is_empty() {

@@ -188,7 +188,9 @@ fn sums<const N: usize, const L: usize, W: Wide<L>, P: Place, R>(
         // two sums that do not wait for each other
         let mut sums = [wide.load(&registers[row.start.index()]), wide.splat(0.0)];
         for k in 0..N {
-            let [a, b] = factors[k].map(|place| wide.load(&registers[place.index()]));
+            // by name: the closure of `map` stays a call
+            let [a, b] = factors[k];
+            let (a, b) = (wide.load(&registers[a.index()]), wide.load(&registers[b.index()]));
             sums[k % 2] = wide.plus(sums[k % 2], wide.load(&by[k]), wide.mul(a, b));
         }
         registers[row.out.index()] = wide.store(wide.add(sums[0], sums[1]));
@@ -266,7 +268,11 @@ pub(super) fn each<const L: usize, W: Wide<L>, P: Place, R>(
         Code::Unary(Unary::Neg) => ones(wide, operations, registers, W::neg),
         Code::Unary(op) => {
             for o in operations {
-                registers[o.out.index()] = registers[o.a.index()].map(|a| op.apply(a));
+                let mut lanes = registers[o.a.index()];
+                for a in &mut lanes {
+                    *a = op.apply(*a);
+                }
+                registers[o.out.index()] = lanes;
             }
         }
         Code::Binary(Binary::Add) => pairs(wide, operations, registers, W::add),
@@ -275,8 +281,11 @@ pub(super) fn each<const L: usize, W: Wide<L>, P: Place, R>(
         Code::Binary(Binary::Div) => pairs(wide, operations, registers, W::div),
         Code::Binary(op) => {
             for o in operations {
-                let (a, b) = (registers[o.a.index()], registers[o.b.index()]);
-                registers[o.out.index()] = std::array::from_fn(|i| op.apply(a[i], b[i]));
+                let (mut lanes, b) = (registers[o.a.index()], registers[o.b.index()]);
+                for (a, b) in lanes.iter_mut().zip(b) {
+                    *a = op.apply(*a, b);
+                }
+                registers[o.out.index()] = lanes;
             }
         }
     }

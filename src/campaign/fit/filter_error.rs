@@ -53,11 +53,12 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let held = if campaign.validates() { &filtered.problem.tracks[..] } else { &[] };
     warnings.extend(first_samples::findings(fitted.filtered.problem.tracks.iter().chain(held)));
     warnings.extend(own_values(campaign, &model));
+    let of_training = fitted.forecast();
     let forecasts = match &others(campaign)[..] {
-        [] => forecasts_of_training(&fitted),
+        [] => of_training.clone(),
         others => filtered.forecast(&model, &fitted.noise.elsewhere(&model, others), fitted.limit),
     };
-    let found = noise::of_fit(&fitted, runs, &campaign.file.noise.sensors, (&filtered, &forecasts));
+    let found = noise::of_fit((&fitted, &of_training), runs, &campaign.file.noise.sensors, (&filtered, &forecasts));
     let errs = |forecasts: &[Forecast]| -> Vec<String> {
         let all = noise::by_dof(&filtered, forecasts, Some(8.0));
         let erring = all.iter().filter(|(_, p)| p.errs(all.len()));
@@ -126,8 +127,8 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     let bent = if told_by_data { untold_inertias(&fitted.model) } else { Vec::new() };
     let sentence = if lost { RUNS_AWAY.into() } else { sentence(&fitted, &found, &erring, (lacking.is_some(), &bent)) };
     Ok(Raw {
-        stages: stages(&fitted, &forecasts_of_training(&fitted), runs, &identifiability),
-        residuals: residuals::innovations(&fitted),
+        stages: stages(&fitted, &of_training, runs, &identifiability),
+        residuals: residuals::innovations(&fitted, &of_training),
         model: fitted.model,
         elsewhere: campaign.validates().then_some(model),
         std_method: thrust::told(
@@ -194,10 +195,6 @@ fn own_values(campaign: &Campaign, model: &Model) -> Option<Finding> {
         own.join(", ")
     );
     Some(Finding::new(&codes::OWN_VALUES, text))
-}
-
-pub(super) fn forecasts_of_training(fitted: &FilterErrorFit) -> Vec<Forecast> {
-    fitted.filtered.forecast(&fitted.model, &fitted.noise, fitted.limit)
 }
 
 /// Covariance in the order of the model's parameters.

@@ -6,14 +6,12 @@
 //! integral        rhs − H θ̂, the impulse that the balance lacks   N·s, N·m·s
 //! ```
 
-use crate::estimate::filter_error::FilterErrorFit;
+use crate::estimate::filter_error::{FilterErrorFit, Forecast};
 use crate::estimate::output_error::OutputErrorFit;
 use crate::estimate::{IntegralOptions, regressors_of};
 use crate::model::Model;
 use crate::navigation::upright;
 use crate::run::Run;
-
-use super::filter_error::forecasts_of_training;
 
 /// Residuals of one run in one channel, or of fits by rows in one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,10 +28,10 @@ pub struct Residuals {
     pub std: Vec<f64>,
 }
 
-/// The innovations of a fit by filter error.
-pub(super) fn innovations(fitted: &FilterErrorFit) -> Vec<Residuals> {
+/// The innovations of a fit by filter error, as its forecast of its own runs has them.
+pub(super) fn innovations(fitted: &FilterErrorFit, forecasts: &[Forecast]) -> Vec<Residuals> {
     let mut all = Vec::new();
-    for forecast in forecasts_of_training(fitted) {
+    for forecast in forecasts {
         for channel in &forecast.channels {
             let name = &fitted.filtered.problem.dynamics.outputs[channel.output];
             let here = of(&mut all, &forecast.run, name);

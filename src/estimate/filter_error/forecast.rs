@@ -315,7 +315,7 @@ mod tests {
         // s (c − 0.02 · 2 · 5) = 0.98 c r²: by an eighth, where it was by more than a half while the pull of what is wild grew with it
         let wider = fit.noise.sensors[0].std / r;
         assert!(wider > 1.0 && wider < 1.2, "{wider}");
-        let predictions = &fit.filtered.forecast(&fit.model, &fit.noise, fit.limit)[0].channels[0].predictions;
+        let predictions = &fit.forecast()[0].channels[0].predictions;
         // 24 of 1200 samples are wild, and 11 of the 58 at which a prediction of 2 s ends
         assert_eq!((predictions[0].count, predictions[1].count), (1200 - 1 - 24, 58 - 11));
         assert!(

@@ -117,6 +117,11 @@ impl FilterErrorFit {
         self.limit.is_finite().then(|| (beyond, 1.0 - tails::share(self.limit)))
     }
 
+    /// How it predicts the runs that it was made of.
+    pub fn forecast(&self) -> Vec<Forecast> {
+        self.filtered.forecast(&self.model, &self.noise, self.limit)
+    }
+
     /// Options of a refit nearby, of runs or inputs that differ a little: it goes the way that this fit went, wherever that leads.
     pub(crate) fn nearby(&self, options: &FilterErrorOptions) -> FilterErrorOptions {
         let higher = if self.reached == Reached::Together { 0.0 } else { f64::INFINITY };

@@ -139,7 +139,10 @@ fn samples<const L: usize, W: Wide<L>>(
 ) {
     sensors.look(wide, feed, instant, &belief.x);
     for output in 0..problem.dynamics.outputs.len() {
-        let measured: [f64; L] = std::array::from_fn(|lane| problem.measured(stretches, &feed.grid, lane, output));
+        let mut measured = [0.0; L];
+        for lane in 0..L {
+            measured[lane] = problem.measured(stretches, &feed.grid, lane, output);
+        }
         if measured.iter().any(|y| !y.is_nan()) {
             sensors.update(wide, output, &measured, belief, sensitivities, take);
         }

@@ -172,15 +172,18 @@ impl<'a, const L: usize> Sensors<'a, L> {
         sensitivities: &mut Option<Sensitivities<L>>,
         take: &mut impl FnMut(&Innovation<'_, L>),
     ) {
-        let present = measured.map(|y| if y.is_nan() { 0.0 } else { 1.0 });
+        let mut present = [0.0; L];
+        for lane in 0..L {
+            present[lane] = if measured[lane].is_nan() { 0.0 } else { 1.0 };
+        }
         let predicted = wide.store(self.row(wide, output, &present, &belief.x));
         let turns = self.rows[output].turns;
-        let e: [f64; L] = std::array::from_fn(|lane| match present[lane] > 0.0 {
-            false => 0.0,
-            true if turns => shortest(measured[lane] - predicted[lane]),
-            true => measured[lane] - predicted[lane],
-        });
-        let own = std::array::from_fn(|lane| if present[lane] > 0.0 { self.variance[output][lane] } else { 1.0 });
+        let (mut e, mut own) = ([0.0; L], [1.0; L]);
+        for lane in (0..L).filter(|lane| present[*lane] > 0.0) {
+            let difference = measured[lane] - predicted[lane];
+            e[lane] = if turns { shortest(difference) } else { difference };
+            own[lane] = self.variance[output][lane];
+        }
         let (mut variance, mut expected) = (own, None);
         if self.limit.is_finite() {
             let s = wide.store(wide.add(belief.p.variance(wide, &self.c), wide.load(&own)));

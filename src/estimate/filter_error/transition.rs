@@ -86,8 +86,13 @@ impl<const L: usize> Processes<L> {
         }
     }
 
+    #[inline(always)]
     fn get(&self, k: usize, part: impl Fn(&Step) -> f64) -> [f64; L] {
-        std::array::from_fn(|lane| part(&self.steps[k][lane]))
+        let mut parts = [0.0; L];
+        for lane in 0..L {
+            parts[lane] = part(&self.steps[k][lane]);
+        }
+        parts
     }
 }
 
