@@ -1,4 +1,6 @@
 //! Lists of lanes that begin on a line of the cache: vectors that straddle two lines are read twice.
+//!
+//! Where they begin is looked up each time: a loop takes the slice `[..]` once, before it.
 
 use std::ops::{Deref, DerefMut};
 

@@ -263,7 +263,7 @@ impl<const L: usize> Tape<L> {
         // Λ F, row by row
         for i in 0..n {
             let row = &mut self.product[i * n..(i + 1) * n];
-            row[..nx].fill([0.0; L]);
+            wide.clear(&mut row[..nx]);
             for k in nx..n {
                 row[k] = wide.store(wide.mul(curvature(i, k), wide.load(&decay[k - nx])));
             }

@@ -315,7 +315,8 @@ impl Work<LANES> for Pass<'_> {
         let mut held_back = [[0.0; 3]; LANES];
         let size = if multiplied { n } else { 0 };
         let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
-        let mut rows = vec![Mat::<f64>::zeros(if size > 0 { height } else { 0 }, size); members];
+        // a column a row, so that a row is written in one piece
+        let mut rows = vec![Mat::<f64>::zeros(size, if size > 0 { height } else { 0 }); members];
         let mut filled = vec![0; members];
         let mut innovations =
             vec![vec![Innovations::default(); if kept == Kept::Innovations { outputs } else { 0 }]; members];
@@ -360,9 +361,9 @@ impl Work<LANES> for Pass<'_> {
                 for lane in (0..members).filter(|lane| at.present[*lane] > 0.0) {
                     let row = filled[lane];
                     for (column, g) in at.gradient.iter().enumerate() {
-                        rows[lane][(row, column)] = g[lane] * weight[lane];
+                        rows[lane][(column, row)] = g[lane] * weight[lane];
                     }
-                    rows[lane][(row, n - 1)] = value[lane];
+                    rows[lane][(n - 1, row)] = value[lane];
                     filled[lane] += 1;
                     if filled[lane] == height {
                         multiply(&mut products[lane], &rows[lane], height);
@@ -401,8 +402,8 @@ impl Work<LANES> for Pass<'_> {
     }
 }
 
-/// The last of `products` ← itself + rowsᵀ rows, of the first `count` rows.
+/// The last of `products` ← itself + rowsᵀ rows, of the first `count` rows, each a column of `rows`.
 fn multiply(products: &mut [Mat<f64>], rows: &Mat<f64>, count: usize) {
-    let (Some(product), rows) = (products.last_mut(), rows.get(..count, ..)) else { return };
-    matmul(product.as_mut(), Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
+    let (Some(product), rows) = (products.last_mut(), rows.get(.., ..count)) else { return };
+    matmul(product.as_mut(), Accum::Add, rows, rows.transpose(), 1.0, Par::Seq);
 }

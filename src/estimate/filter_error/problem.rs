@@ -168,7 +168,8 @@ impl Filtered {
                 w[(first + row) * 3..(first + row) * 3 + 3].copy_from_slice(turns);
             }
             let identity: Vec<[f64; L]> = (0..n * n).map(|k| [f64::from(u8::from(k / n == k % n)); L]).collect();
-            p.predict(Plain, &identity, &w, &mut Work::new(vec![First::default(); n], 3));
+            let filled = (0..n).map(|k| vec![k]).collect();
+            p.predict(Plain, &identity, &w, &mut Work::new(vec![First::default(); n], filled, 3));
         }
         Belief { x: crate::simd::Lanes::of(&x), p }
     }

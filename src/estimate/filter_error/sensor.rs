@@ -9,7 +9,7 @@
 //! would be sure of itself, and held back again by each sample that shows it so.
 
 use super::tails;
-use super::transition::{Belief, Sensitivities};
+use super::transition::{Belief, Sensitivities, combined};
 use crate::dynamics::Dynamics;
 use crate::simd::{Lanes, Wide};
 use crate::simulate::{Evaluator, Feed};
@@ -144,7 +144,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
     fn row<W: Wide<L>>(&mut self, wide: W, output: usize, present: &[f64; L], x: &[[f64; L]]) -> W::Value {
         let row = &self.rows[output];
         let present = wide.load(present);
-        self.c.fill([0.0; L]);
+        wide.clear(&mut self.c);
         let mut y = wide.load(&self.predicted[output]);
         for (value, state) in &row.by_state {
             let c = match value {
@@ -220,14 +220,10 @@ impl<'a, const L: usize> Sensors<'a, L> {
     /// ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ).
     #[inline(always)]
     fn gradient<W: Wide<L>>(&mut self, wide: W, output: usize, present: &[f64; L], sensitivities: &Sensitivities<L>) {
-        let columns = sensitivities.columns;
         let row = &self.rows[output];
-        self.gradient.fill([0.0; L]);
-        for state in &row.states {
-            let c = wide.load(&self.c[*state]);
-            for (to, s) in self.gradient.iter_mut().zip(&sensitivities.s[state * columns..(state + 1) * columns]) {
-                *to = wide.store(wide.sub(wide.load(to), wide.mul(c, wide.load(s))));
-            }
+        combined(wide, &self.c, &row.states, &sensitivities.s, &mut self.gradient);
+        for to in self.gradient.iter_mut() {
+            *to = wide.store(wide.neg(wide.load(to)));
         }
         let present = wide.load(present);
         for (value, column) in &row.direct {

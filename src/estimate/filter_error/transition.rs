@@ -105,6 +105,8 @@ pub(super) struct Transition<'a, const L: usize> {
     mobility: Vec<[f64; L]>,
     velocities: usize,
     forces: usize,
+    /// Rows of each column of the B_g that may hold something.
+    reached: Vec<Vec<usize>>,
     /// Transition of all states.
     phi: Lanes<L>,
     /// Noise by unit sources.
@@ -132,21 +134,28 @@ impl<'a, const L: usize> Transition<'a, L> {
         // a process depends on itself alone, and is driven by sources of its own
         let process = |k: usize| First { column: nx + k, source: if k < forces { 3 * k } else { 2 * forces + k } };
         let first = (0..nx).map(|_| First::default()).chain((0..all).map(process)).collect();
+        let (velocities, follows) = (dynamics.velocities().len(), follows(&dynamics.rates.by_state, nx));
+        let reached = (0..nx).map(|k| (0..nx).filter(|i| follows[*i][k]).collect()).collect();
+        // a force drives the velocities
+        let driven = |i: usize| if follows[i][..velocities].contains(&true) { nx..nx + forces } else { nx..nx };
+        let of_state = |i: usize| (0..nx).filter(|k| follows[i][*k]).chain(driven(i)).collect();
+        let filled = (0..nx).map(of_state).chain((nx..n).map(|k| vec![k])).collect();
         Transition {
             dynamics,
             rates,
             processes: Processes::new(noise),
             mobility,
-            velocities: dynamics.velocities().len(),
+            velocities,
             forces,
+            reached,
             phi: Lanes::zeros(n * n),
             w: Lanes::zeros(n * sources),
             b: std::array::from_fn(|_| Lanes::zeros(nx * nx)),
             jacobian: std::array::from_fn(|_| Lanes::zeros(by_state)),
             direct: std::array::from_fn(|_| Lanes::zeros(by_parameter)),
             sum: Lanes::zeros(nx.max(nx * nx)),
-            acceleration: Lanes::zeros(dynamics.velocities().len()),
-            work: Work::new(first, sources),
+            acceleration: Lanes::zeros(velocities),
+            work: Work::new(first, filled, sources),
         }
     }
 
@@ -231,6 +240,7 @@ impl<'a, const L: usize> Transition<'a, L> {
         let nx = self.dynamics.states.len();
         let n = nx + self.processes.steps.len();
         let entries = &self.dynamics.rates.by_state;
+        let (phi, mobility, reached) = (&mut self.phi[..], &self.mobility[..], &self.reached[..]);
         let h = wide.load(h);
         let (sixth, third) = (wide.mul(h, wide.splat(1.0 / 6.0)), wide.mul(h, wide.splat(1.0 / 3.0)));
         identity(wide, &mut self.b[3], nx, sixth);
@@ -238,34 +248,39 @@ impl<'a, const L: usize> Transition<'a, L> {
             let (before, after) = self.b.split_at_mut(stage + 1);
             identity(wide, &mut before[stage], nx, own);
             let reach = wide.mul(h, wide.splat(reach));
-            times(wide, &mut before[stage], nx, &after[0], nx, entries, &self.jacobian[stage + 1], reach);
+            let j = (&entries[..], &self.jacobian[stage + 1][..]);
+            times(wide, (&mut before[stage], nx), (&after[0], nx), reached, j, reach);
         }
-        self.phi.fill([0.0; L]);
+        wide.clear(phi);
         for k in 0..nx {
-            self.phi[k * n + k] = [1.0; L];
+            phi[k * n + k] = [1.0; L];
         }
         for stage in 0..4 {
-            times(wide, &mut self.phi, n, &self.b[stage], nx, entries, &self.jacobian[stage], wide.splat(1.0));
+            let j = (&entries[..], &self.jacobian[stage][..]);
+            times(wide, (phi, n), (&self.b[stage], nx), reached, j, wide.splat(1.0));
         }
+        let ([b0, b1, b2, b3], sums) = (&self.b, &mut self.sum[..]);
+        let (b0, b1, b2, b3) = (&b0[..], &b1[..], &b2[..], &b3[..]);
         for i in 0..nx {
             for row in 0..self.velocities {
-                let mut sum = wide.load(&self.b[0][i * nx + row]);
-                for stage in 1..4 {
-                    sum = wide.add(sum, wide.load(&self.b[stage][i * nx + row]));
+                let at = i * nx + row;
+                let mut sum = wide.load(&b0[at]);
+                for b in [b1, b2, b3] {
+                    sum = wide.add(sum, wide.load(&b[at]));
                 }
-                self.sum[row] = wide.store(sum);
+                sums[row] = wide.store(sum);
             }
             for k in 0..self.forces {
                 let mut sum = wide.splat(0.0);
                 for row in 0..self.velocities {
-                    sum = wide.plus(sum, wide.load(&self.sum[row]), wide.load(&self.mobility[row * self.forces + k]));
+                    sum = wide.plus(sum, wide.load(&sums[row]), wide.load(&mobility[row * self.forces + k]));
                 }
                 let mean = wide.load(&self.processes.get(k, |s| s.mean));
-                self.phi[i * n + nx + k] = wide.store(wide.mul(sum, mean));
+                phi[i * n + nx + k] = wide.store(wide.mul(sum, mean));
             }
         }
         for k in 0..self.processes.steps.len() {
-            self.phi[(nx + k) * n + nx + k] = self.processes.get(k, |s| s.decay);
+            phi[(nx + k) * n + nx + k] = self.processes.get(k, |s| s.decay);
         }
     }
 
@@ -276,31 +291,32 @@ impl<'a, const L: usize> Transition<'a, L> {
         let all = self.processes.steps.len();
         let sources = 3 * self.forces + (all - self.forces);
         let h = wide.load(h);
+        let w = &mut self.w[..];
         // a velocity that drifts by e moves what it drives by h/2 e, and by h/√12 of its own
         let (half, own) = (wide.mul(h, wide.splat(0.5)), wide.mul(h, wide.splat(1.0 / 12f64.sqrt())));
-        self.w.fill([0.0; L]);
+        wide.clear(w);
         for k in 0..self.forces {
             let drift = wide.load(&self.processes.get(k, |s| s.drift));
             for row in 0..self.velocities {
                 let drift = wide.mul(wide.load(&self.mobility[row * self.forces + k]), drift);
-                self.w[row * sources + 3 * k] = wide.store(drift);
+                w[row * sources + 3 * k] = wide.store(drift);
             }
             for (entry, j) in self.dynamics.rates.by_state.iter().zip(self.jacobian[3].iter()) {
                 if entry.row < self.velocities || entry.column >= self.velocities {
                     continue;
                 }
-                let by = wide.mul(wide.load(j), wide.load(&self.w[entry.column * sources + 3 * k]));
+                let by = wide.mul(wide.load(j), wide.load(&w[entry.column * sources + 3 * k]));
                 for (column, share) in [(3 * k, half), (3 * k + 2, own)] {
-                    let at = &mut self.w[entry.row * sources + column];
+                    let at = &mut w[entry.row * sources + column];
                     *at = wide.store(wide.plus(wide.load(at), share, by));
                 }
             }
             let state = (nx + k) * sources + 3 * k;
-            self.w[state] = self.processes.get(k, |s| s.shared);
-            self.w[state + 1] = self.processes.get(k, |s| s.own);
+            w[state] = self.processes.get(k, |s| s.shared);
+            w[state + 1] = self.processes.get(k, |s| s.own);
         }
         for k in self.forces..all {
-            self.w[(nx + k) * sources + 2 * self.forces + k] = self.processes.get(k, |s| s.shared.hypot(s.own));
+            w[(nx + k) * sources + 2 * self.forces + k] = self.processes.get(k, |s| s.shared.hypot(s.own));
         }
     }
 
@@ -310,29 +326,24 @@ impl<'a, const L: usize> Transition<'a, L> {
         let nx = self.dynamics.states.len();
         let n = nx + self.processes.steps.len();
         let p = sensitivities.columns;
-        let Sensitivities { s, next, .. } = sensitivities;
+        let Sensitivities { s, next, .. } = &mut *sensitivities;
+        let (s, next, phi) = (&s[..], &mut next[..], &self.phi[..]);
         for i in 0..n {
             let row = &mut next[i * p..(i + 1) * p];
-            row.fill([0.0; L]);
-            // a process depends on itself alone
-            let from = if i < nx { 0..n } else { i..i + 1 };
-            for k in from {
-                let phi = wide.load(&self.phi[i * n + k]);
-                for (to, from) in row.iter_mut().zip(&s[k * p..(k + 1) * p]) {
-                    *to = wide.store(wide.plus(wide.load(to), phi, wide.load(from)));
-                }
-            }
+            let (phi, filled) = (&phi[i * n..(i + 1) * n], self.work.filled(i));
+            combined(wide, phi, filled, s, row);
         }
-        for stage in 0..4 {
-            for (entry, value) in self.dynamics.rates.by_parameter.iter().zip(self.direct[stage].iter()) {
+        for (direct, b) in self.direct.iter().zip(&self.b) {
+            let b = &b[..];
+            for (entry, value) in self.dynamics.rates.by_parameter.iter().zip(direct.iter()) {
                 let value = wide.load(value);
-                for i in 0..nx {
+                for i in &self.reached[entry.row] {
                     let to = &mut next[i * p + entry.column];
-                    *to = wide.store(wide.plus(wide.load(to), wide.load(&self.b[stage][i * nx + entry.row]), value));
+                    *to = wide.store(wide.plus(wide.load(to), wide.load(&b[i * nx + entry.row]), value));
                 }
             }
         }
-        std::mem::swap(s, next);
+        std::mem::swap(&mut sensitivities.s, &mut sensitivities.next);
     }
 }
 
@@ -351,28 +362,81 @@ impl Transition<'_, 1> {
 /// `diagonal` times the identity.
 #[inline(always)]
 fn identity<W: Wide<L>, const L: usize>(wide: W, to: &mut [[f64; L]], n: usize, diagonal: W::Value) {
-    to.fill([0.0; L]);
+    wide.clear(to);
     for k in 0..n {
         to[k * n + k] = wide.store(diagonal);
     }
 }
 
-/// to ← to + factor · b J, J sparse; `to` has rows of `width`.
+/// Whether state i follows state k over a step, itself or through others: elsewhere the B_g, and Φ, are 0.
+fn follows(entries: &[Entry], nx: usize) -> Vec<Vec<bool>> {
+    let mut follows: Vec<Vec<bool>> = (0..nx).map(|i| (0..nx).map(|k| i == k).collect()).collect();
+    entries.iter().for_each(|entry| follows[entry.row][entry.column] = true);
+    for between in 0..nx {
+        let further = follows[between].clone();
+        for row in follows.iter_mut().filter(|row| row[between]) {
+            row.iter_mut().zip(&further).for_each(|(follows, further)| *follows |= further);
+        }
+    }
+    follows
+}
+
+/// to ← Σ aₖ sₖ over the rows `filled` of s, which are as long as `to`.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)] // a product and where its factors stand
+pub(super) fn combined<W: Wide<L>, const L: usize>(
+    wide: W,
+    a: &[[f64; L]],
+    filled: &[usize],
+    s: &[[f64; L]],
+    to: &mut [[f64; L]],
+) {
+    let width = to.len();
+    let (fours, rest) = to.as_chunks_mut::<4>();
+    let done = 4 * fours.len();
+    for (at, to) in fours.iter_mut().enumerate() {
+        summed(wide, a, filled, &s[4 * at..], width, to);
+    }
+    for (at, to) in rest.as_chunks_mut::<1>().0.iter_mut().enumerate() {
+        summed(wide, a, filled, &s[done + at..], width, to);
+    }
+}
+
+/// `C` of these numbers: sums that stay in registers, and do not wait for each other.
+#[inline(always)]
+fn summed<const C: usize, W: Wide<L>, const L: usize>(
+    wide: W,
+    a: &[[f64; L]],
+    filled: &[usize],
+    s: &[[f64; L]],
+    width: usize,
+    to: &mut [[f64; L]; C],
+) {
+    let mut sums = [wide.splat(0.0); C];
+    for k in filled {
+        let (a, from) = (wide.load(&a[*k]), &s[k * width..k * width + C]);
+        for c in 0..C {
+            sums[c] = wide.plus(sums[c], a, wide.load(&from[c]));
+        }
+    }
+    for c in 0..C {
+        to[c] = wide.store(sums[c]);
+    }
+}
+
+/// to ← to + factor · b J, J sparse; `to` and `b` have rows of so many, and of b column k holds something in the rows
+/// `reached[k]`.
+#[inline(always)]
 fn times<W: Wide<L>, const L: usize>(
     wide: W,
-    to: &mut [[f64; L]],
-    width: usize,
-    b: &[[f64; L]],
-    n: usize,
-    entries: &[Entry],
-    j: &[[f64; L]],
+    (to, width): (&mut [[f64; L]], usize),
+    (b, n): (&[[f64; L]], usize),
+    reached: &[Vec<usize>],
+    (entries, j): (&[Entry], &[[f64; L]]),
     factor: W::Value,
 ) {
     for (entry, value) in entries.iter().zip(j) {
         let value = wide.mul(wide.load(value), factor);
-        for i in 0..n {
+        for i in &reached[entry.row] {
             let at = &mut to[i * width + entry.column];
             *at = wide.store(wide.plus(wide.load(at), wide.load(&b[i * n + entry.row]), value));
         }

@@ -9,6 +9,8 @@
 //! scalar update: Bierman, *Factorization Methods for Discrete Sequential Estimation* (1977), chapters V and VI.
 //! `L` covariances side by side, one a lane.
 
+use std::ops::Range;
+
 use crate::noise::Noise;
 use crate::simd::{Lanes, Wide};
 
@@ -41,7 +43,9 @@ impl<const L: usize> Covariance<L> {
     #[inline(always)]
     fn orthogonalise<W: Wide<L>>(&mut self, wide: W, work: &mut Work<L>) {
         let n = self.n;
-        let Work { y, weights, weighted, first } = work;
+        let Work { y, weights, weighted, first, .. } = work;
+        let (y, weights, weighted) = (&mut y[..], &weights[..], &mut weighted[..]);
+        let (own_u, own_d) = (&mut self.u[..], &mut self.d[..]);
         let columns = weights.len();
         for j in (0..n).rev() {
             let (above, row) = y.split_at_mut(j * columns);
@@ -58,23 +62,19 @@ impl<const L: usize> Covariance<L> {
                 }
             }
             let known = wide.mul(length, wide.splat(NOTHING));
-            self.d[j] = wide.store(wide.only_where(length, known));
+            own_d[j] = wide.store(wide.only_where(length, known));
             let inverse = wide.only_where(wide.div(wide.splat(1.0), length), known);
-            for i in 0..j {
-                let other = &mut above[i * columns..(i + 1) * columns];
-                let mut product = wide.splat(0.0);
-                for range in filled.clone() {
-                    for k in range {
-                        product = wide.plus(product, wide.load(&weighted[k]), wide.load(&other[k]));
-                    }
-                }
-                let u = wide.mul(product, inverse);
-                self.u[i * n + j] = wide.store(u);
-                for range in filled.clone() {
-                    for k in range {
-                        other[k] = wide.store(wide.sub(wide.load(&other[k]), wide.mul(u, wide.load(&row[k]))));
-                    }
-                }
+            // some rows at a time: their sums do not wait for each other
+            let (mut i, mut others) = (0, above);
+            while others.len() >= 4 * columns {
+                let (now, rest) = others.split_at_mut(4 * columns);
+                let u = against::<4, L, W>(wide, (row, weighted, inverse), &filled, now);
+                (0..4).for_each(|k| own_u[(i + k) * n + j] = u[k]);
+                (i, others) = (i + 4, rest);
+            }
+            for other in others.chunks_exact_mut(columns) {
+                [own_u[i * n + j]] = against::<1, L, W>(wide, (row, weighted, inverse), &filled, other);
+                i += 1;
             }
         }
     }
@@ -85,16 +85,17 @@ impl<const L: usize> Covariance<L> {
         let n = self.n;
         let columns = work.weights.len();
         let noise = columns - n;
-        for (i, First { column, .. }) in work.first.iter().enumerate() {
-            let row = &mut work.y[i * columns..(i + 1) * columns];
-            row[..*column].fill([0.0; L]);
-            for j in *column..n {
-                // column j of U is 1 at j and stands above it
-                let mut sum = wide.load(&f[i * n + j]);
-                for k in *column..j {
-                    sum = wide.plus(sum, wide.load(&f[i * n + k]), wide.load(&self.u[k * n + j]));
+        let (y, u) = (&mut work.y[..], &self.u[..]);
+        for (i, filled) in work.filled.iter().enumerate() {
+            let row = &mut y[i * columns..(i + 1) * columns];
+            let f = &f[i * n..(i + 1) * n];
+            row[..n].copy_from_slice(f);
+            // column j of U is 1 at j and stands above it
+            for k in filled {
+                let f = wide.load(&f[*k]);
+                for (to, u) in row[k + 1..n].iter_mut().zip(&u[k * n + k + 1..(k + 1) * n]) {
+                    *to = wide.store(wide.plus(wide.load(to), f, wide.load(u)));
                 }
-                row[j] = wide.store(sum);
             }
             row[n..].copy_from_slice(&w[i * noise..(i + 1) * noise]);
         }
@@ -113,25 +114,26 @@ impl<const L: usize> Covariance<L> {
         gain: &mut [[f64; L]],
     ) -> W::Value {
         let n = self.n;
+        let (own_u, own_d) = (&mut self.u[..], &mut self.d[..]);
         let mut alpha = r;
         let first = at.first().copied().unwrap_or(n);
-        gain[..first].fill([0.0; L]);
+        wide.clear(&mut gain[..first]);
         // f = Uᵀc from the last on, because column j is read before it changes
         for j in first..n {
             let mut f = wide.load(&c[j]);
             for i in at.iter().take_while(|i| **i < j) {
-                f = wide.plus(f, wide.load(&self.u[i * n + j]), wide.load(&c[*i]));
+                f = wide.plus(f, wide.load(&own_u[i * n + j]), wide.load(&c[*i]));
             }
-            let d = wide.load(&self.d[j]);
+            let d = wide.load(&own_d[j]);
             let v = wide.mul(d, f);
             let before = alpha;
             alpha = wide.plus(alpha, f, v);
-            self.d[j] = wide.store(wide.mul(d, wide.div(before, alpha)));
+            own_d[j] = wide.store(wide.mul(d, wide.div(before, alpha)));
             let lambda = wide.div(wide.neg(f), before);
             for i in 0..j {
-                let u = wide.load(&self.u[i * n + j]);
+                let u = wide.load(&own_u[i * n + j]);
                 let b = wide.load(&gain[i]);
-                self.u[i * n + j] = wide.store(wide.plus(u, lambda, b));
+                own_u[i * n + j] = wide.store(wide.plus(u, lambda, b));
                 gain[i] = wide.store(wide.plus(b, u, v));
             }
             gain[j] = wide.store(v);
@@ -181,6 +183,43 @@ impl<const L: usize> Covariance<L> {
     }
 }
 
+/// Makes `N` rows of Y orthogonal to `row`, and returns what each had of it: u = ⟨weighted, other⟩/length, other ← other − u row.
+#[inline(always)]
+fn against<const N: usize, const L: usize, W: Wide<L>>(
+    wide: W,
+    (row, weighted, inverse): (&[[f64; L]], &[[f64; L]], W::Value),
+    filled: &[Range<usize>; 2],
+    others: &mut [[f64; L]],
+) -> [[f64; L]; N] {
+    let columns = row.len();
+    let mut u = [wide.splat(0.0); N];
+    for range in filled {
+        for k in range.clone() {
+            let weighted = wide.load(&weighted[k]);
+            for i in 0..N {
+                u[i] = wide.plus(u[i], weighted, wide.load(&others[i * columns + k]));
+            }
+        }
+    }
+    for i in 0..N {
+        u[i] = wide.mul(u[i], inverse);
+    }
+    for range in filled {
+        for k in range.clone() {
+            let row = wide.load(&row[k]);
+            for i in 0..N {
+                let other = &mut others[i * columns + k];
+                *other = wide.store(wide.sub(wide.load(other), wide.mul(u[i], row)));
+            }
+        }
+    }
+    let mut left = [[0.0; L]; N];
+    for i in 0..N {
+        left[i] = wide.store(u[i]);
+    }
+    left
+}
+
 /// Where a row of F, and of W, begins: before, it is 0.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct First {
@@ -197,14 +236,22 @@ pub(super) struct Work<const L: usize> {
     weights: Lanes<L>,
     weighted: Lanes<L>,
     first: Vec<First>,
+    filled: Vec<Vec<usize>>,
 }
 
 impl<const L: usize> Work<L> {
-    /// For states whose rows of F and W begin at `first`, and `noise` columns of noise.
-    pub fn new(first: Vec<First>, noise: usize) -> Work<L> {
+    /// For states whose rows of F and W begin at `first`, and `noise` columns of noise; `filled` gives the columns in which each row
+    /// of F may hold something, in order.
+    pub fn new(first: Vec<First>, filled: Vec<Vec<usize>>, noise: usize) -> Work<L> {
         let (n, columns) = (first.len(), first.len() + noise);
         let weights = Lanes::of(&vec![[1.0; L]; columns]);
-        Work { y: Lanes::zeros(n * columns), weights, weighted: Lanes::zeros(columns), first }
+        Work { y: Lanes::zeros(n * columns), weights, weighted: Lanes::zeros(columns), first, filled }
+    }
+
+    /// Columns in which row `i` of F may hold something.
+    #[inline(always)]
+    pub fn filled(&self, i: usize) -> &[usize] {
+        &self.filled[i]
     }
 
     /// Number of states.
@@ -243,7 +290,8 @@ mod tests {
     #[test]
     fn exact_covariance_of_a_state_that_is_forgotten() {
         let mut p = Covariance::<2>::diagonal(&[[1.0; 2], [1e4; 2]]);
-        let mut work = Work::new(vec![First::default(), First { column: 1, source: 1 }], 1);
+        let first = vec![First::default(), First { column: 1, source: 1 }];
+        let mut work = Work::new(first, vec![vec![0, 1], vec![1]], 1);
         let (f, w) = ([[0.9; 2], [0.1; 2], [0.0; 2], [0.7; 2]], [[0.5; 2], [0.0; 2]]);
         for _ in 0..2000 {
             p.predict(Plain, &f, &w, &mut work);
@@ -267,7 +315,8 @@ mod tests {
         let value = |k: usize| [(1 + (k * 5) % 3) as f64 * 0.2, ((k * 2) % 5) as f64 * 0.1];
         let driven = |k: usize| k % q >= first[k / q].source;
         let w: Vec<[f64; 2]> = (0..n * q).map(|k| if driven(k) { value(k) } else { [0.0; 2] }).collect();
-        let mut work = Work::new(first.clone(), q);
+        let filled = (0..n).map(|row| (0..n).filter(|column| dense(row, *column)).collect()).collect();
+        let mut work = Work::new(first.clone(), filled, q);
         let mut exact: Vec<DMatrix<f64>> = (0..2).map(|lane| full(&p, lane)).collect();
         for step in 0..5 {
             p.predict(Plain, &f, &w, &mut work);
