@@ -124,6 +124,22 @@ def test_what_is_found_is_adopted_in_memory(runs: list[hs.Run], folder: Path) ->
         lacking.with_effects(["warp_drive"])
 
 
+def test_runs_of_one_name_are_numbered_and_what_took_part_is_given_the_role(runs: list[hs.Run]) -> None:
+    unnamed = [hs.Run({channel: run[channel] for channel in run.channels}) for run in runs]
+    given = [unnamed[0], *(run.with_role("validate") for run in unnamed[1:])]
+    lacking = hs.Campaign(
+        vehicle={"name": "small", "mass": 150.0}, dofs=["surge"], effects=["inertia", "linear_drag"], runs=given
+    )
+    assert [run[0] for run in lacking.runs] == ["run", "run #2", "run #3"]
+    whole = lacking.with_effects(["quadratic_drag@surge"], training=["run #2"])
+    assert [run[2] for run in whole.runs] == ["train", "train", "validate"]
+    assert [run[2] for run in lacking.runs] == ["train", "validate", "validate"]
+    with pytest.raises(hs.UsageError, match="no run is named 'run77'"):
+        lacking.with_effects([], training=["run77"])
+    with pytest.raises(hs.UsageError, match="is none of train, validate"):
+        runs[0].with_role("judge")
+
+
 def test_results_are_plain_data(campaign: hs.Campaign, fit: hs.Fit) -> None:
     results = [fit, hs.compare(campaign, fit), hs.simulate(campaign, fit)]
     for result in results:

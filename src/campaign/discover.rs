@@ -46,7 +46,11 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     if let Some(finding) = unexcited::at_rest(&runs) {
         return Err(Error::Refused { findings: vec![finding] });
     }
-    unexcited::refuse(campaign, &campaign.motion(Some(Role::Train)))?;
+    let (part, resting) = unexcited::taking_part(campaign);
+    runs.iter_mut().filter(|run| part.contains(&run.name)).for_each(|run| run.role = Role::Train);
+    if part.is_empty() {
+        unexcited::refuse(campaign, &campaign.motion(Some(Role::Train)))?;
+    }
     let fitting = filter_error::options(campaign);
     let mut faults = faults(&runs, &campaign.model);
     let names_sensors = options.families.contains(&Family::Sensor);
@@ -102,6 +106,10 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let told = campaign.findings.iter().filter(|f| !unsaid(f.code)).cloned();
     let told: Vec<Finding> = told.chain(campaign.brought.iter().cloned()).collect();
     found.warnings.splice(0..0, told);
+    if !part.is_empty() {
+        let dofs: Vec<&str> = resting.iter().map(|dof| dof.name()).collect();
+        found.with_runs_that_took_part(part, &format!("no run of the fit moves {}", dofs.join(", ")));
+    }
     let mended = |fault: &Fault| {
         let text = format!("{fault}; the search worked on the mended channel, the files are as they were");
         Finding::new(&codes::CORRECTED, text)

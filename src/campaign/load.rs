@@ -126,7 +126,8 @@ impl Campaign {
     }
 
     /// A campaign of runs in memory: signals in SI units under their canonical names, `tau_*` or thruster channels
-    /// among them. The `[[run]]` tables of `file` are not read; kind and role are those of the runs.
+    /// among them. The `[[run]]` tables of `file` are not read; kind and role are those of the runs, and names, too, with a
+    /// number behind one that was there before.
     ///
     /// # Errors
     /// [`Error`].
@@ -147,8 +148,15 @@ impl Campaign {
             runs.iter().map(|(run, _)| RunTable { kind: run.kind, role: run.role, ..RunTable::default() }).collect();
         let position = file.log.position_source == Some(PositionSource::Independent);
         let through_water = file.log.is_through_water();
-        let logged = |(run, units)| Logged { run, units, position, through_water, ..Logged::default() };
-        let logged = runs.into_iter().map(logged).collect();
+        let names = numbered(runs.iter().map(|(run, _)| run.name.as_str()));
+        let logged = |((run, units), name)| Logged {
+            run: Run { name, ..run },
+            units,
+            position,
+            through_water,
+            ..Logged::default()
+        };
+        let logged = runs.into_iter().zip(names).map(logged).collect();
         assemble(file, logged, &tables, Vec::new())
     }
 
@@ -222,14 +230,18 @@ pub(super) fn with_nominal_forces(mut runs: Vec<Run>) -> Vec<Run> {
 
 /// Names of the runs: their first file; a number behind it where two are of one file.
 pub fn names(tables: &[RunTable]) -> Vec<String> {
-    let first = |table: &RunTable| table.files.first().map_or_else(String::new, |f| f.file.clone());
-    let mut names: Vec<String> = Vec::new();
-    for table in tables {
-        let name = first(table);
-        let same = tables[..names.len()].iter().filter(|t| first(t) == name).count();
-        names.push(if same > 0 { format!("{name} #{}", same + 1) } else { name });
-    }
-    names
+    numbered(tables.iter().map(|table| table.files.first().map_or("", |f| f.file.as_str())))
+}
+
+/// Names of which no two are the same: a number behind one that was there before.
+fn numbered<'a>(given: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let numbered = |name: &'a str| {
+        let count = seen.entry(name).or_default();
+        *count += 1;
+        if *count > 1 { format!("{name} #{count}") } else { name.to_string() }
+    };
+    given.map(numbered).collect()
 }
 
 /// The findings of a refusal, each with its run.

@@ -19,7 +19,7 @@ use crate::check::samples::Samples;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::model::Model;
-use crate::run::{Run, greatest, is_commanded, rounding_of};
+use crate::run::{Role, Run, greatest, is_commanded, rounding_of};
 
 /// Root mean square of a velocity at rest, in units of its noise.
 const STILL: f64 = 1.5;
@@ -27,11 +27,41 @@ const STILL: f64 = 1.5;
 /// Refuses a fit of degrees of freedom that are at rest in all its runs, unless all are.
 ///
 /// # Errors
-/// [`Error::Refused`] with the `dofs` to write instead.
+/// [`Error::Refused`] with the `dofs` to write instead, and the held-out runs that would show them.
 pub(super) fn refuse(campaign: &Campaign, runs: &[Run]) -> Result<(), Error> {
-    let mut seen = Seen::default();
-    runs.iter().for_each(|run| seen.look(campaign, run));
-    seen.refuse(&campaign.model)
+    let seen = Seen::of(campaign, runs);
+    seen.refuse(&campaign.model).map_err(|error| match error {
+        Error::Refused { mut findings } => {
+            let shown = shown_by(campaign, &seen.resting(&campaign.model));
+            findings.iter_mut().filter(|_| !shown.is_empty()).for_each(|finding| finding.message += &advice(&shown));
+            Error::Refused { findings }
+        }
+        error => error,
+    })
+}
+
+/// The held-out runs that take part in a search since no run of the fit moves what they move: the first half of them, so that others
+/// are left to judge. With them what moves.
+pub(super) fn taking_part(campaign: &Campaign) -> (Vec<String>, Vec<Dof>) {
+    let seen = Seen::of(campaign, &campaign.motion(Some(Role::Train)));
+    let resting = if seen.moved.is_empty() { Vec::new() } else { seen.resting(&campaign.model) };
+    let shown = shown_by(campaign, &resting);
+    (shown[..shown.len() / 2].to_vec(), resting)
+}
+
+/// The held-out runs that move all of `dofs`.
+fn shown_by(campaign: &Campaign, dofs: &[Dof]) -> Vec<String> {
+    let moves_all = |run: &Run| {
+        let seen = Seen::of(campaign, std::slice::from_ref(run));
+        !dofs.is_empty() && dofs.iter().all(|dof| seen.moved.contains(dof))
+    };
+    campaign.motion(Some(Role::Validate)).into_iter().filter(moves_all).map(|run| run.name).collect()
+}
+
+/// What to do where held-out runs move what no run of the fit does.
+fn advice(shown: &[String]) -> String {
+    let (are, them) = if shown.len() > 1 { ("are", "one of them") } else { ("is", "it") };
+    format!("; {}, which {are} held out, would show it: give {them} role = \"train\"", shown.join(", "))
 }
 
 /// What moves in runs that come one after the other.
@@ -43,6 +73,19 @@ pub(super) struct Seen {
 }
 
 impl Seen {
+    /// What moves in some runs.
+    fn of(campaign: &Campaign, runs: &[Run]) -> Seen {
+        let mut seen = Seen::default();
+        runs.iter().for_each(|run| seen.look(campaign, run));
+        seen
+    }
+
+    /// Degrees of freedom that nothing moves, and of which something is to be found.
+    fn resting(&self, model: &Model) -> Vec<Dof> {
+        let rests = |dof: &&Dof| !self.moved.contains(*dof) && is_free(model, **dof);
+        model.dofs.iter().filter(rests).copied().collect()
+    }
+
     /// Looks at a run, or at a piece of one.
     pub fn look(&mut self, campaign: &Campaign, run: &Run) {
         let stated = |channel: &str| campaign.file.noise.sensors.get(channel).copied();
@@ -69,11 +112,11 @@ impl Seen {
     /// # Errors
     /// [`Error::Refused`] with the `dofs` to write instead.
     pub fn refuse(&self, model: &Model) -> Result<(), Error> {
-        let rests = |dof: &Dof| !self.moved.contains(dof) && is_free(model, *dof);
-        let (resting, kept): (Vec<Dof>, Vec<Dof>) = model.dofs.iter().partition(|dof| rests(dof));
+        let resting = self.resting(model);
         if resting.is_empty() || self.moved.is_empty() {
             return Ok(());
         }
+        let kept: Vec<Dof> = model.dofs.iter().filter(|dof| !resting.contains(dof)).copied().collect();
         Err(Error::Refused { findings: vec![Finding::new(&codes::NOT_EXCITED, told(&resting, &kept))] })
     }
 }

@@ -156,8 +156,9 @@ pub(super) const TOOK_PART: Code = Code {
     code: "D110",
     kind: "took-part",
     severity: Severity::Warning,
-    meaning: "The runs of the fit alone did not explain those that were held out: the worst of these took part in the fit of the \
-              search, and those that were left judged it. Give it role = \"train\" before the model is fitted.",
+    meaning: "The runs of the fit alone did not explain those that were held out, or left a modelled degree of freedom at rest that those \
+              move: some of these took part in the fit of the search, and those that were left judged it. Give them role = \"train\" \
+              before the model is fitted.",
 };
 
 /// Searches once for what `baseline` lacks, by the runs of `task` as they are divided.

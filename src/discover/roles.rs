@@ -48,17 +48,23 @@ pub fn discover(
     let runs: Vec<Run> = runs.iter().map(taking_part).collect();
     match searched(&runs) {
         Ok(mut found) if matches!(found.verdict, Verdict::Explained | Verdict::NothingMissing) => {
-            let text = format!(
-                "{} took part in the fit of this search, although held out: the runs of the fit alone do not explain the runs held out; \
-                 give {} role = \"train\" before the model is fitted",
-                part.join(", "),
-                if part.len() > 1 { "them" } else { "it" }
-            );
-            found.warnings.insert(0, Finding::new(&TOOK_PART, text));
-            found.took_part = part;
+            found.with_runs_that_took_part(part, "the runs of the fit alone do not explain the runs held out");
             Ok(found)
         }
         // what it does not explain to the end the first search tells better: by the runs as they were divided
         _ => Ok(first),
+    }
+}
+
+impl Discovery {
+    /// Says which runs took part although held out, and why.
+    pub(crate) fn with_runs_that_took_part(&mut self, part: Vec<String>, why: &str) {
+        let text = format!(
+            "{} took part in the fit of this search, although held out: {why}; give {} role = \"train\" before the model is fitted",
+            part.join(", "),
+            if part.len() > 1 { "them" } else { "it" }
+        );
+        self.warnings.insert(0, Finding::new(&TOOK_PART, text));
+        self.took_part.extend(part);
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
 use hydrosysid::campaign::{self, Campaign, Error, Estimator, FitOptions, LoadOptions};
+use hydrosysid::discover::Verdict;
 use hydrosysid::noise::Noise;
 use hydrosysid::run::{Run, Signal};
 use hydrosysid_plant::{Campaign as Sea, Dof as Axis, Hidden, Manoeuvre, RandomForce, Suite, Vehicle};
@@ -110,6 +111,27 @@ fn a_search_goes_on_without_the_scale_of_a_moment() {
     assert!(said.message.contains("held I_r of `inertia@yaw` near "), "{}", said.message);
     let told = found.effects.iter().map(|e| &e.id).chain(found.behaves_like.iter().map(|b| &b.id));
     assert!(told.clone().any(|id| id == "coriolis_yaw"), "{:?}", told.collect::<Vec<_>>());
+}
+
+/// Nothing turns in the runs of the fit, and the zig-zags that are held out do: a fit is refused, and says which runs would show the
+/// yaw; in a search the first of them takes part, and the other judges.
+#[test]
+fn a_search_takes_in_a_held_out_run_that_moves_what_none_of_the_fit_does() {
+    let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &Axis::PLANE);
+    (sea.runs, sea.duration, sea.seed) = (6, 30.0, 61_302);
+    let alone = |dof| Manoeuvre::Alone(dof, 0.6, 0.0);
+    sea.manoeuvres = [alone(Axis::Surge), alone(Axis::Sway)].repeat(2);
+    sea.manoeuvres.extend([Manoeuvre::Zigzag(0.6); 2]);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no_turn");
+    sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("it is a campaign");
+    let refused = campaign::fit(&campaign, FitOptions::default()).expect_err("the yaw is at rest").to_string();
+    assert!(refused.contains("yaw: ") && refused.contains("run04.csv, run05.csv, which are held out"), "{refused}");
+    let found = campaign::discover(&campaign).expect("a zig-zag takes part");
+    assert_eq!(found.took_part, ["run04.csv"]);
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
+    let said = found.warnings.iter().find(|w| w.message.contains("took part in the fit")).expect("it is said");
+    assert!(said.message.contains("no run of the fit moves yaw"), "{}", said.message);
 }
 
 #[test]

@@ -15,7 +15,7 @@ from ._html import document, html_table
 from ._own_effect import OwnEffect, prepared
 from ._plain import build
 from ._progress import Listener, Progress, listener
-from ._run import Run
+from ._run import Run, numbered
 from ._settings import settings
 
 
@@ -95,22 +95,31 @@ class Campaign:
             campaign._make(("file", fspath(path), allow_outside), tell)
         return campaign
 
-    def with_effects(self, names: Sequence[str]) -> Campaign:
+    def with_effects(self, names: Sequence[str], training: Sequence[str] = ()) -> Campaign:
         """The same campaign with further effects in its baseline, as `Discovery.adopt` puts them there.
 
         Args:
             names: ids of the catalogue; those that are there already stay once.
+            training: names of runs, as in `runs`, that get the role ``train``.
 
         Raises:
-            UsageError: no such effect, or the campaign was read from a file, which says what its baseline is.
+            UsageError: no such effect or run, or the campaign was read from a file, which says what its baseline is.
         """
         kind, text, *rest = self._source
         if kind == "file":
             raise UsageError(f"this campaign is what {text} says: give the path, so that the effects are written there")
+        (given,) = rest
+        shown = numbered(run.name for run in given)
+        unknown = [name for name in training if name not in shown]
+        if unknown:
+            raise UsageError(f"no run is named {unknown[0]!r}: the runs are {', '.join(shown)}")
+        kept = [run.with_role("train") if name in training else run for name, run in zip(shown, given, strict=True)]
         tables = json.loads(text)
         there = tables["model"]["effects"]
         tables["model"]["effects"] = list(dict.fromkeys([*there, *names]))
-        return _unpickled(type(self), (kind, json.dumps(tables), *rest))
+        for table, run in zip(tables["run"], kept, strict=True):
+            table["role"] = run.role
+        return _unpickled(type(self), (kind, json.dumps(tables), kept))
 
     def _make(self, source: tuple[Any, ...], tell: Listener | None = None) -> None:
         self._source = source
@@ -129,7 +138,7 @@ class Campaign:
     effects: list[str]
     """Terms of the baseline."""
     runs: list[list[str]]
-    """Name, kind and role of each run."""
+    """Name, kind and role of each run; a number stands behind a name that was there before."""
     findings: tuple[Finding, ...]
     """What reading and preparing found."""
 

@@ -220,7 +220,7 @@ class Discovery(Result):
         behaves_like: what helped and broke a rule of physics or of the runs that took no part.
         adopt_names: what stands in the campaign's list of effects once it is adopted; see `adopt`.
         took_part: runs of the role ``validate`` that took part in the fit, because those of the role ``train`` alone
-            did not explain the others.
+            did not explain the others, or left a degree of freedom at rest.
         removed: what was added and dropped again.
         log_findings: what looks like a fault of the log.
         smallest_visible: what this data could have shown.
@@ -258,20 +258,20 @@ class Discovery(Result):
 
         Args:
             campaign: a campaign in memory, which stays as it is; or the campaign file, or the folder that holds
-                ``campaign.toml``, in which the runs of `took_part` get the role ``train``, and comments and everything
-                else stay.
+                ``campaign.toml``, in which comments and everything else stay. The runs of `took_part` get the role
+                ``train``.
             to: of files, another campaign in the same folder, from which logs are found; a copy of `campaign` where it
                 does not exist.
 
         Returns:
-            The campaign with these effects, of one in memory; `None` of files, which are written.
+            The campaign with these effects and roles, of one in memory; `None` of files, which are written.
 
         Raises:
             UsageError: one of them is no campaign, `to` lies in another folder, or the campaign in memory was read from
                 a file, which is the one to write.
         """
         if isinstance(campaign, Campaign):
-            return campaign.with_effects(self.adopt_names)
+            return campaign.with_effects(self.adopt_names, self.took_part)
         _native.adopt(campaign, to, list(self.adopt_names), list(self.took_part))
         return None
 

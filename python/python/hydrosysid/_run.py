@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from types import MappingProxyType
@@ -132,6 +133,18 @@ class Run(Readers):
         whole = (findings, gaps, kind, name, role, shown, volts_left_out)
         for key, value in zip(self.__slots__, whole, strict=True):
             object.__setattr__(self, key, value)
+
+    def with_role(self, role: str) -> Run:
+        """The same run with another role, ``train`` or ``validate``.
+
+        Raises:
+            UsageError: no such role.
+        """
+        if role not in ROLES:
+            raise UsageError(f"run {self.name!r}: role = {role!r} is none of {', '.join(ROLES)}")
+        run = object.__new__(type(self))
+        run._set(self.name, self.kind, role, self.gaps, dict(self.signals), self.findings, dict(self.units))
+        return run
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, Any], **options: Any) -> Run:
@@ -286,6 +299,16 @@ class Run(Readers):
 
 
 MISSING = ("error", "no_sample")
+
+
+def numbered(names: Iterable[str]) -> list[str]:
+    """Names of which no two are the same, as a campaign shows those of its runs."""
+    seen: Counter[str] = Counter()
+    shown = []
+    for name in names:
+        seen[name] += 1
+        shown.append(f"{name} #{seen[name]}" if seen[name] > 1 else name)
+    return shown
 
 
 def _commands(units: Mapping[str, str]) -> dict[str, str]:
