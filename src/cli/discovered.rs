@@ -33,7 +33,7 @@ pub(super) fn print(found: &Discovery, output: &Output) {
         let heading = if found.names_are_all() { "missing" } else { "missing, among other things" };
         output.print(&format!("\n{heading}\n{}", effects(found, true)));
     }
-    for like in found.behaves_like.iter().filter(|like| !found.sentence.contains(&format!("({})", like.id))) {
+    for like in found.resemblances() {
         output.print(&wrapped(&format!("something {}", like.told())));
     }
     if !found.removed.is_empty() {

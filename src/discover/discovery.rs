@@ -93,6 +93,11 @@ impl Discovery {
         self.verdict != Verdict::PartlyExplained
     }
 
+    /// What helped and broke a rule, save what the sentence says already.
+    pub fn resemblances(&self) -> impl Iterator<Item = &BehavesLike> {
+        self.behaves_like.iter().filter(|like| !self.sentence.contains(&format!("({})", like.id)))
+    }
+
     /// The model with everything that was added.
     pub fn model(&self) -> Option<&Model> {
         self.steps.last().map(|step| &step.fit.model)

@@ -9,6 +9,9 @@
 //! day has other gusts, and a model with half of what is missing has the narrow noise of the runs it could follow, beside
 //! which it would be worse than one that follows none.
 //!
+//! What held-out runs do not show at all (an asymmetry of the drag, and none goes astern) they neither confirm nor refuse, and the answer
+//! says that.
+//!
 //! Where no run has the role `validate` each run is predicted by what the others say of the parameters
 //! ([`FilterErrorFit::left_out_cost`]). What has a value of its own in every run (the
 //! phase of a wave) takes it from the first half of a run and is judged on the second:
@@ -25,6 +28,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::candidate::Candidate;
 use super::refit::{ROUGH, beside};
 use super::task::Task;
 use crate::estimate::filter_error::{
@@ -45,6 +49,12 @@ const SAME: f64 = 0.05;
 
 /// Share of names that predict as well as before and yet seem to predict some channel worse, at most.
 const WORSE: f64 = 0.01;
+
+/// Fall of −2 ln L that a name is worth on held-out runs below which they do not show it: chance makes as much.
+const UNSEEN: f64 = 1.0;
+
+/// What stands against a name that held-out runs do not show.
+pub(super) const NOT_SHOWN: &str = "no run that took no part shows it: hold one out that does";
 
 /// What held-out runs say of a name.
 #[derive(Debug, Clone)]
@@ -86,8 +96,19 @@ fn second_halves(
     Ok(cost_of(model, runs, under, fitting)? - cost_of(model, &first_halves(runs), under, fitting)?)
 }
 
-/// Asks the held-out runs whether `with` predicts them better than `without`.
+/// Whether runs that took no part show a candidate: without it, all else as it was fitted beside it, they are predicted otherwise.
+fn is_shown(candidate: &Candidate, with: &FilterErrorFit, task: &Task<'_>) -> Result<bool, OutputErrorError> {
+    let mut model = with.on_others(task.held, task.fitting)?;
+    let noise = with.noise.elsewhere(&model, task.held);
+    let cost = |model: &Model| cost_of(model, task.held, (&noise, with.limit), task.fitting);
+    let there = cost(&model)?;
+    candidate.remove_from(&mut model);
+    Ok((cost(&model)? - there).abs() >= UNSEEN)
+}
+
+/// Asks the held-out runs whether `with`, which has `candidate` in it, predicts them better than `without`.
 pub(super) fn agree(
+    candidate: &Candidate,
     without: &FilterErrorFit,
     with: &FilterErrorFit,
     task: &Task<'_>,
@@ -102,8 +123,10 @@ pub(super) fn agree(
     if gain.is_nan() || gain <= least {
         let against = if task.held.is_empty() {
             "estimated without a run, it predicts that run no better than the model without it"
-        } else {
+        } else if is_shown(candidate, with, task).unwrap_or(true) {
             "runs that took no part are predicted no better with it"
+        } else {
+            NOT_SHOWN
         };
         return Ok(HeldOut { gain, cost, against: Some(against.to_string()) });
     }

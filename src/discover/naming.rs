@@ -8,10 +8,10 @@ use std::collections::VecDeque;
 
 use super::candidate::{Candidate, spoken_for};
 use super::focus::{Start, starts};
-use super::held_out::{HeldOut, agree};
+use super::held_out::{HeldOut, NOT_SHOWN, agree};
 use super::pushed::{is_hopeless, pushed_hard};
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
-use super::rivalry::may_replace;
+use super::rivalry::{may_replace, missing_beside};
 use super::rules::{BEYOND, broken, brought, is_apart};
 use super::screen::{Score, log_survival};
 use super::searched::{Added, BehavesLike, Search};
@@ -96,17 +96,24 @@ fn name_among(
             beyond(c)
         }
     });
-    let mut names: Vec<Contender> = Vec::new();
+    let (mut names, mut unjudged): (Vec<Contender>, Option<Contender>) = (Vec::new(), None);
     for mut contender in contenders {
         let candidate = &found.candidates[contender.score.candidate];
-        let HeldOut { gain, cost, against } = agree(&here, &contender.fit, task)?;
+        let HeldOut { gain, cost, against } = agree(candidate, &here, &contender.fit, task)?;
         (contender.held_out, contender.held_out_cost) = (gain, cost);
         match broken(&here.model, &contender.fit, candidate).or(against) {
             None => names.push(contender),
             Some(why) => {
+                let is_unjudged = why == NOT_SHOWN;
                 found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: contender.gain });
+                if is_unjudged && unjudged.as_ref().is_none_or(|best| best.gain < contender.gain) {
+                    unjudged = Some(contender);
+                }
             }
         }
+    }
+    if let Some(best) = &unjudged {
+        without_stand_ins(&mut names, best, &found.candidates, threshold, task);
     }
     let of_thruster = |c: &Contender| found.candidates[c.score.candidate].terms[0].0.about().scope == Scope::Thrusters;
     let makes_thrust = |c: &Contender| makes_thrust(&here.model, &c.fit.model, of_thruster(c));
@@ -150,6 +157,21 @@ fn name_among(
         return Ok(Some((named, fit)));
     }
     Ok(None)
+}
+
+/// Takes out names that gain less than `best`, of which no held-out run knows, and are not missing beside it: they stand in for it, and
+/// are confirmed by what the rest of the model is no longer bent by.
+fn without_stand_ins(
+    names: &mut Vec<Contender>,
+    best: &Contender,
+    candidates: &[Candidate],
+    threshold: f64,
+    task: &Task<'_>,
+) {
+    let lesser: Vec<Candidate> =
+        names.iter().filter(|c| c.gain < best.gain).map(|c| candidates[c.score.candidate].clone()).collect();
+    let mut missing = missing_beside(best, &lesser, threshold, task).into_iter();
+    names.retain(|c| c.gain >= best.gain || missing.next().unwrap_or(true));
 }
 
 /// Puts before the first name one that has fewer parameters and explains the runs of the fit as well, where what the first has more

@@ -38,22 +38,36 @@ pub(super) fn may_replace(
     if brought.is_empty() || candidates.is_empty() {
         return vec![true; candidates.len()];
     }
-    let judge = |_: usize, columns: Columns| judged(fit, &columns, &brought, threshold);
-    let mut may: Vec<Option<bool>> = vec![None; candidates.len()];
-    let parts = in_chunks(fit.into(), task.train, candidates, &task.fitting.base, judge).unwrap_or_default();
-    for (candidate, able) in parts.into_iter().flatten() {
-        may[candidate] = Some(may[candidate].unwrap_or(false) || able);
-    }
-    may.into_iter().map(|able| able.unwrap_or(true)).collect()
+    of_a_probe(fit, candidates, task, |total, unknowns, at| {
+        Some(taken_over(total, unknowns, &brought, at)? >= TAKES_OVER || log_p(total, unknowns, at)? <= threshold)
+    })
 }
 
-/// Each probe's candidate, and whether it takes over what `brought` does, or is missing.
-fn judged(fit: &FilterErrorFit, columns: &Columns, brought: &[usize], threshold: f64) -> Vec<(usize, bool)> {
-    let Assembled { total, unknowns, probes } = columns.assembled(fit);
-    let able = |at: Vec<usize>| -> Option<bool> {
-        Some(taken_over(&total, unknowns, brought, &at)? >= TAKES_OVER || log_p(&total, unknowns, &at)? <= threshold)
+/// For each of `candidates`, whether it is missing beside `best`: beyond chance as the logarithm of a probability below `threshold` is.
+/// Where it cannot be judged, it is.
+pub(super) fn missing_beside(best: &Contender, candidates: &[Candidate], threshold: f64, task: &Task<'_>) -> Vec<bool> {
+    of_a_probe(&best.fit, candidates, task, |total, unknowns, at| Some(log_p(total, unknowns, at)? <= threshold))
+}
+
+/// For each of `candidates`, whether `judge` says so of one of its probes, of the products beside a fit, how many unknowns stand first in
+/// them, and the probe's columns; where it cannot be judged, it does.
+fn of_a_probe(
+    fit: &FilterErrorFit,
+    candidates: &[Candidate],
+    task: &Task<'_>,
+    judge: impl Fn(&DMatrix<f64>, usize, &[usize]) -> Option<bool> + Sync,
+) -> Vec<bool> {
+    let judged = |_: usize, columns: Columns| -> Vec<(usize, bool)> {
+        let Assembled { total, unknowns, probes } = columns.assembled(fit);
+        let says = |at: Vec<usize>| judge(&total, unknowns, &at).unwrap_or(true);
+        probes.into_iter().map(|(probe, at)| (probe.candidate, says(at.collect()))).collect()
     };
-    probes.into_iter().map(|(probe, at)| (probe.candidate, able(at.collect()).unwrap_or(true))).collect()
+    let mut all: Vec<Option<bool>> = vec![None; candidates.len()];
+    let parts = in_chunks(fit.into(), task.train, candidates, &task.fitting.base, judged).unwrap_or_default();
+    for (candidate, says) in parts.into_iter().flatten() {
+        all[candidate] = Some(all[candidate].unwrap_or(false) || says);
+    }
+    all.into_iter().map(|says| says.unwrap_or(true)).collect()
 }
 
 /// 1 − λ_min(A⁻¹ A'), of the first `unknowns` columns those that were `brought`, and α the columns `at`.

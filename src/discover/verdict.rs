@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use super::held_out::NOT_SHOWN;
 use super::searched::BehavesLike;
 use super::{ChangedParameter, FoundEffect};
 use crate::effects::named;
@@ -132,11 +133,14 @@ pub(super) fn sentence(
     };
     let changes = changed.map_or(String::new(), |s| format!(" Not the same at all times: {}.", s.told()));
     let alike = alike(effects);
+    // what the runs of the fit show and those that judge cannot
+    let unjudged = behaves_like.iter().find(|b| b.why == NOT_SHOWN).map(BehavesLike::told);
+    let besides = unjudged.as_ref().map_or(String::new(), |told| format!(" In the runs of the fit something {told}."));
     match verdict {
         Verdict::NothingMissing => match forces {
-            [] => "Nothing is missing: what the model leaves is the noise of the sensors.".into(),
+            [] => format!("Nothing is missing: what the model leaves is the noise of the sensors.{besides}"),
             forces => format!(
-                "Nothing is missing beyond a random force of {}: turbulence, tether, or unmeasured input.",
+                "Nothing is missing beyond a random force of {}: turbulence, tether, or unmeasured input.{besides}",
                 force_in_words(forces)
             ),
         },
@@ -158,9 +162,12 @@ pub(super) fn sentence(
              explains.{changes}{alike}",
             at(" in")
         ),
-        Verdict::Unexplained => {
-            format!("Something is missing that is not in the catalogue{}.{changes}{behaves}", at("; it shows in"))
-        }
+        Verdict::Unexplained => match unjudged {
+            Some(told) => format!("Something is missing{}. It {told}.{changes}", at("; it shows in")),
+            None => {
+                format!("Something is missing that is not in the catalogue{}.{changes}{behaves}", at("; it shows in"))
+            }
+        },
     }
 }
 
@@ -195,6 +202,12 @@ mod tests {
             "Nothing is missing beyond a random force of 0.80 N in surge (correlation 1.1 s): turbulence, tether, or unmeasured input."
         );
         assert!(say(Verdict::NothingMissing, &[]).contains("noise of the sensors"));
+        let unjudged = BehavesLike { id: "drag_asymmetry@surge".into(), why: NOT_SHOWN.into(), gain: 30.0 };
+        assert_eq!(
+            sentence(Verdict::Unexplained, &[], &[unjudged], &[], None, (&[], ""), None),
+            "Something is missing. It behaves like drag that differs astern in surge (drag_asymmetry@surge), but no run that took no part \
+             shows it: hold one out that does."
+        );
         assert!(say(Verdict::Unexplained, &[]).contains("`v`"));
         let (parameter, run) = ("linear_drag@yaw k_r".to_string(), "run04".to_string());
         let (unit, from) = ("kg*m2/s".to_string(), Some(31.2));

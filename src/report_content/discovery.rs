@@ -19,7 +19,7 @@ const PLACES: usize = 12;
 pub(super) fn section(found: &Discovery) -> Section {
     let mut paragraphs: Vec<String> = found.log_findings.iter().map(|f| format!("The log: {}.", f.message)).collect();
     paragraphs.extend(found.effects.iter().map(|e| format!("{}: {}.", capitalised(&named(&e.id)), e.evidence)));
-    paragraphs.extend(found.behaves_like.iter().map(|like| format!("Something {}.", like.told())));
+    paragraphs.extend(found.resemblances().map(|like| format!("Something {}.", like.told())));
     paragraphs.extend(found.residuals.iter().map(|r| format!("{}.", capitalised(&r.sentence.replace("N*m", "N·m")))));
     paragraphs.extend(found.next_experiment.iter().map(|next| format!("Next: {next}")));
     let mut blocks = Vec::new();

@@ -48,6 +48,32 @@ fn with_the_run_in_the_fit_the_loss_is_named() {
     assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
 }
 
+/// Two runs of the fit go astern and none of those that judge does: they say neither yes nor no to a drag that differs there, and the
+/// answer says that beside its "nothing is missing". A constant force, which gains less and which they bear out by chance, is not named in its
+/// stead.
+#[test]
+fn what_no_run_that_judges_shows_is_told_beside_the_verdict() {
+    let mut sea = Sea::new(Vehicle::named("small").expect("it exists"), &[Axis::Surge]);
+    (sea.runs, sea.duration, sea.seed) = (6, 60.0, 614);
+    sea.force = RandomForce { share: 0.05, correlation: 1.0 };
+    sea.hidden = vec![Hidden { size: 0.3, ..Hidden::new("drag_asymmetry@surge") }];
+    let sine = |share, mean| Manoeuvre::Alone(Axis::Surge, share, mean);
+    sea.manoeuvres =
+        vec![sine(0.25, 0.5), sine(0.25, 0.4), sine(0.5, 0.0), sine(0.4, 0.0), sine(0.25, 0.5), sine(0.25, 0.6)];
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("beyond_the_fit_asymmetry");
+    let _ = std::fs::remove_dir_all(&folder);
+    sea.sail().expect("it sails").write(&folder).expect("the folder can be written");
+    let campaign = Campaign::load(&folder.join("campaign.toml"), LoadOptions::default()).expect("a campaign");
+    let found = campaign::discover(&campaign).expect("it can be searched");
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
+    assert!(
+        found.sentence.contains("(drag_asymmetry@surge), but no run that took no part shows it"),
+        "{}",
+        found.sentence
+    );
+    assert!(found.resemblances().all(|like| like.id != "drag_asymmetry@surge"), "once is enough");
+}
+
 /// Four runs of the fit that move one degree of freedom each, and a zig-zag and a free run that judge: of the Munk moment only
 /// these know. The worse one takes part, the other one bears the name out, and the user is told.
 #[test]
