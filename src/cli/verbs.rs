@@ -183,22 +183,26 @@ pub(super) fn discover(a: &typed::Discover, output: &Output) -> Result<(), Failu
     let found = output.working("searching", || campaign::discover(&loaded))??;
     super::discovered::print(&found, output);
     let campaign = a.campaign.display();
-    let roles = match found.took_part.as_slice() {
-        [] => String::new(),
-        runs => format!(" and role = \"train\" for {}", runs.join(", ")),
+    let (names, training) = (&found.adopt, &found.took_part);
+    // what --adopt writes: effects, and the roles of runs that took part
+    let written = |effects: String| {
+        let roles = format!("role = \"train\" for {}", training.join(", "));
+        let parts = [(!names.is_empty()).then_some(effects), (!training.is_empty()).then_some(roles)];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(" and ")
     };
-    let next = match (&a.adopt, found.adopt.as_slice()) {
-        (_, []) => format!("hydrosysid report {campaign}"),
-        (Some(to), names) => {
+    let next = match &a.adopt {
+        _ if names.is_empty() && training.is_empty() => format!("hydrosysid report {campaign}"),
+        Some(to) => {
             // that it is edited was asked for: it is the one input that a call writes
-            let file = campaign::adopt(&a.campaign, to.as_deref(), names, &found.took_part)?;
-            let (file, names) = (file.display(), names.join(", "));
-            output.print(&format!("{file} has {names} in its model now{roles}"));
+            let file = campaign::adopt(&a.campaign, to.as_deref(), names, training)?;
+            let file = file.display();
+            output.print(&format!("{file} has {} now", written(format!("{} in its model", names.join(", ")))));
             format!("hydrosysid fit {file}")
         }
-        (None, names) => {
+        None => {
             let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-            output.print(&wrapped(&format!("--adopt writes {list} into `effects` of [model]{roles}, comments kept")));
+            let what = written(format!("{list} into `effects` of [model]"));
+            output.print(&wrapped(&format!("--adopt writes {what}, comments kept")));
             format!("hydrosysid discover {campaign} --adopt")
         }
     };

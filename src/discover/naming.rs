@@ -170,6 +170,9 @@ fn without_stand_ins(
 ) {
     let lesser: Vec<Candidate> =
         names.iter().filter(|c| c.gain < best.gain).map(|c| candidates[c.score.candidate].clone()).collect();
+    if lesser.is_empty() {
+        return;
+    }
     let mut missing = missing_beside(best, &lesser, threshold, task).into_iter();
     names.retain(|c| c.gain >= best.gain || missing.next().unwrap_or(true));
 }

@@ -7,7 +7,8 @@
 //!
 //! A rival that could be the truth in the place of the best one takes over most of β's signal, or is still missing with the best
 //! one in. What does neither, and promised less than the best one has gained, is not refitted: after some twenty passes the refit
-//! would have been given up, as one that gains less than half.
+//! would have been given up, as one that gains less than half. And what is not missing beside one that gains more is no name in its stead,
+//! where the runs that judge show nothing of that one.
 
 use nalgebra::DMatrix;
 

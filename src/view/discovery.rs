@@ -60,7 +60,7 @@ pub(super) fn result(workspace: &Workspace) -> Result<Answer, Refusal> {
         sentence: &of.sentence,
         effects: &of.effects,
         adopt: &of.adopt,
-        behaves_like: of.behaves_like.iter().map(|like| like.told()).collect(),
+        behaves_like: of.resemblances().map(|like| like.told()).collect(),
         places: of.places.iter().take(PLACES).collect(),
         log_findings: &of.log_findings,
         next_experiment: of.next_experiment.as_deref(),

@@ -1,6 +1,7 @@
 //! Degrees of freedom that no run moves, and commands that are steps: what a campaign of them is told.
 
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
@@ -132,6 +133,16 @@ fn a_search_takes_in_a_held_out_run_that_moves_what_none_of_the_fit_does() {
     assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
     let said = found.warnings.iter().find(|w| w.message.contains("took part in the fit")).expect("it is said");
     assert!(said.message.contains("no run of the fit moves yaw"), "{}", said.message);
+    // there is no name to adopt, and a role all the same
+    let command = |verb: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hydrosysid"));
+        command.arg(verb).arg(&folder);
+        command
+    };
+    let adopted = command("discover").arg("--adopt").output().expect("it starts");
+    let told = String::from_utf8_lossy(&adopted.stdout).into_owned();
+    assert!(told.contains("has role = \"train\" for run04.csv now"), "{told}");
+    assert!(command("fit").output().expect("it starts").status.success());
 }
 
 #[test]
