@@ -15,7 +15,7 @@ from ._html import document, html_table
 from ._own_effect import OwnEffect, prepared
 from ._plain import build
 from ._progress import Listener, Progress, listener
-from ._run import Run, numbered
+from ._run import Run
 from ._settings import settings
 
 
@@ -109,7 +109,7 @@ class Campaign:
         if kind == "file":
             raise UsageError(f"this campaign is what {text} says: give the path, so that the effects are written there")
         (given,) = rest
-        shown = numbered(run.name for run in given)
+        shown = [name for name, *_ in self.runs]
         unknown = [name for name in training if name not in shown]
         if unknown:
             raise UsageError(f"no run is named {unknown[0]!r}: the runs are {', '.join(shown)}")

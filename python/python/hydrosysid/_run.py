@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from types import MappingProxyType
@@ -299,16 +298,6 @@ class Run(Readers):
 
 
 MISSING = ("error", "no_sample")
-
-
-def numbered(names: Iterable[str]) -> list[str]:
-    """Names of which no two are the same, as a campaign shows those of its runs."""
-    seen: Counter[str] = Counter()
-    shown = []
-    for name in names:
-        seen[name] += 1
-        shown.append(f"{name} #{seen[name]}" if seen[name] > 1 else name)
-    return shown
 
 
 def _commands(units: Mapping[str, str]) -> dict[str, str]:
