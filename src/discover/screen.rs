@@ -210,24 +210,18 @@ fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noi
     let Some(root) = root(&c) else { return vec![f64::NEG_INFINITY; DRAWS] };
     let root = Mat::from_fn(m, m, |i, j| root[(i, j)]);
     let normal = Mat::from_fn(m, DRAWS, |_, _| noise.normal());
-    // a column a score, so that its draws stand side by side
-    let mut drawn = Mat::<f64>::zeros(DRAWS, m);
-    matmul(drawn.as_mut(), Accum::Replace, normal.transpose(), root.transpose(), 1.0, Par::Seq);
+    let mut drawn = Mat::<f64>::zeros(m, DRAWS);
+    matmul(drawn.as_mut(), Accum::Replace, &root, &normal, 1.0, Par::Seq);
     let mut greatest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (at, factor) in factors {
         let most = greatest.entry(at.len()).or_insert_with(|| vec![0.0; DRAWS]);
-        let l = factor.l_dirty();
-        let (mut white, mut squares): (Vec<Vec<f64>>, _) = (Vec::new(), vec![0.0; DRAWS]);
-        for (i, from) in at.iter().enumerate() {
-            let mut own: Vec<f64> = drawn.col(place[from]).iter().copied().collect();
-            for (j, before) in white.iter().enumerate() {
-                own.iter_mut().zip(before).for_each(|(x, before)| *x -= l[(i, j)] * before);
-            }
-            own.iter_mut().for_each(|x| *x /= l[(i, i)]);
-            squares.iter_mut().zip(&own).for_each(|(sum, x)| *sum += x * x);
-            white.push(own);
+        // looked up once, and not for each draw
+        let rows: Vec<usize> = at.iter().map(|k| place[k]).collect();
+        let own = DMatrix::from_fn(rows.len(), DRAWS, |i, d| drawn[(rows[i], d)]);
+        let Some(white) = factor.l_dirty().solve_lower_triangular(&own) else { continue };
+        for (most, column) in most.iter_mut().zip(white.column_iter()) {
+            *most = most.max(column.norm_squared());
         }
-        most.iter_mut().zip(squares).for_each(|(most, square)| *most = most.max(square));
     }
     (0..DRAWS).map(|d| greatest.iter().map(|(k, most)| log_survival(most[d], *k)).fold(0.0, f64::min)).collect()
 }
