@@ -16,7 +16,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::check::samples::within_half_turn;
-use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem, fit_from};
+use crate::estimate::output_error::{LONGEST_STEP, OutputErrorError, OutputErrorOptions, Problem, fit_from};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
 use crate::model::Model;
@@ -44,8 +44,8 @@ pub struct CompareOptions {
     pub settle: f64,
     /// Length of the segments where motion is unstable, s.
     pub segment: f64,
-    /// Longest step of the integrator, s.
-    pub longest_step: f64,
+    /// Longest step of the integrator, s, as a fit takes it.
+    pub longest_step: Option<f64>,
     /// Whether the logged position is a measurement of its own.
     pub position: bool,
     /// Standard deviation of the noise by channel, SI; estimated from the data where absent.
@@ -54,7 +54,7 @@ pub struct CompareOptions {
 
 impl Default for CompareOptions {
     fn default() -> CompareOptions {
-        CompareOptions { settle: 5.0, segment: 8.0, longest_step: 0.1, position: false, noise: BTreeMap::new() }
+        CompareOptions { settle: 5.0, segment: 8.0, longest_step: None, position: false, noise: BTreeMap::new() }
     }
 }
 
@@ -229,7 +229,7 @@ fn in_segments(model: &Model, run: &Run, options: &CompareOptions) -> Result<(Si
     let mut seconds = options.segment;
     loop {
         let simulated = Simulated::of(model, run, seconds, true, options)?;
-        if simulated.stable || seconds < 4.0 * options.longest_step {
+        if simulated.stable || seconds < 4.0 * options.longest_step.unwrap_or(LONGEST_STEP) {
             return Ok((simulated, seconds));
         }
         seconds /= 2.0;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::effects::{Coriolis, Effect, Observer, ParameterSpec, Place, Scope, catalogue, id};
+use crate::effects::{Coriolis, Effect, GridUnit, Observer, ParameterSpec, Place, Scope, catalogue, id};
 use crate::frame::{Dof, Measured};
 
 /// What an input does between two samples.
@@ -105,6 +105,8 @@ pub struct Model {
     pub input: Interpolation,
     /// Weight of the vehicle, N; what a centre of gravity off the axis acts with.
     pub weight: f64,
+    /// Length of the vehicle, m, in which the search for a place on it is counted; 1 where it is not known.
+    pub length: f64,
     /// Effects in the order of the catalogue.
     pub terms: Vec<Term>,
     /// Their parameters.
@@ -157,6 +159,7 @@ impl Model {
             coriolis,
             input: Interpolation::Linear,
             weight: 0.0,
+            length: 1.0,
             terms: Vec::new(),
             parameters: Vec::new(),
             observers: Vec::new(),
@@ -236,7 +239,8 @@ impl Model {
         let (value, min, max) = match &spec.kind {
             crate::effects::ParameterKind::Linear => (spec.neutral, spec.least, f64::INFINITY),
             crate::effects::ParameterKind::Shape { grid, min, max } => {
-                (grid.first().copied().unwrap_or(spec.neutral), *min, *max)
+                let scale = if spec.grid_in == GridUnit::Length { self.length } else { 1.0 };
+                (grid.first().map_or(spec.neutral, |at| (at * scale).clamp(*min, *max)), *min, *max)
             }
         };
         self.parameters.push(Parameter {

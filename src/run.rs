@@ -25,10 +25,15 @@ pub fn thruster_of(channel: &str, letter: &str) -> Option<usize> {
 /// Angles of fins and turns of a propeller: what is commanded besides forces and thrusters.
 const DEFLECTIONS: [&str; 3] = ["rudder", "stern_plane", "propeller_n"];
 
+/// Whether a channel is the angle of a fin or the turns of a propeller: what a log commands, or measures.
+pub fn is_deflection(channel: &str) -> bool {
+    DEFLECTIONS.contains(&channel)
+}
+
 /// Whether a channel holds what was commanded: a force `tau_u`, a command `V3`, a thruster's force `F3`, `acting_F3`, the angle
 /// of a fin or the turns of a propeller. Between samples it does what commands do, held or on a line.
 pub fn is_command(channel: &str) -> bool {
-    if DEFLECTIONS.contains(&channel) {
+    if is_deflection(channel) {
         return true;
     }
     let own = channel.strip_prefix("acting_").unwrap_or(channel);

@@ -26,6 +26,7 @@ pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
     let mut model = Model::new(&file.model.dofs, file.model.coriolis);
     model.input = file.model.input;
     model.weight = file.vehicle.weight.unwrap_or(0.0);
+    model.length = file.vehicle.characteristic_length().unwrap_or(model.length);
     let mut candidates = Vec::new();
     let tables = file.effects.iter().enumerate();
     let own = tables.map(|(i, table)| {
@@ -95,7 +96,19 @@ pub(super) fn told_by_functions(file: &CampaignFile) -> Vec<Dof> {
     file.model.dofs.iter().copied().filter(told).collect()
 }
 
-/// Degrees of freedom that need no nominal force: a user's effect of the baseline drives them.
+/// Degrees of freedom that need no nominal force: a user's effect of the baseline drives them, or a fin that is logged.
+pub(super) fn driven_beside_thrust(file: &CampaignFile) -> Vec<Dof> {
+    fins(file).into_iter().flat_map(<[Dof; 2]>::from).chain(driven_by_formulas(file)).collect()
+}
+
+/// What each fin of the model turns, and pushes across.
+pub(super) fn fins(file: &CampaignFile) -> Vec<(Dof, Dof)> {
+    let stands =
+        |turns: Dof| id::fin(turns).is_some_and(|fin| file.model.effects.iter().any(|name| name.id == fin.lift));
+    [(Dof::Yaw, Dof::Sway), (Dof::Pitch, Dof::Heave)].into_iter().filter(|(turns, _)| stands(*turns)).collect()
+}
+
+/// Those among them that a user's effect drives.
 pub(super) fn driven_by_formulas(file: &CampaignFile) -> Vec<Dof> {
     let stands =
         |e: &&EffectTable| e.role == EffectRole::Baseline || file.model.effects.iter().any(|name| name.id == e.id);
@@ -111,6 +124,10 @@ pub(super) fn own(table: &EffectTable) -> Result<Own, FormulaError> {
     Ok((Arc::new(FormulaEffect::new(&table.id, table.dof, formula, table.unit)), Place::at(table.dof)))
 }
 
+/// Radius about which a hull turns in pitch and yaw, with the water that it moves, over its length: 0.32 of the Mariner ship, 0.39 of a
+/// REMUS 100.
+const GYRATION: f64 = 0.33;
+
 /// Writes what the vehicle and the `[[parameter]]` tables say of the parameters.
 fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     if let Some(net) = file.vehicle.net_weight() {
@@ -122,6 +139,12 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     let translation = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| !dof.is_rotation());
     for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(translation) {
         p.value = file.vehicle.mass.unwrap_or(p.value);
+    }
+    // so is the moment of inertia of a body so long, the water that it turns included
+    let turns = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| matches!(dof, Dof::Pitch | Dof::Yaw));
+    for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(turns) {
+        let Some((mass, length)) = file.vehicle.mass.zip(file.vehicle.length) else { continue };
+        p.value = mass * (GYRATION * length).powi(2);
     }
     for (i, table) in file.parameters.iter().enumerate().filter(|(_, table)| table.tie.is_none()) {
         let mut found = false;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::baseline;
 use super::codes;
 use super::error::Error;
 use super::load::{Campaign, LoadOptions, moves};
@@ -11,6 +12,7 @@ use crate::check::closed_loop::Loop;
 use crate::check::excitation::Excitation;
 use crate::check::rates::{ChannelRate, number_of};
 use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, LogFault, TopicLight};
+use crate::effects::id;
 use crate::finding::{Finding, Severity};
 use crate::frame::Dof;
 use crate::log::{self, LogError, LogOptions};
@@ -182,6 +184,16 @@ fn driven(campaign: &Campaign) -> Vec<Dof> {
     campaign.model.dofs.iter().copied().filter(|dof| !campaign.file.model.undriven.contains(dof)).collect()
 }
 
+/// Degrees of freedom that a fin moves whose angle varies in a run of the fit: that is their command.
+fn steered(campaign: &Campaign) -> Vec<Dof> {
+    let varies = |channel: &str| {
+        let signals = campaign.motion(Some(Role::Train));
+        signals.iter().filter_map(|run| run.signal(channel)).any(|s| s.values().windows(2).any(|w| w[0] < w[1]))
+    };
+    let steered = |turns: Dof| id::fin(turns).is_some_and(|fin| varies(fin.channel));
+    baseline::fins(&campaign.file).into_iter().filter(|(turns, _)| steered(*turns)).flat_map(<[Dof; 2]>::from).collect()
+}
+
 /// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.
 fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> Vec<Finding> {
     let free: Vec<&CheckedLog> = logs
@@ -192,7 +204,9 @@ fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> 
         return Vec::new();
     }
     let shown = |dof: Dof| free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && e.enough));
-    let absent: Vec<Dof> = driven(campaign).into_iter().filter(|dof| !shown(*dof)).collect();
+    let steered = steered(campaign);
+    let absent = driven(campaign).into_iter().filter(|dof| !shown(*dof) && !steered.contains(dof));
+    let absent: Vec<Dof> = absent.collect();
     let text = |dof: &Dof| {
         format!(
             "no run of the fit shows inertia and drag of {dof} by itself: what is found there rests on other runs or on \

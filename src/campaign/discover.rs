@@ -94,6 +94,10 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         found = search(&held, &runs).map(|again| with_what_was_held(again, &found))?;
     }
     found.warnings.extend(said);
+    if found.steps.first().is_some_and(|baseline| !baseline.fit.converged) {
+        let text = "the fit of the baseline has not come to rest, and what a name gains beside it may be its own";
+        found.warnings.push(Finding::new(&codes::NOT_CONVERGED, text));
+    }
     if table.families != usual.families {
         let names: Vec<&str> = table.families.iter().map(|family| family.name()).collect();
         let text = format!("only effects of the family {} were tried, and the campaign's own", names.join(", "));

@@ -281,7 +281,10 @@ pub(super) fn assemble(
     let (mut model, mut candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
     // runs of both kinds stand together as lines, held commands as lines with steps
-    let mixed = held.iter().any(|h| *h != held[0]);
+    let measures =
+        |logged: &Logged| logged.run.signals.iter().any(|(name, signal)| steps_as_lines::goes_on(name, signal));
+    let mixed =
+        held.iter().any(|h| *h != held[0]) || held.iter().zip(&logged).any(|(h, logged)| *h && measures(logged));
     model.input = if !mixed && held.first() == Some(&true) { Interpolation::Hold } else { Interpolation::Linear };
     let thrusters::Curves { curves, mut findings, sources: tables_of_thrust } = thrusters::fit(&mut file)?;
     sources.extend(tables_of_thrust);
@@ -289,7 +292,7 @@ pub(super) fn assemble(
     let (mut runs, mut benches, mut refused) = (Vec::new(), Vec::new(), Vec::new());
     let mut position = true;
     model.through_water = velocities_through_water(&logged)?;
-    let uncommanded = [baseline::driven_by_formulas(&file), file.model.undriven.clone()].concat();
+    let uncommanded = [baseline::driven_beside_thrust(&file), file.model.undriven.clone()].concat();
     let whole = !logged.iter().any(|logged| logged.piece);
     let mut holding: BTreeSet<String> = BTreeSet::new();
     for (k, (mut logged, table)) in logged.into_iter().zip(tables).enumerate() {
@@ -331,6 +334,7 @@ pub(super) fn assemble(
     if whole {
         findings.extend(same_log::findings(&runs));
         findings.extend(steps_as_lines::finding(&runs, |run| holding.contains(&run.name)));
+        findings.extend(steps_as_lines::measured(&runs, |run| holding.contains(&run.name)));
     }
     let (tables, brought) = columns::bring(&mut file, &runs);
     for table in &tables {

@@ -188,7 +188,7 @@ pub(super) fn told_by_pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> bool
 /// bollard table may count its rows; a towed vehicle pushes nothing. A velocity that an observed function tells, and
 /// the force where a formula of the user drives, may be absent.
 pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
-    let (told, driven) = (baseline::told_by_functions(file), baseline::driven_by_formulas(file));
+    let (told, driven) = (baseline::told_by_functions(file), baseline::driven_beside_thrust(file));
     let uncommanded = || driven.iter().chain(&file.model.undriven);
     let optional = |column: &&str| {
         told.iter().any(|dof| dof.velocity() == *column) || uncommanded().any(|dof| dof.force() == *column)

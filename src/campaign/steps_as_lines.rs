@@ -18,7 +18,7 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log::check::hold;
 use crate::model::{Interpolation, Model};
-use crate::run::{Run, Signal};
+use crate::run::{Run, Signal, is_deflection};
 use crate::wording::count;
 
 /// Part of the range that a step is at least.
@@ -77,6 +77,40 @@ fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
     run.signals.iter().map(|(name, signal)| (name.as_str(), signal)).filter(move |(name, _)| wanted(name))
 }
 
+/// Whether a channel goes on from row to row where commands are held: the angle of a fin, or the turns of a propeller, that was
+/// measured and not ordered. What moves takes its time, and is where the row says at that instant only.
+pub(super) fn goes_on(name: &str, signal: &Signal) -> bool {
+    is_deflection(name)
+        && signal.values().windows(2).any(|w| w[0].to_bits() != w[1].to_bits())
+        && !steps(signal.values())
+}
+
+/// The note on what is read on lines although commands are held.
+pub(super) fn measured(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Finding> {
+    let of = |run: &Run| {
+        let channels = run.signals.iter().filter(|(name, signal)| goes_on(name, signal)).map(|(name, _)| name.clone());
+        channels.collect::<Vec<String>>()
+    };
+    let going: Vec<(&Run, Vec<String>)> = runs
+        .iter()
+        .filter(|run| moves(run.kind) && held(run))
+        .map(|run| (run, of(run)))
+        .filter(|(_, c)| !c.is_empty())
+        .collect();
+    let (first, channels) = going.first()?;
+    let more = match going.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and in {})", count(more, "more run")),
+    };
+    let text = format!(
+        "{}: {} {} on from row to row{more}: read on lines between the rows, although input = \"hold\"",
+        first.name,
+        channels.join(", "),
+        if channels.len() == 1 { "goes" } else { "go" },
+    );
+    Some(Finding::new(&codes::MEASURED_DEFLECTION, text))
+}
+
 /// Whether these values are those of a command that is held.
 fn steps(values: &[f64]) -> bool {
     if hold::of(values).is_some() {
@@ -127,5 +161,21 @@ mod tests {
         assert!(!steps(&values(|k| sine(k).round())), "coarse");
         assert!(!steps(&values(|k| if k < 250.0 { 0.0 } else { sine(k) })), "a rest before it");
         assert!(!steps(&values(|_| 20.0)), "one value");
+    }
+
+    #[test]
+    fn a_steering_gear_takes_its_time_and_an_order_does_not() {
+        let time: std::sync::Arc<[f64]> = values(|k| k).into();
+        let signal = |of: &dyn Fn(f64) -> f64| Signal::new(time.clone(), values(of));
+        // over to the other side at 3 degrees a second, once a minute
+        let order = |k: f64| if (k / 60.0).floor() % 2.0 == 0.0 { 20.0 } else { -20.0 };
+        let gear = |k: f64| {
+            let side = order(k);
+            if k < 60.0 { side } else { side - 2.0 * side * (1.0 - (k % 60.0) * 3.0 / 40.0).max(0.0) }
+        };
+        assert!(goes_on("rudder", &signal(&gear)));
+        assert!(!goes_on("rudder", &signal(&order)));
+        assert!(!goes_on("tau_r", &signal(&gear)), "a command is what input says");
+        assert!(!goes_on("rudder", &signal(&|_| 2.0)));
     }
 }

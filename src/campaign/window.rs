@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::file::RunTable;
+use super::steps_as_lines::goes_on;
 use crate::formula::{Formula, FormulaError};
 use crate::log::check::is_measured;
 use crate::log::check::time::gaps_of;
@@ -81,11 +82,12 @@ pub(super) fn resample(run: &mut Run, rate: f64, held: bool) {
     }
 }
 
-/// Writes held commands as a line with steps, for a campaign whose other runs have linear inputs.
+/// Writes held commands as a line with steps, for a campaign in which other runs, or what was measured of a fin, are lines.
 pub(super) fn steps(run: &mut Run) {
     /// Width of a step, s: far below any time constant, far above the rounding of time stamps.
     const WIDTH: f64 = 1e-6;
-    for (_, signal) in run.signals.iter_mut().filter(|(name, _)| is_command(name)) {
+    let is_held = |name: &str, signal: &Signal| is_command(name) && !goes_on(name, signal);
+    for (_, signal) in run.signals.iter_mut().filter(|(name, signal)| is_held(name, signal)) {
         let (time, x) = (signal.time(), signal.values());
         let mut stamps = Vec::with_capacity(2 * time.len());
         let mut values = Vec::with_capacity(2 * time.len());

@@ -16,7 +16,7 @@ use crate::run::Run;
 use crate::thrust::thruster::Thruster;
 
 /// How many standard deviations a gain must be from zero to speak of its sign or its delay.
-const CERTAIN: f64 = 8.0;
+pub(super) const CERTAIN: f64 = 8.0;
 /// Least part of the changes of velocity that the commands must explain.
 const OWED: f64 = 0.3;
 

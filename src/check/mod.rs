@@ -17,6 +17,7 @@ pub mod dead_rate;
 pub mod excitation;
 pub mod factor;
 pub mod feedback;
+pub mod fins;
 pub mod fit;
 pub mod geodetic;
 pub mod lag;
@@ -86,6 +87,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     found.extend(commands::judge_delays(&answers));
     let answers: Vec<Answer> = answers.into_iter().flat_map(|(a, _)| a).collect();
     found.extend(commands::judge_signs(run, &answers, &options.thrusters));
+    found.extend(fins::judge(run));
     let of = |dof: Dof| balances.iter().find(|b| b.dof == dof);
     if let (Some(surge), Some(sway)) = (of(Dof::Surge), of(Dof::Sway)) {
         let ratios = coupling::measure(surge, sway);

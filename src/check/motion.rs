@@ -3,8 +3,11 @@
 //! ```text
 //! moves:  x₀.₉₅ − x₀.₀₅ > max(6 σ, least)        σ = median |second difference| / (0.6745 √6)
 //! ```
+//!
+//! A rate may be less where the angle is logged beside it and says that the vehicle turns: a ship takes minutes for a zig-zag.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use super::codes;
 use super::report::Found;
@@ -37,7 +40,11 @@ pub fn of(signals: &BTreeMap<String, Signal>, dof: Dof) -> Moved {
             let least = if velocity.is_some() { fast } else { slow };
             // roll and pitch follow the thrust of every vehicle a little, and a model of them needs more than that
             let tilt = if matches!(dof, Dof::Roll | Dof::Pitch) { 3.0 } else { 1.0 };
-            if spread(signal) > (6.0 * noise(signal)).max(least * tilt) { Moved::Moves } else { Moved::Rests }
+            let spread = spread(signal);
+            let turns =
+                || dof.is_rotation() && signals.get(dof.position()).is_some_and(|angle| turned(angle) > slow * tilt);
+            let is_motion = spread > least * tilt || (velocity.is_some() && turns());
+            if spread > 6.0 * noise(signal) && is_motion { Moved::Moves } else { Moved::Rests }
         }
     }
 }
@@ -75,6 +82,16 @@ fn spread(signal: &Signal) -> f64 {
     at(0.95) - at(0.05)
 }
 
+/// The angle by which the vehicle turns, rad: a compass may step from π to −π on the way.
+fn turned(angle: &Signal) -> f64 {
+    let mut whole = vec![0.0];
+    for w in angle.values().windows(2) {
+        let step = w[1] - w[0];
+        whole.push(whole[whole.len() - 1] + step - TAU * (step / TAU).round());
+    }
+    spread(&Signal::new(angle.time().into(), whole))
+}
+
 /// Standard deviation of white noise, by second differences.
 fn noise(signal: &Signal) -> f64 {
     let bends = signal.values().windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
@@ -83,6 +100,8 @@ fn noise(signal: &Signal) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
     use crate::tank::Noise;
 
@@ -109,5 +128,19 @@ mod tests {
         assert_eq!(of(&log("psi", |t| (0.3 * t).sin()), Dof::Yaw), Moved::Moves);
         assert_eq!(of(&log("theta", |t| 0.05 * (0.3 * t).sin()), Dof::Pitch), Moved::Rests);
         assert_eq!(of(&log("x", |t| (0.3 * t).sin()), Dof::Surge), Moved::Unmeasured);
+    }
+
+    #[test]
+    fn a_ship_turns_slowly_and_a_held_vehicle_does_not() {
+        let noise = std::cell::RefCell::new(Noise::new(1, 1));
+        // 0.5 degrees a second over a zig-zag of four minutes, the compass across south
+        let rate = |t: f64| 0.009 * (0.026 * t).sin() + 1e-4 * noise.borrow_mut().normal();
+        let mut ship = log("r", rate);
+        assert_eq!(of(&ship, Dof::Yaw), Moved::Rests, "a drift without an angle that says that it turns");
+        ship.extend(log("psi", |t| (3.0 - 0.35 * (0.026 * t).cos() + PI).rem_euclid(TAU) - PI));
+        assert_eq!(of(&ship, Dof::Yaw), Moved::Moves);
+        let mut held = log("r", |_| 0.009 * noise.borrow_mut().normal());
+        held.extend(log("psi", |t| 3.0 - 0.01 * (0.026 * t).cos()));
+        assert_eq!(of(&held, Dof::Yaw), Moved::Rests);
     }
 }

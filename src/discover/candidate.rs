@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::screen::Score;
 use crate::chain::{Nature, acts_in, alters, follows, nature_at};
 use crate::effects::{
-    Coriolis, CoriolisRow, Effect, Family, ParameterKind, Place, Scope, catalogue, id, leading_is_all,
+    Coriolis, CoriolisRow, Effect, Family, GridUnit, ParameterKind, Place, Scope, catalogue, id, leading_is_all,
 };
 use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
@@ -201,7 +201,7 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         }
         let scale = place.dof.map_or(0.0, |dof| loudest[dof.index()]);
         let parameters = effect.parameters(place);
-        let mut probes = probes(effect.as_ref(), place, scale);
+        let mut probes = probes(effect.as_ref(), place, (scale, model.length));
         if parameters.iter().any(|p| p.per_run) {
             probes.retain(|probe| probe.iter().all(|period| *period > PERIOD * slowest));
         }
@@ -300,12 +300,16 @@ fn slowest_sensor(model: &Model, runs: &[Run]) -> f64 {
     runs.iter().map(of).fold(0.0, f64::max)
 }
 
-/// Every combination of the grids of the shape parameters.
-fn probes(effect: &dyn Effect, place: Place, loudest: f64) -> Vec<Vec<f64>> {
+/// Every combination of the grids of the shape parameters, those by the greatest command and the vehicle's length in their units.
+fn probes(effect: &dyn Effect, place: Place, (loudest, length): (f64, f64)) -> Vec<Vec<f64>> {
     let mut all = vec![Vec::new()];
     for spec in effect.parameters(place) {
         let ParameterKind::Shape { grid, .. } = &spec.kind else { continue };
-        let scale = if spec.relative { loudest } else { 1.0 };
+        let scale = match spec.grid_in {
+            GridUnit::Own => 1.0,
+            GridUnit::GreatestCommand => loudest,
+            GridUnit::Length => length,
+        };
         all = all
             .into_iter()
             .flat_map(|head: Vec<f64>| {

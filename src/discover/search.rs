@@ -16,12 +16,12 @@ use super::again::{backward, rivalled};
 use super::candidate::Candidate;
 use super::naming::next_name;
 use super::pushed::is_hopeless;
-use super::refit::{anew, level};
+use super::refit::{anew, beside, level};
 use super::screen::{INDISTINGUISHABLE, Screen};
 use super::searched::{BEHAVES, Search, Step};
 use super::task::{Task, asked, screened};
 use super::timed::begun;
-use crate::estimate::filter_error::{filter_error, filter_error_from};
+use crate::estimate::filter_error::{FilterErrorFit, filter_error, filter_error_from};
 use crate::estimate::moved_by_thrust;
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
@@ -39,6 +39,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         Err(OutputErrorError::NotIdentified { .. }) => fitted(&moved_by_thrust(baseline, task.train))?,
         fit => fit?,
     };
+    let fit = at_rest(fit, task);
     let list = asked(&fit.model, task);
     let screen = screened(&fit, &list, task)?;
     let mut found = Search {
@@ -56,7 +57,8 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
-        let earlier = found.added.len() - 1;
+        // beside a baseline that is still on its way any name gains; without it the fit has come farther since
+        let earlier = found.added.len() - usize::from(found.steps[0].fit.converged);
         rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
         let (mut list, mut screen) = asked_beside(&found, task)?;
@@ -80,6 +82,23 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     found.behaves_like.retain(|b| !named.contains(&b.id));
     found.behaves_like.truncate(BEHAVES);
     Ok(found)
+}
+
+/// The fit of the baseline where it has come to rest, or as far as some more climbs lead: what it would still gain by itself would
+/// be the gain of the first name.
+fn at_rest(mut fit: FilterErrorFit, task: &Task<'_>) -> FilterErrorFit {
+    /// Climbs that a fit goes on for.
+    const CLIMBS: usize = 4;
+    for _ in 0..CLIMBS {
+        if fit.converged {
+            break;
+        }
+        match filter_error_from(&fit.model, task.train, fit.noise.clone(), &beside(&fit, task)) {
+            Ok(further) if further.cost < fit.cost => fit = further,
+            _ => break,
+        }
+    }
+    fit
 }
 
 /// What is asked beside the names that stand, and its scores.

@@ -61,8 +61,10 @@ impl Effect for FinLift {
     fn parameters(&self, _: Place) -> Vec<ParameterSpec> {
         let name = self.0.channel();
         vec![
-            ParameterSpec::linear(format!("k_{name}"), Dimension::new(1, -1, 0)),
-            ParameterSpec::shape(format!("x_{name}"), Dimension::LENGTH, &[-0.5], -FARTHEST, FARTHEST),
+            // a fin at rest is a drag against v + x r
+            ParameterSpec::linear(format!("k_{name}"), Dimension::new(1, -1, 0)).at_least(0.0),
+            // at the stern
+            ParameterSpec::shape(format!("x_{name}"), Dimension::LENGTH, &[-0.5], -FARTHEST, FARTHEST).by_length(),
         ]
     }
 

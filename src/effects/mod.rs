@@ -84,7 +84,7 @@ pub use instant::{Instant, Logged, Six, channel};
 pub use look_alikes::separating;
 pub use name::{EffectName, EffectNameError};
 pub use observer::Observer;
-pub use parameter::{ParameterKind, ParameterSpec};
+pub use parameter::{GridUnit, ParameterKind, ParameterSpec};
 pub use search::{meant, search};
 pub use single_thruster::SingleThruster;
 pub use thruster_loss::ThrusterLoss;

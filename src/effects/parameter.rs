@@ -20,6 +20,17 @@ pub enum ParameterKind {
     },
 }
 
+/// What the grid of a shape parameter is counted in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GridUnit {
+    /// The parameter's own unit.
+    Own,
+    /// The greatest command of the campaign.
+    GreatestCommand,
+    /// The length of the vehicle; metres where it is not known.
+    Length,
+}
+
 /// What is known of a parameter before any data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterSpec {
@@ -35,8 +46,8 @@ pub struct ParameterSpec {
     pub sname: Option<String>,
     /// Parameters of several terms with the same key are one (the net weight of surge, sway and heave).
     pub shared: Option<&'static str>,
-    /// Whether the grid of a shape parameter is in units of the greatest command of the campaign.
-    pub relative: bool,
+    /// What the grid of a shape parameter is counted in.
+    pub grid_in: GridUnit,
     /// Whether each run has its own value (the phase of a wave).
     pub per_run: bool,
     /// Smallest value that physics allows to a linear parameter.
@@ -53,7 +64,7 @@ impl ParameterSpec {
             neutral: 0.0,
             sname: None,
             shared: None,
-            relative: false,
+            grid_in: GridUnit::Own,
             per_run: false,
             least: f64::NEG_INFINITY,
         }
@@ -82,7 +93,12 @@ impl ParameterSpec {
 
     /// With a grid in units of the greatest command.
     pub fn relative(self) -> ParameterSpec {
-        ParameterSpec { relative: true, ..self }
+        ParameterSpec { grid_in: GridUnit::GreatestCommand, ..self }
+    }
+
+    /// With a grid in units of the vehicle's length.
+    pub fn by_length(self) -> ParameterSpec {
+        ParameterSpec { grid_in: GridUnit::Length, ..self }
     }
 
     /// With a value of its own in every run.

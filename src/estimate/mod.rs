@@ -19,6 +19,7 @@ mod start;
 mod steady;
 mod streamed;
 mod sums;
+mod window;
 
 pub use at_samples::{Components, DirectError, direct_columns, force_components};
 pub use balance::RegressorError;

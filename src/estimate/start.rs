@@ -1,11 +1,12 @@
 //! Starting values for output error: integral least squares on what it can regress.
 //!
-//! Effects with memory, shape parameters or action on the log are left out and keep their values; windows of several
-//! samples keep the noise of the velocities from shrinking the inertias. A start that no vehicle has (an inertia that
-//! is not positive) is replaced by the force over the acceleration that the log shows.
+//! Effects with memory or action on the log are left out and keep their values; shapes are held at theirs, and so is what
+//! has a prior. Windows of several samples keep the noise of the velocities from shrinking the inertias. A start that no
+//! vehicle has (an inertia that is not positive) is replaced by the force over the acceleration that the log shows.
 
 use super::integral::balances;
 use super::pose_velocity::{self, with_velocities};
+use super::window;
 use super::{IntegralError, IntegralOptions, RegressorError, RegressorOptions, Span, Together};
 use crate::chain::memory_count;
 use crate::effects::{Effect, Family, Scope, id};
@@ -14,9 +15,6 @@ use crate::model::{Model, Term};
 use crate::run::{Run, Signal, greatest, is_commanded};
 use crate::symbolic::Graph;
 
-/// Length of the windows that rows span, s: long beside the noise, short beside the motion.
-const WINDOW: f64 = 1.0;
-
 /// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
 /// somebody gave, keep their values.
 ///
@@ -24,12 +22,15 @@ const WINDOW: f64 = 1.0;
 pub fn started(model: &Model, runs: &[Run]) -> Model {
     let logged = runs;
     let (runs, spans) = with_velocities(model, logged);
-    let runs: &[Run] = &runs;
+    let runs: &[Run] = &with_forces(&model.dofs, runs);
     let mut plain = model.clone();
     for k in (0..plain.terms.len()).rev() {
         if !regressible(&plain, &plain.terms[k]) {
             plain.remove(k);
         }
+    }
+    for p in plain.parameters.iter_mut().filter(|p| !p.spec.is_linear() || p.prior.is_some()) {
+        p.fixed = true;
     }
     let is_logged = |dof: &Dof| logged.iter().any(|run| run.signal(dof.velocity()).is_some_and(|s| !s.is_empty()));
     if spans.translation > pose_velocity::SPAN {
@@ -38,7 +39,8 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
         }
     }
     let all: Vec<&Run> = runs.iter().collect();
-    let span = Span::Samples(samples_in(WINDOW.max(spans.translation).max(spans.rotation), model, runs));
+    let window = window::length(&model.dofs, runs).max(spans.translation).max(spans.rotation);
+    let span = Span::Samples(samples_in(window, model, runs));
     let regressor = RegressorOptions { span, ..RegressorOptions::default() };
     // a start needs no more than the right size, and one is wanted in any case
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
@@ -55,6 +57,18 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
         }
     }
     rough(started, runs, is_logged)
+}
+
+/// The runs with no force where no command of theirs has one: fins or a user's formula drive the vehicle there.
+fn with_forces(dofs: &[Dof], mut runs: Vec<Run>) -> Vec<Run> {
+    for run in &mut runs {
+        let Some((first, last)) = run.span() else { continue };
+        let none = Signal::new(vec![first, last].into(), vec![0.0; 2]);
+        let absent = |dof: &&Dof| run.signal(dof.force()).is_none_or(Signal::is_empty);
+        let absent: Vec<Dof> = dofs.iter().filter(absent).copied().collect();
+        run.signals.extend(absent.into_iter().map(|dof| (dof.force().to_string(), none.clone())));
+    }
+    runs
 }
 
 /// Keeps the inertia of a translation whose velocity is the slope of noisy fixes at its start, the dry mass where that is known: such
@@ -81,6 +95,16 @@ fn regressed(
     is_logged: impl Fn(&Dof) -> bool,
     options: IntegralOptions,
 ) -> Option<Model> {
+    // a turn that a fin makes has a size by its inertia alone; were that free as well, least squares would shrink all that acts in it
+    // to nothing, the difference of two masses too
+    let has_fin = model.terms.iter().any(is_fin);
+    let turns = |dof: &Dof| has_fin && dof.is_rotation() && !is_commanded_in(runs, *dof);
+    for dof in model.dofs.clone().iter().filter(|dof| turns(dof)) {
+        let inertia = model.inertia(*dof).map(|index| &mut model.parameters[index]);
+        if let Some(inertia) = inertia.filter(|p| p.value > p.spec.least) {
+            inertia.fixed = true;
+        }
+    }
     let (mut scaled, mut waiting): (Vec<Dof>, Vec<Dof>) = model.dofs.iter().partition(|dof| !is_logged(dof));
     if scaled.is_empty() {
         scaled = std::mem::take(&mut waiting);
@@ -101,6 +125,10 @@ fn regressed(
     for column in fits.iter().flat_map(|fit| &fit.parameters) {
         model.parameters[column.parameter].fixed = true;
     }
+    // what one fin does in several is found in all of them together
+    if let Ok((found, _)) = balances(runs, &model, &waiting, options) {
+        return Some(found);
+    }
     for dof in waiting {
         if let Ok((found, _)) = balances(runs, &model, &[dof], options) {
             model = found;
@@ -109,13 +137,25 @@ fn regressed(
     Some(model)
 }
 
+fn is_commanded_in(runs: &[&Run], dof: Dof) -> bool {
+    runs.iter().any(|run| is_commanded(std::slice::from_ref(*run), dof))
+}
+
+/// Whether a term is what a fin does, or the propeller in its advance: an actuator beside the thrust.
+fn is_fin(term: &Term) -> bool {
+    let about = term.effect.about();
+    about.family == Family::Actuator && matches!(about.scope, Scope::Vehicle(_))
+}
+
 fn regressible(model: &Model, term: &Term) -> bool {
     let effect: &dyn Effect = term.effect.as_ref();
     let about = effect.about();
-    let linear = term.parameters.iter().all(|p| model.parameters[*p].spec.is_linear());
     let remembers = memory_count(&Graph::new(), model, effect, term.place) > 0;
-    // single thrusters act on the command itself, in which they are linear; what other actuators do hangs on each other
-    let known = about.family != Family::Actuator || about.scope == Scope::Thrusters;
+    let is_fin = is_fin(term);
+    // single thrusters act on the command itself, in which they are linear, and fins beside it, at a place that is held; what
+    // other actuators do hangs on each other
+    let known = about.family != Family::Actuator || about.scope == Scope::Thrusters || is_fin;
+    let linear = is_fin || term.parameters.iter().all(|p| model.parameters[*p].spec.is_linear());
     about.family != Family::Sensor && known && linear && !remembers
 }
 

@@ -1,7 +1,7 @@
 //! The quickest time constants of a motion: what the steps of the integrator have to follow.
 //!
 //! ```text
-//! T = 1 / max |λ|,   λ: eigenvalues of ∂f/∂ν, and of ∂f/∂memories, at the logged motion
+//! T = 1 / max(|λ|, |ω|),   λ: eigenvalues of ∂f/∂ν, and of ∂f/∂memories, ω: turn rates, at the logged motion
 //! ```
 //!
 //! For one degree of freedom T = m / (d_L + 2 d_Q |ν|). The Runge-Kutta scheme with steps of h decays by a rate that is
@@ -26,15 +26,20 @@ const ASIDE: usize = 5;
 const QUICKEST_MOTION: f64 = 0.05;
 
 /// The quickest time constant of the motion of `track` and of its memories about each of its grid points, s; at least 0.05 and
-/// [`QUICKEST`], infinite where nothing decays. `dynamics` has the Jacobian by its states.
+/// [`QUICKEST`], infinite where nothing decays and nothing turns. `dynamics` has the Jacobian by its states.
 pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]) -> Vec<f64> {
     let states = || dynamics.states.iter().enumerate();
     let moving: Vec<usize> = states().filter(|(_, id)| matches!(id, StateId::Velocity(_))).map(|(k, _)| k).collect();
     let remembered: Vec<usize> =
         states().filter(|(_, id)| matches!(id, StateId::Memory { .. })).map(|(k, _)| k).collect();
     let blocks = [(moving, QUICKEST_MOTION), (remembered, QUICKEST)];
+    let turns = |state: &[f64]| {
+        let turning = states().filter(|(_, id)| matches!(id, StateId::Velocity(dof) if dof.is_rotation()));
+        turning.map(|(k, _)| state[k].abs()).filter(|rate| rate.is_finite()).fold(0.0, f64::max)
+    };
     let rate = |k: usize| {
-        let values = with_jacobian_at(&dynamics.rates, dynamics, track, theta, k, &state_near(dynamics, track, k));
+        let state = state_near(dynamics, track, k);
+        let values = with_jacobian_at(&dynamics.rates, dynamics, track, theta, k, &state);
         let slopes = &values[dynamics.rates.count..];
         let of = |(block, least): &(Vec<usize>, f64)| {
             let place = |state: usize| block.iter().position(|own| *own == state);
@@ -51,7 +56,7 @@ pub fn quickest_time_constants(dynamics: &Dynamics, track: &Track, theta: &[f64]
             });
             quickest.min(1.0 / least)
         };
-        blocks.iter().map(of).fold(0.0, f64::max)
+        blocks.iter().map(of).fold(turns(&state).min(1.0 / QUICKEST_MOTION), f64::max)
     };
     let mut instants = vec![0];
     for (k, t) in track.time.iter().enumerate() {

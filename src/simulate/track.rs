@@ -94,8 +94,6 @@ pub struct Track {
     /// Inputs at each grid point.
     pub inputs_at: Vec<f64>,
     sources: Vec<Input>,
-    /// Longest step anywhere, s.
-    most: f64,
     /// Longest step after each grid point, s.
     longest: Vec<f64>,
     /// Parts into which each step is divided beyond that.
@@ -155,7 +153,6 @@ impl Track {
             inputs: Vec::new(),
             inputs_at: Vec::new(),
             sources,
-            most: longest,
             longest: vec![longest; time.len()],
             parts: 1,
             time,
@@ -210,7 +207,6 @@ impl Track {
     pub fn follow(&mut self, steps: impl Iterator<Item = f64>) -> bool {
         let mut any = false;
         for (own, step) in self.longest.iter_mut().zip(steps) {
-            let step = step.min(self.most);
             if step < 0.8 * *own || step > 2.0 * *own {
                 (*own, any) = (step, true);
             }

@@ -278,7 +278,7 @@ fn a_quick_lag_is_found_whatever_the_step() {
         for longest_step in [0.1, 0.03] {
             let mut model = model(&["thrust_lag"]);
             model.set("thrust_lag", 0.6);
-            let options = OutputErrorOptions { longest_step, ..options() };
+            let options = OutputErrorOptions { longest_step: Some(longest_step), ..options() };
             let fit = output_error(&model, &[lagged_run(lag, 1e-4)], &options).unwrap();
             values.push(fit.model.value("thrust_lag").unwrap());
         }
@@ -296,7 +296,7 @@ fn a_lag_of_no_time_goes_to_its_bound() {
         let mut model = model(&["thrust_lag"]);
         model.set("thrust_lag", 0.3);
         let p = model.parameter_of("thrust_lag").unwrap();
-        let options = OutputErrorOptions { longest_step, ..options() };
+        let options = OutputErrorOptions { longest_step: Some(longest_step), ..options() };
         let fit = output_error(&model, &[lagged_run(1e-5, 1e-4)], &options).unwrap();
         let found = &fit.model.parameters[p];
         assert!(found.value <= found.min, "{} at steps of {longest_step} s", found.value);

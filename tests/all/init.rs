@@ -2,6 +2,7 @@
 #![cfg(feature = "cli")]
 
 mod guesses;
+mod ship;
 
 use crate::shared;
 
@@ -45,6 +46,16 @@ fn succeeds(arguments: &[&str]) -> String {
     let output = run(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Codes of what `check` finds, with the verdict.
+fn checked(folder: &Folder) -> (String, Vec<String>) {
+    let json = folder.path("check.json");
+    run(&["check", &folder.path("made"), "--json", &json, "--force"]);
+    let check: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    let of = |key: &str| check[key].as_array().cloned().unwrap_or_default();
+    let found = of("errors").into_iter().chain(of("warnings"));
+    (check["verdict"].to_string(), found.filter_map(|f| f["code"].as_str().map(str::to_string)).collect())
 }
 
 /// Time, command and motion of `m u̇ + d u + q u|u| = F`, `I ṙ + e r = N` under two thrusters, by fine Euler steps.

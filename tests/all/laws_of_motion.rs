@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use hydrosysid::chain::{Available, Equations, StateId, assemble};
 use hydrosysid::dynamics::Dynamics;
-use hydrosysid::effects::{Coriolis, Family, ParameterKind, catalogue};
+use hydrosysid::effects::{Coriolis, Family, GridUnit, ParameterKind, catalogue};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model, name_of, places_of};
 use hydrosysid::run::{Run, Signal};
@@ -153,7 +153,7 @@ fn turn_on(model: &mut Model, name: &str) {
             ParameterKind::Linear if id == "trim_offset" => 0.02,
             ParameterKind::Linear if id == "inertia" => 200.0,
             ParameterKind::Linear => 7.0,
-            ParameterKind::Shape { grid, .. } if parameter.spec.relative => 60.0 * grid[0],
+            ParameterKind::Shape { grid, .. } if parameter.spec.grid_in == GridUnit::GreatestCommand => 60.0 * grid[0],
             ParameterKind::Shape { grid, .. } => grid[grid.len() / 2] + 0.1,
         };
     }

@@ -190,7 +190,7 @@ fn options(noise: f64) -> OutputErrorOptions {
     OutputErrorOptions {
         sigma: Some(sigma),
         segment: 5.0,
-        longest_step: if noise < 0.1 { 0.025 } else { 0.1 },
+        longest_step: Some(if noise < 0.1 { 0.025 } else { 0.1 }),
         ..OutputErrorOptions::default()
     }
 }

@@ -313,7 +313,9 @@ impl Check<'_> {
     fn fit(&mut self) {
         let fit = &self.campaign.fit;
         self.range("fit.segment", fit.segment, fit.segment > 0.0, "a length of time above 0 s");
-        self.range("fit.longest_step", fit.longest_step, fit.longest_step > 0.0, "a length of time above 0 s");
+        if let Some(longest) = fit.longest_step {
+            self.range("fit.longest_step", longest, longest > 0.0, "a length of time above 0 s");
+        }
     }
 
     fn stages(&mut self) {

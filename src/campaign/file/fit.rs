@@ -36,8 +36,10 @@ pub struct FitTable {
     pub estimator: Option<Estimator>,
     /// Length of the segments of output error, s.
     pub segment: f64,
-    /// Longest step of the integrator, s; at most half of the quickest time constant of the motion in any case.
-    pub longest_step: f64,
+    /// Longest step of the integrator, s; at most half of the quickest time constant of the motion in any case. When absent:
+    /// 0.1, or a fifth of that time constant where that is longer and every velocity is logged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest_step: Option<f64>,
     /// What a residual of output error costs: `squares`, or where outliers are feared `huber` or `student`.
     pub loss: Loss,
     /// Whether output error joins segments to whole runs where the data allow it. True: its errors then come near the

@@ -1,11 +1,15 @@
 //! Which degrees of freedom the model gets: those that some dive measures, moves and drives.
 //!
-//! Sway and heave that nothing drives are modelled beside the two motions that throw a vehicle outwards when it turns at speed.
+//! Sway and heave that nothing drives are modelled beside the two motions that throw a vehicle outwards when it turns at speed. So is
+//! the surge of a vehicle that steers by fins under a thrust that never varies: turns slow it, and the thrust is one unknown force.
 
 use super::drives;
 use super::reading::Understood;
 use crate::check::motion::{self, Moved};
+use crate::effects::{Place, id};
 use crate::frame::Dof;
+use crate::log::LogFile;
+use crate::model::name_of;
 use crate::run::Signal;
 use crate::thrust::thruster::Thruster;
 
@@ -18,6 +22,8 @@ pub struct Chosen {
     pub words: Vec<String>,
     /// Those that move though nothing commands them.
     pub undriven: Vec<Dof>,
+    /// Whether a thrust that never varies, or is not logged, pushes the vehicle ahead.
+    pub pushed: bool,
     /// Said on the terminal, too: nothing moves under a command.
     pub idle: Option<String>,
     /// Said on the terminal, too: what wants a command or a measurement.
@@ -32,7 +38,7 @@ impl Chosen {
         let read = || logs.iter().filter_map(|log| log.log.as_ref());
         for dof in Dof::ALL {
             let moved = read().map(|log| motion::of(&log.signals, dof)).max().unwrap_or(Moved::Unmeasured);
-            let driven = logs.iter().any(|log| is_driven(log, dof, thrusters));
+            let driven = logs.iter().any(|log| is_driven(log, dof, thrusters)) || differs(logs, dof, thrusters);
             if moved > Moved::Unmeasured {
                 measured_all.push(dof);
                 driven_all.extend(driven.then_some(dof));
@@ -51,8 +57,19 @@ impl Chosen {
                 (Moved::Unmeasured, false) => {}
             }
         }
-        let (mut words, mut undriven) = (Vec::new(), Vec::new());
+        let (mut words, mut undriven, mut pushed) = (Vec::new(), Vec::new(), false);
         for dof in drifting {
+            if dof == Dof::Surge && is_steered(logs) {
+                let slowed = format!("{dof}: no command that varies drives it, and turns by the fins slow it down");
+                pushed = !thrusters.iter().any(|t| t.unit_wrench()[dof.index()].abs() > 1e-6);
+                words.push(match pushed {
+                    true => format!("{slowed}; its thrust is one unknown force, {}", name_of(id::BIAS, Place::at(dof))),
+                    false => slowed,
+                });
+                dofs.push(dof);
+                undriven.extend(pushed.then_some(dof));
+                continue;
+            }
             // turning at speed throws a vehicle outwards, which drags it, and its own drag tells how
             let thrown = match dof {
                 Dof::Sway => Some([Dof::Surge, Dof::Yaw]),
@@ -95,14 +112,31 @@ impl Chosen {
         if dofs.is_empty() {
             dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
         }
-        Chosen { dofs, words, undriven, idle, left_out }
+        Chosen { dofs, words, undriven, pushed, idle, left_out }
     }
+}
+
+fn varies(signal: &Signal) -> bool {
+    signal.values().iter().any(|x| x.to_bits() != signal.values()[0].to_bits())
+}
+
+/// Whether the vehicle is steered by fins whose angles are logged.
+pub fn is_steered(logs: &[Understood]) -> bool {
+    let fins = [Dof::Yaw, Dof::Pitch].into_iter().filter_map(id::fin);
+    let turned = |log: &LogFile, channel: &str| log.signals.get(channel).is_some_and(varies);
+    fins.into_iter().any(|fin| logs.iter().filter_map(|l| l.log.as_ref()).any(|log| turned(log, fin.channel)))
+}
+
+/// Whether a thruster that pushes in `dof` is commanded otherwise in one log than in another.
+fn differs(logs: &[Understood], dof: Dof, thrusters: &[Thruster]) -> bool {
+    let first = |k: usize| logs.iter().filter_map(move |l| drives::signals(l).get(k)?.values().first().copied());
+    let pushes = (0..thrusters.len()).filter(|k| thrusters[*k].unit_wrench()[dof.index()].abs() > 1e-6);
+    pushes.into_iter().any(|k| first(k).any(|x| first(k).next().is_some_and(|y| x.to_bits() != y.to_bits())))
 }
 
 /// Whether a log commands `dof`.
 fn is_driven(understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool {
     let Some(log) = &understood.log else { return false };
-    let varies = |s: &Signal| s.values().iter().any(|x| x.to_bits() != s.values()[0].to_bits());
     if let Some(force) = log.signals.get(dof.force()) {
         return force.values().iter().any(|x| *x != 0.0);
     }
@@ -115,7 +149,7 @@ fn is_driven(understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool 
         Dof::Pitch | Dof::Heave => log.signals.get("stern_plane"),
         _ => None,
     };
-    if fin.is_some_and(&varies) {
+    if fin.is_some_and(varies) {
         return true;
     }
     let signals = drives::signals(understood);

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::commands::{self, Column, Kind};
+use super::degrees::is_steered;
 use super::reading::Understood;
 use super::{units, words};
 use crate::log::columns;
@@ -82,8 +83,16 @@ fn other_columns(
         ));
         kept = kept.into_iter().enumerate().filter(|(k, _)| !idle.contains(k)).map(|(_, column)| column).collect();
     }
+    if moving == 0 && thrusters.is_none() && is_steered(logs) {
+        let headers: Vec<&str> = log.commands.iter().map(|column| column.header.as_str()).collect();
+        remark = Some(format!(
+            "guessed: what {} pushes with is one force, for it never changes in any log: no thruster is made of it",
+            headers.join(", ")
+        ));
+        kept.clear();
+    }
     let most = (0..log.commands.len()).flat_map(values).fold(0.0, |m: f64, x| m.max(x.abs()));
-    if kept.iter().all(commands::is_force_by_name) && 0.0 < most && most <= commands::PARTS {
+    if !kept.is_empty() && kept.iter().all(commands::is_force_by_name) && 0.0 < most && most <= commands::PARTS {
         kept.iter_mut().for_each(|column| column.kind = Some(Kind::Part));
     }
     (kept != log.commands).then_some((kept, remark))

@@ -47,35 +47,73 @@ fn placed(commands: &[Column]) -> (Vec<([f64; 3], [f64; 3])>, String) {
     }
 }
 
-/// What a thruster of unknown make gives: that of a T200 at 16 V, in the unit of the command.
-fn curve(kind: Kind, greatest: f64) -> (String, &'static str) {
-    let full = [52.7, 40.6];
-    match kind {
-        Kind::Turns => (
-            format!("forward = {{ a = {:.1}, b = 0.0 }}\nreverse = {{ a = {:.1}, b = 0.0 }}\n", full[0], full[1]),
-            "thrust grows with the square of the turns; at the greatest of this log that of a T200 at 16 V",
-        ),
-        Kind::Volts => {
-            let a = |force: f64| force / greatest.max(1e-9).powi(2);
-            (
-                format!(
-                    "forward = {{ a = {:.4}, b = 0.0 }}\nreverse = {{ a = {:.4}, b = 0.0 }}\n",
-                    a(full[0]),
-                    a(full[1])
-                ),
-                "thrust grows with the square of the voltage; at the greatest of this log that of a T200 at 16 V",
-            )
+/// What a thruster of unknown make gives at the greatest command, N.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Full {
+    /// As much as a T200 at 16 V.
+    T200,
+    /// The drag of a hull at the speed that it reached.
+    Hull(f64),
+}
+
+impl Full {
+    /// Drag of a streamlined hull over ½ ρ ∇^(2/3) u²: 0.037 of the Mariner ship, 0.03 to 0.05 of a REMUS 100.
+    const STREAMLINED: f64 = 0.04;
+
+    /// Each of `thrusters` that bring a hull of `mass`, kg, to `speed`, m/s, in water of `density`, kg/m³.
+    pub fn of_hull(mass: f64, speed: f64, density: f64, thrusters: usize) -> Full {
+        let drag = 0.5 * density * Full::STREAMLINED * (mass / density).powf(2.0 / 3.0) * speed * speed;
+        Full::Hull(drag / thrusters.max(1) as f64)
+    }
+
+    /// Ahead and astern, N.
+    fn forces(&self) -> [f64; 2] {
+        match self {
+            Full::T200 => [52.7, 40.6],
+            Full::Hull(force) => [*force; 2],
         }
-        _ => (
+    }
+
+    fn why(&self) -> &'static str {
+        match self {
+            Full::T200 => "that of a T200 at 16 V",
+            Full::Hull(_) => {
+                "the drag of a streamlined hull of this mass at the greatest speed of the logs, right within a factor of two"
+            }
+        }
+    }
+}
+
+/// The curve that gives `full` at the `greatest` command, in the unit of the command, with the reason.
+fn curve(kind: Kind, greatest: f64, full: &Full) -> (String, String) {
+    let of = |what: &str| format!("thrust grows with the square of {what}; at the greatest of this log {}", full.why());
+    let lines = |[ahead, astern]: [String; 2]| {
+        format!("forward = {{ a = {ahead}, b = 0.0 }}\nreverse = {{ a = {astern}, b = 0.0 }}\n")
+    };
+    match (kind, full) {
+        (Kind::Turns, _) => (lines(full.forces().map(|force| format!("{force:.1}"))), of("the turns")),
+        (Kind::Volts, _) => {
+            let a = |force: f64| format!("{:.4}", force / greatest.max(1e-9).powi(2));
+            (lines(full.forces().map(a)), of("the voltage"))
+        }
+        (_, Full::Hull(force)) => (lines([*force; 2].map(|force| format!("{force:.1}"))), of("the command")),
+        (_, Full::T200) => (
             "forward = { a = 36.3, b = 23.3 }\nreverse = { a = 25.0, b = 20.7 }\ndeadband = 0.074\n".into(),
-            "a T200 at 16 V; write those of your thrusters, or bollard = \"table.csv\" of a bollard-pull test",
+            "a T200 at 16 V; write those of your thrusters, or bollard = \"table.csv\" of a bollard-pull test".into(),
         ),
     }
 }
 
-/// The `[[thruster]]` tables for commands of unknown thrusters. `pulse`: neutral, span and their reason.
+/// The `[[thruster]]` tables for commands of unknown thrusters, the greatest of which makes `full`. `pulse`: neutral, span and
+/// their reason.
 #[allow(clippy::needless_pass_by_value)] // made for this call
-pub fn tables(commands: &[Column], kind: Kind, greatest: f64, pulse: Option<(f64, f64, String)>) -> String {
+pub fn tables(
+    commands: &[Column],
+    kind: Kind,
+    greatest: f64,
+    full: &Full,
+    pulse: Option<(f64, f64, String)>,
+) -> String {
     let (places, why) = placed(commands);
     let mut text = format!(
         "\n# guessed: where the thrusters sit and point ({why}).\n# Masses and drags come out in units of the thrust that stands here: measure positions (m, body axes), axes and thrust, and\n# put them right, or give the vehicle with --vehicle.\n"
@@ -83,7 +121,7 @@ pub fn tables(commands: &[Column], kind: Kind, greatest: f64, pulse: Option<(f64
     if kind == Kind::Force {
         text += "# The log has forces; the curves below are not used.\n";
     }
-    let (curve, of) = curve(kind, greatest);
+    let (curve, of) = curve(kind, greatest, full);
     let _ = writeln!(text, "# guessed: the curve: {of}");
     if let Some((.., why)) = &pulse {
         let _ = writeln!(text, "# guessed: neutral and span of the pulses: {why}");
@@ -123,16 +161,24 @@ mod tests {
             let columns: Vec<Column> =
                 (1..=n).filter_map(|k| commands::of(&format!("pwm{k}"), &words::of(&format!("pwm{k}")))).collect();
             let pulse = Some((1500.0, 400.0, "usual".to_string()));
-            let text = tables(&columns, Kind::Pulse, 1900.0, pulse);
+            let text = tables(&columns, Kind::Pulse, 1900.0, &Full::T200, pulse);
             let thrusters = read(&text);
             assert_eq!(thrusters.len(), n);
             thrusters.iter().for_each(|t| t.validate().unwrap());
         }
         let sides: Vec<Column> =
             ["left_cmd", "right_cmd"].iter().filter_map(|h| commands::of(h, &words::of(h))).collect();
-        let thrusters = read(&tables(&sides, Kind::Volts, 10.0, None));
+        let thrusters = read(&tables(&sides, Kind::Volts, 10.0, &Full::T200, None));
         assert!(thrusters[0].position[1] < 0.0 && thrusters[1].position[1] > 0.0);
         // full command gives the thrust that is assumed
         assert!((thrusters[0].curve().force(10.0) - 52.7).abs() < 0.1);
+    }
+
+    /// A REMUS 100 of 30.5 kg makes 3.6 to 10 N at 1.5 m/s, the Mariner of 17 000 t about 700 kN at 15 knots.
+    #[test]
+    fn a_hull_needs_the_thrust_of_its_drag() {
+        let within = |full: Full, least: f64, most: f64| (least..most).contains(&full.forces()[0]);
+        assert!(within(Full::of_hull(30.48, 1.5, 1030.0, 1), 3.6, 10.0));
+        assert!(within(Full::of_hull(17e6, 7.7, 1025.0, 1), 600e3, 850e3));
     }
 }

@@ -8,6 +8,7 @@ pub(super) mod commands;
 mod degrees;
 mod dives;
 mod drives;
+mod fins;
 mod geometry;
 mod held;
 mod layout;

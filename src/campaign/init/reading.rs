@@ -8,7 +8,7 @@ use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
 use super::told::Told;
 use super::words::{self, Words};
-use super::{altitude, drives, ros, units, values};
+use super::{altitude, drives, fins, ros, units, values};
 use crate::log::columns::Quantity;
 use crate::log::options::{
     BodyFrame, ColumnSource, Duplicates, EarthFrame, Missing, Repeated, Truncated, VelocityReference,
@@ -97,6 +97,9 @@ pub fn settle(logs: &mut [Understood], paths: &[&Path], thrusters: Option<usize>
         if log.log.is_some() && log.options != *before {
             log.attempt(path);
         }
+    }
+    for k in fins::settle(logs) {
+        logs[k].attempt(paths[k]);
     }
 }
 

@@ -3,20 +3,23 @@
 use std::fmt::Write;
 
 use super::commands::{self, Kind};
-use super::degrees::Chosen;
+use super::degrees::{Chosen, is_steered};
+use super::geometry::Full;
 use super::held::{self, Commanded};
 use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
+use crate::campaign::steps_as_lines::goes_on;
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
-use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, catalogue, id};
+use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, Place, catalogue, id};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
-use crate::model::places_of;
+use crate::model::{name_of, places_of};
 use crate::run::{Run, Signal, is_command};
 use crate::tank::derived;
 use crate::thrust::thruster::Thruster;
+use crate::vehicle::Water;
 
 /// All that the text is made of.
 pub struct Draft<'a> {
@@ -59,11 +62,26 @@ impl Draft<'_> {
         text += &self.log_table(common);
         text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
         text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
+        text += &self.mass_of_hull(&chosen);
         let roles = self.roles(&chosen.dofs);
         for (dive, role) in self.dives.iter().zip(roles) {
             text += &self.run_table(dive, role, common.is_none());
         }
         Written { text: text + &self.not_placed(), idle: chosen.idle, left_out: chosen.left_out }
+    }
+
+    /// The prior that gives masses and drags their scale where no force is known: the dry mass, and what the water adds to it.
+    fn mass_of_hull(&self, chosen: &Chosen) -> String {
+        let Some(mass) = self.request.facts.mass.filter(|_| chosen.pushed && self.vehicle.is_none()) else {
+            return String::new();
+        };
+        // 0.05 of the Mariner ship, 0.03 of a REMUS 100, 0.1 of an Otter
+        format!(
+            "\n# guessed: the scale of all masses and drags, as no force is known: a long hull drags 5 % of its mass along\n[[parameter]]\neffect = {}\nvalue = {:.6e}\nstd = {:.2e}\n",
+            quoted(&name_of(id::INERTIA, Place::at(Dof::Surge))),
+            1.05 * mass,
+            0.05 * mass
+        )
     }
 
     /// What a log of another format has and the campaign does not take.
@@ -143,7 +161,7 @@ impl Draft<'_> {
         };
         let greatest = drives::greatest(&signals);
         let pulse = (kind == Kind::Pulse).then(|| self.pulses(&signals));
-        let tables = geometry::tables(&log.commands, kind, greatest, pulse);
+        let tables = geometry::tables(&log.commands, kind, greatest, &self.full_thrust(log.commands.len()), pulse);
         if forced {
             let commented: String =
                 tables.lines().map(|line| format!("# {}\n", line.trim_start_matches("# "))).collect();
@@ -152,6 +170,17 @@ impl Draft<'_> {
             );
         }
         tables
+    }
+
+    /// What each thruster of unknown make gives: where fins steer a vehicle of known mass, it is a hull that reached a speed.
+    fn full_thrust(&self, thrusters: usize) -> Full {
+        let (mass, water) = (self.request.facts.mass, Water::default());
+        let speeds = self.logs.iter().filter_map(|l| l.log.as_ref()?.signals.get(Dof::Surge.velocity()));
+        let fastest = speeds.flat_map(|s| s.values()).fold(0.0, |most: f64, u| most.max(*u));
+        match mass.filter(|_| is_steered(self.logs) && fastest > 0.0) {
+            Some(mass) => Full::of_hull(mass, fastest, water.density, thrusters),
+            None => Full::T200,
+        }
     }
 
     /// The log with the most commands, and those of its like: one vehicle, and all of its logs tell what its commands are.
@@ -194,6 +223,14 @@ impl Draft<'_> {
     fn model_table(&self, chosen: &Chosen) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
         let mut effects = id::BALANCE.map(str::to_string).to_vec();
+        if chosen.pushed {
+            // at speeds that hardly differ one drag and the thrust are all that there is to be seen of surge
+            let others = chosen.dofs.iter().filter(|dof| **dof != Dof::Surge);
+            let linear: Vec<String> = others.map(|dof| name_of(id::LINEAR_DRAG, Place::at(*dof))).collect();
+            effects.retain(|id| id != id::LINEAR_DRAG);
+            effects.extend(linear);
+            effects.push(name_of(id::BIAS, Place::at(Dof::Surge)));
+        }
         let rows = chosen.dofs.iter().map(|row| CoriolisRow { row: *row, coriolis: Coriolis::Tied });
         let stands = |row: &CoriolisRow| !places_of(row, &chosen.dofs).is_empty();
         effects.extend(rows.filter(stands).map(|row| row.about().id.to_string()));
@@ -249,7 +286,8 @@ impl Draft<'_> {
         let commanded = self.logs.iter().filter_map(|understood| {
             let log = understood.log.as_ref()?;
             let mut signals = drives::signals(understood);
-            signals.extend(log.signals.iter().filter(|(name, _)| is_command(name)).map(|(_, s)| s));
+            let is_sent = |name: &str, signal: &Signal| is_command(name) && !goes_on(name, signal);
+            signals.extend(log.signals.iter().filter(|(name, s)| is_sent(name, s)).map(|(_, s)| s));
             Some(Commanded { signals, rows: log.rows, run: Run { signals: log.signals.clone(), ..Run::default() } })
         });
         let (is_held, why) = held::commands_are_held(&commanded.collect::<Vec<_>>());

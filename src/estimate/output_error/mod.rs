@@ -42,13 +42,17 @@ use crate::progress;
 use crate::run::Run;
 use crate::simulate::TrackError;
 
+/// Longest step of the integrator where the motion may be quick and nobody says another, s: RK4 is then good to 1e-5 for time
+/// constants above 0.5 s.
+pub const LONGEST_STEP: f64 = 0.1;
+
 /// How the fit is done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputErrorOptions {
     /// Length of a segment, s. Long enough to see slow drag, short enough that unstable motion stays near the data.
     pub segment: f64,
-    /// Longest step of the integrator, s: RK4 at a tenth of a second is good to 1e-5 for time constants above 0.5 s.
-    pub longest_step: f64,
+    /// Longest step of the integrator, s; `None`: [`LONGEST_STEP`], or longer where the motion is slow.
+    pub longest_step: Option<f64>,
     /// Whether the logged position is a measurement of its own (acoustic, GNSS), not integrated from the velocity.
     pub position: bool,
     /// Standard deviation of the noise by channel, SI; estimated from the data where absent.
@@ -71,7 +75,7 @@ impl Default for OutputErrorOptions {
     fn default() -> OutputErrorOptions {
         OutputErrorOptions {
             segment: 8.0,
-            longest_step: 0.1,
+            longest_step: None,
             position: false,
             sigma: None,
             iterations: 40,

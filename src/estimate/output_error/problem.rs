@@ -6,9 +6,10 @@ use super::fold::Fold;
 use super::loss::{Loss, RobustResidual};
 use super::noise;
 use super::observed::{available, observed, upright};
-use super::{OutputErrorError, OutputErrorOptions};
+use super::{LONGEST_STEP, OutputErrorError, OutputErrorOptions};
 use crate::chain::StateId;
 use crate::dynamics::Dynamics;
+use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, rounding};
 use crate::simd::{Machine, Wide, Widths as _, Work};
@@ -32,6 +33,8 @@ pub struct Problem {
     pub unknowns: Vec<Unknown>,
     /// What a residual costs.
     pub loss: Loss,
+    /// Longest step of the integrator, s, where one is given.
+    pub longest_step: Option<f64>,
 }
 
 /// One unknown of the fit.
@@ -88,7 +91,7 @@ impl Problem {
         if dynamics.outputs.is_empty() {
             return Err(OutputErrorError::NothingObserved);
         }
-        let longest = options.longest_step;
+        let longest = options.longest_step.unwrap_or(LONGEST_STEP);
         let tracks = runs
             .iter()
             .enumerate()
@@ -103,20 +106,37 @@ impl Problem {
                 true => (0..runs.len()).map(|run| Unknown { parameter: *p, run: Some(run) }).collect(),
             })
             .collect();
-        let mut problem = Problem { dynamics, tracks, segments, sigma, unknowns, loss: options.loss };
+        let OutputErrorOptions { loss, longest_step, .. } = *options;
+        let mut problem = Problem { dynamics, tracks, segments, sigma, unknowns, loss, longest_step };
         problem.follow(model);
         Ok(problem)
     }
 
-    /// Brings the steps of the integrator to half the quickest time constant about each instant with the values of `model`;
-    /// whether they have changed. A time constant that is quicker than the steps would be found by their size.
+    /// Brings the steps of the integrator to half the quickest time constant about each instant with the values of `model`
+    /// at most; whether they have changed. A time constant that is quicker than the steps would be found by their size.
+    ///
+    /// Where nobody gave the longest step, it is [`LONGEST_STEP`] or a fifth of that time constant, whichever is longer: a ship
+    /// of half a minute that is logged once a second takes one step from sample to sample. What else the motion may follow, a
+    /// wave or a command that arrives between two samples, is not slow with it; nor is what a random force does to a pose on the way
+    /// from sample to sample, which tells a velocity that is not logged.
     pub(crate) fn follow(&mut self, model: &Model) -> bool {
+        let Problem { dynamics, .. } = &*self;
+        let is_logged = |dof: &Dof| dynamics.outputs.iter().any(|output| output == dof.velocity());
+        let is_timed = dynamics.inputs.iter().any(|(_, name)| name == "t");
+        let is_slow = dynamics.delays().is_empty() && !is_timed && dynamics.velocities().iter().all(is_logged);
+        let longest = |constant: f64| match self.longest_step {
+            Some(given) => given,
+            None if is_slow => LONGEST_STEP.max(0.2 * constant),
+            None => LONGEST_STEP,
+        };
+        let steps =
+            |constants: Vec<f64>| constants.into_iter().map(move |c| longest(c).min(0.5 * c)).collect::<Vec<_>>();
         let Problem { dynamics, tracks, .. } = self;
         let mut changed = false;
         for track in tracks {
             let theta = values_in_run(model, track.run);
             let constants = quickest_time_constants(dynamics, track, &theta);
-            if track.follow(constants.into_iter().map(|constant| 0.5 * constant)) {
+            if track.follow(steps(constants).into_iter()) {
                 track.read_inputs(dynamics, &theta);
                 changed = true;
             }

@@ -15,16 +15,6 @@ fn swum(folder: &Folder, name: &str, header: &str, cells: impl Fn(usize, [f64; 7
     folder.write(name, &format!("{header}\n{}\n", rows.join("\n")))
 }
 
-/// Codes of what `check` finds, with the verdict.
-fn checked(folder: &Folder) -> (String, Vec<String>) {
-    let json = folder.path("check.json");
-    run(&["check", &folder.path("made"), "--json", &json, "--force"]);
-    let check: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
-    let of = |key: &str| check[key].as_array().cloned().unwrap_or_default();
-    let found = of("errors").into_iter().chain(of("warnings"));
-    (check["verdict"].to_string(), found.filter_map(|f| f["code"].as_str().map(str::to_string)).collect())
-}
-
 #[test]
 fn a_unit_that_is_stated_is_never_overruled() {
     let folder = Folder::new("stated");

@@ -1,0 +1,133 @@
+//! The angle of a fin against the turn that it makes.
+//!
+//! ```text
+//! Δr = g ∫ u|u| δ dt + drag, Coriolis and a constant        q: g ∫ −u|u| δ dt        g > 0
+//! ```
+//!
+//! A rudder is positive where it turns the vehicle to starboard, a stern plane where it turns the nose down
+//! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not.
+
+use super::balance::{Balance, WINDOW};
+use super::codes;
+use super::commands::CERTAIN;
+use super::report::{FaultKind, Found};
+use crate::effects::id;
+use crate::frame::Dof;
+use crate::log::number::short;
+use crate::run::{Run, Signal};
+
+/// Lengths of the windows, in the shortest one's: a ship answers its rudder within half a minute. The one that shows most counts.
+const WINDOWS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+
+/// How the turn rate answers a fin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain {
+    /// Channel of the fin's angle.
+    pub channel: &'static str,
+    /// What it turns.
+    pub turns: Dof,
+    /// g and its deviation, rad/s² per rad at 1 m/s; at the speed of the run where none is logged.
+    pub value: f64,
+    /// Standard deviation of it.
+    pub std: f64,
+}
+
+impl Gain {
+    /// Whether the fin's angle has the other sign than that of the model, beyond doubt.
+    pub fn is_reversed(&self) -> bool {
+        self.value < -CERTAIN * self.std
+    }
+}
+
+/// The answer to each fin that a run logs.
+pub fn measure(run: &Run) -> Vec<Gain> {
+    let over = |(turns, channel): (Dof, &'static str), steered: &Run, times: f64| {
+        let balance = Balance::over(steered, turns, times * WINDOW)?;
+        let fit = balance.fit(0.0)?;
+        Some(Gain { channel, turns, value: fit.theta[0], std: fit.std[0] })
+    };
+    let certain = |gain: &Gain| gain.value.abs() / gain.std;
+    let of = |turns: Dof| {
+        let channel = id::fin(turns)?.channel;
+        let steered = with_lift(run, turns, channel)?;
+        let gains = WINDOWS.into_iter().filter_map(|times| over((turns, channel), &steered, times));
+        gains.filter(|gain| gain.std > 0.0).max_by(|a, b| certain(a).total_cmp(&certain(b)))
+    };
+    [Dof::Yaw, Dof::Pitch].into_iter().filter_map(of).collect()
+}
+
+/// Fins whose angle has the wrong sign.
+pub fn judge(run: &Run) -> Vec<Found> {
+    let wrong = |gain: &Gain| {
+        let Gain { channel, turns, value, std } = *gain;
+        let text = format!(
+            "{channel} turns the vehicle the wrong way ({} ± {} per unit of {} by u² {channel}): a positive angle is one that \
+             turns it {}; set columns.{channel}.sign = -1",
+            short(value, 3),
+            short(std, 2),
+            turns.velocity(),
+            if turns == Dof::Yaw { "to starboard" } else { "nose down" },
+        );
+        let found = Found::new(&codes::COMMAND_SIGN, &[channel, turns.velocity()], text);
+        found.fault(FaultKind::Sign, channel, -1.0)
+    };
+    measure(run).iter().filter(|gain| gain.is_reversed()).map(wrong).collect()
+}
+
+/// The run with the moment of the fin, but for its size, as the only command of what it turns.
+fn with_lift(run: &Run, turns: Dof, channel: &str) -> Option<Run> {
+    let angle = run.signal(channel).filter(|s| s.len() > 1)?;
+    let speed = run.signal(Dof::Surge.velocity()).filter(|s| !s.is_empty());
+    let sign = if turns == Dof::Pitch { -1.0 } else { 1.0 };
+    let lift = |(t, delta): (&f64, &f64)| {
+        let u = speed.map_or(1.0, |u| u.at(*t));
+        sign * u * u.abs() * delta
+    };
+    let lifts: Vec<f64> = angle.time().iter().zip(angle.values()).map(lift).collect();
+    let mut steered = run.clone();
+    steered.signals.insert(turns.force().into(), Signal::new(angle.shared_time().clone(), lifts));
+    Some(steered)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A zig-zag under a rudder that turns the vehicle by `gain`.
+    fn zigzag(gain: f64) -> Run {
+        let (mut psi, mut r, mut delta) = (0.0_f64, 0.0_f64, 0.2_f64);
+        let (mut time, mut rows) = (Vec::new(), [Vec::new(), Vec::new()]);
+        for k in 0..6000 {
+            if psi.abs() > 0.2 {
+                delta = -0.2 * (gain * psi).signum();
+            }
+            if k % 10 == 0 {
+                time.push(0.1 * f64::from(k));
+                rows[0].push(r + 1e-4 * (f64::from(k) * 1.7).sin());
+                rows[1].push(delta);
+            }
+            // time constant 20 s
+            r += 0.1 * (0.05 * (gain * delta - r));
+            psi += 0.1 * r;
+        }
+        let mut run = Run::default();
+        let time: std::sync::Arc<[f64]> = time.into();
+        for (name, values) in ["r", "rudder"].into_iter().zip(rows) {
+            run.signals.insert(name.into(), Signal::new(time.clone(), values));
+        }
+        run
+    }
+
+    #[test]
+    fn a_rudder_of_the_other_sign_is_told() {
+        assert!(judge(&zigzag(0.07)).is_empty());
+        let told = judge(&zigzag(-0.07));
+        assert_eq!(told.len(), 1);
+        assert!(told[0].text.contains("columns.rudder.sign = -1"), "{}", told[0].text);
+        let mut still = zigzag(0.07);
+        still.signals.insert("rudder".into(), still.signals["r"].clone());
+        let straight =
+            Run { signals: still.signals.into_iter().filter(|(name, _)| name == "r").collect(), ..Run::default() };
+        assert!(measure(&straight).is_empty(), "no fin is logged");
+    }
+}

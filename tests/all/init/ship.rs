@@ -1,0 +1,102 @@
+//! A ship's zig-zags as a bridge logs them: once a second, one rudder, and turns of the propeller that never change.
+
+use super::*;
+
+/// Virtual masses in surge and sway, kg, and in yaw, kg·m².
+const INERTIA: [f64; 3] = [2.1e6, 3.4e6, 9.0e8];
+/// Place of the rudder, m, and the slope of its lift, kg/m.
+const RUDDER: [f64; 2] = [-30.0, 4.0e3];
+
+/// The log of one zig-zag by `degrees`, with noise of the sensors: 0.02 m/s, 0.01 °/s, 0.1°.
+///
+/// `m_u u̇ = T − q u² + m_v v r − k_D u² δ²`, `m_v v̇ = −m_u u r − (d + k u) v − k u (u δ + x r)`,
+/// `I ṙ = (m_u − m_v) u v − e r + x Y`, by Euler steps of 0.02 s.
+fn zigzag(degrees: f64, seconds: f64, seed: u64) -> String {
+    let mut state = seed;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    // the sum of twelve is Gaussian within what a test can tell
+    let mut noise = move |std: f64| std * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
+    let mut text = String::from("time,rudder_angle_deg,heading_deg,yaw_rate_deg_s,speed_m_s,sway_m_s,rpm\n");
+    let ([m_u, m_v, i_r], [x, k]) = (INERTIA, RUDDER);
+    let (mut u, mut v, mut r, mut psi, mut delta, mut order) = (6.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+    let (dt, most) = (0.02, degrees.to_radians());
+    for step in 0..(seconds / dt) as usize {
+        let t = step as f64 * dt;
+        order = match order {
+            _ if t < 20.0 => 0.0,
+            _ if psi > most => -most,
+            _ if psi < -most => most,
+            0.0 => most,
+            held => held,
+        };
+        if step % 50 == 0 {
+            let cells = [
+                delta.to_degrees(),
+                (psi.to_degrees() + noise(0.1)).rem_euclid(360.0),
+                r.to_degrees() + noise(0.01),
+                u + noise(0.02),
+                v + noise(0.02),
+            ];
+            let _ = write!(text, "{t:.1}");
+            for x in cells {
+                let _ = write!(text, ",{x:.3}");
+            }
+            text += ",80\n";
+        }
+        // 3 degrees a second, as a steering gear turns
+        delta += (order - delta).clamp(-0.052 * dt, 0.052 * dt);
+        let lift = -k * u * (u * delta + v + x * r);
+        let du = (4_000.0 * (36.0 - u * u) + m_v * v * r - 3_000.0 * u * u * delta * delta) / m_u;
+        let dv = (-m_u * u * r - 3.0e5 * v + lift) / m_v;
+        let dr = ((m_u - m_v) * u * v - 2.2e8 * r + x * lift) / i_r;
+        (u, v, r, psi) = (u + dt * du, v + dt * dv, r + dt * dr, psi + dt * r);
+    }
+    text
+}
+
+/// Three runs become a model with the masses of the ship, from its dry mass alone.
+#[test]
+fn zig_zags_of_a_ship_become_its_masses() {
+    let folder = Folder::new("ship");
+    let logs: Vec<String> = [(10.0, 400.0, 1), (20.0, 500.0, 2), (15.0, 400.0, 3), (20.0, 400.0, 4)]
+        .into_iter()
+        .map(|(degrees, seconds, seed)| folder.write(&format!("zz{seed}.csv"), &zigzag(degrees, seconds, seed)))
+        .collect();
+    let made = folder.path("made");
+    let mut arguments = vec!["init", "--mass", "2000000", "--length", "70", "-o", &made];
+    arguments.extend(logs.iter().map(String::as_str));
+    let said = succeeds(&arguments);
+    assert!(!said.contains("left out"), "{said}");
+    let text = fs::read_to_string(Path::new(&made).join("campaign.toml")).expect("it was written");
+    for line in
+        ["dofs = [\"surge\", \"sway\", \"yaw\"]", "\"bias@surge\"", "\"rudder_force\"", "undriven = [\"surge\"]"]
+    {
+        assert!(text.contains(line), "{line}:\n{text}");
+    }
+    assert!(text.contains("rpm pushes with is one force"), "{text}");
+    // the rudder is the command: nobody is told that sway and yaw are not excited
+    let (_, found) = checked(&folder);
+    assert!(!found.iter().any(|code| code == "M111" || code == "K131"), "{found:?}");
+
+    let json = folder.path("fit.json");
+    succeeds(&["fit", &made, "--json", &json]);
+    let fit: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    assert_eq!(fit["converged"], true, "{fit}");
+    let of = |name: &str| {
+        let found = fit["parameters"].as_array().into_iter().flatten().find(|p| p["name"] == name);
+        let p = found.unwrap_or_else(|| panic!("{name}: {fit}"));
+        (p["value"].as_f64().unwrap_or(f64::NAN), p["std"].as_f64().unwrap_or(f64::NAN))
+    };
+    // the prior says 2.1e6 ± 1e5, and the scale is no better than that: ratios of the masses are what the runs tell
+    let (m_u, _) = of("m_u");
+    for (name, truth) in [("m_v", INERTIA[1]), ("I_r", INERTIA[2]), ("k_rudder", RUDDER[1])] {
+        let (value, std) = of(name);
+        assert!((value / m_u * INERTIA[0] - truth).abs() < 4.0 * std, "{name}: {value} ± {std} for {truth}");
+        assert!(std < 0.25 * truth, "{name} ± {std} for {truth} says nothing");
+    }
+    let (place, std) = of("x_rudder");
+    assert!((place - RUDDER[0]).abs() < 4.0 * std && std < 10.0, "{place} ± {std}");
+}
