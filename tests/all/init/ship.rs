@@ -99,4 +99,37 @@ fn zig_zags_of_a_ship_become_its_masses() {
     }
     let (place, std) = of("x_rudder");
     assert!((place - RUDDER[0]).abs() < 4.0 * std && std < 10.0, "{place} ± {std}");
+
+    // a rudder that takes its time is no thrust that is late, and no drag either
+    let found = folder.path("found.json");
+    succeeds(&["discover", &made, "--json", &found]);
+    let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(found).expect("written")).expect("JSON");
+    assert_eq!(found["verdict"], "nothing_missing", "{}", found["sentence"]);
+}
+
+/// A helm that counts port rudder positive.
+#[test]
+fn a_rudder_of_the_other_sign_is_turned_round() {
+    let folder = Folder::new("port");
+    let turned = |text: String| -> String {
+        let line = |line: &str| match line.split_once(',').and_then(|(t, rest)| Some((t, rest.split_once(',')?))) {
+            Some((t, (angle, rest))) if !t.starts_with('t') => {
+                format!("{t},{},{rest}\n", angle.parse::<f64>().map_or(0.0, |x| -x))
+            }
+            _ => format!("{line}\n"),
+        };
+        text.lines().map(line).collect()
+    };
+    let log = folder.write("zz.csv", &turned(zigzag(20.0, 400.0, 5)));
+    let made = folder.path("made");
+    succeeds(&["init", &log, "--mass", "2000000", "--length", "70", "-o", &made]);
+    let file = Path::new(&made).join("campaign.toml");
+    let text = fs::read_to_string(&file).expect("it was written");
+    assert!(text.contains("rudder = { name = \"rudder_angle_deg\", unit = \"deg\", sign = -1 }"), "{text}");
+    let (_, found) = checked(&folder);
+    assert!(!found.contains(&"K121".to_string()), "{found:?}");
+    // as it stands in the log it is told
+    fs::write(&file, text.replace(", sign = -1", "")).expect("it can be written");
+    let (verdict, found) = checked(&folder);
+    assert!(found.contains(&"K121".to_string()) && verdict.contains("red"), "{verdict} {found:?}");
 }
