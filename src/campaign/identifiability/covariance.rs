@@ -7,11 +7,22 @@
 
 use nalgebra::DMatrix;
 
+use super::super::codes;
 use super::{Believable, Direction, Identifiability, correlations, groups, harmless};
 use crate::estimate::identifiability::{collinearity, shares};
 use crate::finding::Finding;
+use crate::log::number::short;
 use crate::model::Model;
-use crate::run::Run;
+use crate::run::{Run, is_commanded};
+
+/// Part of the prior's deviation that one from the data as well keeps at least where the data says nothing.
+const UNTOLD: f64 = 0.9;
+
+/// Part of a parameter that its deviation beside the scale is more than where the data leaves it uncertain.
+const UNCERTAIN: f64 = 0.05;
+
+/// Least share of a variance that a scale leaves: below, roundings decide.
+const ROUNDING: f64 = 1e-12;
 
 /// What `covariance`, in the order of the model's parameters, says of those that were estimated; `runs` are those of
 /// motion. `None` where there is none, or it is no covariance.
@@ -25,11 +36,38 @@ pub(in crate::campaign) fn of_covariance(
     let unknowns: Vec<usize> = model.free().into_iter().filter(own).collect();
     let at = |i: usize, j: usize| covariance[unknowns[i]][unknowns[j]];
     let n = unknowns.len();
-    let correlation = DMatrix::from_fn(n, n, |i, j| at(i, j) / (at(i, i) * at(j, j)).sqrt());
+    let scale = scale(model, covariance, &unknowns, runs);
+    if let Some(k) = scale {
+        let (p, std) = (&model.parameters[unknowns[k]], at(k, k).sqrt());
+        let text = format!(
+            "no force is known absolutely: the scale of all masses, drags and forces is that of {}, known beforehand to {} %; \
+             their ratios are better known than their deviations say",
+            p.full_name(),
+            short(100.0 * std / p.value.abs(), 2)
+        );
+        findings.push(Finding::new(&codes::SCALE_BY_PRIOR, text));
+    }
+    // beside what tells the scale, the rest is what the data has to separate
+    let beside = |i: usize, j: usize| match scale {
+        Some(k) if i == k || j == k => {
+            if i == j {
+                at(k, k)
+            } else {
+                0.0
+            }
+        }
+        Some(k) if i == j => (at(i, i) - at(i, k).powi(2) / at(k, k)).max(ROUNDING * at(i, i)),
+        Some(k) => at(i, j) - at(i, k) * at(j, k) / at(k, k),
+        None => at(i, j),
+    };
+    let correlation = DMatrix::from_fn(n, n, |i, j| beside(i, j) / (beside(i, i) * beside(j, j)).sqrt());
     let factor = correlation.cholesky()?.l();
     let inverse = factor.solve_lower_triangular(&DMatrix::identity(n, n))?;
     let columns: Vec<Vec<f64>> = (0..n).map(|j| inverse.column(j).iter().copied().collect()).collect();
-    let known = collinearity(&columns)?;
+    let mut known = collinearity(&columns)?;
+    // ratios that are known are told apart, however they go together
+    let is_uncertain = |k: &usize| beside(*k, *k).sqrt() > UNCERTAIN * model.parameters[unknowns[*k]].value.abs();
+    known.groups.retain(|(members, _)| scale.is_none() || members.iter().any(is_uncertain));
     let share = shares(model, runs);
     let mut parameters = Vec::new();
     for (k, parameter) in unknowns.iter().enumerate() {
@@ -64,4 +102,47 @@ pub(in crate::campaign) fn of_covariance(
         windows: Vec::new(),
         profiles: Vec::new(),
     })
+}
+
+/// The unknown that gives all others their scale: where no run commands a force, one of which the data says nothing beyond its
+/// prior.
+fn scale(model: &Model, covariance: &[Vec<f64>], unknowns: &[usize], runs: &[Run]) -> Option<usize> {
+    let untold = |p: &usize| {
+        let prior = model.parameters[*p].prior;
+        prior.is_some_and(|(_, std)| covariance[*p][*p].sqrt() > UNTOLD * std)
+    };
+    let undriven = !model.dofs.iter().any(|dof| is_commanded(runs, *dof));
+    unknowns.iter().position(untold).filter(|_| undriven)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Coriolis;
+    use crate::frame::Dof;
+    use crate::run::Signal;
+
+    /// Drag that is known to 1 % of the mass, and a mass that is known to 5 % by its prior alone.
+    #[test]
+    fn what_hangs_on_one_scale_is_told_as_that() {
+        let effects = ["inertia", "linear_drag"];
+        let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &effects).expect("it is known");
+        for (value, p) in [100.0, 20.0].into_iter().zip(&mut model.parameters) {
+            p.value = value;
+        }
+        model.parameters[0].prior = Some((100.0, 5.0));
+        let scaled = vec![vec![25.0, 5.0], vec![5.0, 1.0 + 0.04]];
+        let told = |runs: &[Run]| {
+            let mut findings = Vec::new();
+            let found = of_covariance(&model, &scaled, runs, &mut findings).expect("it is a covariance");
+            (found.condition_number_scaled, findings.iter().map(|f| f.code).collect::<Vec<_>>())
+        };
+        let (condition, codes) = told(&[Run::default()]);
+        assert!((condition - 1.0).abs() < 1e-9 && codes.contains(&"M227"), "{condition} {codes:?}");
+        // a thrust that is commanded is a scale of its own
+        let mut driven = Run::default();
+        driven.signals.insert("tau_u".into(), Signal::new(vec![0.0, 1.0].into(), vec![0.0, 10.0]));
+        let (condition, codes) = told(&[driven]);
+        assert!(condition > 5.0 && !codes.contains(&"M227"), "{condition} {codes:?}");
+    }
 }
