@@ -56,6 +56,16 @@ pub fn measure(run: &Run) -> Vec<Gain> {
     [Dof::Yaw, Dof::Pitch].into_iter().filter_map(of).collect()
 }
 
+/// What the fins of a run turn and push across, where their angles vary: no thruster has to.
+pub fn steered(run: &Run) -> Vec<Dof> {
+    let varies = |turns: Dof| {
+        let angle = id::fin(turns).and_then(|fin| run.signal(fin.channel));
+        angle.is_some_and(|s| s.values().windows(2).any(|w| w[0].to_bits() != w[1].to_bits()))
+    };
+    let moved = [[Dof::Yaw, Dof::Sway], [Dof::Pitch, Dof::Heave]];
+    moved.into_iter().filter(|[turns, _]| varies(*turns)).flatten().collect()
+}
+
 /// Fins whose angle has the wrong sign.
 pub fn judge(run: &Run) -> Vec<Found> {
     let wrong = |gain: &Gain| {
@@ -128,6 +138,7 @@ mod tests {
         still.signals.insert("rudder".into(), still.signals["r"].clone());
         let straight =
             Run { signals: still.signals.into_iter().filter(|(name, _)| name == "r").collect(), ..Run::default() };
-        assert!(measure(&straight).is_empty(), "no fin is logged");
+        assert!(measure(&straight).is_empty() && steered(&straight).is_empty(), "no fin is logged");
+        assert_eq!(steered(&zigzag(0.07)), [Dof::Yaw, Dof::Sway]);
     }
 }
