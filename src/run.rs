@@ -125,6 +125,21 @@ impl Signal {
         Signal { time, values }
     }
 
+    /// Whether its values are not all the same.
+    pub fn varies(&self) -> bool {
+        self.values.windows(2).any(|w| w[0].to_bits() != w[1].to_bits())
+    }
+
+    /// Standard deviation of white noise on a slow signal: median second difference over 0.6745 √6.
+    pub fn white_noise(&self) -> f64 {
+        let mut bends: Vec<f64> = self.values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+        let middle = bends.len() / 2;
+        if bends.is_empty() {
+            return 0.0;
+        }
+        *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt())
+    }
+
     /// Time stamps, s.
     pub fn time(&self) -> &[f64] {
         &self.time

@@ -7,7 +7,10 @@ use super::file::{CampaignErrors, CampaignFile, EffectRole, EffectTable, Observe
 use super::single_thrusters;
 use super::single_thrusters::Own;
 use crate::chain::{acts_in, memory_count};
-use crate::effects::{Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place, id};
+use crate::effects::{
+    Effect, EffectName, FormulaEffect, Observer, ParameterKind, Place,
+    id::{self, FinIds},
+};
 use crate::formula::{Formula, FormulaError};
 use crate::frame::Dof;
 use crate::model::{Model, Parameter, Term, name_of};
@@ -98,14 +101,13 @@ pub(super) fn told_by_functions(file: &CampaignFile) -> Vec<Dof> {
 
 /// Degrees of freedom that need no nominal force: a user's effect of the baseline drives them, or a fin that is logged.
 pub(super) fn driven_beside_thrust(file: &CampaignFile) -> Vec<Dof> {
-    fins(file).into_iter().flat_map(<[Dof; 2]>::from).chain(driven_by_formulas(file)).collect()
+    driven_by_fins(file).into_iter().chain(driven_by_formulas(file)).collect()
 }
 
-/// What each fin of the model turns, and pushes across.
-pub(super) fn fins(file: &CampaignFile) -> Vec<(Dof, Dof)> {
-    let stands =
-        |turns: Dof| id::fin(turns).is_some_and(|fin| file.model.effects.iter().any(|name| name.id == fin.lift));
-    [(Dof::Yaw, Dof::Sway), (Dof::Pitch, Dof::Heave)].into_iter().filter(|(turns, _)| stands(*turns)).collect()
+/// Those among them that a fin of the model turns, or pushes across.
+pub(super) fn driven_by_fins(file: &CampaignFile) -> Vec<Dof> {
+    let stands = |fin: &FinIds| file.model.effects.iter().any(|name| name.id == fin.lift);
+    id::fins().into_iter().filter(stands).flat_map(|fin| [fin.turns, fin.across]).collect()
 }
 
 /// Those among them that a user's effect drives.
@@ -140,7 +142,7 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(translation) {
         p.value = file.vehicle.mass.unwrap_or(p.value);
     }
-    // so is the moment of inertia of a body so long, the water that it turns included
+    // so is the moment of inertia of a body so long, the water that it turns included; the cube root of its volume is no length
     let turns = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| matches!(dof, Dof::Pitch | Dof::Yaw));
     for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(turns) {
         let Some((mass, length)) = file.vehicle.mass.zip(file.vehicle.length) else { continue };

@@ -12,7 +12,6 @@ use crate::check::closed_loop::Loop;
 use crate::check::excitation::Excitation;
 use crate::check::rates::{ChannelRate, number_of};
 use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, LogFault, TopicLight};
-use crate::effects::id;
 use crate::finding::{Finding, Severity};
 use crate::frame::Dof;
 use crate::log::{self, LogError, LogOptions};
@@ -186,12 +185,8 @@ fn driven(campaign: &Campaign) -> Vec<Dof> {
 
 /// Degrees of freedom that a fin moves whose angle varies in a run of the fit: that is their command.
 fn steered(campaign: &Campaign) -> Vec<Dof> {
-    let varies = |channel: &str| {
-        let signals = campaign.motion(Some(Role::Train));
-        signals.iter().filter_map(|run| run.signal(channel)).any(|s| s.values().windows(2).any(|w| w[0] < w[1]))
-    };
-    let steered = |turns: Dof| id::fin(turns).is_some_and(|fin| varies(fin.channel));
-    baseline::fins(&campaign.file).into_iter().filter(|(turns, _)| steered(*turns)).flat_map(<[Dof; 2]>::from).collect()
+    let steered: Vec<Dof> = campaign.motion(Some(Role::Train)).iter().flat_map(check::fins::steered).collect();
+    baseline::driven_by_fins(&campaign.file).into_iter().filter(|dof| steered.contains(dof)).collect()
 }
 
 /// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.

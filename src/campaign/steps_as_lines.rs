@@ -35,10 +35,7 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
         .collect();
     let first = stepped.first()?;
     let channels: Vec<&str> = commands(first).filter(|(_, s)| steps(s.values())).map(|(name, _)| name).collect();
-    let more = match stepped.len() - 1 {
-        0 => String::new(),
-        more => format!(" (and in {})", count(more, "more run")),
-    };
+    let more = more_runs(stepped.len() - 1);
     let does = if channels.len() == 1 {
         "holds its value over several rows and then steps"
     } else {
@@ -80,28 +77,17 @@ fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
 /// Whether a channel goes on from row to row where commands are held: the angle of a fin, or the turns of a propeller, that was
 /// measured and not ordered. What moves takes its time, and is where the row says at that instant only.
 pub(super) fn goes_on(name: &str, signal: &Signal) -> bool {
-    is_deflection(name)
-        && signal.values().windows(2).any(|w| w[0].to_bits() != w[1].to_bits())
-        && !steps(signal.values())
+    is_deflection(name) && signal.varies() && !steps(signal.values())
 }
 
 /// The note on what is read on lines although commands are held.
 pub(super) fn measured(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Finding> {
-    let of = |run: &Run| {
-        let channels = run.signals.iter().filter(|(name, signal)| goes_on(name, signal)).map(|(name, _)| name.clone());
-        channels.collect::<Vec<String>>()
+    let of = |run: &Run| -> Vec<String> {
+        run.signals.iter().filter(|(name, signal)| goes_on(name, signal)).map(|(name, _)| name.clone()).collect()
     };
-    let going: Vec<(&Run, Vec<String>)> = runs
-        .iter()
-        .filter(|run| moves(run.kind) && held(run))
-        .map(|run| (run, of(run)))
-        .filter(|(_, c)| !c.is_empty())
-        .collect();
-    let (first, channels) = going.first()?;
-    let more = match going.len() - 1 {
-        0 => String::new(),
-        more => format!(" (and in {})", count(more, "more run")),
-    };
+    let going: Vec<&Run> = runs.iter().filter(|run| moves(run.kind) && held(run) && !of(run).is_empty()).collect();
+    let first = going.first()?;
+    let (channels, more) = (of(first), more_runs(going.len() - 1));
     let text = format!(
         "{}: {} {} on from row to row{more}: read on lines between the rows, although input = \"hold\"",
         first.name,
@@ -109,6 +95,10 @@ pub(super) fn measured(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Find
         if channels.len() == 1 { "goes" } else { "go" },
     );
     Some(Finding::new(&codes::MEASURED_DEFLECTION, text))
+}
+
+fn more_runs(more: usize) -> String {
+    if more == 0 { String::new() } else { format!(" (and in {})", count(more, "more run")) }
 }
 
 /// Whether these values are those of a command that is held.

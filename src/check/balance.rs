@@ -76,11 +76,7 @@ fn products(dof: Dof) -> &'static [(&'static str, &'static str)] {
 
 /// Commands of a degree of freedom: its own nominal force, else those of all thrusters, else their voltages.
 pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
-    let varies = |name: &str| {
-        let signal = run.signal(name)?;
-        let first = signal.values().first()?;
-        signal.values().iter().any(|x| x.to_bits() != first.to_bits()).then(|| name.to_string())
-    };
+    let varies = |name: &str| run.signal(name)?.varies().then(|| name.to_string());
     if let Some(own) = varies(dof.force()) {
         return vec![own];
     }

@@ -11,7 +11,7 @@ use super::balance::{Balance, WINDOW};
 use super::codes;
 use super::commands::CERTAIN;
 use super::report::{FaultKind, Found};
-use crate::effects::id;
+use crate::effects::id::{self, FinIds};
 use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::{Run, Signal};
@@ -37,6 +37,11 @@ impl Gain {
     pub fn is_reversed(&self) -> bool {
         self.value < -CERTAIN * self.std
     }
+
+    /// Whether it has the same sign, beyond doubt.
+    pub fn is_right(&self) -> bool {
+        self.value > CERTAIN * self.std
+    }
 }
 
 /// The answer to each fin that a run logs.
@@ -47,23 +52,18 @@ pub fn measure(run: &Run) -> Vec<Gain> {
         Some(Gain { channel, turns, value: fit.theta[0], std: fit.std[0] })
     };
     let certain = |gain: &Gain| gain.value.abs() / gain.std;
-    let of = |turns: Dof| {
-        let channel = id::fin(turns)?.channel;
-        let steered = with_lift(run, turns, channel)?;
-        let gains = WINDOWS.into_iter().filter_map(|times| over((turns, channel), &steered, times));
+    let of = |fin: &FinIds| {
+        let steered = with_lift(run, fin.turns, fin.channel)?;
+        let gains = WINDOWS.into_iter().filter_map(|times| over((fin.turns, fin.channel), &steered, times));
         gains.filter(|gain| gain.std > 0.0).max_by(|a, b| certain(a).total_cmp(&certain(b)))
     };
-    [Dof::Yaw, Dof::Pitch].into_iter().filter_map(of).collect()
+    id::fins().iter().filter_map(of).collect()
 }
 
 /// What the fins of a run turn and push across, where their angles vary: no thruster has to.
 pub fn steered(run: &Run) -> Vec<Dof> {
-    let varies = |turns: Dof| {
-        let angle = id::fin(turns).and_then(|fin| run.signal(fin.channel));
-        angle.is_some_and(|s| s.values().windows(2).any(|w| w[0].to_bits() != w[1].to_bits()))
-    };
-    let moved = [[Dof::Yaw, Dof::Sway], [Dof::Pitch, Dof::Heave]];
-    moved.into_iter().filter(|[turns, _]| varies(*turns)).flatten().collect()
+    let varies = |fin: &FinIds| run.signal(fin.channel).is_some_and(Signal::varies);
+    id::fins().into_iter().filter(varies).flat_map(|fin| [fin.turns, fin.across]).collect()
 }
 
 /// Fins whose angle has the wrong sign.

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use super::codes;
 use super::report::Found;
 use crate::frame::Dof;
-use crate::log::check::statistics::{median, quantile};
+use crate::log::check::statistics::quantile;
 use crate::run::{Run, RunKind, Signal};
 
 /// How a degree of freedom stands in a log.
@@ -44,7 +44,7 @@ pub fn of(signals: &BTreeMap<String, Signal>, dof: Dof) -> Moved {
             let turns =
                 || dof.is_rotation() && signals.get(dof.position()).is_some_and(|angle| turned(angle) > slow * tilt);
             let is_motion = spread > least * tilt || (velocity.is_some() && turns());
-            if spread > 6.0 * noise(signal) && is_motion { Moved::Moves } else { Moved::Rests }
+            if spread > 6.0 * signal.white_noise() && is_motion { Moved::Moves } else { Moved::Rests }
         }
     }
 }
@@ -90,12 +90,6 @@ fn turned(angle: &Signal) -> f64 {
         whole.push(whole[whole.len() - 1] + step - TAU * (step / TAU).round());
     }
     spread(&Signal::new(angle.time().into(), whole))
-}
-
-/// Standard deviation of white noise, by second differences.
-fn noise(signal: &Signal) -> f64 {
-    let bends = signal.values().windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
-    median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use super::simulated_states::{available_of, carried};
 use crate::chain::Available;
 use crate::dynamics::Dynamics;
 use crate::estimate::filter_error::{FilterErrorFit, Filtered, NoiseModel};
-use crate::estimate::output_error::{LONGEST_STEP, OutputErrorError, OutputErrorOptions, Problem};
+use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions, Problem};
 use crate::model::Model;
 use crate::navigation::upright::with_quaternion;
 use crate::run::Run;
@@ -178,7 +178,7 @@ fn products(
     let mut tracks = Vec::new();
     for (k, (run, known)) in runs.iter().zip(&problem.tracks).enumerate() {
         let theta = values_in_run(&model, k);
-        let longest = fitting.longest_step.unwrap_or(LONGEST_STEP);
+        let longest = fitting.longest_step_of_quick_motion();
         let mut track = Track::new(run, k, &dynamics, &theta, model.input, longest)?;
         if track.follow(known.longest().iter().copied()) {
             track.read_inputs(&dynamics, &theta);

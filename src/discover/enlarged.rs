@@ -7,7 +7,7 @@ use super::Candidate;
 use crate::chain::{Attitude, Available, StateId};
 use crate::dynamics::Dynamics;
 use crate::effects::Family;
-use crate::estimate::output_error::{LONGEST_STEP, OutputErrorOptions};
+use crate::estimate::output_error::OutputErrorOptions;
 use crate::frame::Dof;
 use crate::model::{Model, Term, name_of};
 use crate::run::{Run, Signal};
@@ -187,8 +187,7 @@ fn listened(
     let dynamics = Dynamics::compile(&listening, &available, &std::collections::BTreeSet::new(), &[]);
     for (index, (run, heard)) in runs.iter().zip(&mut heard).enumerate() {
         let theta = values_in_run(&listening, index);
-        let track =
-            Track::new(run, index, &dynamics, &theta, listening.input, options.longest_step.unwrap_or(LONGEST_STEP))?;
+        let track = Track::new(run, index, &dynamics, &theta, listening.input, options.longest_step_of_quick_motion())?;
         let mut time: Vec<f64> = Vec::new();
         let mut rows: Vec<f64> = Vec::new();
         for (i, begin) in track.starts.iter().enumerate() {

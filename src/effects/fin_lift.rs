@@ -35,6 +35,14 @@ impl Fin {
             Fin::SternPlane => "stern_plane",
         }
     }
+
+    /// What it turns, and pushes across.
+    pub const fn moves(self) -> [Dof; 2] {
+        match self {
+            Fin::Rudder => [Dof::Yaw, Dof::Sway],
+            Fin::SternPlane => [Dof::Pitch, Dof::Heave],
+        }
+    }
 }
 
 /// The lift of a fin, and the moment that it makes.
@@ -74,10 +82,8 @@ impl Effect for FinLift {
 
     fn wrench<'g>(&self, at: &Instant<'g>, _: Place, theta: &[Expr<'g>], _: &[Expr<'g>], wrench: &mut Six<'g>) {
         let (delta, u, x) = (at.channel(self.0.channel()), at.nu_r[0], theta[1]);
-        let (across, turn, arm) = match self.0 {
-            Fin::Rudder => (1, 5, x),
-            Fin::SternPlane => (2, 4, -x),
-        };
+        let [turn, across] = self.0.moves().map(Dof::index);
+        let arm = if self.0 == Fin::Rudder { x } else { -x };
         let lift = -(theta[0] * u.abs() * (u * delta + at.nu_r[across] + arm * at.nu_r[turn]));
         wrench[across] += lift;
         wrench[turn] += arm * lift;

@@ -52,15 +52,13 @@ pub fn restoring(dof: Dof) -> Option<String> {
     }
 }
 
-/// Lift and drag of the fin that turns a vehicle in yaw or pitch, with the channel of its angle.
-pub fn fin(turns: Dof) -> Option<FinIds> {
-    let fin = match turns {
-        Dof::Yaw => Fin::Rudder,
-        Dof::Pitch => Fin::SternPlane,
-        _ => return None,
-    };
+/// The fins, each with its effects and the channel of its angle.
+pub fn fins() -> [FinIds; 2] {
     let id = |effect: &dyn Effect| effect.about().id.to_string();
-    Some(FinIds { channel: fin.channel(), lift: id(&FinLift(fin)), drag: id(&FinDrag(fin)) })
+    [Fin::Rudder, Fin::SternPlane].map(|fin| {
+        let [turns, across] = fin.moves();
+        FinIds { channel: fin.channel(), turns, across, lift: id(&FinLift(fin)), drag: id(&FinDrag(fin)) }
+    })
 }
 
 /// What a campaign calls a fin.
@@ -68,6 +66,10 @@ pub fn fin(turns: Dof) -> Option<FinIds> {
 pub struct FinIds {
     /// Channel of its angle, rad.
     pub channel: &'static str,
+    /// What it turns: yaw or pitch.
+    pub turns: Dof,
+    /// What it pushes across: sway or heave.
+    pub across: Dof,
     /// Id of its lift.
     pub lift: String,
     /// Id of its drag.

@@ -13,7 +13,7 @@ use crate::frame::Dof;
 use crate::run::{Run, Signal};
 
 /// Shortest window, s.
-pub(super) const SHORTEST: f64 = 1.0;
+const SHORTEST: f64 = 1.0;
 
 /// Times the shortest that windows are tried.
 const TIMES: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
@@ -26,7 +26,7 @@ pub(super) fn length(dofs: &[Dof], runs: &[Run]) -> f64 {
     let (mut wanted, mut most) = (SHORTEST, f64::INFINITY);
     for dof in dofs {
         let signals: Vec<&Signal> = runs.iter().filter_map(|run| run.signal(dof.velocity())).collect();
-        let noise = 2.0 * mean(signals.iter().map(|s| white_noise(s).powi(2)));
+        let noise = 2.0 * mean(signals.iter().map(|s| s.white_noise().powi(2)));
         let changes = TIMES.map(|times| mean(signals.iter().filter_map(|s| change(s, times * SHORTEST))) - noise);
         let window = |enough: f64| changes.iter().position(|d| *d >= enough).map(|k| TIMES[k] * SHORTEST);
         let Some(long_enough) = window(CLEAR * noise) else { continue };
@@ -53,16 +53,6 @@ fn change(signal: &Signal, window: f64) -> Option<f64> {
     let step = (time.last()? - time.first()?) / (time.len() - 1) as f64;
     let lag = ((window / step).round() as usize).max(1);
     (lag < x.len()).then(|| mean(x.iter().zip(&x[lag..]).map(|(a, b)| (b - a).powi(2))))
-}
-
-/// Deviation of white noise: median second difference over 0.6745 √6.
-fn white_noise(signal: &Signal) -> f64 {
-    let mut bends: Vec<f64> = signal.values().windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    let middle = bends.len() / 2;
-    if bends.is_empty() {
-        return 0.0;
-    }
-    *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt())
 }
 
 #[cfg(test)]

@@ -49,13 +49,8 @@ pub(in crate::campaign) fn of_covariance(
     }
     // beside what tells the scale, the rest is what the data has to separate
     let beside = |i: usize, j: usize| match scale {
-        Some(k) if i == k || j == k => {
-            if i == j {
-                at(k, k)
-            } else {
-                0.0
-            }
-        }
+        Some(k) if i == k && j == k => at(k, k),
+        Some(k) if i == k || j == k => 0.0,
         Some(k) if i == j => (at(i, i) - at(i, k).powi(2) / at(k, k)).max(ROUNDING * at(i, i)),
         Some(k) => at(i, j) - at(i, k) * at(j, k) / at(k, k),
         None => at(i, j),

@@ -5,12 +5,11 @@
 
 use super::drives;
 use super::reading::Understood;
+use crate::check::fins;
 use crate::check::motion::{self, Moved};
 use crate::effects::{Place, id};
 use crate::frame::Dof;
-use crate::log::LogFile;
 use crate::model::name_of;
-use crate::run::Signal;
 use crate::thrust::thruster::Thruster;
 
 /// What is said where none is left, on the terminal too.
@@ -116,15 +115,9 @@ impl Chosen {
     }
 }
 
-fn varies(signal: &Signal) -> bool {
-    signal.values().iter().any(|x| x.to_bits() != signal.values()[0].to_bits())
-}
-
 /// Whether the vehicle is steered by fins whose angles are logged.
 pub fn is_steered(logs: &[Understood]) -> bool {
-    let fins = [Dof::Yaw, Dof::Pitch].into_iter().filter_map(id::fin);
-    let turned = |log: &LogFile, channel: &str| log.signals.get(channel).is_some_and(varies);
-    fins.into_iter().any(|fin| logs.iter().filter_map(|l| l.log.as_ref()).any(|log| turned(log, fin.channel)))
+    logs.iter().filter_map(Understood::as_run).any(|run| !fins::steered(&run).is_empty())
 }
 
 /// Whether a thruster that pushes in `dof` is commanded otherwise in one log than in another.
@@ -144,14 +137,9 @@ fn is_driven(understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool 
         return false;
     }
     // fins turn a vehicle whose thruster cannot
-    let fin = match dof {
-        Dof::Yaw | Dof::Sway => log.signals.get("rudder"),
-        Dof::Pitch | Dof::Heave => log.signals.get("stern_plane"),
-        _ => None,
-    };
-    if fin.is_some_and(varies) {
+    if understood.as_run().is_some_and(|run| fins::steered(&run).contains(&dof)) {
         return true;
     }
     let signals = drives::signals(understood);
-    thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && varies(s))
+    thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && s.varies())
 }

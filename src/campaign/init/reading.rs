@@ -14,6 +14,7 @@ use crate::log::options::{
     BodyFrame, ColumnSource, Duplicates, EarthFrame, Missing, Repeated, Truncated, VelocityReference,
 };
 use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
+use crate::run::Run;
 
 /// Attempts to read before the file is written without this log.
 const ATTEMPTS: usize = 12;
@@ -104,6 +105,11 @@ pub fn settle(logs: &mut [Understood], paths: &[&Path], thrusters: Option<usize>
 }
 
 impl Understood {
+    /// Its channels as those of a run; `None` where it could not be read.
+    pub fn as_run(&self) -> Option<Run> {
+        Some(Run { signals: self.log.as_ref()?.signals.clone(), ..Run::default() })
+    }
+
     /// Notes an option that was guessed.
     pub fn guess(&mut self, key: impl Into<String>, reason: impl Into<String>) {
         self.reasons.insert(key.into(), reason.into());

@@ -247,8 +247,7 @@ impl Draft<'_> {
             |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
         // fins whose angles are logged, of a vehicle of which nothing is known
         if self.vehicle.is_none() {
-            let fins = chosen.dofs.iter().filter_map(|turns| id::fin(*turns));
-            for fin in fins.filter(|fin| logged(fin.channel)) {
+            for fin in id::fins().into_iter().filter(|fin| has(fin.turns) && logged(fin.channel)) {
                 effects.push(fin.lift);
                 effects.extend(has(Dof::Surge).then_some(fin.drag));
             }
@@ -288,7 +287,7 @@ impl Draft<'_> {
             let mut signals = drives::signals(understood);
             let is_sent = |name: &str, signal: &Signal| is_command(name) && !goes_on(name, signal);
             signals.extend(log.signals.iter().filter(|(name, s)| is_sent(name, s)).map(|(_, s)| s));
-            Some(Commanded { signals, rows: log.rows, run: Run { signals: log.signals.clone(), ..Run::default() } })
+            Some(Commanded { signals, rows: log.rows, run: understood.as_run()? })
         });
         let (is_held, why) = held::commands_are_held(&commanded.collect::<Vec<_>>());
         if let Some(why) = why {

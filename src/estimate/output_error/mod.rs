@@ -71,6 +71,13 @@ pub struct OutputErrorOptions {
     pub told: bool,
 }
 
+impl OutputErrorOptions {
+    /// Longest step of a motion that may be quick, s.
+    pub fn longest_step_of_quick_motion(&self) -> f64 {
+        self.longest_step.unwrap_or(LONGEST_STEP)
+    }
+}
+
 impl Default for OutputErrorOptions {
     fn default() -> OutputErrorOptions {
         OutputErrorOptions {

@@ -91,7 +91,7 @@ impl Problem {
         if dynamics.outputs.is_empty() {
             return Err(OutputErrorError::NothingObserved);
         }
-        let longest = options.longest_step.unwrap_or(LONGEST_STEP);
+        let longest = options.longest_step_of_quick_motion();
         let tracks = runs
             .iter()
             .enumerate()
