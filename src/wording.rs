@@ -1,5 +1,7 @@
 //! Words that many messages share: counted things, numbers and probabilities as people read them.
 
+use crate::log::number::short;
+
 /// Least p-value: 0 would say impossible.
 pub const LEAST_P: f64 = 1e-300;
 
@@ -64,6 +66,24 @@ pub fn digits(x: f64) -> String {
     format!("{x:.*}", (1 - x.abs().log10().floor() as i32).max(0) as usize)
 }
 
+/// A value with its standard deviation, to the two digits that the deviation deserves: `12.30 ± 0.45`, `5.65e10 ± 3.7e10`. One
+/// that is 0, or none, has none.
+pub fn measured(value: f64, std: f64) -> String {
+    let place = std.log10().floor();
+    match std {
+        std if (1e-6..1e7).contains(&std) => {
+            let decimals = (1 - place as i32).clamp(0, 9) as usize;
+            format!("{value:.decimals$} ± {std:.decimals$}")
+        }
+        std if std > 0.0 && std.is_finite() => {
+            // as many digits as end where those of the deviation do
+            let digits = (value.abs().log10().floor() - place).clamp(0.0, 8.0) as usize + 1;
+            format!("{value:.digits$e} ± {std:.1e}")
+        }
+        std => format!("{} ± {std}", short(value, 6)),
+    }
+}
+
 /// How many times one thing is another: `9.5 times`, `more than 100 times`.
 pub fn times(ratio: f64) -> String {
     if ratio > 100.0 { "more than 100 times".into() } else { format!("{} times", digits(ratio)) }
@@ -100,6 +120,16 @@ pub fn p_value(p: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_deviation_has_two_digits_and_its_value_ends_with_them() {
+        assert_eq!(measured(12.3004, 0.4512), "12.30 ± 0.45");
+        assert_eq!(measured(17_902_464.2, 300_721.4), "17902464 ± 300721");
+        assert_eq!(measured(5.652e10, 3.718e10), "5.7e10 ± 3.7e10");
+        assert_eq!(measured(0.0, 1.194e9), "0.0e0 ± 1.2e9");
+        assert_eq!(measured(180.0, 0.0), "180 ± 0");
+        assert_eq!(measured(0.2, f64::NAN), "0.2 ± NaN");
+    }
 
     #[test]
     fn what_each_run_has_its_own_of_is_told_from_the_least_to_the_greatest() {

@@ -2,6 +2,8 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
+use crate::wording;
+
 /// One line under the headers.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 
@@ -121,11 +123,7 @@ pub(super) fn estimated(value: f64, std: Option<f64>, converged: bool) -> String
 /// A value with its standard deviation, to the two digits that the deviation deserves.
 pub(super) fn measured(value: f64, std: Option<f64>) -> String {
     match std.filter(|s| *s > 0.0 && s.is_finite()) {
-        Some(std) if (1e-6..1e7).contains(&std) => {
-            let decimals = (1 - std.log10().floor() as i32).clamp(0, 9) as usize;
-            format!("{value:.decimals$} ± {std:.decimals$}")
-        }
-        Some(std) => format!("{} ± {}", number(value), number(std)),
+        Some(std) => wording::measured(value, std),
         None => number(value),
     }
 }

@@ -14,6 +14,7 @@ use super::screen::log_survival;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::model::{Model, Parameter};
 use crate::units::Dimension;
+use crate::wording::measured;
 
 /// Deviations from what it is without the effect. The ratio of likelihoods asks for more than three of a lone parameter at
 /// one per cent over all candidates; where the parameter itself has fewer, its size hangs on something else that is open (the
@@ -47,7 +48,7 @@ fn rule(
         return None;
     }
     let told = |p: &Parameter| {
-        format!("{} = {:.3} ± {:.2} {}", p.spec.name, p.value, p.std.unwrap_or(f64::NAN), p.spec.dimension)
+        format!("{} = {} {}", p.spec.name, measured(p.value, p.std.unwrap_or(f64::NAN)), p.spec.dimension)
     };
     for p in &new {
         let std = p.std.unwrap_or(f64::INFINITY);

@@ -5,6 +5,7 @@ use crate::effects::id;
 use crate::finding::Finding;
 use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
+use crate::wording::measured;
 
 /// Virtual mass over dry mass that no vehicle has: a flat plate that moves broadside drags some four times its own along.
 const MOST_TIMES_DRY: f64 = 6.0;
@@ -24,7 +25,7 @@ pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings:
     let mark = if converged { "" } else { " (not converged)" };
     for p in model.parameters.iter().filter(|p| !p.fixed) {
         let std = p.std.unwrap_or(0.0);
-        let shown = format!("{} of `{}` = {:.4} ± {:.2} {}{mark}", p.spec.name, p.term, p.value, std, p.spec.dimension);
+        let shown = format!("{} of `{}` = {} {}{mark}", p.spec.name, p.term, measured(p.value, std), p.spec.dimension);
         let dry = dry_mass(p, vehicle);
         let zero = p.spec.least >= 0.0;
         let least = dry.map(|mass| (mass, "the dry mass")).or(zero.then_some((0.0, "0")));
@@ -79,7 +80,7 @@ mod tests {
     #[test]
     fn a_deviation_of_a_fit_that_did_not_converge_is_marked() {
         let marked = said(1900.0, 50.0, false);
-        assert!(marked[0].message.contains("± 50.00 kg (not converged)"), "{marked:?}");
+        assert!(marked[0].message.contains("± 50 kg (not converged)"), "{marked:?}");
         assert!(!said(1900.0, 50.0, true)[0].message.contains("not converged"));
     }
 }
