@@ -1,7 +1,5 @@
 //! Words that many messages share: counted things, numbers and probabilities as people read them.
 
-use crate::log::number::short;
-
 /// Least p-value: 0 would say impossible.
 pub const LEAST_P: f64 = 1e-300;
 
@@ -80,7 +78,7 @@ pub fn measured(value: f64, std: f64) -> String {
             let digits = (value.abs().log10().floor() - place).clamp(0.0, 8.0) as usize + 1;
             format!("{value:.digits$e} ± {std:.1e}")
         }
-        std => format!("{} ± {std}", short(value, 6)),
+        std => format!("{} ± {std}", format!("{value:.5e}").parse().unwrap_or(value)),
     }
 }
 

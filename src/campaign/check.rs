@@ -183,10 +183,13 @@ fn driven(campaign: &Campaign) -> Vec<Dof> {
     campaign.model.dofs.iter().copied().filter(|dof| !campaign.file.model.undriven.contains(dof)).collect()
 }
 
-/// Degrees of freedom that a fin moves whose angle varies in a run of the fit: that is their command.
+/// Degrees of freedom that a fin moves whose angle varies in a run of the fit: that is their command; turns slow surge, too.
 fn steered(campaign: &Campaign) -> Vec<Dof> {
     let steered: Vec<Dof> = campaign.motion(Some(Role::Train)).iter().flat_map(check::fins::steered).collect();
-    baseline::driven_by_fins(&campaign.file).into_iter().filter(|dof| steered.contains(dof)).collect()
+    let mut moved: Vec<Dof> =
+        baseline::driven_by_fins(&campaign.file).into_iter().filter(|dof| steered.contains(dof)).collect();
+    moved.extend((!moved.is_empty()).then_some(Dof::Surge));
+    moved
 }
 
 /// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.

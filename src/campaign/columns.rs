@@ -2,38 +2,103 @@
 //! how much of it the vehicle feels is not.
 //!
 //! ```text
-//! wind      k W² (cos γ, sin γ, sin 2γ)          γ = ψ_W − ψ         surge, sway, yaw
+//! wind      −k A (a_u, a_v),  −2 k a_u a_v       A² = a_u² + a_v²    surge, sway, yaw
+//!           a = (u + W cos γ, v + W sin γ),  γ = ψ_W − ψ             true wind, ψ_W where it blows from
+//!           a = A (cos γ, sin γ)                                     apparent wind, γ from the bow
 //! density   k (ρ − ρ̄) (sin θ, −cos θ sin φ, −cos θ cos φ)            buoyancy, k = g V
 //!           −k (ρ/ρ̄ − 1) νᵢ|νᵢ|                                      drag
 //! current   k (νᵢ|νᵢ| − (νᵢ − cᵢ)|νᵢ − cᵢ|),  k cᵢ                   c = Rᵀ(ψ) (V_N, V_E)
 //! ```
 //!
-//! W, ψ_W: speed (m/s) and direction (rad) of the wind; ρ: density, kg/m³, ρ̄ its median; V_N, V_E: velocity of the water, m/s. A
-//! direction from where it blows and one to where it blows differ by the sign of k. The supply voltage has an effect of
-//! the catalogue. Each becomes an `[[effect]]` of the campaign, role `candidate`, as though its file held it; a column
+//! W, ψ_W: speed (m/s) and direction (rad) of the wind; a: what meets the vehicle from ahead and from starboard, its own motion
+//! with it; ρ: density, kg/m³, ρ̄ its median; V_N, V_E: velocity of the water, m/s. A direction of which nothing says whether it
+//! is where the wind blows from or to is tried both ways. The supply voltage has an effect of the catalogue. Each becomes an `[[effect]]` of the campaign, role `candidate`, as though its file held it; a column
 //! that a formula of the user reads brings nothing. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*,
 //! 2nd ed. (2021), ch. 10.
 
+use super::baseline::wrong;
 use super::codes;
+use super::error::Error;
 use super::file::{CampaignFile, EffectRole, EffectTable};
 use super::moves::moves;
 use crate::finding::Finding;
 use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::log::check::statistics::median;
-use crate::run::Run;
+use crate::navigation::unwrap;
+use crate::run::{Run, Signal};
 use crate::units::Dimension;
 
 const WIND_SPEED: &[&str] = &["wind_speed", "wind", "wind_mps"];
-const WIND_DIRECTION: &[&str] = &["wind_dir", "wind_direction", "wind_from"];
+const WIND_FROM: &str = "wind_from";
+const WIND_TO: &str = "wind_to";
+const WIND_DIRECTION: &[&str] = &[WIND_FROM, WIND_TO, "wind_dir", "wind_direction"];
+const APPARENT_SPEED: &[&str] = &["apparent_wind_speed", "relative_wind_speed", "aws"];
+const APPARENT_ANGLE: &[&str] = &["apparent_wind_angle", "relative_wind_angle", "awa"];
+/// Directions that go round: what lies between two rows is on the shorter way.
+const ROUND: [&[&str]; 2] = [WIND_DIRECTION, APPARENT_ANGLE];
+/// A direction beyond this is in degrees, rad.
+const TWO_TURNS: f64 = 2.0 * std::f64::consts::TAU;
 const DENSITY: &[&str] = &["density", "water_density", "rho", "density_kgm3"];
 const CURRENT: &[(&str, &str)] =
     &[("current_north", "current_east"), ("current_n", "current_e"), ("water_north", "water_east")];
 const CURRENT_POLAR: &[(&str, &str)] = &[("current_speed", "current_dir"), ("current_speed", "current_direction")];
 
+/// Unwinds the directions of a run that jump where they go round.
+pub(super) fn unwind(run: &mut Run) {
+    for name in ROUND.into_iter().flatten() {
+        let Some(signal) = run.signals.get_mut(*name) else { continue };
+        let most = signal.values().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let unit = if most > TWO_TURNS { std::f64::consts::PI / 180.0 } else { 1.0 };
+        let turned: Vec<f64> = unwrap(&signal.values().iter().map(|x| x * unit).collect::<Vec<f64>>());
+        let back: Vec<f64> = turned.iter().map(|x| x / unit).collect();
+        // radians that go on beyond two turns would be taken for degrees
+        if unit < 1.0 || back.iter().all(|x| x.abs() <= TWO_TURNS) {
+            *signal = Signal::new(signal.shared_time().clone(), back);
+        }
+    }
+}
+
+/// What a column may bring, without the degree of freedom: ids that a campaign may list among its effects.
+const IDS: [&str; 6] =
+    ["wind", "wind_to", "density_buoyancy", "density_drag", "logged_current", "logged_current_linear"];
+
+/// Whether an effect of this id comes with columns of the log.
+pub(super) fn may_bring(id: &str) -> bool {
+    id.rsplit_once('_').is_some_and(|(id, dof)| IDS.contains(&id) && Dof::ALL.iter().any(|d| d.name() == dof))
+}
+
+/// Adds the formulas of those that the campaign lists in its `effects` to its `[[effect]]` tables.
+///
+/// # Errors
+/// [`Error::File`] where no column of `runs` brings one of them.
+pub(super) fn add_listed<'a>(file: &mut CampaignFile, runs: impl Iterator<Item = &'a Run>) -> Result<(), Error> {
+    let is_listed = |file: &CampaignFile, id: &str| file.model.effects.iter().any(|name| name.id == id);
+    let of_user = |file: &CampaignFile, id: &str| file.effects.iter().any(|table| table.id == id);
+    if !file.model.effects.iter().any(|name| may_bring(&name.id) && !of_user(file, &name.id)) {
+        return Ok(());
+    }
+    let (tables, _) = bring(&mut file.clone(), runs);
+    let listed: Vec<EffectTable> = tables.into_iter().filter(|table| is_listed(file, &table.id)).collect();
+    file.effects.extend(listed);
+    match file.model.effects.iter().position(|name| may_bring(&name.id) && !of_user(file, &name.id)) {
+        Some(i) => {
+            let text = format!(
+                "`{}` comes with columns of the log, such as wind_speed and wind_dir, that not every run has",
+                file.model.effects[i].id
+            );
+            Err(wrong(file, &format!("model.effects[{i}]"), &text))
+        }
+        None => Ok(()),
+    }
+}
+
 /// What the columns of `runs` bring, added to the `[[effect]]` tables of the campaign; one finding a column.
-pub(super) fn bring(file: &mut CampaignFile, runs: &[Run]) -> (Vec<EffectTable>, Vec<Finding>) {
-    let free: Vec<&Run> = runs.iter().filter(|run| moves(run.kind)).collect();
+pub(super) fn bring<'a>(
+    file: &mut CampaignFile,
+    runs: impl IntoIterator<Item = &'a Run>,
+) -> (Vec<EffectTable>, Vec<Finding>) {
+    let free: Vec<&Run> = runs.into_iter().filter(|run| moves(run.kind)).collect();
     let mut brought = Brought { file, runs: &free, tables: Vec::new(), findings: Vec::new() };
     if !free.is_empty() {
         brought.wind();
@@ -64,7 +129,8 @@ impl Brought<'_> {
     }
 
     fn read(&self, name: &str) -> bool {
-        let formulas = self.file.effects.iter().filter_map(|e| Formula::parse(&e.formula).ok());
+        let of_user = self.file.effects.iter().filter(|e| !may_bring(&e.id));
+        let formulas = of_user.filter_map(|e| Formula::parse(&e.formula).ok());
         formulas.into_iter().any(|f| f.names().contains(name))
     }
 
@@ -109,7 +175,7 @@ impl Brought<'_> {
     /// The direction as a formula in rad; what is beyond two turns is taken for degrees, and said.
     fn angle(&self, name: &str) -> (String, &'static str) {
         let (low, high) = self.range(name);
-        if low.abs().max(high.abs()) > 2.0 * std::f64::consts::TAU {
+        if low.abs().max(high.abs()) > TWO_TURNS {
             (format!("{name}*pi/180"), " (taken as degrees: it goes beyond two turns)")
         } else {
             (name.to_string(), "")
@@ -117,17 +183,44 @@ impl Brought<'_> {
     }
 
     fn wind(&mut self) {
+        let before = self.tables.len();
+        if let (Some(speed), Some(angle)) = (self.column(APPARENT_SPEED), self.column(APPARENT_ANGLE)) {
+            let (gamma, said) = self.angle(angle);
+            self.blow("wind", &format!("{speed}*cos({gamma})"), &format!("{speed}*sin({gamma})"), speed);
+            self.tell(&format!("{speed}, {angle}{said}"), "drag of the wind may act", before);
+            return;
+        }
         let (Some(speed), Some(direction)) = (self.column(WIND_SPEED), self.column(WIND_DIRECTION)) else { return };
         if !self.knows(Dof::Yaw) || self.range(speed).1 <= 0.0 {
             return;
         }
         let (angle, said) = self.angle(direction);
-        let before = self.tables.len();
+        // the vehicle's own way through the air, where it is modelled
+        let own = |dof: Dof| if self.models(dof) { dof.velocity() } else { "0" };
+        let (u, v) = (own(Dof::Surge), own(Dof::Sway));
+        for (id, sign, other) in [("wind", "+", WIND_TO), ("wind_to", "-", WIND_FROM)] {
+            if direction != other {
+                let part = |own: &str, f: &str| format!("({own} {sign} {speed}*{f}({angle} - psi))");
+                let (ahead, across) = (part(u, "cos"), part(v, "sin"));
+                self.blow(id, &ahead, &across, &format!("sqrt({ahead}^2 + {across}^2)"));
+            }
+        }
+        let both = match direction {
+            WIND_FROM | WIND_TO => String::new(),
+            _ => format!(
+                " (wind_…: {direction} is where it blows from; wind_to_…: where it blows to; call the column {WIND_FROM} or {WIND_TO} \
+                 where that is known)"
+            ),
+        };
+        self.tell(&format!("{speed}, {direction}{said}"), &format!("drag of the wind may act{both}"), before);
+    }
+
+    /// Adds the drag of air that comes from ahead and from starboard at these speeds, `all` their size.
+    fn blow(&mut self, id: &str, ahead: &str, across: &str, all: &str) {
         let force = Dimension::new(1, -1, 0);
-        self.add("wind", Dof::Surge, force, format!("{speed}^2*cos({angle} - psi)"));
-        self.add("wind", Dof::Sway, force, format!("{speed}^2*sin({angle} - psi)"));
-        self.add("wind", Dof::Yaw, Dimension::new(1, 0, 0), format!("{speed}^2*sin(2*({angle} - psi))"));
-        self.tell(&format!("{speed}, {direction}{said}"), "drag of the wind may act", before);
+        self.add(id, Dof::Surge, force, format!("-{all}*{ahead}"));
+        self.add(id, Dof::Sway, force, format!("-{all}*{across}"));
+        self.add(id, Dof::Yaw, Dimension::new(1, 0, 0), format!("-2*{ahead}*{across}"));
     }
 
     fn density(&mut self) {
@@ -241,12 +334,60 @@ mod tests {
         ]);
         let (brought, findings) = bring(&mut file, &[log]);
         let formula = |id: &str| brought.iter().find(|t| t.id == id).map(|t| t.formula.as_str());
-        assert_eq!(formula("wind_surge"), Some("wind_speed^2*cos(wind_dir*pi/180 - psi)"));
+        let air = ["(u + wind_speed*cos(wind_dir*pi/180 - psi))", "(v + wind_speed*sin(wind_dir*pi/180 - psi))"];
+        let surge = format!("-sqrt({0}^2 + {1}^2)*{0}", air[0], air[1]);
+        assert_eq!(formula("wind_surge"), Some(surge.as_str()));
+        assert_eq!(formula("wind_to_surge"), Some(surge.replace(" + wind", " - wind").as_str()));
         assert_eq!(formula("density_buoyancy_surge"), Some("(density - 1008.000)*sin(theta)"));
         assert_eq!(formula("logged_current_linear_sway"), Some("(current_east*cos(psi) - current_north*sin(psi))"));
         assert!(brought.iter().all(|t| Formula::parse(&t.formula).is_ok() && t.role == EffectRole::Candidate));
         assert_eq!((file.effects.len(), findings.len()), (brought.len(), 4));
         assert!(findings[0].message.contains("taken as degrees"), "{}", findings[0].message);
+    }
+
+    #[test]
+    fn apparent_wind_has_the_motion_of_the_vehicle_in_it_and_a_known_direction_is_tried_one_way() {
+        let mut file = campaign(&[Dof::Sway, Dof::Yaw]);
+        let apparent =
+            run(&[("aws", [3.0, 8.0]), ("awa", [-0.5, 0.5]), ("wind", [3.0, 8.0]), ("wind_from", [0.0, 1.0])]);
+        let (brought, _) = bring(&mut file, std::slice::from_ref(&apparent));
+        let of = |brought: &[EffectTable]| -> Vec<(String, String)> {
+            brought.iter().map(|t| (t.id.clone(), t.formula.clone())).collect()
+        };
+        let named = |id: &str, formula: &str| (id.to_string(), formula.to_string());
+        assert_eq!(
+            of(&brought),
+            [named("wind_sway", "-aws*aws*sin(awa)"), named("wind_yaw", "-2*aws*cos(awa)*aws*sin(awa)")]
+        );
+        let mut file = campaign(&[Dof::Surge]);
+        let known = run(&[("wind", [3.0, 8.0]), ("wind_to", [0.0, 1.0]), ("psi", [0.0; 2])]);
+        let ids: Vec<String> = bring(&mut file, &[known]).0.into_iter().map(|t| t.id).collect();
+        assert_eq!(ids, ["wind_to_surge"]);
+    }
+
+    #[test]
+    fn what_the_campaign_lists_stands_in_its_tables_and_the_rest_is_still_asked() {
+        let blown = run(&[("wind", [3.0, 8.0]), ("wind_from", [0.0, 1.0]), ("psi", [0.0; 2])]);
+        let mut file = campaign(&[Dof::Surge, Dof::Sway]);
+        file.model.effects.push("wind_sway".parse().unwrap());
+        add_listed(&mut file, std::iter::once(&blown)).unwrap();
+        assert_eq!(file.effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>(), ["wind_sway"]);
+        let more: Vec<String> = bring(&mut file, [&blown]).0.into_iter().map(|t| t.id).collect();
+        assert_eq!(more, ["wind_surge"]);
+        let mut file = campaign(&[Dof::Surge]);
+        file.model.effects.push("wind_surge".parse().unwrap());
+        let told = add_listed(&mut file, std::iter::once(&run(&[("u", [0.0, 1.0])]))).unwrap_err().to_string();
+        assert!(told.contains("wind_surge") && told.contains("comes with columns of the log"), "{told}");
+    }
+
+    /// From 350° over north to 10°, and the same in radians.
+    #[test]
+    fn a_direction_goes_the_shorter_way_round() {
+        let mut logged = run(&[("wind_dir", [350.0, 10.0]), ("awa", [3.1, -3.1])]);
+        unwind(&mut logged);
+        let middle = |name: &str| logged.signals[name].at(0.5);
+        assert!((middle("wind_dir") - 360.0).abs() < 1e-9, "{}", middle("wind_dir"));
+        assert!((middle("awa") - std::f64::consts::PI).abs() < 1e-9, "{}", middle("awa"));
     }
 
     #[test]

@@ -278,6 +278,7 @@ pub(super) fn assemble(
     tables: &[RunTable],
     mut sources: Vec<PathBuf>,
 ) -> Result<Campaign, Error> {
+    columns::add_listed(&mut file, logged.iter().map(|logged| &logged.run))?;
     let (mut model, mut candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
     // runs of both kinds stand together as lines, held commands as lines with steps
@@ -403,6 +404,7 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
             *signal = Signal::new(signal.shared_time().clone(), unwrap(signal.values()));
         }
     }
+    columns::unwind(&mut logged.run);
     logged.run.signals.retain(|_, signal| !signal.is_empty());
     Ok(())
 }

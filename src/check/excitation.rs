@@ -152,13 +152,15 @@ fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible
 }
 
 /// Degrees of freedom that were asked for, or whose own command varies, and cannot be shown. Where they have no command of
-/// their own, those of the model that move are looked at, save what a fin moves.
+/// their own, those of the model that move are looked at, save what a fin moves; surge is slowed by its turns, whatever the
+/// thruster does.
 pub fn judge(run: &Run, excitation: &[Excitation], options: &CheckOptions) -> Vec<Found> {
     let asked = &options.dofs;
     let moves = |dof: Dof| motion::of(&run.signals, dof) == Moved::Moves;
     let steered = fins::steered(run);
     let is_asked = |e: &&Excitation| match asked.is_empty() {
         true if run.signal(e.dof.force()).is_none() && steered.contains(&e.dof) => false,
+        true if e.dof == Dof::Surge && !steered.is_empty() => false,
         true if !options.model.is_empty() && !options.model.contains(&e.dof) => false,
         true => e.commands.iter().any(|c| c == e.dof.force()) || run.signal(e.dof.force()).is_none() && moves(e.dof),
         false => asked.contains(&e.dof),

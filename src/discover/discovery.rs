@@ -184,17 +184,19 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         let fallen = surrogates(&mut found, &judged.gap);
         // what is told is told of the model with the names that stand
         if !fallen.is_empty() {
-            let among = |term: &str| fallen.iter().any(|candidate| candidate.holds(term));
-            if changed_parameter.is_some() {
-                changed_parameter = changed(&fit, train, options.seed, |term| !among(term));
-            }
             leave_out(&mut found, &fallen, task)?;
+            if changed_parameter.is_some() {
+                changed_parameter = changed(found.last_fit(), train, options.seed, |_| true);
+            }
             let failing = std::mem::take(&mut judged.failing);
             judged = Judged::new(&found, task)?;
             if judged.failing.is_empty() {
                 judged.failing = failing;
             }
         }
+    }
+    if let Some(changed) = &mut changed_parameter {
+        changed.stand_beside(found.behaves_like.iter().map(|like| like.gain));
     }
     let effects = found_effects(&found);
     let Judged { gap, training, failing, mut beyond, mut erring, follows_training } = judged;

@@ -69,10 +69,10 @@ fn look(open: &[Measured], residuals: &[Residual]) -> String {
         Some((residual, with)) => (residual.dof.to_string(), with.quantity.as_str()),
         None => {
             let names: Vec<String> = open.iter().map(ToString::to_string).collect();
+            let place = if names.is_empty() { String::new() } else { format!(" in {}", names.join(", ")) };
             return format!(
                 "Repeat a run with the same command at another depth, heading or time of day, and see whether the \
-                 disagreement in {} repeats: what repeats is of the vehicle, what does not is of its surroundings.",
-                names.join(", ")
+                 disagreement{place} repeats: what repeats is of the vehicle, what does not is of its surroundings."
             );
         }
     };
@@ -127,6 +127,13 @@ pub(super) fn show(runs: &[String]) -> Option<String> {
 
 /// What to do where a parameter is not the same at all times.
 fn apart(changed: &ChangedParameter) -> String {
+    if !changed.alone {
+        return format!(
+            "Repeat {} with smaller commands, step by step: the model fits it with other values than the rest, and where they \
+             begin to differ shows what it lacks.",
+            changed.run
+        );
+    }
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
     match changed.from {
         Some(from) => format!(

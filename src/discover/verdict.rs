@@ -131,7 +131,7 @@ pub(super) fn sentence(
         [] => String::new(),
         _ => format!("{word} `{}`", channels.join("`, `")),
     };
-    let changes = changed.map_or(String::new(), |s| format!(" Not the same at all times: {}.", s.told()));
+    let changes = changed.map_or(String::new(), |s| format!(" {}", s.told()));
     let alike = alike(effects);
     // what the runs of the fit show and those that judge cannot
     let unjudged = behaves_like.iter().find(|b| b.why == NOT_SHOWN).map(BehavesLike::told);
@@ -211,7 +211,17 @@ mod tests {
         assert!(say(Verdict::Unexplained, &[]).contains("`v`"));
         let (parameter, run) = ("linear_drag@yaw k_r".to_string(), "run04".to_string());
         let (unit, from) = ("kg*m2/s".to_string(), Some(31.2));
-        let changed = ChangedParameter { parameter, run, from, change: 0.831, std: 0.0313, unit, p_value: 1e-9 };
+        let changed = ChangedParameter {
+            parameter,
+            run,
+            from,
+            change: 0.831,
+            std: 0.0313,
+            unit,
+            p_value: 1e-9,
+            gain: 700.0,
+            alone: true,
+        };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], ""), Some(&changed)),
             "Something is missing that is not in the catalogue. Not the same at all times: k_r of linear_drag@yaw is \

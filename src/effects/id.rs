@@ -14,6 +14,7 @@ pub use super::bias::ID as BIAS;
 pub use super::drag_asymmetry::ID as DRAG_ASYMMETRY;
 pub use super::inertia::ID as INERTIA;
 pub use super::linear_drag::ID as LINEAR_DRAG;
+pub use super::mixed_drag::ID as MIXED_DRAG;
 pub use super::quadratic_drag::ID as QUADRATIC_DRAG;
 pub use super::sensor_delay::ID as SENSOR_DELAY;
 pub use super::thrust_advance_loss::ID as THRUST_ADVANCE_LOSS;

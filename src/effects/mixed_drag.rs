@@ -10,6 +10,9 @@ use super::parameter::{drag, velocity};
 use super::{About, Effect, Family, Instant, ParameterSpec, Place, Scope, Six};
 use crate::symbolic::Expr;
 
+/// As in a campaign file.
+pub const ID: &str = "mixed_drag";
+
 /// Drag in one direction that grows with the speed in another.
 #[derive(Debug)]
 pub struct MixedDrag;
@@ -17,7 +20,7 @@ pub struct MixedDrag;
 impl Effect for MixedDrag {
     fn about(&self) -> About<'_> {
         About {
-            id: "mixed_drag",
+            id: ID,
             family: Family::Body,
             scope: Scope::Pairs,
             formula: "−d |νⱼ| νᵢ",

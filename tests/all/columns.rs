@@ -8,7 +8,8 @@ use hydrosysid::campaign::{self, Campaign};
 use hydrosysid::run::{Role, Run, Signal};
 use hydrosysid::tank::Noise;
 
-/// Surge of a vehicle at the surface: 100 u̇ = τ − 80 u|u| + k W² cos(ψ_W − ψ), W the wind.
+/// Surge of a vehicle at the surface: 100 u̇ = τ − 80 u|u| − k A (u + W cos γ), γ = ψ_W − ψ, A² = (u + W cos γ)² + W² sin² γ,
+/// W the wind from ψ_W.
 fn run(name: &str, role: Role, seed: u64, k: f64) -> Run {
     let samples = 600;
     let phase = seed as f64;
@@ -16,8 +17,11 @@ fn run(name: &str, role: Role, seed: u64, k: f64) -> Run {
     let wind = |t: f64| 6.0 + 2.0 * (0.11 * t + phase).sin();
     let direction = 1.0;
     let psi = |t: f64| 0.1 * t + phase;
-    let rate =
-        |t: f64, u: f64| (tau(t) - 80.0 * u * u.abs() + k * wind(t).powi(2) * (direction - psi(t)).cos()) / 100.0;
+    let blows = |t: f64, u: f64| {
+        let (ahead, across) = (u + wind(t) * (direction - psi(t)).cos(), wind(t) * (direction - psi(t)).sin());
+        -k * ahead.hypot(across) * ahead
+    };
+    let rate = |t: f64, u: f64| (tau(t) - 80.0 * u * u.abs() + blows(t, u)) / 100.0;
     let (time, speed) = surge(samples, rate);
     let white = Noise::new(seed, 3).coloured(samples, 0.0);
     let clock: std::sync::Arc<[f64]> = time.clone().into();
@@ -32,8 +36,11 @@ fn run(name: &str, role: Role, seed: u64, k: f64) -> Run {
 }
 
 fn campaign(k: f64) -> Campaign {
-    let text =
-        "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia', 'quadratic_drag']\n[[run]]\nfile = 'a.csv'\n";
+    with_effects(k, "'inertia', 'quadratic_drag'")
+}
+
+fn with_effects(k: f64, effects: &str) -> Campaign {
+    let text = format!("format = 1\n[model]\ndofs = ['surge']\neffects = [{effects}]\n[[run]]\nfile = 'a.csv'\n");
     let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
     let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("wind.toml"), &options);
     let role = |n: u64| if n < 5 { Role::Train } else { Role::Validate };
@@ -60,4 +67,15 @@ fn wind_is_found_by_its_columns() {
 fn wind_that_does_not_act_is_not_named() {
     let found = campaign::discover(&campaign(0.0)).unwrap();
     assert!(found.effects.is_empty(), "{:?}", found.effects);
+}
+
+/// What `discover --adopt` writes stands in the model from then on, and is not asked again.
+#[test]
+fn wind_that_was_adopted_is_in_the_model() {
+    let blown = with_effects(0.4, "'inertia', 'quadratic_drag', 'wind_surge'");
+    let fit = campaign::fit(&blown, campaign::FitOptions::default()).unwrap();
+    let wind = fit.parameters.iter().find(|p| p.effect.starts_with("wind_surge")).expect("it is in the model");
+    assert!((wind.value - 0.4).abs() < 4.0 * wind.std.unwrap() && wind.std.unwrap() < 0.04, "{wind:?}");
+    let ids: Vec<String> = blown.candidates.iter().map(|(effect, _)| effect.about().id.to_string()).collect();
+    assert_eq!(ids, ["wind_to_surge"]);
 }

@@ -68,6 +68,8 @@ class ChangedParameter:
         std: deviation of that.
         unit: unit of both.
         p_value: probability of as much by chance, of all parameters and parts of the log.
+        gain: by how much −2 ln L falls, beyond chance, with values of their own for all parameters there.
+        alone: whether this change is all; where it is not, no value has changed: the equations have another shape.
     """
 
     parameter: str
@@ -77,6 +79,8 @@ class ChangedParameter:
     std: float
     unit: str
     p_value: float
+    gain: float
+    alone: bool
 
 
 @dataclass(frozen=True)

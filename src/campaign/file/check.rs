@@ -5,6 +5,7 @@ use toml::de::{DeTable, DeValue};
 use super::error::Problem;
 use super::report::Report;
 use super::{CampaignFile, ForceNoise, ReadOptions, folder_of, paths};
+use crate::campaign::columns;
 use crate::effects::EffectName;
 use crate::filter::{PolynomialFilter, Window};
 use crate::log::{LogOptions, OptionsError};
@@ -178,7 +179,7 @@ impl Check<'_> {
     fn name(&mut self, path: &str, name: &EffectName) {
         let own = self.campaign.effects.iter().map(|e| e.id.as_str());
         let known: Vec<&str> = self.options.known_effects.iter().map(String::as_str).chain(own).collect();
-        if !known.contains(&name.id.as_str()) {
+        if !known.contains(&name.id.as_str()) && !columns::may_bring(&name.id) {
             let nearest = nearest(&name.id, known).map(str::to_string);
             self.report.at(path, Problem::UnknownEffect { id: name.id.clone(), nearest });
         }

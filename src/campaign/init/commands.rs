@@ -139,6 +139,20 @@ const NO_DRIVES: &[&str] = &[
     "covariance",
 ];
 
+/// The one thruster of a torpedo or a ship.
+const ONE: &[&[&str]] = &[&["rpm"], &["pwm"], &["throttle"], &["n", "prop"], &["n", "propeller"], &["prop", "n"]];
+
+/// Names of what that one pushes with, where a log measures it.
+const PUSH: &[&[&str]] =
+    &[&["thrust"], &["prop", "thrust"], &["propeller", "thrust"], &["thrust", "prop"], &["total", "thrust"]];
+
+/// The measured thrust of the one propeller.
+pub fn push(header: &str, words: &Words) -> Option<Column> {
+    let names: Vec<&str> = words.words.iter().map(String::as_str).collect();
+    let unit = words.unit.as_deref().is_none_or(|unit| units::is_read(Quantity::Force, unit));
+    (unit && PUSH.contains(&&names[..])).then(|| Column { kind: Some(Kind::Force), ..single(header, words) })
+}
+
 /// Reads a header as that of a thruster's command; `None` where it is none.
 pub fn of(header: &str, words: &Words) -> Option<Column> {
     let w: Vec<&str> = words.words.iter().map(String::as_str).collect();
@@ -164,8 +178,8 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
         (true, _, None, Some(k)) => k,
         (false, false, Some(k), _) if by_unit => k,
         (false, false, None, Some(k)) if by_unit => k,
-        // the one thruster of a torpedo
-        (true, false, None, None) if by_unit || w == ["rpm"] || w == ["pwm"] || w == ["throttle"] => usize::MAX,
+        (true, false, None, None) if by_unit || ONE.contains(&&w[..]) => usize::MAX,
+        (false, false, None, None) if by_unit && w == ["n"] => usize::MAX,
         _ => return None,
     };
     let label = w.get(at).copied().unwrap_or("main").to_string();
@@ -178,7 +192,7 @@ pub fn of(header: &str, words: &Words) -> Option<Column> {
         Some(unit) if units::is_read(Quantity::Force, unit) => Some(Kind::Force),
         Some("V") => Some(Kind::Volts),
         Some("1" | "-") => Some(Kind::Part),
-        _ if rest.contains(&"rpm") => Some(Kind::Turns),
+        _ if rest.contains(&"rpm") || at == usize::MAX && rest.contains(&"n") => Some(Kind::Turns),
         _ if w[0] == "f" && (lettered || sided) || rest.contains(&"force") || rest == ["thrust"] => Some(Kind::Force),
         _ if rest.iter().any(|word| ["volt", "voltage"].contains(word)) => Some(Kind::Volts),
         _ => None,
@@ -308,6 +322,8 @@ mod tests {
             ("f_left", "left", Some(Kind::Force)),
             ("field.data0", "0", None),
             ("Motor rechts [%]", "rechts", Some(Kind::Percent)),
+            ("n [rps]", "main", Some(Kind::Turns)),
+            ("n_prop", "main", Some(Kind::Turns)),
         ] {
             let found = column(header).unwrap_or_else(|| panic!("{header}"));
             assert_eq!((found.label.as_str(), found.kind), (label, kind), "{header}");

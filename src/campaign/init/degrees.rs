@@ -23,6 +23,8 @@ pub struct Chosen {
     pub undriven: Vec<Dof>,
     /// Whether a thrust that never varies, or is not logged, pushes the vehicle ahead.
     pub pushed: bool,
+    /// Whether a thrust of which only the course is known pushes it: its curve is guessed, or the hull takes a part of it.
+    pub scaled: bool,
     /// Said on the terminal, too: nothing moves under a command.
     pub idle: Option<String>,
     /// Said on the terminal, too: what wants a command or a measurement.
@@ -111,7 +113,10 @@ impl Chosen {
         if dofs.is_empty() {
             dofs = vec![Dof::Surge, Dof::Sway, Dof::Yaw];
         }
-        Chosen { dofs, words, undriven, pushed, idle, left_out }
+        let forced = read().any(|log| log.signals.keys().any(|name| name.starts_with("tau_")));
+        let ahead = thrusters.iter().any(|t| t.unit_wrench()[Dof::Surge.index()].abs() > 1e-6);
+        let scaled = ahead && !pushed && !forced && dofs.contains(&Dof::Surge) && is_steered(logs);
+        Chosen { dofs, words, undriven, pushed, scaled, idle, left_out }
     }
 }
 
@@ -130,15 +135,15 @@ fn differs(logs: &[Understood], dof: Dof, thrusters: &[Thruster]) -> bool {
 /// Whether a log commands `dof`.
 fn is_driven(understood: &Understood, dof: Dof, thrusters: &[Thruster]) -> bool {
     let Some(log) = &understood.log else { return false };
-    if let Some(force) = log.signals.get(dof.force()) {
-        return force.values().iter().any(|x| *x != 0.0);
-    }
-    if log.signals.keys().any(|name| name.starts_with("tau_")) {
-        return false;
+    if log.signals.get(dof.force()).is_some_and(|force| force.values().iter().any(|x| *x != 0.0)) {
+        return true;
     }
     // fins turn a vehicle whose thruster cannot
     if understood.as_run().is_some_and(|run| fins::steered(&run).contains(&dof)) {
         return true;
+    }
+    if log.signals.keys().any(|name| name.starts_with("tau_")) {
+        return false;
     }
     let signals = drives::signals(understood);
     thrusters.iter().zip(signals).any(|(t, s)| t.unit_wrench()[dof.index()].abs() > 1e-6 && s.varies())

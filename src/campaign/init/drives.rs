@@ -14,6 +14,9 @@ use crate::log::columns;
 use crate::log::options::ColumnSource;
 use crate::run::Signal;
 
+/// Changes of a command, as a part of it, that are the noise of a tachometer or of a governor and no command.
+const STEADY: f64 = 0.02;
+
 /// The commands V1, V2, … of a log.
 pub fn signals(this: &Understood) -> Vec<&Signal> {
     let letter = if this.kind == Some(Kind::Force) { "F" } else { "V" };
@@ -83,10 +86,15 @@ fn other_columns(
         ));
         kept = kept.into_iter().enumerate().filter(|(k, _)| !idle.contains(k)).map(|(_, column)| column).collect();
     }
-    if moving == 0 && thrusters.is_none() && is_steered(logs) {
+    let is_steady = |k: usize| {
+        let (n, sum, squares) = values(k).fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
+        let mean: f64 = sum / n;
+        n > 0.0 && squares / n - mean * mean <= (STEADY * mean).powi(2)
+    };
+    if (moving == 0 || (0..log.commands.len()).all(is_steady)) && thrusters.is_none() && is_steered(logs) {
         let headers: Vec<&str> = log.commands.iter().map(|column| column.header.as_str()).collect();
         remark = Some(format!(
-            "guessed: what {} pushes with is one force, for it never changes in any log: no thruster is made of it",
+            "guessed: what {} pushes with is one force, for it does not change in any log: no thruster is made of it",
             headers.join(", ")
         ));
         kept.clear();

@@ -2,6 +2,7 @@
 
 use super::units;
 use super::words::Words;
+use crate::effects::id;
 use crate::log::columns::Quantity;
 
 /// A channel that a name may mean.
@@ -28,14 +29,14 @@ const PHRASES: &[Phrases] = &[
     (
         "x",
         1,
-        "x, eta x, north, northing, pos x, x pos, position x, x position, pos n, pos north, position north, \
+        "x, eta x, x 0, north, northing, pos x, x pos, position x, x position, pos n, pos north, position north, \
          pn",
     ),
-    ("y", 1, "y, eta y, east, easting, pos y, y pos, position y, y position, pos e, pos east, position east, pe"),
+    ("y", 1, "y, eta y, y 0, east, easting, pos y, y pos, position y, y position, pos e, pos east, position east, pe"),
     (
         "z",
         1,
-        "z, eta z, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
+        "z, eta z, z 0, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
          tiefe",
     ),
     ("z", -1, "height, up, pos up, elevation"),
@@ -58,7 +59,7 @@ const PHRASES: &[Phrases] = &[
     (
         "v",
         1,
-        "v, nu v, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
+        "v, nu v, vm, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
          velocity, lateral speed, vy, v y, vel y, y vel, velocity y, y velocity, speed y, linear y, \
          linear velocity y, twist linear y, starboard velocity, lat vel, lat velocity, \
          lat speed, vel lat",
@@ -141,9 +142,33 @@ const PHRASES: &[Phrases] = &[
     ("qx", 1, "qx, q x, quat x, quaternion x, orientation x, q 1, quat 1, quaternion 1"),
     ("qy", 1, "qy, q y, quat y, quaternion y, orientation y, q 2, quat 2, quaternion 2"),
     ("qz", 1, "qz, q z, quat z, quaternion z, orientation z, q 3, quat 3, quaternion 3"),
-    ("rudder", 1, "rudder, rudder angle, rudder deg"),
-    ("stern_plane", 1, "stern plane, sternplane, stern plane angle, elevator, elevator angle, pitch fin"),
+    ("rudder", 1, "rudder, rudder angle, rudder deg, delta, delta r, delta rudder, rudder delta, helm, helm angle"),
+    (
+        "stern_plane",
+        1,
+        "stern plane, sternplane, stern plane angle, elevator, elevator angle, pitch fin, delta s, delta e",
+    ),
     ("propeller_n", 1, "propeller n, prop n, propeller revolution, propeller revolutions, shaft speed"),
+    (
+        "apparent_wind_speed",
+        1,
+        "apparent wind speed, apparent wind, relative wind speed, relative wind, wind speed apparent, wind speed relative, \
+         aws, u a",
+    ),
+    (
+        "apparent_wind_angle",
+        1,
+        "apparent wind angle, apparent wind direction, apparent wind dir, relative wind angle, relative wind direction, \
+         relative wind dir, wind angle, wind angle apparent, wind angle relative, awa, gamma a",
+    ),
+    (
+        "wind_speed",
+        1,
+        "wind speed, true wind speed, wind, true wind, wind velocity, wind vel, tws, vw, v w, u t, windgeschwindigkeit",
+    ),
+    ("wind_dir", 1, "wind direction, wind dir, true wind direction, true wind dir, twd, gamma t, windrichtung"),
+    ("wind_from", 1, "wind from, wind direction from, wind from direction"),
+    ("wind_to", 1, "wind to, wind direction to, wind to direction, wind toward, wind towards"),
 ];
 
 /// Names that may mean a channel, and may mean something else: only where nothing better is there.
@@ -169,7 +194,7 @@ const OTHERS: &str = "setpoint sp desired des demand target ref reference goal c
     error err status flag valid temp temperature accel acceleration acc mag bias seq id count nsecs nsec nanosec";
 
 /// Words of a command.
-const COMMANDED: &str = "cmd command commanded";
+const COMMANDED: &str = "cmd command commanded order ordered";
 
 /// Symbols of forces and moments by SNAME, where the unit says that they are.
 const SYMBOLS: [(&str, &str, &str); 6] = [
@@ -197,11 +222,13 @@ pub fn of(words: &Words) -> Vec<Meaning> {
     if let Some(force) = by_symbol(words) {
         return vec![force];
     }
-    // a force that is commanded is the force of a model; of anything else the command is what was wanted
+    // a force that is commanded is the force of a model, and an ordered rudder all that is known of one that no log measures; of
+    // anything else the command is what was wanted
     if words.words.iter().any(|w| has(COMMANDED, w)) {
         let left: Vec<String> = words.words.iter().filter(|w| !has(COMMANDED, w)).cloned().collect();
         let mut forces = of(&Words { words: left, unit: words.unit.clone() });
-        forces.retain(|m| m.channel.starts_with("tau_"));
+        forces.retain(|m| is_force(m) || is_fin(m));
+        forces.iter_mut().filter(|m| is_fin(m)).for_each(|m| m.score = m.score.min(PLAIN - 1));
         return forces;
     }
     // a speed that is "lat" is lateral, and no latitude
@@ -225,6 +252,14 @@ pub fn of(words: &Words) -> Vec<Meaning> {
     }
     found.sort_by_key(|m| std::cmp::Reverse(m.score));
     found
+}
+
+fn is_force(meaning: &Meaning) -> bool {
+    meaning.channel.starts_with("tau_")
+}
+
+fn is_fin(meaning: &Meaning) -> bool {
+    id::fins().iter().any(|fin| fin.channel == meaning.channel)
 }
 
 /// Without the words of the source and their numbers: `imu1_yaw` is a yaw.
@@ -323,6 +358,15 @@ mod tests {
             ("imu1_yaw", "psi"),
             ("imu.orientation.yaw", "psi"),
             ("v_n", "v_north"),
+            ("x0", "x"),
+            ("vm", "v"),
+            ("delta [deg]", "rudder"),
+            ("rudder_cmd", "rudder"),
+            ("wind speed [m/s]", "wind_speed"),
+            ("true_wind_direction", "wind_dir"),
+            ("AWA", "apparent_wind_angle"),
+            ("Apparent wind speed (m/s)", "apparent_wind_speed"),
+            ("U_T", "wind_speed"),
         ] {
             assert_eq!(of(&words::of(header)).first().map(|m| m.channel), Some(channel), "{header}");
         }

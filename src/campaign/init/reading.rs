@@ -218,6 +218,13 @@ impl Understood {
         self.time(layout, &mut own, &mut left);
         if !own.iter().any(|c| log::check::is_velocity(c) || log::check::is_measured(c)) {
             self.bench(&mut driven, &mut left);
+        } else if driven.iter().all(|column| column.kind == Some(Kind::Turns)) {
+            // the thrust of the one propeller says more than its turns
+            let pushes = left.iter().position(|header| commands::push(header, &words::of(header)).is_some());
+            if let Some(header) = pushes.filter(|_| !own.iter().any(|c| c.starts_with("tau_"))).map(|k| left.remove(k))
+            {
+                driven.extend(commands::push(&header, &words::of(&header)));
+            }
         }
         self.drive(&driven, given);
         if !left.is_empty() {

@@ -12,6 +12,7 @@ use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
 use crate::campaign::steps_as_lines::goes_on;
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
+use crate::check::fins;
 use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, Place, catalogue, id};
 use crate::frame::Dof;
 use crate::log::options::LogOptions;
@@ -72,16 +73,24 @@ impl Draft<'_> {
 
     /// The prior that gives masses and drags their scale where no force is known: the dry mass, and what the water adds to it.
     fn mass_of_hull(&self, chosen: &Chosen) -> String {
-        let Some(mass) = self.request.facts.mass.filter(|_| chosen.pushed && self.vehicle.is_none()) else {
+        let Some(mass) =
+            self.mass_for_scale(chosen).or(self.request.facts.mass.filter(|_| chosen.pushed && self.vehicle.is_none()))
+        else {
             return String::new();
         };
+        let why = if chosen.pushed { "no force is known" } else { "what the hull takes of the thrust is not known" };
         // 0.05 of the Mariner ship, 0.03 of a REMUS 100, 0.1 of an Otter
         format!(
-            "\n# guessed: the scale of all masses and drags, as no force is known: a long hull drags 5 % of its mass along\n[[parameter]]\neffect = {}\nvalue = {:.6e}\nstd = {:.2e}\n",
+            "\n# guessed: the scale of all masses and drags, as {why}: a long hull drags 5 % of its mass along\n[[parameter]]\neffect = {}\nvalue = {:.6e}\nstd = {:.2e}\n",
             quoted(&name_of(id::INERTIA, Place::at(Dof::Surge))),
             1.05 * mass,
             0.05 * mass
         )
+    }
+
+    /// The dry mass, where it tells more of the scale than a thrust whose curve is guessed or of which the hull takes a part.
+    fn mass_for_scale(&self, chosen: &Chosen) -> Option<f64> {
+        self.request.facts.mass.filter(|_| chosen.scaled && self.vehicle.is_none())
     }
 
     /// What a log of another format has and the campaign does not take.
@@ -223,13 +232,28 @@ impl Draft<'_> {
     fn model_table(&self, chosen: &Chosen) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
         let mut effects = id::BALANCE.map(str::to_string).to_vec();
-        if chosen.pushed {
+        let steered: Vec<Dof> =
+            self.logs.iter().filter_map(Understood::as_run).flat_map(|run| fins::steered(&run)).collect();
+        let turned_by = |dof: Dof| steered.contains(&dof);
+        let has_scale = self.mass_for_scale(chosen).is_some();
+        if chosen.pushed || has_scale {
             // at speeds that hardly differ one drag and the thrust are all that there is to be seen of surge
-            let others = chosen.dofs.iter().filter(|dof| **dof != Dof::Surge);
-            let linear: Vec<String> = others.map(|dof| name_of(id::LINEAR_DRAG, Place::at(*dof))).collect();
-            effects.retain(|id| id != id::LINEAR_DRAG);
-            effects.extend(linear);
-            effects.push(name_of(id::BIAS, Place::at(Dof::Surge)));
+            each_drag(&mut effects, &chosen.dofs);
+            let surge = name_of(id::LINEAR_DRAG, Place::at(Dof::Surge));
+            effects.retain(|id| *id != surge);
+            let thrust = if has_scale { id::THRUST_INTERACTION_LOSS } else { id::BIAS };
+            effects.push(name_of(thrust, Place::at(Dof::Surge)));
+        }
+        // a hull that fins steer is slender and moves ahead: what damps its turns and its drift is lift, in proportion to its speed
+        for fin in
+            id::fins().into_iter().filter(|fin| self.vehicle.is_none() && has(Dof::Surge) && turned_by(fin.turns))
+        {
+            for dof in [fin.across, fin.turns].into_iter().filter(|dof| has(*dof)) {
+                each_drag(&mut effects, &chosen.dofs);
+                let lift = name_of(id::MIXED_DRAG, Place::pair(dof, Dof::Surge));
+                let own = name_of(id::LINEAR_DRAG, Place::at(dof));
+                effects.iter_mut().filter(|id| **id == own).for_each(|id| id.clone_from(&lift));
+            }
         }
         let rows = chosen.dofs.iter().map(|row| CoriolisRow { row: *row, coriolis: Coriolis::Tied });
         let stands = |row: &CoriolisRow| !places_of(row, &chosen.dofs).is_empty();
@@ -245,6 +269,10 @@ impl Draft<'_> {
         }
         let logged =
             |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
+        let logged_by_all = |name: &str| {
+            let mut read = self.logs.iter().filter_map(|l| l.log.as_ref()).peekable();
+            read.peek().is_some() && read.all(|l| l.signals.contains_key(name))
+        };
         // fins whose angles are logged, of a vehicle of which nothing is known
         if self.vehicle.is_none() {
             for fin in id::fins().into_iter().filter(|fin| has(fin.turns) && logged(fin.channel)) {
@@ -252,6 +280,12 @@ impl Draft<'_> {
                 effects.extend(has(Dof::Surge).then_some(fin.drag));
             }
         }
+        // a wind that is measured blows on what stands out of the water
+        let pairs =
+            [["wind_speed", "wind_dir"], ["wind_speed", "wind_from"], ["apparent_wind_speed", "apparent_wind_angle"]];
+        let blown = pairs.iter().any(|pair| pair.iter().all(|name| logged_by_all(name)));
+        let pushes = |dof: &&Dof| blown && [Dof::Surge, Dof::Sway, Dof::Yaw].contains(*dof);
+        effects.extend(chosen.dofs.iter().filter(pushes).map(|dof| format!("wind_{dof}")));
         if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
             let known = catalogue(Coriolis::Tied);
             let reads = |name: &EffectName| {
@@ -266,6 +300,9 @@ impl Draft<'_> {
         let mut text = "\n[model]\n".to_string();
         for word in &chosen.words {
             let _ = writeln!(text, "# guessed: {word}");
+        }
+        if blown && logged_by_all("wind_dir") {
+            text += "# guessed: wind_dir is where the wind blows from; where it blows to, write wind_to_surge for wind_surge, and so on\n";
         }
         let _ = writeln!(
             text,
@@ -410,4 +447,11 @@ fn sections(text: &str, keep: impl Fn(&str) -> bool) -> String {
         pending.clear();
     }
     out
+}
+
+/// Writes the linear drag of each degree of freedom by itself.
+fn each_drag(effects: &mut Vec<String>, dofs: &[Dof]) {
+    let Some(at) = effects.iter().position(|id| id == id::LINEAR_DRAG) else { return };
+    effects.remove(at);
+    effects.extend(dofs.iter().map(|dof| name_of(id::LINEAR_DRAG, Place::at(*dof))));
 }

@@ -5,6 +5,7 @@
 //! ```
 
 use super::reading::Understood;
+use crate::effects::id;
 use crate::frame::Dof;
 use crate::log::columns;
 use crate::log::options::{ColumnSource, LogOptions};
@@ -23,6 +24,7 @@ pub fn settle(this: &mut Understood) {
     let given = this.given.clone();
     let open = |channel: &str, this: &Understood| unit_is_open(channel, this);
     angles(this, &log, &open);
+    deflections(this, &log, &open);
     rates(this, &log, &open, &given);
     depth(this, &log, &given);
 }
@@ -86,7 +88,7 @@ fn unit_is_open(channel: &str, this: &Understood) -> bool {
 /// or quiet log its values do not tell.
 pub fn agree(logs: &mut [Understood]) {
     let channels = Dof::ALL[3..].iter().flat_map(|dof| [dof.position(), dof.velocity()]);
-    for channel in channels {
+    for channel in channels.chain(id::fins().map(|fin| fin.channel)) {
         let found = logs.iter().find_map(|log| {
             let source = log.options.columns.get(channel)?;
             let turned = source.unit.as_deref().filter(|unit| unit.starts_with("deg"))?;
@@ -148,6 +150,16 @@ fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
     for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter(|_| found) {
         if log.signals.contains_key(dof.position()) && open(dof.position(), this) {
             set(this, dof.position(), "deg", "the other angles of this log are");
+        }
+    }
+}
+
+/// Degrees where a fin would stand across the flow and beyond.
+fn deflections(this: &mut Understood, log: &LogFile, open: Open<'_>) {
+    for name in id::fins().map(|fin| fin.channel) {
+        let Some(signal) = log.signals.get(name).filter(|_| open(name, this)) else { continue };
+        if most(signal) > std::f64::consts::FRAC_PI_2 {
+            set(this, name, "deg", &format!("it goes to {:.0}", most(signal)));
         }
     }
 }

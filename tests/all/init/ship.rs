@@ -4,14 +4,30 @@ use super::*;
 
 /// Virtual masses in surge and sway, kg, and in yaw, kg·m².
 const INERTIA: [f64; 3] = [2.1e6, 3.4e6, 9.0e8];
+/// What carries it at 6 m/s, N, and the part of a propeller's thrust that a hull takes.
+const THRUST: f64 = 144e3;
+const DEDUCTION: f64 = 0.2;
 /// Place of the rudder, m, and the slope of its lift, kg/m.
 const RUDDER: [f64; 2] = [-30.0, 4.0e3];
 
 /// The log of one zig-zag by `degrees`, with noise of the sensors: 0.02 m/s, 0.01 °/s, 0.1°.
 ///
-/// `m_u u̇ = T − q u² + m_v v r − k_D u² δ²`, `m_v v̇ = −m_u u r − (d + k u) v − k u (u δ + x r)`,
-/// `I ṙ = (m_u − m_v) u v − e r + x Y`, by Euler steps of 0.02 s.
+/// `m_u u̇ = T − q u² + m_v v r − k_D u² δ²`, `m_v v̇ = −m_u u r − d u v − k u (u δ + v + x r)`,
+/// `I ṙ = (m_u − m_v) u v − e u r + x Y`, by Euler steps of 0.02 s: a hull at speed is damped by its lift.
 fn zigzag(degrees: f64, seconds: f64, seed: u64) -> String {
+    let header = "time,rudder_angle_deg,heading_deg,yaw_rate_deg_s,speed_m_s,sway_m_s,rpm";
+    pushed(degrees, seconds, seed, header, |_| 1.0, |_| "80".into())
+}
+
+/// The same under `part` of the thrust that carries it at 6 m/s, with `last` of that part in the last column.
+fn pushed(
+    degrees: f64,
+    seconds: f64,
+    seed: u64,
+    header: &str,
+    part: impl Fn(f64) -> f64,
+    last: impl Fn(f64) -> String,
+) -> String {
     let mut state = seed;
     let mut uniform = move || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -19,7 +35,7 @@ fn zigzag(degrees: f64, seconds: f64, seed: u64) -> String {
     };
     // the sum of twelve is Gaussian within what a test can tell
     let mut noise = move |std: f64| std * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
-    let mut text = String::from("time,rudder_angle_deg,heading_deg,yaw_rate_deg_s,speed_m_s,sway_m_s,rpm\n");
+    let mut text = format!("{header}\n");
     let ([m_u, m_v, i_r], [x, k]) = (INERTIA, RUDDER);
     let (mut u, mut v, mut r, mut psi, mut delta, mut order) = (6.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let (dt, most) = (0.02, degrees.to_radians());
@@ -44,14 +60,14 @@ fn zigzag(degrees: f64, seconds: f64, seed: u64) -> String {
             for x in cells {
                 let _ = write!(text, ",{x:.3}");
             }
-            text += ",80\n";
+            let _ = writeln!(text, ",{}", last(part(t)));
         }
         // 3 degrees a second, as a steering gear turns
         delta += (order - delta).clamp(-0.052 * dt, 0.052 * dt);
         let lift = -k * u * (u * delta + v + x * r);
-        let du = (4_000.0 * (36.0 - u * u) + m_v * v * r - 3_000.0 * u * u * delta * delta) / m_u;
-        let dv = (-m_u * u * r - 3.0e5 * v + lift) / m_v;
-        let dr = ((m_u - m_v) * u * v - 2.2e8 * r + x * lift) / i_r;
+        let du = (4_000.0 * (36.0 * part(t) - u * u) + m_v * v * r - 3_000.0 * u * u * delta * delta) / m_u;
+        let dv = (-m_u * u * r - 8.0e4 * u * v + lift) / m_v;
+        let dr = ((m_u - m_v) * u * v - 5.0e7 * u * r + x * lift) / i_r;
         (u, v, r, psi) = (u + dt * du, v + dt * dv, r + dt * dr, psi + dt * r);
     }
     text
@@ -105,6 +121,52 @@ fn zig_zags_of_a_ship_become_its_masses() {
     succeeds(&["discover", &made, "--json", &found]);
     let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(found).expect("written")).expect("JSON");
     assert_eq!(found["verdict"], "nothing_missing", "{}", found["sentence"]);
+}
+
+/// Names of model basins, no units, and the thrust of the propeller, of which the hull takes a fifth: the dry mass tells how much.
+#[test]
+fn columns_of_a_basin_become_a_model_and_the_hull_takes_its_part_of_the_thrust() {
+    let folder = Folder::new("basin");
+    let steady = THRUST / (1.0 - DEDUCTION);
+    let run = |(degrees, seed): (f64, u64)| {
+        let part = move |t: f64| 1.0 + 0.3 * (0.02 * t + seed as f64).sin();
+        let text =
+            pushed(degrees, 400.0, seed, "time,delta,psi,r,u,vm,thrust", part, |part| format!("{:.0}", steady * part));
+        folder.write(&format!("zz{seed}.csv"), &text)
+    };
+    let logs: Vec<String> = [(10.0, 1), (20.0, 2), (15.0, 3), (20.0, 4)].into_iter().map(run).collect();
+    let made = folder.path("made");
+    let mut arguments = vec!["init", "--mass", "2000000", "--length", "70", "-o", &made];
+    arguments.extend(logs.iter().map(String::as_str));
+    succeeds(&arguments);
+    let text = fs::read_to_string(Path::new(&made).join("campaign.toml")).expect("it was written");
+    for line in [
+        "rudder = { name = \"delta\", unit = \"deg\" }",
+        "v = \"vm\"",
+        "F1 = \"thrust\"",
+        "\"thrust_interaction_loss@surge\"",
+        "\"mixed_drag@yaw:surge\"",
+        "what the hull takes of the thrust is not known",
+    ] {
+        assert!(text.contains(line), "{line}:\n{text}");
+    }
+    let (verdict, found) = checked(&folder);
+    assert!(found.iter().all(|code| !["M111", "K131"].contains(&code.as_str())), "{verdict} {found:?}");
+    let json = folder.path("fit.json");
+    succeeds(&["fit", &made, "--json", &json]);
+    let fit: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    let of = |name: &str| {
+        let found = fit["parameters"].as_array().into_iter().flatten().find(|p| p["name"] == name);
+        let p = found.unwrap_or_else(|| panic!("{name}: {fit}"));
+        (p["value"].as_f64().unwrap_or(f64::NAN), p["std"].as_f64().unwrap_or(f64::NAN))
+    };
+    // both carry the scale of the prior: 5 % of it
+    let (m_u, _) = of("m_u");
+    for (name, truth) in [("eta_u", 1.0 - DEDUCTION), ("m_v", INERTIA[1]), ("I_r", INERTIA[2])] {
+        let (value, std) = of(name);
+        assert!((value / m_u * INERTIA[0] - truth).abs() < 4.0 * std, "{name}: {value} ± {std} for {truth}");
+        assert!(std < 0.25 * truth, "{name} ± {std} for {truth} says nothing");
+    }
 }
 
 /// A helm that counts port rudder positive.
