@@ -184,10 +184,14 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         let fallen = surrogates(&mut found, &judged.gap);
         // what is told is told of the model with the names that stand
         if !fallen.is_empty() {
-            leave_out(&mut found, &fallen, task)?;
+            let among = |term: &str| fallen.iter().any(|candidate| candidate.holds(term));
             if changed_parameter.is_some() {
-                changed_parameter = changed(found.last_fit(), train, options.seed, |_| true);
+                changed_parameter = changed(&fit, train, options.seed, |term| !among(term));
             }
+            leave_out(&mut found, &fallen, task)?;
+            // how large it is the stand-ins do not hide
+            let plain = changed_parameter.is_some().then(|| changed(found.last_fit(), train, options.seed, |_| true));
+            changed_parameter = plain.flatten().or(changed_parameter);
             let failing = std::mem::take(&mut judged.failing);
             judged = Judged::new(&found, task)?;
             if judged.failing.is_empty() {
