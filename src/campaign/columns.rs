@@ -12,9 +12,10 @@
 //!
 //! W, ψ_W: speed (m/s) and direction (rad) of the wind; a: what meets the vehicle from ahead and from starboard, its own motion
 //! with it; ρ: density, kg/m³, ρ̄ its median; V_N, V_E: velocity of the water, m/s. A direction of which nothing says whether it
-//! is where the wind blows from or to is tried both ways. The supply voltage has an effect of the catalogue. Each becomes an `[[effect]]` of the campaign, role `candidate`, as though its file held it; a column
-//! that a formula of the user reads brings nothing. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*,
-//! 2nd ed. (2021), ch. 10.
+//! is where the wind blows from or to is tried both ways. The supply voltage has an effect of the catalogue. Each becomes an
+//! `[[effect]]` of the campaign, role `candidate`, as though its file held it; one that the campaign lists in `effects` is in
+//! the model from the start, and a column that a formula of the user reads brings nothing. Fossen, *Handbook of Marine Craft
+//! Hydrodynamics and Motion Control*, 2nd ed. (2021), ch. 10.
 
 use super::baseline::wrong;
 use super::codes;
@@ -66,6 +67,32 @@ const IDS: [&str; 6] =
 /// Whether an effect of this id comes with columns of the log.
 pub(super) fn may_bring(id: &str) -> bool {
     id.rsplit_once('_').is_some_and(|(id, dof)| IDS.contains(&id) && Dof::ALL.iter().any(|d| d.name() == dof))
+}
+
+/// The first of `names` that is logged.
+fn first(names: &[&'static str], logged: &impl Fn(&str) -> bool) -> Option<&'static str> {
+    names.iter().copied().find(|name| logged(name))
+}
+
+/// Ids of what a wind that is `logged` does in `dofs`; one whose direction is said neither way blows from there.
+pub(super) fn blowing(dofs: &[Dof], logged: impl Fn(&str) -> bool) -> Vec<String> {
+    let has = |names: &[&'static str]| first(names, &logged);
+    let id = match (has(APPARENT_SPEED).and(has(APPARENT_ANGLE)), has(WIND_SPEED).and(has(WIND_DIRECTION))) {
+        (Some(_), _) => "wind",
+        (None, Some(WIND_TO)) => "wind_to",
+        (None, Some(_)) => "wind",
+        (None, None) => return Vec::new(),
+    };
+    let pushed = dofs.iter().filter(|dof| [Dof::Surge, Dof::Sway, Dof::Yaw].contains(*dof));
+    pushed.map(|dof| format!("{id}_{dof}")).collect()
+}
+
+/// Whether nothing says if the wind that is `logged` blows from its direction or to it.
+pub(super) fn is_either_way(logged: impl Fn(&str) -> bool) -> bool {
+    let has = |names: &[&'static str]| first(names, &logged);
+    let is_apparent = has(APPARENT_SPEED).and(has(APPARENT_ANGLE)).is_some();
+    let direction = has(WIND_SPEED).and(has(WIND_DIRECTION));
+    !is_apparent && direction.is_some_and(|name| ![WIND_FROM, WIND_TO].contains(&name))
 }
 
 /// Adds the formulas of those that the campaign lists in its `effects` to its `[[effect]]` tables.
@@ -341,6 +368,7 @@ mod tests {
         assert_eq!(formula("density_buoyancy_surge"), Some("(density - 1008.000)*sin(theta)"));
         assert_eq!(formula("logged_current_linear_sway"), Some("(current_east*cos(psi) - current_north*sin(psi))"));
         assert!(brought.iter().all(|t| Formula::parse(&t.formula).is_ok() && t.role == EffectRole::Candidate));
+        assert!(brought.iter().all(|t| may_bring(&t.id)), "{brought:?}");
         assert_eq!((file.effects.len(), findings.len()), (brought.len(), 4));
         assert!(findings[0].message.contains("taken as degrees"), "{}", findings[0].message);
     }
@@ -378,6 +406,18 @@ mod tests {
         file.model.effects.push("wind_surge".parse().unwrap());
         let told = add_listed(&mut file, std::iter::once(&run(&[("u", [0.0, 1.0])]))).unwrap_err().to_string();
         assert!(told.contains("wind_surge") && told.contains("comes with columns of the log"), "{told}");
+    }
+
+    #[test]
+    fn a_wind_that_is_logged_blows_the_way_its_column_says() {
+        let of = |names: &[&str]| blowing(&[Dof::Surge, Dof::Roll], |name| names.contains(&name));
+        assert_eq!(of(&["wind_speed", "wind_dir"]), ["wind_surge"]);
+        assert_eq!(of(&["wind_speed", "wind_to"]), ["wind_to_surge"]);
+        assert_eq!(of(&["aws", "awa", "wind_speed", "wind_to"]), ["wind_surge"]);
+        assert!(of(&["wind_speed"]).is_empty());
+        let either = |names: &[&str]| is_either_way(|name| names.contains(&name));
+        assert!(either(&["wind_speed", "wind_dir"]) && !either(&["wind_speed", "wind_from"]));
+        assert!(!either(&["aws", "awa", "wind_speed", "wind_dir"]));
     }
 
     /// From 350° over north to 10°, and the same in radians.

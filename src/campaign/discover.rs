@@ -20,7 +20,7 @@ use crate::frame::Dof;
 use crate::model::{Model, Parameter};
 use crate::run::{Role, Run, Signal};
 use crate::vehicle::Vehicle;
-use crate::wording::digits;
+use crate::wording::{digits, measured};
 
 /// How the campaign wants to be searched.
 pub(super) fn options(campaign: &Campaign) -> SearchOptions {
@@ -188,11 +188,10 @@ fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<
         let known = held.parameters.iter_mut().find(|k| k.term == p.term && k.spec.name == p.spec.name);
         let unit = p.spec.dimension;
         let mut text = format!(
-            "{} of `{}` cannot be known from these runs: {:.4} ± {:.2} {unit}",
+            "{} of `{}` cannot be known from these runs: {} {unit}",
             p.spec.name,
             p.term,
-            p.value,
-            p.std.unwrap_or(f64::NAN)
+            measured(p.value, p.std.unwrap_or(f64::NAN))
         );
         text += match dry {
             None => "; it needs motion that accelerates under a known force",

@@ -144,8 +144,7 @@ fn most_changed(
         std: 1.0 / found.c.sqrt(),
         unit: parameter.spec.dimension.to_string(),
         p_value,
-        // what is by chance is not told, and needs no second look
-        alone: apart.as_ref().and_then(|apart| apart.is_alone(&log, seed)).unwrap_or(true),
+        alone: apart.as_ref().and_then(|apart| apart.is_alone(&log, seed)).unwrap_or(false),
         gain: apart.as_ref().map_or(found.z2, |apart| apart.gain),
     })
 }
@@ -222,7 +221,7 @@ impl Log {
         let log = Log::of(blocks, self.parts.clone(), self.asked.clone(), self.priors.clone())?;
         // chance gives one a parameter
         let gain = fall(&log) - fall(self) - own.len() as f64;
-        Some(Apart { log, part, own, gain })
+        Some(Apart { log, part, freed: own, gain })
     }
 
     /// The greatest z² of the log itself.
@@ -286,7 +285,7 @@ struct Apart {
     log: Log,
     part: std::ops::Range<usize>,
     /// The unknowns that have.
-    own: Vec<usize>,
+    freed: Vec<usize>,
     /// By how much −2 ln L falls with them, beyond chance.
     gain: f64,
 }
@@ -296,7 +295,7 @@ impl Apart {
     fn is_alone(&self, of: &Log, seed: u64) -> Option<bool> {
         let beside = self.log.own()?;
         let drawn = of.by_chance(seed).into_iter().enumerate();
-        let drawn = drawn.map(|(k, s)| with_own(&s, &self.own, self.part.contains(&k))).collect();
+        let drawn = drawn.map(|(k, s)| with_own(&s, &self.freed, self.part.contains(&k))).collect();
         // an instant is told to a block: of m blocks the first may be as before, and the rest differ from their mean by 1/m
         Some(beside.z2 * self.part.len() as f64 <= self.gain || beyond(beside.z2, &self.log.drawn(drawn)) >= LEVEL)
     }

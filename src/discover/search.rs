@@ -35,8 +35,11 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     progress::tell("fitting the baseline", 0, 0);
     let fitted =
         |model: &Model| filter_error(&begun(model, task.train, task.fitting, task.options), task.train, &level(task));
+    let bounded = moved_by_thrust(baseline, task.train);
     let fit = match fitted(baseline) {
-        Err(OutputErrorError::NotIdentified { .. }) => fitted(&moved_by_thrust(baseline, task.train))?,
+        Err(OutputErrorError::NotIdentified { .. }) => fitted(&bounded)?,
+        // whether one that has run away is seen to be not identified, its rounding decides
+        Ok(fit) if is_beyond(&fit.model, &bounded) => fitted(&bounded).unwrap_or(fit),
         fit => fit?,
     };
     let fit = at_rest(fit, task);
@@ -141,4 +144,9 @@ fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
             newest.also_possible.push(name);
         }
     }
+}
+
+/// Whether a parameter of `model` is beyond what it is kept below in `bounded`.
+fn is_beyond(model: &Model, bounded: &Model) -> bool {
+    model.parameters.iter().zip(&bounded.parameters).any(|(p, bounded)| p.value > bounded.max)
 }

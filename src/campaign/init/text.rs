@@ -10,6 +10,7 @@ use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{options, said, table};
 use super::{InitRequest, drives, geometry, priors, roles};
+use crate::campaign::columns;
 use crate::campaign::steps_as_lines::goes_on;
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
 use crate::check::fins;
@@ -73,11 +74,7 @@ impl Draft<'_> {
 
     /// The prior that gives masses and drags their scale where no force is known: the dry mass, and what the water adds to it.
     fn mass_of_hull(&self, chosen: &Chosen) -> String {
-        let Some(mass) =
-            self.mass_for_scale(chosen).or(self.request.facts.mass.filter(|_| chosen.pushed && self.vehicle.is_none()))
-        else {
-            return String::new();
-        };
+        let Some(mass) = self.mass_for_scale(chosen) else { return String::new() };
         let why = if chosen.pushed { "no force is known" } else { "what the hull takes of the thrust is not known" };
         // 0.05 of the Mariner ship, 0.03 of a REMUS 100, 0.1 of an Otter
         format!(
@@ -88,9 +85,27 @@ impl Draft<'_> {
         )
     }
 
-    /// The dry mass, where it tells more of the scale than a thrust whose curve is guessed or of which the hull takes a part.
+    /// The dry mass, where it tells more of the scale than the thrust: no force is known, its curve is guessed, or the hull takes a
+    /// part of it.
     fn mass_for_scale(&self, chosen: &Chosen) -> Option<f64> {
-        self.request.facts.mass.filter(|_| chosen.scaled && self.vehicle.is_none())
+        self.request.facts.mass.filter(|_| (chosen.pushed || chosen.scaled) && self.vehicle.is_none())
+    }
+
+    /// The drag beside the quadratic one. At speeds that hardly differ that one and the thrust are all that there is to be seen of
+    /// surge, and a hull that fins steer is slender and moves ahead: what damps its turns and its drift is lift, in proportion
+    /// to its speed.
+    fn drags(&self, chosen: &Chosen, is_one_force: bool) -> Vec<String> {
+        let steered: Vec<Dof> =
+            self.logs.iter().filter_map(Understood::as_run).flat_map(|run| fins::steered(&run)).collect();
+        let is_slender = self.vehicle.is_none() && chosen.dofs.contains(&Dof::Surge);
+        let drag = |dof: &Dof| match *dof {
+            Dof::Surge if is_one_force => None,
+            dof if is_slender && steered.contains(&dof) => Some(name_of(id::MIXED_DRAG, Place::pair(dof, Dof::Surge))),
+            dof => Some(name_of(id::LINEAR_DRAG, Place::at(dof))),
+        };
+        let each: Vec<String> = chosen.dofs.iter().filter_map(drag).collect();
+        let is_plain = each.len() == chosen.dofs.len() && each.iter().all(|name| name.starts_with(id::LINEAR_DRAG));
+        if is_plain { vec![id::LINEAR_DRAG.to_string()] } else { each }
     }
 
     /// What a log of another format has and the campaign does not take.
@@ -231,29 +246,14 @@ impl Draft<'_> {
 
     fn model_table(&self, chosen: &Chosen) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
-        let mut effects = id::BALANCE.map(str::to_string).to_vec();
-        let steered: Vec<Dof> =
-            self.logs.iter().filter_map(Understood::as_run).flat_map(|run| fins::steered(&run)).collect();
-        let turned_by = |dof: Dof| steered.contains(&dof);
-        let has_scale = self.mass_for_scale(chosen).is_some();
-        if chosen.pushed || has_scale {
-            // at speeds that hardly differ one drag and the thrust are all that there is to be seen of surge
-            each_drag(&mut effects, &chosen.dofs);
-            let surge = name_of(id::LINEAR_DRAG, Place::at(Dof::Surge));
-            effects.retain(|id| *id != surge);
-            let thrust = if has_scale { id::THRUST_INTERACTION_LOSS } else { id::BIAS };
+        let is_scaled = chosen.scaled && self.mass_for_scale(chosen).is_some();
+        let is_one_force = chosen.pushed || is_scaled;
+        let mut effects = vec![id::INERTIA.to_string()];
+        effects.extend(self.drags(chosen, is_one_force));
+        effects.push(id::QUADRATIC_DRAG.to_string());
+        if is_one_force {
+            let thrust = if is_scaled { id::THRUST_INTERACTION_LOSS } else { id::BIAS };
             effects.push(name_of(thrust, Place::at(Dof::Surge)));
-        }
-        // a hull that fins steer is slender and moves ahead: what damps its turns and its drift is lift, in proportion to its speed
-        for fin in
-            id::fins().into_iter().filter(|fin| self.vehicle.is_none() && has(Dof::Surge) && turned_by(fin.turns))
-        {
-            for dof in [fin.across, fin.turns].into_iter().filter(|dof| has(*dof)) {
-                each_drag(&mut effects, &chosen.dofs);
-                let lift = name_of(id::MIXED_DRAG, Place::pair(dof, Dof::Surge));
-                let own = name_of(id::LINEAR_DRAG, Place::at(dof));
-                effects.iter_mut().filter(|id| **id == own).for_each(|id| id.clone_from(&lift));
-            }
         }
         let rows = chosen.dofs.iter().map(|row| CoriolisRow { row: *row, coriolis: Coriolis::Tied });
         let stands = |row: &CoriolisRow| !places_of(row, &chosen.dofs).is_empty();
@@ -281,11 +281,7 @@ impl Draft<'_> {
             }
         }
         // a wind that is measured blows on what stands out of the water
-        let pairs =
-            [["wind_speed", "wind_dir"], ["wind_speed", "wind_from"], ["apparent_wind_speed", "apparent_wind_angle"]];
-        let blown = pairs.iter().any(|pair| pair.iter().all(|name| logged_by_all(name)));
-        let pushes = |dof: &&Dof| blown && [Dof::Surge, Dof::Sway, Dof::Yaw].contains(*dof);
-        effects.extend(chosen.dofs.iter().filter(pushes).map(|dof| format!("wind_{dof}")));
+        effects.extend(columns::blowing(&chosen.dofs, logged_by_all));
         if let Some(model) = self.vehicle.and_then(|(known, _)| known.file.model.as_ref()) {
             let known = catalogue(Coriolis::Tied);
             let reads = |name: &EffectName| {
@@ -301,7 +297,7 @@ impl Draft<'_> {
         for word in &chosen.words {
             let _ = writeln!(text, "# guessed: {word}");
         }
-        if blown && logged_by_all("wind_dir") {
+        if columns::is_either_way(logged_by_all) {
             text += "# guessed: wind_dir is where the wind blows from; where it blows to, write wind_to_surge for wind_surge, and so on\n";
         }
         let _ = writeln!(
@@ -447,11 +443,4 @@ fn sections(text: &str, keep: impl Fn(&str) -> bool) -> String {
         pending.clear();
     }
     out
-}
-
-/// Writes the linear drag of each degree of freedom by itself.
-fn each_drag(effects: &mut Vec<String>, dofs: &[Dof]) {
-    let Some(at) = effects.iter().position(|id| id == id::LINEAR_DRAG) else { return };
-    effects.remove(at);
-    effects.extend(dofs.iter().map(|dof| name_of(id::LINEAR_DRAG, Place::at(*dof))));
 }

@@ -73,6 +73,28 @@ fn pushed(
     text
 }
 
+/// The campaign that `init` makes of logs of a ship whose dry mass and length are known, and what it says.
+fn begun(folder: &Folder, logs: &[String]) -> (String, String) {
+    let made = folder.path("made");
+    let mut arguments = vec!["init", "--mass", "2000000", "--length", "70", "-o", &made];
+    arguments.extend(logs.iter().map(String::as_str));
+    let said = succeeds(&arguments);
+    (made, said)
+}
+
+fn fitted(folder: &Folder, campaign: &str) -> serde_json::Value {
+    let json = folder.path("fit.json");
+    succeeds(&["fit", campaign, "--json", &json]);
+    serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON")
+}
+
+/// A parameter of a fit with its deviation.
+fn estimate(fit: &serde_json::Value, name: &str) -> (f64, f64) {
+    let found = fit["parameters"].as_array().into_iter().flatten().find(|p| p["name"] == name);
+    let p = found.unwrap_or_else(|| panic!("{name}: {fit}"));
+    (p["value"].as_f64().unwrap_or(f64::NAN), p["std"].as_f64().unwrap_or(f64::NAN))
+}
+
 /// Three runs become a model with the masses of the ship, from its dry mass alone.
 #[test]
 fn zig_zags_of_a_ship_become_its_masses() {
@@ -81,10 +103,7 @@ fn zig_zags_of_a_ship_become_its_masses() {
         .into_iter()
         .map(|(degrees, seconds, seed)| folder.write(&format!("zz{seed}.csv"), &zigzag(degrees, seconds, seed)))
         .collect();
-    let made = folder.path("made");
-    let mut arguments = vec!["init", "--mass", "2000000", "--length", "70", "-o", &made];
-    arguments.extend(logs.iter().map(String::as_str));
-    let said = succeeds(&arguments);
+    let (made, said) = begun(&folder, &logs);
     assert!(!said.contains("left out"), "{said}");
     let text = fs::read_to_string(Path::new(&made).join("campaign.toml")).expect("it was written");
     for line in
@@ -97,15 +116,9 @@ fn zig_zags_of_a_ship_become_its_masses() {
     let (_, found) = checked(&folder);
     assert!(!found.iter().any(|code| code == "M111" || code == "K131"), "{found:?}");
 
-    let json = folder.path("fit.json");
-    succeeds(&["fit", &made, "--json", &json]);
-    let fit: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
+    let fit = fitted(&folder, &made);
     assert_eq!(fit["converged"], true, "{fit}");
-    let of = |name: &str| {
-        let found = fit["parameters"].as_array().into_iter().flatten().find(|p| p["name"] == name);
-        let p = found.unwrap_or_else(|| panic!("{name}: {fit}"));
-        (p["value"].as_f64().unwrap_or(f64::NAN), p["std"].as_f64().unwrap_or(f64::NAN))
-    };
+    let of = |name: &str| estimate(&fit, name);
     // the prior says 2.1e6 ± 1e5, and the scale is no better than that: ratios of the masses are what the runs tell
     let (m_u, _) = of("m_u");
     for (name, truth) in [("m_v", INERTIA[1]), ("I_r", INERTIA[2]), ("k_rudder", RUDDER[1])] {
@@ -135,10 +148,7 @@ fn columns_of_a_basin_become_a_model_and_the_hull_takes_its_part_of_the_thrust()
         folder.write(&format!("zz{seed}.csv"), &text)
     };
     let logs: Vec<String> = [(10.0, 1), (20.0, 2), (15.0, 3), (20.0, 4)].into_iter().map(run).collect();
-    let made = folder.path("made");
-    let mut arguments = vec!["init", "--mass", "2000000", "--length", "70", "-o", &made];
-    arguments.extend(logs.iter().map(String::as_str));
-    succeeds(&arguments);
+    let (made, _) = begun(&folder, &logs);
     let text = fs::read_to_string(Path::new(&made).join("campaign.toml")).expect("it was written");
     for line in [
         "rudder = { name = \"delta\", unit = \"deg\" }",
@@ -152,14 +162,8 @@ fn columns_of_a_basin_become_a_model_and_the_hull_takes_its_part_of_the_thrust()
     }
     let (verdict, found) = checked(&folder);
     assert!(found.iter().all(|code| !["M111", "K131"].contains(&code.as_str())), "{verdict} {found:?}");
-    let json = folder.path("fit.json");
-    succeeds(&["fit", &made, "--json", &json]);
-    let fit: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).expect("written")).expect("JSON");
-    let of = |name: &str| {
-        let found = fit["parameters"].as_array().into_iter().flatten().find(|p| p["name"] == name);
-        let p = found.unwrap_or_else(|| panic!("{name}: {fit}"));
-        (p["value"].as_f64().unwrap_or(f64::NAN), p["std"].as_f64().unwrap_or(f64::NAN))
-    };
+    let fit = fitted(&folder, &made);
+    let of = |name: &str| estimate(&fit, name);
     // both carry the scale of the prior: 5 % of it
     let (m_u, _) = of("m_u");
     for (name, truth) in [("eta_u", 1.0 - DEDUCTION), ("m_v", INERTIA[1]), ("I_r", INERTIA[2])] {
