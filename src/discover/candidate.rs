@@ -83,11 +83,16 @@ impl Candidate {
         dofs
     }
 
+    /// Values of its one shape parameter; `None` for a candidate with none, or with several.
+    pub(super) fn grid(&self) -> Option<Vec<f64>> {
+        let single = |p: &Vec<f64>| if let [x] = p.as_slice() { Some(*x) } else { None };
+        self.probes.iter().map(single).collect()
+    }
+
     /// The candidate probed more finely about one of its probes, up to the neighbours on its grid; `None` for one without
     /// a grid or with a grid of several shape parameters.
     pub fn nearer(&self, probe: usize) -> Option<Candidate> {
-        let single = |p: &Vec<f64>| if let [x] = p.as_slice() { Some(*x) } else { None };
-        let mut grid: Vec<f64> = self.probes.iter().map(single).collect::<Option<_>>()?;
+        let mut grid = self.grid()?;
         let at = grid[probe];
         grid.sort_by(f64::total_cmp);
         let k = grid.iter().position(|x| x.total_cmp(&at).is_eq()).filter(|_| grid.len() > 1)?;
@@ -114,6 +119,17 @@ impl Candidate {
         Some(model)
     }
 
+    /// The same with its one shape at the share of the probe that its score speaks of, as far as it may be: a little of a blend is
+    /// the effect at as little of the probe. `None` for a candidate that is not blended.
+    pub fn started_in_part(&self, model: &Model, score: &Score) -> Option<Model> {
+        let mut begun = self.started(model, score)?;
+        let ([new], [share]) = (&mut begun.parameters[model.parameters.len()..], &score.estimate[..]) else {
+            return None;
+        };
+        new.value = (share * new.value).clamp(new.min, new.max);
+        self.blended.then_some(begun)
+    }
+
     /// Whether the shape that its score speaks of is one that it may have. A blend α of a probe is, for a small α, the effect
     /// at α times the probe: a delay of −3 ms, or of 3 ms where 50 ms is the least that counts, is noise and needs no refit.
     pub fn is_possible(&self, score: &Score) -> bool {
@@ -128,6 +144,17 @@ impl Candidate {
             }
             _ => true,
         }
+    }
+
+    /// Whether `model` may have its one strength on the side of nothing where its score says it is: not where that is a bound, as of a
+    /// drag that would drive the vehicle.
+    pub fn is_allowed(&self, model: &Model, score: &Score) -> bool {
+        let Some(begun) = self.started(model, score) else { return false };
+        let ([new], [estimate]) = (&begun.parameters[model.parameters.len()..], &score.estimate[..]) else {
+            return true;
+        };
+        let is_strength = new.spec.is_linear() && !new.spec.per_run && !self.blended;
+        !is_strength || *estimate == 0.0 || new.value != new.spec.neutral
     }
 
     /// Adds its terms to a model; shape parameters take the values of `probe`.

@@ -6,16 +6,20 @@
 //!
 //! An instant, a time constant or a threshold that starts a mesh away from the truth may end on another hill of the
 //! likelihood. A random force that has taken up what is missing blurs the hills, so they are seen under a small one, too,
-//! and where that tells otherwise there are two starts.
+//! and where that tells otherwise there are two starts, unless one of them is worse than the last model and the other is not.
 
 use super::candidate::Candidate;
 use super::screen::{Score, screen};
 use super::task::Task;
-use crate::estimate::filter_error::FilterErrorFit;
+use crate::estimate::filter_error::{FilterErrorFit, cost_of};
+use crate::model::Model;
 
 /// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the
 /// instant at which a thruster fails stood out under it where the whole force hid it.
 const QUIET: f64 = 0.1;
+
+/// Steps of a profile from one value of a grid to the next: of instants of a minute two in a second, as many as commands turn in.
+const PROFILE: u32 = 8;
 
 /// A candidate, and the score of the probe at which it starts.
 #[derive(Debug, Clone)]
@@ -56,6 +60,11 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
     let coarse = scored(&quiet, shaped.iter().map(|s| s.candidate.clone()).collect(), task);
     let coarse: Vec<Start> = shaped.iter().zip(coarse).map(|(s, found)| found.unwrap_or_else(|| s.clone())).collect();
     let mut fine = finer(here, &shaped, task).into_iter().zip(finer(&quiet, &coarse, task));
+    let cost = |start: &Start| {
+        let begun = start.candidate.started(&here.model, &start.score);
+        let cost = |model| cost_of(&model, task.train, (&here.noise, here.limit), task.fitting).ok();
+        begun.and_then(cost).unwrap_or(f64::INFINITY)
+    };
     let mut all = Vec::new();
     for one in usual {
         let index = one.score.candidate;
@@ -69,8 +78,9 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
                 let differs = (quiet.shape() - loud.shape()).abs() > 0.5 * quiet.mesh();
                 // under a tenth of the forces a score says where the hill is, and not how high
                 (quiet.score.statistic, quiet.score.log_p) = (loud.score.statistic, loud.score.log_p);
+                let lost = differs && cost(&quiet) > cost(&loud).max(here.cost);
                 of_list(loud);
-                if differs {
+                if differs && !lost {
                     of_list(quiet);
                 }
             }
@@ -78,6 +88,33 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
         }
     }
     all
+}
+
+/// The model of `with`, a fit that has `candidate` beyond `before`, with its one shape where the likelihood is highest along the grid,
+/// all else as it is; `None` where that is where it is. A model that lacks the name has values that are bent, and so is where the
+/// name seems to be: an instant may have come to rest on the slope of a command.
+pub(super) fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Option<Model> {
+    let new = before.parameters.len()..with.model.parameters.len();
+    let shape = new.into_iter().find(|k| !with.model.parameters[*k].spec.is_linear())?;
+    let mut grid = candidate.grid().filter(|grid| grid.len() > 1)?;
+    grid.sort_by(f64::total_cmp);
+    let known = &with.model.parameters[shape];
+    let between = |ends: &[f64]| {
+        let (low, high) = (ends[0], ends[1]);
+        (0..PROFILE).map(move |i| low + (high - low) * f64::from(i) / f64::from(PROFILE))
+    };
+    let mut along: Vec<f64> = grid.windows(2).flat_map(between).chain(grid.last().copied()).collect();
+    along.retain(|value| (known.min..=known.max).contains(value));
+    along.push(known.value);
+    let at = |value: f64| {
+        let mut model = with.model.clone();
+        model.parameters[shape].value = value;
+        model
+    };
+    let mut models: Vec<Model> = along.into_iter().map(at).collect();
+    let costs = with.costs_at(&models);
+    let least = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
+    (costs[least] < *costs.last()?).then(|| models.swap_remove(least))
 }
 
 /// The best probe of each candidate under a fit.

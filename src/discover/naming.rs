@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use super::candidate::{Candidate, spoken_for};
-use super::focus::{Start, starts};
+use super::focus::{Start, elsewhere, starts};
 use super::held_out::{HeldOut, NOT_SHOWN, agree};
 use super::pushed::{is_hopeless, pushed_hard};
-use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
+use super::refit::{Contender, ROUGH, anew, is_exchange, level, merit, refitted};
 use super::rivalry::{may_replace, missing_beside};
 use super::rules::{BEYOND, broken, brought, is_apart};
 use super::screen::{Score, log_survival};
@@ -62,7 +62,7 @@ fn name_among(
     let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
         let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);
-        of_kind && candidate.is_possible(score)
+        of_kind && candidate.is_possible(score) && candidate.is_allowed(&here.model, score)
     };
     best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
     // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
@@ -141,6 +141,7 @@ fn name_among(
                 continue;
             }
         };
+        let fit = on_its_hill(&here.model, fit, &found.candidates[first.score.candidate], task);
         let pushed = !pushed_hard(&fit.noise.forces, task.train).is_empty();
         let fit = match pushed.then(|| anew(&fit, task)).flatten() {
             Some(better) => {
@@ -157,6 +158,13 @@ fn name_among(
         return Ok(Some((named, fit)));
     }
     Ok(None)
+}
+
+/// A fit with a name that `before` lacks, its shape where the likelihood is highest once the name is known.
+fn on_its_hill(before: &Model, fit: FilterErrorFit, candidate: &Candidate, task: &Task<'_>) -> FilterErrorFit {
+    let begun = elsewhere(before, &fit, candidate);
+    let other = begun.and_then(|model| filter_error_from(&model, task.train, fit.noise.clone(), &level(task)).ok());
+    other.filter(|other| other.plain < fit.plain - ROUGH).unwrap_or(fit)
 }
 
 /// Takes out names that gain less than `best`, of which no held-out run knows, and are not missing beside it: they stand in for it, and

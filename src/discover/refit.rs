@@ -6,6 +6,8 @@
 
 use std::cmp::Ordering;
 
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use super::candidate::Candidate;
 use super::focus::Start;
 use super::pushed::is_hopeless;
@@ -14,9 +16,12 @@ use super::screen::Score;
 use super::searched::Search;
 use super::task::{TIE, Task};
 use crate::effects::Scope;
-use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
+use crate::estimate::filter_error::{
+    FilterErrorFit, FilterErrorOptions, NoiseModel, cost_of, filter_error, filter_error_from,
+};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
+use crate::model::Model;
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 pub(super) const ROUGH: f64 = 0.5;
@@ -76,8 +81,9 @@ pub(super) fn merit(from: &FilterErrorFit, to: &FilterErrorFit, gain: f64) -> f6
 /// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
 /// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
 /// is true. From the log alone where the last model is of a vehicle that its commands do not move. What promised less than
-/// `best` has already gained from the last model is not begun anew: that model is a start, and what is left comes up again.
-/// `None` where it has no hope of half of what `best`, the best one so far, has gained.
+/// `best` has already gained from the last model, or than chance makes, is not begun anew: that model is a start, and what is left comes
+/// up again. Nor is what has been begun anew in vain beside fewer names.
+/// `None` where it has no hope of half of what `best`, the best one so far, has gained, nor of more than chance makes.
 pub(super) fn refitted(
     found: &mut Search,
     here: &FilterErrorFit,
@@ -85,9 +91,10 @@ pub(super) fn refitted(
     best: Option<&Contender>,
     task: &Task<'_>,
 ) -> Option<Contender> {
-    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best), ..beside(here, task) };
     let Start { candidate, score } = start;
-    let model = candidate.started(&here.model, &score)?;
+    let needed = beyond_chance(found.screen.threshold, score.parameters);
+    let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best, needed), ..beside(here, task) };
+    let model = nearest(&candidate, here, &score, task)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
     let near = || filter_error_from(&model, task.train, afresh(&here.noise), &rough);
     let near = (!is_hopeless(here, task.train)).then(near);
@@ -97,22 +104,36 @@ pub(super) fn refitted(
         Some(Err(_)) | None => f64::NEG_INFINITY,
     };
     let given_up = matches!(&near, Some(Err(OutputErrorError::GivenUp { .. })));
-    let outdone = given_up && best.is_some_and(|best| best.gain > score.statistic);
+    let outdone = given_up && best.map_or(needed, |best| best.gain.max(needed)) > score.statistic;
     let near = near.and_then(Result::ok);
     // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
     // the last model makes no use of the commands
     let is_sure = score.log_p < found.screen.threshold;
     let lost = is_sure && near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
-    if (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate) {
+    let falls_short = (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate);
+    if falls_short && !found.vain.contains(&candidate.name()) {
         let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
-        if let Some(anew) = anew.filter(|(gain, _)| *gain > far) {
-            found.astray |= anew.0 > far + TIE;
-            best = Some(anew);
+        match anew.filter(|(gain, _)| *gain > far) {
+            Some(anew) => {
+                found.astray |= anew.0 > far + TIE;
+                best = Some(anew);
+            }
+            None => found.vain.push(candidate.name()),
         }
     }
     let (gain, fit) = best?;
     Some(Contender { score, fit, gain, held_out: 0.0, held_out_cost: 0.0 })
+}
+
+/// The last model with a candidate begun at its probe, or at the share of it that its score speaks of, whichever is likelier: far from
+/// the probe that is the better half of the way, and a climb the longer of the two.
+fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Score, task: &Task<'_>) -> Option<Model> {
+    let at_probe = candidate.started(&here.model, score)?;
+    let Some(in_part) = candidate.started_in_part(&here.model, score) else { return Some(at_probe) };
+    let cost =
+        |model: &Model| cost_of(model, task.train, (&here.noise, here.limit), task.fitting).unwrap_or(f64::INFINITY);
+    Some(if cost(&in_part) < cost(&at_probe) { in_part } else { at_probe })
 }
 
 /// The model of `fit` fitted from the log; `None` where that is no better. A fit that began at the values of a model that lacked
@@ -123,9 +144,16 @@ pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorF
     (anew.plain < fit.plain - TIE).then_some(anew)
 }
 
-/// −2 ln L that a candidate has to come below.
-fn bar(here: &FilterErrorFit, best: Option<&Contender>) -> f64 {
-    best.filter(|b| b.gain > 0.0).map_or(f64::INFINITY, |best| here.cost - HOPEFUL * (here.cost - best.fit.cost))
+/// −2 ln L that a candidate has to come below, which is chance where it gains less than `needed`.
+fn bar(here: &FilterErrorFit, best: Option<&Contender>, needed: f64) -> f64 {
+    let hopeful = best.map_or(0.0, |best| HOPEFUL * (here.cost - best.fit.cost));
+    here.cost - needed.max(hopeful)
+}
+
+/// Fall of −2 ln L by so many parameters that chance makes with a probability of which `threshold` is the logarithm.
+fn beyond_chance(threshold: f64, parameters: usize) -> f64 {
+    let chance = threshold.exp().max(f64::EPSILON);
+    ChiSquared::new(parameters.max(1) as f64).map_or(0.0, |chi| chi.inverse_cdf(1.0 - chance))
 }
 
 /// Whether two thrusters are exchanged.

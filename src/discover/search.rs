@@ -17,8 +17,9 @@ use super::candidate::Candidate;
 use super::naming::next_name;
 use super::pushed::is_hopeless;
 use super::refit::{anew, beside, level};
+use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Screen};
-use super::searched::{BEHAVES, Search, Step};
+use super::searched::{Added, BEHAVES, Search, Step};
 use super::task::{Task, asked, screened};
 use super::timed::begun;
 use crate::estimate::filter_error::{FilterErrorFit, filter_error, filter_error_from};
@@ -52,6 +53,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         behaves_like: Vec::new(),
         astray: false,
         hopeless: false,
+        vain: Vec::new(),
         candidates: list,
         screen,
     };
@@ -115,7 +117,7 @@ fn asked_beside(found: &Search, task: &Task<'_>) -> Result<(Vec<Candidate>, Scre
 }
 
 /// The last fit with its noise refined: forces that are none taken out, sensors coloured where they are. Where there are
-/// colours, every name is put to the test again.
+/// colours, or a name is not what nature allows any more, every name is put to the test again.
 fn refine(found: &mut Search, task: &Task<'_>) {
     progress::tell("the noise of the last model", 0, 0);
     let last = found.last_fit();
@@ -125,7 +127,9 @@ fn refine(found: &mut Search, task: &Task<'_>) {
     if let Some(step) = found.steps.last_mut() {
         step.fit = refined;
     }
-    if coloured {
+    let fit = found.last_fit();
+    let is_flawed = |added: &Added| broken(&without(&fit.model, &added.candidate), fit, &added.candidate).is_some();
+    if coloured || found.added.iter().any(is_flawed) {
         backward(found, task, found.added.len());
     }
 }
@@ -144,6 +148,13 @@ fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
             newest.also_possible.push(name);
         }
     }
+}
+
+/// `model` less what a candidate has added to it.
+fn without(model: &Model, candidate: &Candidate) -> Model {
+    let mut less = model.clone();
+    candidate.remove_from(&mut less);
+    less
 }
 
 /// Whether a parameter of `model` is beyond what it is kept below in `bounded`.

@@ -71,6 +71,8 @@ pub struct Search {
     pub astray: bool,
     /// Whether what moves the vehicle is not its commands: nothing is named then.
     pub hopeless: bool,
+    /// Candidates whose fit from the log has led no farther than that from the last model.
+    pub(super) vain: Vec<String>,
     /// Candidates at the last step.
     pub candidates: Vec<Candidate>,
     /// Their scores.

@@ -209,18 +209,21 @@ fn blind_an_offset_of_the_compass_is_no_deviation() {
 /// A thruster that fails in the middle of a run is named, with its instant and how much of it is lost.
 #[test]
 fn blind_a_thruster_that_fails_is_found_with_its_instant() {
-    let sea = sea("laurs", 0.02, &["thruster_fault@surge"], 205);
-    let found = answer("fault", &sea);
-    assert_eq!(
-        (names(&found), found.verdict),
-        (vec!["thruster_fault@surge"], Verdict::Explained),
-        "{}",
-        found.sentence
-    );
-    let [loss, instant] = found.effects[0].parameters.as_slice() else { panic!("{:?}", found.effects[0]) };
-    // what the plant hides: 0.4 of the thrust from 0.45 of the run on
-    assert!((loss.value - 0.4).abs() < 4.0 * loss.std, "{loss:?}");
-    assert!((instant.value - 0.45 * sea.duration).abs() < (4.0 * instant.std).max(0.1), "{instant:?}");
+    // of the second the model without it puts the instant 6 s off, on a hill of its own
+    for (vehicle, seed) in [("laurs", 205), ("small", 71_001)] {
+        let sea = sea(vehicle, 0.02, &["thruster_fault@surge"], seed);
+        let found = answer(&format!("fault-{vehicle}"), &sea);
+        assert_eq!(
+            (names(&found), found.verdict),
+            (vec!["thruster_fault@surge"], Verdict::Explained),
+            "{}",
+            found.sentence
+        );
+        let [loss, instant] = found.effects[0].parameters.as_slice() else { panic!("{:?}", found.effects[0]) };
+        // what the plant hides: 0.4 of the thrust from 0.45 of the run on
+        assert!((loss.value - 0.4).abs() < 4.0 * loss.std, "{loss:?}");
+        assert!((instant.value - 0.45 * sea.duration).abs() < (4.0 * instant.std).max(0.1), "{instant:?}");
+    }
 }
 
 /// Thrusters are named one by one where a campaign describes them: which is dead, which two are exchanged. The names go into

@@ -51,25 +51,31 @@ impl Joint {
     }
 }
 
-impl Search<'_> {
+impl Filtered {
     /// −2 ln L of each stretch at each of `points`: few stretches alone would leave most lanes idle. What delays read is read for
-    /// all points of like delays at once.
-    pub(super) fn costs_side_by_side(&self, points: &[(Model, NoiseModel)]) -> Vec<Vec<f64>> {
-        let late = self.filtered.problem.dynamics.delays();
+    /// all points of like delays at once; for those of `here` it has been.
+    pub(super) fn costs_side_by_side(
+        &self,
+        here: &Model,
+        points: &[(Model, NoiseModel)],
+        mobilities: &[DMatrix<f64>],
+        limit: f64,
+    ) -> Vec<Vec<f64>> {
+        let late = self.problem.dynamics.delays();
         let delays = |model: &Model| -> Vec<u64> {
             let of = |p: &usize| std::iter::once(&model.parameters[*p].value).chain(&model.parameters[*p].per_run);
             late.iter().flat_map(of).map(|delay| delay.to_bits()).collect()
         };
         let mut alike: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
         points.iter().enumerate().for_each(|(k, (model, _))| alike.entry(delays(model)).or_default().push(k));
-        let here = delays(&self.model);
+        let here = delays(here);
         let of = |(delays, members): (Vec<u64>, Vec<usize>)| {
             let own: Vec<&(Model, NoiseModel)> = members.iter().map(|k| &points[*k]).collect();
-            let costs = |filtered: &Filtered| filtered.costs_at(&own, &self.mobilities, self.limit);
+            let costs = |filtered: &Filtered| filtered.costs_at(&own, mobilities, limit);
             let costs = if delays == here {
-                costs(&self.filtered)
+                costs(self)
             } else {
-                let mut read = self.filtered.clone();
+                let mut read = self.clone();
                 read_inputs(&mut read.problem, &own[0].0);
                 costs(&read)
             };
@@ -78,6 +84,13 @@ impl Search<'_> {
         let mut all: Vec<(usize, Vec<f64>)> = alike.into_par_iter().flat_map_iter(of).collect();
         all.sort_by_key(|(k, _)| *k);
         all.into_iter().map(|(_, costs)| costs).collect()
+    }
+}
+
+impl Search<'_> {
+    /// −2 ln L of each stretch at each of `points`.
+    pub(super) fn costs_side_by_side(&self, points: &[(Model, NoiseModel)]) -> Vec<Vec<f64>> {
+        self.filtered.costs_side_by_side(&self.model, points, &self.mobilities, self.limit)
     }
 
     /// Deviation of each parameter beside the others as they are.

@@ -122,6 +122,15 @@ impl FilterErrorFit {
         self.filtered.forecast(&self.model, &self.noise, self.limit)
     }
 
+    /// −2 ln L of the runs of the fit where `models` have its parameters, its noise as it is; infinite where one runs away.
+    pub(crate) fn costs_at(&self, models: &[Model]) -> Vec<f64> {
+        let points: Vec<(Model, NoiseModel)> = models.iter().map(|m| (m.clone(), self.noise.clone())).collect();
+        let Some(mobilities) = self.filtered.mobilities(&self.model) else { return vec![f64::INFINITY; models.len()] };
+        let costs = self.filtered.costs_side_by_side(&self.model, &points, &mobilities, self.limit);
+        let whole = |stretches: Vec<f64>| stretches.into_iter().sum::<f64>();
+        costs.into_iter().map(whole).map(|cost| if cost.is_finite() { cost } else { f64::INFINITY }).collect()
+    }
+
     /// Options of a refit nearby, of runs or inputs that differ a little: it goes the way that this fit went, wherever that leads.
     pub(crate) fn nearby(&self, options: &FilterErrorOptions) -> FilterErrorOptions {
         let higher = if self.reached == Reached::Together { 0.0 } else { f64::INFINITY };
