@@ -146,17 +146,6 @@ impl Candidate {
         }
     }
 
-    /// Whether `model` may have its one strength on the side of nothing where its score says it is: not where that is a bound, as of a
-    /// drag that would drive the vehicle.
-    pub fn is_allowed(&self, model: &Model, score: &Score) -> bool {
-        let Some(begun) = self.started(model, score) else { return false };
-        let ([new], [estimate]) = (&begun.parameters[model.parameters.len()..], &score.estimate[..]) else {
-            return true;
-        };
-        let is_strength = new.spec.is_linear() && !new.spec.per_run && !self.blended;
-        !is_strength || *estimate == 0.0 || new.value != new.spec.neutral
-    }
-
     /// Adds its terms to a model; shape parameters take the values of `probe`.
     ///
     /// # Errors

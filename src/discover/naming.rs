@@ -62,7 +62,7 @@ fn name_among(
     let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
         let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);
-        of_kind && candidate.is_possible(score) && candidate.is_allowed(&here.model, score)
+        of_kind && candidate.is_possible(score)
     };
     best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
     // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked

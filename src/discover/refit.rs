@@ -83,7 +83,8 @@ pub(super) fn merit(from: &FilterErrorFit, to: &FilterErrorFit, gain: f64) -> f6
 /// is true. From the log alone where the last model is of a vehicle that its commands do not move. What promised less than
 /// `best` has already gained from the last model, or than chance makes, is not begun anew: that model is a start, and what is left comes
 /// up again. Nor is what has been begun anew in vain beside fewer names.
-/// `None` where it has no hope of half of what `best`, the best one so far, has gained, nor of more than chance makes.
+/// `None` where it has no hope of half of what `best`, the best one so far, has gained, nor, where its score promises
+/// no more, of more than chance makes.
 pub(super) fn refitted(
     found: &mut Search,
     here: &FilterErrorFit,
@@ -92,7 +93,9 @@ pub(super) fn refitted(
     task: &Task<'_>,
 ) -> Option<Contender> {
     let Start { candidate, score } = start;
-    let needed = beyond_chance(found.screen.threshold, score.parameters);
+    let is_sure = score.log_p < found.screen.threshold;
+    // what its score is sure of may have far to go
+    let needed = if is_sure { f64::NEG_INFINITY } else { beyond_chance(found.screen.threshold, score.parameters) };
     let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best, needed), ..beside(here, task) };
     let model = nearest(&candidate, here, &score, task)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
@@ -108,7 +111,6 @@ pub(super) fn refitted(
     let near = near.and_then(Result::ok);
     // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
     // the last model makes no use of the commands
-    let is_sure = score.log_p < found.screen.threshold;
     let lost = is_sure && near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
     let falls_short = (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate);
@@ -144,10 +146,10 @@ pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorF
     (anew.plain < fit.plain - TIE).then_some(anew)
 }
 
-/// −2 ln L that a candidate has to come below, which is chance where it gains less than `needed`.
+/// −2 ln L that a candidate has to come below, which has to gain as much as `needed`.
 fn bar(here: &FilterErrorFit, best: Option<&Contender>, needed: f64) -> f64 {
-    let hopeful = best.map_or(0.0, |best| HOPEFUL * (here.cost - best.fit.cost));
-    here.cost - needed.max(hopeful)
+    let hopeful = best.filter(|b| b.gain > 0.0).map(|best| HOPEFUL * (here.cost - best.fit.cost));
+    here.cost - hopeful.unwrap_or(f64::NEG_INFINITY).max(needed)
 }
 
 /// Fall of −2 ln L by so many parameters that chance makes with a probability of which `threshold` is the logarithm.
