@@ -9,10 +9,11 @@
 //! and where that tells otherwise there are two starts, unless one of them is worse than the last model and the other is not.
 
 use super::candidate::Candidate;
+use super::rules::is_new;
 use super::screen::{Score, screen};
 use super::task::Task;
 use crate::estimate::filter_error::{FilterErrorFit, cost_of};
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 
 /// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the
 /// instant at which a thruster fails stood out under it where the whole force hid it.
@@ -94,8 +95,8 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
 /// all else as it is; `None` where that is where it is. A model that lacks the name has values that are bent, and so is where the
 /// name seems to be: an instant may have come to rest on the slope of a command.
 pub(super) fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Option<Model> {
-    let new = before.parameters.len()..with.model.parameters.len();
-    let shape = new.into_iter().find(|k| !with.model.parameters[*k].spec.is_linear())?;
+    let is_shape = |p: &Parameter| is_new(before, p) && !p.spec.is_linear();
+    let shape = with.model.parameters.iter().position(is_shape)?;
     let mut grid = candidate.grid().filter(|grid| grid.len() > 1)?;
     grid.sort_by(f64::total_cmp);
     let known = &with.model.parameters[shape];

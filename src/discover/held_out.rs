@@ -1,7 +1,7 @@
 //! Step 4: runs that took no part must agree.
 //!
 //! ```text
-//! Δ = −2 ln L(held out; θ̂, η̂) without the name less that with it       a name is confirmed where Δ > 0
+//! Δ = −2 ln L(held out; θ̂, η̂) without the name less that with it       a name is confirmed where Δ > 1
 //! d = E²_with − E²_without, 8 s ahead, of those that share no time    and no E is worse: d̄ √n / s_d ≤ t of n − 1, Pr(t) = 0.01/channels
 //! ```
 //!
@@ -50,7 +50,7 @@ const SAME: f64 = 0.05;
 /// Share of names that predict as well as before and yet seem to predict some channel worse, at most.
 const WORSE: f64 = 0.01;
 
-/// Fall of −2 ln L that a name is worth on held-out runs below which they do not show it: chance makes as much.
+/// Fall of −2 ln L that a name is worth on held-out runs below which they do not show it: chance makes as much, and confirms nothing.
 const UNSEEN: f64 = 1.0;
 
 /// What stands against a name that held-out runs do not show.
@@ -116,7 +116,7 @@ pub(super) fn agree(
     let (before, cost) = costs(without, with, task)?;
     let mut gain = before - cost;
     // under either of two noises, each of which may pass as often as half of it
-    let least = if own_values(with) > own_values(without) { -2.0 * (0.5 * BY_HALVES).ln() } else { 0.0 };
+    let least = if own_values(with) > own_values(without) { -2.0 * (0.5 * BY_HALVES).ln() } else { UNSEEN };
     if gain.is_nan() || gain <= least {
         gain = fall_under_own_noise(without, with, task).unwrap_or(gain);
     }

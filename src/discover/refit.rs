@@ -21,7 +21,7 @@ use crate::estimate::filter_error::{
 };
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 
 /// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
 pub(super) const ROUGH: f64 = 0.5;
@@ -97,10 +97,9 @@ pub(super) fn refitted(
     // what its score is sure of may have far to go
     let needed = if is_sure { f64::NEG_INFINITY } else { beyond_chance(found.screen.threshold, score.parameters) };
     let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best, needed), ..beside(here, task) };
-    let model = nearest(&candidate, here, &score, task)?;
+    let mut model = nearest(&candidate, here, &score, task)?;
     let won = |fit: FilterErrorFit| (here.cost - fit.cost, fit);
-    let near = || filter_error_from(&model, task.train, afresh(&here.noise), &rough);
-    let near = (!is_hopeless(here, task.train)).then(near);
+    let near = (!is_hopeless(here, task.train)).then(|| from_here(found, here, &mut model, &rough, task));
     let far = match &near {
         Some(Ok(fit)) => here.cost - fit.cost,
         Some(Err(OutputErrorError::GivenUp { cost, .. })) => here.cost - cost,
@@ -126,6 +125,34 @@ pub(super) fn refitted(
     }
     let (gain, fit) = best?;
     Some(Contender { score, fit, gain, held_out: 0.0, held_out_cost: 0.0 })
+}
+
+/// `model`, which has a candidate in it, fitted from where the last one is. Where nothing is left of a name that stands, that goes.
+fn from_here(
+    found: &Search,
+    here: &FilterErrorFit,
+    model: &mut Model,
+    rough: &FilterErrorOptions,
+    task: &Task<'_>,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    let fitted = |model: &Model| filter_error_from(model, task.train, afresh(&here.noise), rough);
+    let near = fitted(model);
+    match near.as_ref().err().and_then(|error| nothing_beside(found, error)) {
+        Some(lost) => {
+            lost.remove_from(model);
+            fitted(model)
+        }
+        None => near,
+    }
+}
+
+/// The name that stands of which nothing is left beside a candidate whose refit failed with `error`: it has stood in for that.
+fn nothing_beside<'a>(found: &'a Search, error: &OutputErrorError) -> Option<&'a Candidate> {
+    let OutputErrorError::NotIdentified { parameters, .. } = error else { return None };
+    let model = &found.last_fit().model;
+    let is_lost = |p: &&Parameter| parameters.contains(&p.full_name());
+    let lost = model.parameters.iter().find(is_lost)?;
+    found.added.iter().map(|added| &added.candidate).find(|candidate| candidate.holds(&lost.term))
 }
 
 /// The last model with a candidate begun at its probe, or at the share of it that its score speaks of, whichever is likelier: far from

@@ -60,6 +60,9 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     while found.added.len() < task.options.most {
         let Some((added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
+        let (left, lost) = found.added.into_iter().partition(|a| fit.model.term(&a.candidate.name()).is_some());
+        found.added = left;
+        found.removed.extend(lost.iter().map(|a: &Added| a.candidate.name()));
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
         // beside a baseline that is still on its way any name gains; without it the fit has come farther since

@@ -186,6 +186,19 @@ fn blind_a_wave_is_named_where_it_is_all_that_pushes() {
     assert!(least < a.value && a.value < most && a.per_run.len() > 1, "{a:?}");
 }
 
+/// What has a value of its own in every run is asked last, and a memory of the wake may come before it: beside the wave nothing is left
+/// of that, and it goes.
+#[test]
+fn blind_a_wave_is_named_though_a_memory_came_before_it() {
+    let vehicle = Vehicle::named("small").expect("the plant has this vehicle");
+    let force = RandomForce { share: 0.02, correlation: 1.0 };
+    let instruments = Suite::default().instruments(&Dof::PLANE);
+    let hidden = vec![Hidden::new("wave@sway")];
+    let found =
+        answer("wave_last", &Sea { force, hidden, instruments, seed: 2_940_001, ..Sea::new(vehicle, &Dof::PLANE) });
+    assert_eq!((names(&found), found.verdict), (vec!["wave@sway"], Verdict::Explained), "{}", found.sentence);
+}
+
 /// A vehicle that turns by itself, four runs of the fit and no random force: the fit with the name, begun at the values of the model
 /// that lacked it, ends on a hill below the top, and what is left there is no second name but a better start.
 #[test]
