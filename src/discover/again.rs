@@ -4,15 +4,17 @@
 //! −2 ln L(without) − (−2 ln L(with))      beyond chance still, beside the others; and greater than with what came second
 //! ```
 
+use super::candidate::Candidate;
 use super::held_out::fall;
 use super::refit::{afresh, beside, merit};
 use super::rules::broken;
 use super::screen::log_survival;
 use super::searched::{BehavesLike, Search};
 use super::task::{TIE, Task};
-use crate::estimate::filter_error::{filter_error, filter_error_from};
+use crate::estimate::filter_error::{FilterErrorFit, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
+use crate::model::{Model, Term, name_of};
 
 /// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has
 /// taken for its own may be of two others.
@@ -21,6 +23,10 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
         for (rival, mut model) in std::mem::take(&mut found.added[k].rivals) {
             let mut later = found.added[k + 1..].iter().map(|a| &a.candidate);
             if !later.all(|c| c.add_to(&mut model, c.probes.first().map_or(&[], Vec::as_slice)).is_ok()) {
+                continue;
+            }
+            // names have come or gone since it was second
+            if !is_in_its_stead(&model, found.last_fit(), &found.added[k].candidate, &rival.candidate) {
                 continue;
             }
             let (last, noise) = (found.last_fit(), afresh(&found.steps[k].fit.noise));
@@ -40,6 +46,14 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
         }
     }
     Ok(())
+}
+
+/// Whether `model` is that of `last` with `rival` in the stead of a name.
+fn is_in_its_stead(model: &Model, last: &FilterErrorFit, name: &Candidate, rival: &Candidate) -> bool {
+    let mut expected = last.model.clone();
+    name.remove_from(&mut expected);
+    let stands = |term: &Term| model.term(&name_of(term.effect.about().id, term.place)).is_some();
+    expected.terms.iter().all(stands) && expected.terms.len() + rival.terms.len() == model.terms.len()
 }
 
 /// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more,

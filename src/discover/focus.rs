@@ -6,13 +6,14 @@
 //!
 //! An instant, a time constant or a threshold that starts a mesh away from the truth may end on another hill of the
 //! likelihood. A random force that has taken up what is missing blurs the hills, so they are seen under a small one, too,
-//! and where that tells otherwise there are two starts, unless one of them is worse than the last model and the other is not.
+//! and where that tells otherwise there are two starts, unless the second is worse than the first and than the last model.
 
 use super::candidate::Candidate;
+use super::refit::{cost_here, nearest};
 use super::rules::is_new;
 use super::screen::{Score, screen};
 use super::task::Task;
-use crate::estimate::filter_error::{FilterErrorFit, cost_of};
+use crate::estimate::filter_error::FilterErrorFit;
 use crate::model::{Model, Parameter};
 
 /// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the
@@ -62,9 +63,8 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
     let coarse: Vec<Start> = shaped.iter().zip(coarse).map(|(s, found)| found.unwrap_or_else(|| s.clone())).collect();
     let mut fine = finer(here, &shaped, task).into_iter().zip(finer(&quiet, &coarse, task));
     let cost = |start: &Start| {
-        let begun = start.candidate.started(&here.model, &start.score);
-        let cost = |model| cost_of(&model, task.train, (&here.noise, here.limit), task.fitting).ok();
-        begun.and_then(cost).unwrap_or(f64::INFINITY)
+        let begun = nearest(&start.candidate, here, &start.score, task);
+        begun.map_or(f64::INFINITY, |model| cost_here(&model, here, task))
     };
     let mut all = Vec::new();
     for one in usual {
@@ -79,7 +79,7 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
                 let differs = (quiet.shape() - loud.shape()).abs() > 0.5 * quiet.mesh();
                 // under a tenth of the forces a score says where the hill is, and not how high
                 (quiet.score.statistic, quiet.score.log_p) = (loud.score.statistic, loud.score.log_p);
-                let lost = differs && cost(&quiet) > cost(&loud).max(here.cost);
+                let lost = differs && cost(&quiet) > cost(&loud).max(cost_here(&here.model, here, task));
                 of_list(loud);
                 if differs && !lost {
                     of_list(quiet);
@@ -97,7 +97,8 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
 pub(super) fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Option<Model> {
     let is_shape = |p: &Parameter| is_new(before, p) && !p.spec.is_linear();
     let shape = with.model.parameters.iter().position(is_shape)?;
-    let mut grid = candidate.grid().filter(|grid| grid.len() > 1)?;
+    // of a delay or a lag the likelihood bends evenly, and what it reads is read anew at each
+    let mut grid = candidate.grid().filter(|grid| grid.len() > 1 && !candidate.blended)?;
     grid.sort_by(f64::total_cmp);
     let known = &with.model.parameters[shape];
     let between = |ends: &[f64]| {

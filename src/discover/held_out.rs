@@ -124,7 +124,7 @@ pub(super) fn agree(
         let against = if task.held.is_empty() {
             "estimated without a run, it predicts that run no better than the model without it"
         } else if is_shown(candidate, with, task).unwrap_or(true) {
-            "runs that took no part are predicted no better with it"
+            "runs that took no part are predicted no better with it than by chance"
         } else {
             NOT_SHOWN
         };
@@ -155,7 +155,7 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
         filter_error_from(&model, task.held, fit.noise.elsewhere(&model, task.held), &options)
     };
     let with = own_noise(with, f64::INFINITY).ok()?;
-    match own_noise(without, with.cost) {
+    match own_noise(without, with.cost + UNSEEN) {
         Ok(without) => Some(without.cost - with.cost),
         Err(OutputErrorError::GivenUp { cost, .. }) => Some(cost - with.cost),
         Err(_) => None,

@@ -141,7 +141,21 @@ fn name_among(
                 continue;
             }
         };
-        let fit = on_its_hill(&here.model, fit, &found.candidates[first.score.candidate], task);
+        let candidate = &found.candidates[first.score.candidate];
+        let mut named = added(first);
+        let fit = match elsewhere_higher(&here.model, &fit, candidate, task) {
+            Some(higher) => {
+                let HeldOut { gain, against, .. } = agree(candidate, &here, &higher, task)?;
+                named.gain = merit(&here, &higher, here.cost - higher.cost);
+                named.held_out_gain = gain;
+                if let Some(why) = broken(&here.model, &higher, candidate).or(against) {
+                    found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: named.gain });
+                    continue;
+                }
+                higher
+            }
+            None => fit,
+        };
         let pushed = !pushed_hard(&fit.noise.forces, task.train).is_empty();
         let fit = match pushed.then(|| anew(&fit, task)).flatten() {
             Some(better) => {
@@ -151,7 +165,6 @@ fn name_among(
             None => fit,
         };
         let others = &names[k + 1..];
-        let mut named = added(first);
         let tied = others.iter().filter(|other| standing(first).worth - other.standing(0.0).worth < TIE).map(name_of);
         named.also_possible.extend(tied);
         named.rivals = others.iter().take(RIVALS).map(|c| (added(c), c.fit.model.clone())).collect();
@@ -160,11 +173,17 @@ fn name_among(
     Ok(None)
 }
 
-/// A fit with a name that `before` lacks, its shape where the likelihood is highest once the name is known.
-fn on_its_hill(before: &Model, fit: FilterErrorFit, candidate: &Candidate, task: &Task<'_>) -> FilterErrorFit {
-    let begun = elsewhere(before, &fit, candidate);
-    let other = begun.and_then(|model| filter_error_from(&model, task.train, fit.noise.clone(), &level(task)).ok());
-    other.filter(|other| other.plain < fit.plain - ROUGH).unwrap_or(fit)
+/// The fit with a name that `before` lacks from where its shape is likeliest once the name is known; `None` where that is no higher.
+fn elsewhere_higher(
+    before: &Model,
+    fit: &FilterErrorFit,
+    candidate: &Candidate,
+    task: &Task<'_>,
+) -> Option<FilterErrorFit> {
+    // phases of their own in every run fit one period alone
+    let begun = (!has_own_values(candidate)).then(|| elsewhere(before, fit, candidate)).flatten()?;
+    let other = filter_error_from(&begun, task.train, fit.noise.clone(), &level(task)).ok()?;
+    (other.plain < fit.plain - ROUGH).then_some(other)
 }
 
 /// Takes out names that gain less than `best`, of which no held-out run knows, and are not missing beside it: they stand in for it, and

@@ -113,14 +113,15 @@ pub(super) fn refitted(
     let lost = is_sure && near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
     let falls_short = (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate);
-    if falls_short && !found.vain.contains(&candidate.name()) {
-        let anew = filter_error(&started(&model, task.train), task.train, &rough).ok().map(won);
-        match anew.filter(|(gain, _)| *gain > far) {
-            Some(anew) => {
+    if falls_short && !found.was_in_vain(&candidate) {
+        match filter_error(&started(&model, task.train), task.train, &rough).map(won) {
+            Ok(anew) if anew.0 > far => {
                 found.astray |= anew.0 > far + TIE;
                 best = Some(anew);
             }
-            None => found.vain.push(candidate.name()),
+            // beside another best one it might have gone on
+            Err(OutputErrorError::GivenUp { .. }) => {}
+            _ => found.vain.push((candidate.clone(), found.steps.len())),
         }
     }
     let (gain, fit) = best?;
@@ -151,18 +152,22 @@ fn nothing_beside<'a>(found: &'a Search, error: &OutputErrorError) -> Option<&'a
     let OutputErrorError::NotIdentified { parameters, .. } = error else { return None };
     let model = &found.last_fit().model;
     let is_lost = |p: &&Parameter| parameters.contains(&p.full_name());
-    let lost = model.parameters.iter().find(is_lost)?;
-    found.added.iter().map(|added| &added.candidate).find(|candidate| candidate.holds(&lost.term))
+    let lost: Vec<&Parameter> = model.parameters.iter().filter(is_lost).collect();
+    found.added.iter().map(|added| &added.candidate).find(|candidate| lost.iter().any(|p| candidate.holds(&p.term)))
 }
 
 /// The last model with a candidate begun at its probe, or at the share of it that its score speaks of, whichever is likelier: far from
 /// the probe that is the better half of the way, and a climb the longer of the two.
-fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Score, task: &Task<'_>) -> Option<Model> {
+pub(super) fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Score, task: &Task<'_>) -> Option<Model> {
     let at_probe = candidate.started(&here.model, score)?;
     let Some(in_part) = candidate.started_in_part(&here.model, score) else { return Some(at_probe) };
-    let cost =
-        |model: &Model| cost_of(model, task.train, (&here.noise, here.limit), task.fitting).unwrap_or(f64::INFINITY);
+    let cost = |model: &Model| cost_here(model, here, task);
     Some(if cost(&in_part) < cost(&at_probe) { in_part } else { at_probe })
+}
+
+/// −2 ln L of the runs of the fit with another model under the noise of `here`; infinite where it runs away.
+pub(super) fn cost_here(model: &Model, here: &FilterErrorFit, task: &Task<'_>) -> f64 {
+    cost_of(model, task.train, (&here.noise, here.limit), task.fitting).unwrap_or(f64::INFINITY)
 }
 
 /// The model of `fit` fitted from the log; `None` where that is no better. A fit that began at the values of a model that lacked

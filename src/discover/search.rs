@@ -28,6 +28,9 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 use crate::progress;
 
+/// Steps a name, at most: names that come and go.
+const TURNS: usize = 4;
+
 /// Searches for what `baseline` lacks.
 ///
 /// # Errors
@@ -57,18 +60,24 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         candidates: list,
         screen,
     };
-    while found.added.len() < task.options.most {
-        let Some((added, fit)) = next_name(&mut found, task)? else { break };
+    while found.added.len() < task.options.most && found.steps.len() < TURNS * task.options.most {
+        let Some((mut added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
+        let removed = found.removed.len();
         let (left, lost) = found.added.into_iter().partition(|a| fit.model.term(&a.candidate.name()).is_some());
         found.added = left;
-        found.removed.extend(lost.iter().map(|a: &Added| a.candidate.name()));
+        // what those that it takes the place of had gained it gains
+        added.gain += lost.iter().map(|a: &Added| a.gain).sum::<f64>();
+        found.removed.extend(lost.iter().map(|a| a.candidate.name()));
         found.steps.push(Step { name: Some(added.candidate.name()), fit });
         found.added.push(added);
         // beside a baseline that is still on its way any name gains; without it the fit has come farther since
         let earlier = found.added.len() - usize::from(found.steps[0].fit.converged);
         rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
+        if found.removed.len() > removed {
+            found.vain.clear();
+        }
         let (mut list, mut screen) = asked_beside(&found, task)?;
         if let Some(better) = screen.asks().then(|| anew(found.last_fit(), task)).flatten() {
             found.astray = true;
@@ -82,7 +91,11 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     }
     found.hopeless = is_hopeless(found.last_fit(), task.train);
     if !found.hopeless {
+        let names = found.added.len();
         refine(&mut found, task);
+        if found.added.len() < names {
+            (found.candidates, found.screen) = asked_beside(&found, task)?;
+        }
     }
     found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.behaves_like.dedup_by(|a, b| a.id == b.id);

@@ -71,8 +71,8 @@ pub struct Search {
     pub astray: bool,
     /// Whether what moves the vehicle is not its commands: nothing is named then.
     pub hopeless: bool,
-    /// Candidates whose fit from the log has led no farther than that from the last model.
-    pub(super) vain: Vec<String>,
+    /// Candidates whose fit from the log has led no farther than that from the last model, and after how many steps.
+    pub(super) vain: Vec<(Candidate, usize)>,
     /// Candidates at the last step.
     pub candidates: Vec<Candidate>,
     /// Their scores.
@@ -83,6 +83,15 @@ impl Search {
     /// Whether the greatest number of names has ended it while another candidate was beyond chance.
     pub fn is_cut_short(&self, options: &SearchOptions) -> bool {
         self.added.len() >= options.most && self.screen.asks()
+    }
+
+    /// Whether a candidate has been fitted from the log in vain beside fewer names.
+    pub(super) fn was_in_vain(&self, candidate: &Candidate) -> bool {
+        // the leading product of a Coriolis row and the row have one name
+        let is_it = |other: &Candidate| {
+            (other.name(), other.has_parameters()) == (candidate.name(), candidate.has_parameters())
+        };
+        self.vain.iter().any(|(other, steps)| *steps < self.steps.len() && is_it(other))
     }
 
     /// The final fit.
