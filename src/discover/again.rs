@@ -14,7 +14,7 @@ use super::task::{TIE, Task};
 use crate::estimate::filter_error::{FilterErrorFit, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
-use crate::model::{Model, Term, name_of};
+use crate::model::{Model, Term};
 
 /// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has
 /// taken for its own may be of two others.
@@ -50,9 +50,8 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
 
 /// Whether `model` is that of `last` with `rival` in the stead of a name.
 fn is_in_its_stead(model: &Model, last: &FilterErrorFit, name: &Candidate, rival: &Candidate) -> bool {
-    let mut expected = last.model.clone();
-    name.remove_from(&mut expected);
-    let stands = |term: &Term| model.term(&name_of(term.effect.about().id, term.place)).is_some();
+    let expected = name.taken_out_of(&last.model);
+    let stands = |term: &Term| model.term(&term.name()).is_some();
     expected.terms.iter().all(stands) && expected.terms.len() + rival.terms.len() == model.terms.len()
 }
 
@@ -64,8 +63,7 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         let name = found.added[k].candidate.name();
         let fit = found.last_fit();
         let level = beside(fit, task);
-        let mut model = fit.model.clone();
-        found.added[k].candidate.remove_from(&mut model);
+        let model = found.added[k].candidate.taken_out_of(&fit.model);
         let parameters = fit.model.parameters.len() - model.parameters.len();
         let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
         if found.astray || without.is_err() {

@@ -63,6 +63,13 @@ impl Candidate {
         }
     }
 
+    /// `model` without its terms.
+    pub(super) fn taken_out_of(&self, model: &Model) -> Model {
+        let mut without = model.clone();
+        self.remove_from(&mut without);
+        without
+    }
+
     /// Family of its first term.
     pub fn family(&self) -> Family {
         self.terms[0].0.about().family
@@ -122,12 +129,12 @@ impl Candidate {
     /// The same with its one shape at the share of the probe that its score speaks of, as far as it may be: a little of a blend is
     /// the effect at as little of the probe. `None` for a candidate that is not blended.
     pub fn started_in_part(&self, model: &Model, score: &Score) -> Option<Model> {
-        let mut begun = self.started(model, score)?;
+        let mut begun = self.started(model, score).filter(|_| self.blended)?;
         let ([new], [share]) = (&mut begun.parameters[model.parameters.len()..], &score.estimate[..]) else {
             return None;
         };
         new.value = (share * new.value).clamp(new.min, new.max);
-        self.blended.then_some(begun)
+        Some(begun)
     }
 
     /// Whether the shape that its score speaks of is one that it may have. A blend α of a probe is, for a small α, the effect

@@ -9,11 +9,10 @@
 //! and where that tells otherwise there are two starts, unless the second is worse than the first and than the last model.
 
 use super::candidate::Candidate;
-use super::refit::{cost_here, nearest};
 use super::rules::is_new;
 use super::screen::{Score, screen};
 use super::task::Task;
-use crate::estimate::filter_error::FilterErrorFit;
+use crate::estimate::filter_error::{FilterErrorFit, cost_of};
 use crate::model::{Model, Parameter};
 
 /// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the
@@ -89,6 +88,20 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
         }
     }
     all
+}
+
+/// The last model with a candidate begun at its probe, or at the share of it that its score speaks of, whichever is likelier: far from
+/// the probe that is the better half of the way, and a climb the longer of the two.
+pub(super) fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Score, task: &Task<'_>) -> Option<Model> {
+    let at_probe = candidate.started(&here.model, score)?;
+    let Some(in_part) = candidate.started_in_part(&here.model, score) else { return Some(at_probe) };
+    let cost = |model: &Model| cost_here(model, here, task);
+    Some(if cost(&in_part) < cost(&at_probe) { in_part } else { at_probe })
+}
+
+/// −2 ln L of the runs of the fit with another model under the noise of `here`; infinite where it runs away.
+fn cost_here(model: &Model, here: &FilterErrorFit, task: &Task<'_>) -> f64 {
+    cost_of(model, task.train, (&here.noise, here.limit), task.fitting).unwrap_or(f64::INFINITY)
 }
 
 /// The model of `with`, a fit that has `candidate` beyond `before`, with its one shape where the likelihood is highest along the grid,

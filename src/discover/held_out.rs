@@ -98,12 +98,10 @@ fn second_halves(
 
 /// Whether runs that took no part show a candidate: without it, all else as it was fitted beside it, they are predicted otherwise.
 fn is_shown(candidate: &Candidate, with: &FilterErrorFit, task: &Task<'_>) -> Result<bool, OutputErrorError> {
-    let mut model = with.on_others(task.held, task.fitting)?;
+    let model = with.on_others(task.held, task.fitting)?;
     let noise = with.noise.elsewhere(&model, task.held);
     let cost = |model: &Model| cost_of(model, task.held, (&noise, with.limit), task.fitting);
-    let there = cost(&model)?;
-    candidate.remove_from(&mut model);
-    Ok((cost(&model)? - there).abs() >= UNSEEN)
+    Ok((cost(&candidate.taken_out_of(&model))? - cost(&model)?).abs() >= UNSEEN)
 }
 
 /// Asks the held-out runs whether `with`, which has `candidate` in it, predicts them better than `without`.

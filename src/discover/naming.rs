@@ -18,7 +18,7 @@ use super::searched::{Added, BehavesLike, Search};
 use super::slow_force;
 use super::task::{TIE, Task};
 use crate::effects::{Family, Scope};
-use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
+use crate::estimate::filter_error::{FilterErrorFit, NoiseModel, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
 use crate::progress;
@@ -130,32 +130,15 @@ fn name_among(
         left: c.score.left,
         rivals: Vec::new(),
     };
-    let tight = |c: &Contender| filter_error_from(&c.fit.model, task.train, c.fit.noise.clone(), &level(task));
     for (k, first) in names.iter().enumerate() {
-        // what the rough refit has left between its neighbours may be nothing at the maximum
-        let fit = match tight(first) {
-            Ok(fit) => fit,
-            Err(error) => {
-                let why = format!("beside the rest of the model it is not determined: {error}");
+        let top = match at_the_top(first, &here, &found.candidates[first.score.candidate], task)? {
+            Ok(top) => top,
+            Err(why) => {
                 found.behaves_like.push(BehavesLike { id: name_of(first), why, gain: first.gain });
                 continue;
             }
         };
-        let candidate = &found.candidates[first.score.candidate];
-        let mut named = added(first);
-        let fit = match elsewhere_higher(&here.model, &fit, candidate, task) {
-            Some(higher) => {
-                let HeldOut { gain, against, .. } = agree(candidate, &here, &higher, task)?;
-                named.gain = merit(&here, &higher, here.cost - higher.cost);
-                named.held_out_gain = gain;
-                if let Some(why) = broken(&here.model, &higher, candidate).or(against) {
-                    found.behaves_like.push(BehavesLike { id: candidate.name(), why, gain: named.gain });
-                    continue;
-                }
-                higher
-            }
-            None => fit,
-        };
+        let (mut named, fit) = (added(&top), top.fit);
         let pushed = !pushed_hard(&fit.noise.forces, task.train).is_empty();
         let fit = match pushed.then(|| anew(&fit, task)).flatten() {
             Some(better) => {
@@ -173,17 +156,32 @@ fn name_among(
     Ok(None)
 }
 
-/// The fit with a name that `before` lacks from where its shape is likeliest once the name is known; `None` where that is no higher.
-fn elsewhere_higher(
-    before: &Model,
-    fit: &FilterErrorFit,
+/// A contender at its maximum, its shape where that is likeliest once the name is known; or why it is no name there: what the rough refit
+/// has left between its neighbours may be nothing, and a higher hill is judged like the first one.
+fn at_the_top(
+    rough: &Contender,
+    here: &FilterErrorFit,
     candidate: &Candidate,
     task: &Task<'_>,
-) -> Option<FilterErrorFit> {
+) -> Result<Result<Contender, String>, OutputErrorError> {
+    let refit = |model: &Model, noise: &NoiseModel| filter_error_from(model, task.train, noise.clone(), &level(task));
+    let (fit, score) = match refit(&rough.fit.model, &rough.fit.noise) {
+        Ok(fit) => (fit, rough.score.clone()),
+        Err(error) => return Ok(Err(format!("beside the rest of the model it is not determined: {error}"))),
+    };
     // phases of their own in every run fit one period alone
-    let begun = (!has_own_values(candidate)).then(|| elsewhere(before, fit, candidate)).flatten()?;
-    let other = filter_error_from(&begun, task.train, fit.noise.clone(), &level(task)).ok()?;
-    (other.plain < fit.plain - ROUGH).then_some(other)
+    let begun = (!has_own_values(candidate)).then(|| elsewhere(&here.model, &fit, candidate)).flatten();
+    let higher = begun.and_then(|model| refit(&model, &fit.noise).ok()).filter(|other| other.plain < fit.plain - ROUGH);
+    let Some(fit) = higher else {
+        let Contender { gain, held_out, held_out_cost, .. } = *rough;
+        return Ok(Ok(Contender { score, fit, gain, held_out, held_out_cost }));
+    };
+    let HeldOut { gain: held_out, cost: held_out_cost, against } = agree(candidate, here, &fit, task)?;
+    let gain = merit(here, &fit, here.cost - fit.cost);
+    Ok(match broken(&here.model, &fit, candidate).or(against) {
+        Some(why) => Err(why),
+        None => Ok(Contender { score, fit, gain, held_out, held_out_cost }),
+    })
 }
 
 /// Takes out names that gain less than `best`, of which no held-out run knows, and are not missing beside it: they stand in for it, and

@@ -6,19 +6,15 @@
 
 use std::cmp::Ordering;
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use super::candidate::Candidate;
-use super::focus::Start;
+use super::focus::{Start, nearest};
 use super::pushed::is_hopeless;
 use super::rules::is_nothing;
-use super::screen::Score;
+use super::screen::{Score, beyond_chance};
 use super::searched::Search;
 use super::task::{TIE, Task};
 use crate::effects::Scope;
-use crate::estimate::filter_error::{
-    FilterErrorFit, FilterErrorOptions, NoiseModel, cost_of, filter_error, filter_error_from,
-};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::{Model, Parameter};
@@ -156,20 +152,6 @@ fn nothing_beside<'a>(found: &'a Search, error: &OutputErrorError) -> Option<&'a
     found.added.iter().map(|added| &added.candidate).find(|candidate| lost.iter().any(|p| candidate.holds(&p.term)))
 }
 
-/// The last model with a candidate begun at its probe, or at the share of it that its score speaks of, whichever is likelier: far from
-/// the probe that is the better half of the way, and a climb the longer of the two.
-pub(super) fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Score, task: &Task<'_>) -> Option<Model> {
-    let at_probe = candidate.started(&here.model, score)?;
-    let Some(in_part) = candidate.started_in_part(&here.model, score) else { return Some(at_probe) };
-    let cost = |model: &Model| cost_here(model, here, task);
-    Some(if cost(&in_part) < cost(&at_probe) { in_part } else { at_probe })
-}
-
-/// −2 ln L of the runs of the fit with another model under the noise of `here`; infinite where it runs away.
-pub(super) fn cost_here(model: &Model, here: &FilterErrorFit, task: &Task<'_>) -> f64 {
-    cost_of(model, task.train, (&here.noise, here.limit), task.fitting).unwrap_or(f64::INFINITY)
-}
-
 /// The model of `fit` fitted from the log; `None` where that is no better. A fit that began at the values of a model that lacked
 /// a name may end on a hill of its own, and what is left there is given other names: asked where a random force is left that is
 /// no turbulence, or a candidate.
@@ -182,12 +164,6 @@ pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorF
 fn bar(here: &FilterErrorFit, best: Option<&Contender>, needed: f64) -> f64 {
     let hopeful = best.filter(|b| b.gain > 0.0).map(|best| HOPEFUL * (here.cost - best.fit.cost));
     here.cost - hopeful.unwrap_or(f64::NEG_INFINITY).max(needed)
-}
-
-/// Fall of −2 ln L by so many parameters that chance makes with a probability of which `threshold` is the logarithm.
-fn beyond_chance(threshold: f64, parameters: usize) -> f64 {
-    let chance = threshold.exp().max(f64::EPSILON);
-    ChiSquared::new(parameters.max(1) as f64).map_or(0.0, |chi| chi.inverse_cdf(1.0 - chance))
 }
 
 /// Whether two thrusters are exchanged.

@@ -90,6 +90,12 @@ pub(super) fn log_survival(x: f64, k: usize) -> f64 {
     if p > 1e-200 { p.ln() } else { -0.5 * x + (half - 1.0) * (0.5 * x).ln() - ln_gamma(half) }
 }
 
+/// χ² of `k` degrees of freedom of which `log_p` is [`log_survival`], as far as 1 − p is not 1.
+pub(super) fn beyond_chance(log_p: f64, k: usize) -> f64 {
+    let chance = log_p.exp().max(f64::EPSILON);
+    ChiSquared::new(k.max(1) as f64).map_or(0.0, |chi| chi.inverse_cdf(1.0 - chance))
+}
+
 /// Scores `candidates` at a fit to `runs`; `level` is the probability of a name where nothing is missing.
 ///
 /// # Errors
@@ -237,6 +243,16 @@ mod tests {
             assert!((log_survival(x, 2) + 0.5 * x).abs() < 1e-9 * x, "{x}");
         }
         assert!(log_survival(1000.0, 1) < log_survival(1000.0, 3));
+    }
+
+    /// As far as 1 − p holds eight digits of p.
+    #[test]
+    fn exact_inverse_of_the_survival() {
+        for (log_p, k) in [(-1.0, 1), (-8.5, 2), (-12.0, 5)] {
+            assert!((log_survival(beyond_chance(log_p, k), k) - log_p).abs() < 1e-8, "{log_p} {k}");
+        }
+        // beyond that it stays a number
+        assert!(beyond_chance(-500.0, 1).is_finite());
     }
 
     /// Columns that are others', one that is nothing and one that rounding has made a little less than nothing.

@@ -61,16 +61,10 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         screen,
     };
     while found.added.len() < task.options.most && found.steps.len() < TURNS * task.options.most {
-        let Some((mut added, fit)) = next_name(&mut found, task)? else { break };
+        let Some((added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         let removed = found.removed.len();
-        let (left, lost) = found.added.into_iter().partition(|a| fit.model.term(&a.candidate.name()).is_some());
-        found.added = left;
-        // what those that it takes the place of had gained it gains
-        added.gain += lost.iter().map(|a: &Added| a.gain).sum::<f64>();
-        found.removed.extend(lost.iter().map(|a| a.candidate.name()));
-        found.steps.push(Step { name: Some(added.candidate.name()), fit });
-        found.added.push(added);
+        found.take(added, fit);
         // beside a baseline that is still on its way any name gains; without it the fit has come farther since
         let earlier = found.added.len() - usize::from(found.steps[0].fit.converged);
         rivalled(&mut found, task, earlier)?;
@@ -144,7 +138,7 @@ fn refine(found: &mut Search, task: &Task<'_>) {
         step.fit = refined;
     }
     let fit = found.last_fit();
-    let is_flawed = |added: &Added| broken(&without(&fit.model, &added.candidate), fit, &added.candidate).is_some();
+    let is_flawed = |added: &Added| broken(&added.candidate.taken_out_of(&fit.model), fit, &added.candidate).is_some();
     if coloured || found.added.iter().any(is_flawed) {
         backward(found, task, found.added.len());
     }
@@ -164,13 +158,6 @@ fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
             newest.also_possible.push(name);
         }
     }
-}
-
-/// `model` less what a candidate has added to it.
-fn without(model: &Model, candidate: &Candidate) -> Model {
-    let mut less = model.clone();
-    candidate.remove_from(&mut less);
-    less
 }
 
 /// Whether a parameter of `model` is beyond what it is kept below in `bounded`.

@@ -85,6 +85,17 @@ impl Search {
         self.added.len() >= options.most && self.screen.asks()
     }
 
+    /// Takes a name, and the fit with it. Names that stand and are not in that go, and what they had gained it gains.
+    pub(super) fn take(&mut self, mut name: Added, fit: FilterErrorFit) {
+        let stands = |a: &Added| fit.model.term(&a.candidate.name()).is_some();
+        for lost in self.added.extract_if(.., |a| !stands(a)) {
+            name.gain += lost.gain;
+            self.removed.push(lost.candidate.name());
+        }
+        self.steps.push(Step { name: Some(name.candidate.name()), fit });
+        self.added.push(name);
+    }
+
     /// Whether a candidate has been fitted from the log in vain beside fewer names.
     pub(super) fn was_in_vain(&self, candidate: &Candidate) -> bool {
         // the leading product of a Coriolis row and the row have one name

@@ -190,12 +190,9 @@ fn blind_a_wave_is_named_where_it_is_all_that_pushes() {
 /// of that, and it goes.
 #[test]
 fn blind_a_wave_is_named_though_a_memory_came_before_it() {
-    let vehicle = Vehicle::named("small").expect("the plant has this vehicle");
-    let force = RandomForce { share: 0.02, correlation: 1.0 };
     let instruments = Suite::default().instruments(&Dof::PLANE);
-    let hidden = vec![Hidden::new("wave@sway")];
-    let found =
-        answer("wave_last", &Sea { force, hidden, instruments, seed: 2_940_001, ..Sea::new(vehicle, &Dof::PLANE) });
+    let sea = Sea { instruments, duration: 60.0, ..sea("small", 0.02, &["wave@sway"], 2_940_001) };
+    let found = answer("wave_last", &sea);
     assert_eq!((names(&found), found.verdict), (vec!["wave@sway"], Verdict::Explained), "{}", found.sentence);
 }
 
