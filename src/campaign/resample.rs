@@ -18,8 +18,8 @@ use super::file::Estimator;
 use super::fit::filter_error::options as filter_error_options;
 use super::fit::thrust;
 use super::load::{Campaign, moves};
-use crate::discover::begun;
-use crate::estimate::filter_error::{filter_error, filter_error_from};
+use crate::discover::fitted;
+use crate::estimate::filter_error::filter_error_from;
 use crate::estimate::output_error::{OutputErrorOptions, Unknown, output_error, value};
 use crate::estimate::{Draws, started};
 use crate::model::{Model, Parameter};
@@ -164,7 +164,7 @@ fn by_output_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Re
 fn by_filter_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Result<Resampling, Error> {
     let runs = motions(campaign);
     let options = filter_error_options(campaign);
-    let fit = filter_error(&begun(&campaign.model, &runs, &options, &discover::options(campaign)), &runs, &options)?;
+    let fit = fitted(&campaign.model, &runs, &options, &discover::options(campaign))?;
     let unknowns = &fit.filtered.problem.unknowns;
     let seed = refits.seed.unwrap_or(campaign.options.seed);
     let found = match method {

@@ -81,6 +81,11 @@ impl Candidate {
         !effect.parameters(*place).is_empty()
     }
 
+    /// Whether a parameter of it has a value of its own in every run.
+    pub(super) fn has_own_values(&self) -> bool {
+        self.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
+    }
+
     /// Degrees of freedom in which it acts, among those of the model.
     pub fn dofs(&self, model: &Model) -> Vec<Dof> {
         let mut dofs: Vec<Dof> =

@@ -11,9 +11,10 @@
 use super::candidate::Candidate;
 use super::rules::is_new;
 use super::screen::{Score, screen};
-use super::task::Task;
-use crate::estimate::filter_error::{FilterErrorFit, cost_of};
+use super::task::{ROUGH, Task};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, cost_of, filter_error_from};
 use crate::model::{Model, Parameter};
+use crate::run::Run;
 
 /// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the
 /// instant at which a thruster fails stood out under it where the whole force hid it.
@@ -107,11 +108,13 @@ fn cost_here(model: &Model, here: &FilterErrorFit, task: &Task<'_>) -> f64 {
 /// The model of `with`, a fit that has `candidate` beyond `before`, with its one shape where the likelihood is highest along the grid,
 /// all else as it is; `None` where that is where it is. A model that lacks the name has values that are bent, and so is where the
 /// name seems to be: an instant may have come to rest on the slope of a command.
-pub(super) fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Option<Model> {
+fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Option<Model> {
     let is_shape = |p: &Parameter| is_new(before, p) && !p.spec.is_linear();
     let shape = with.model.parameters.iter().position(is_shape)?;
-    // of a delay or a lag the likelihood bends evenly, and what it reads is read anew at each
-    let mut grid = candidate.grid().filter(|grid| grid.len() > 1 && !candidate.blended)?;
+    // of a delay or a lag the likelihood bends evenly, and what it reads is read anew at each; phases of their own in every run fit one
+    // period alone
+    let is_asked = !candidate.blended && !candidate.has_own_values();
+    let mut grid = candidate.grid().filter(|grid| grid.len() > 1 && is_asked)?;
     grid.sort_by(f64::total_cmp);
     let known = &with.model.parameters[shape];
     let between = |ends: &[f64]| {
@@ -130,6 +133,19 @@ pub(super) fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candi
     let costs = with.costs_at(&models);
     let least = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
     (costs[least] < *costs.last()?).then(|| models.swap_remove(least))
+}
+
+/// A fit with `candidate` beyond `before` from where its shape is likeliest once it is known; `None` where that is no higher.
+pub(super) fn higher(
+    before: &Model,
+    fit: &FilterErrorFit,
+    candidate: &Candidate,
+    runs: &[Run],
+    options: &FilterErrorOptions,
+) -> Option<FilterErrorFit> {
+    let begun = elsewhere(before, fit, candidate)?;
+    let other = filter_error_from(&begun, runs, fit.noise.clone(), options).ok()?;
+    (other.plain < fit.plain - ROUGH).then_some(other)
 }
 
 /// The best probe of each candidate under a fit.

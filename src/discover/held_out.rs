@@ -29,8 +29,8 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::candidate::Candidate;
-use super::refit::{ROUGH, beside};
-use super::task::Task;
+use super::refit::beside;
+use super::task::{ROUGH, Task};
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, NoiseModel, cost_of, filter_error_from, first_halves,
 };

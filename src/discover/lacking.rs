@@ -11,10 +11,10 @@
 use std::sync::Arc;
 
 use super::candidate::Candidate;
-use super::naming::{has_own_values, p_of_all};
-use super::refit::{ROUGH, beside, merit};
+use super::naming::p_of_all;
+use super::refit::{beside, merit};
 use super::screen::{Score, log_survival};
-use super::task::{SearchOptions, Task, asked, screened};
+use super::task::{ROUGH, SearchOptions, Task, asked, screened};
 use crate::effects::{Effect, Family, Place};
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
@@ -58,7 +58,7 @@ pub fn lacking(
 ) -> Result<Option<Lacking>, OutputErrorError> {
     let task = Task { train: runs, held: &[], own, fitting, options };
     // what has a value of its own in every run follows anything that comes and goes
-    let list: Vec<Candidate> = asked(&fit.model, &task).into_iter().filter(|c| !has_own_values(c)).collect();
+    let list: Vec<Candidate> = asked(&fit.model, &task).into_iter().filter(|c| !c.has_own_values()).collect();
     let screen = screened(fit, &list, &task)?;
     let mut best: Vec<&Score> = Vec::new();
     for score in screen.scores.iter().take_while(|score| score.log_p < screen.threshold) {

@@ -46,7 +46,7 @@ pub use roles::discover;
 pub use screen::{Score, Screen, screen};
 pub use searched::{Added, BehavesLike, Search, Step};
 pub use task::SearchOptions;
-pub use timed::begun;
+pub use timed::{begun, fitted};
 pub use verdict::Verdict;
 
 use crate::run::Run;

@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use super::candidate::{Candidate, spoken_for};
-use super::focus::{Start, elsewhere, starts};
+use super::focus::{Start, higher, starts};
 use super::held_out::{HeldOut, NOT_SHOWN, agree};
 use super::pushed::{is_hopeless, pushed_hard};
-use super::refit::{Contender, ROUGH, anew, is_exchange, level, merit, refitted};
+use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rivalry::{may_replace, missing_beside};
 use super::rules::{BEYOND, broken, brought, is_apart};
 use super::screen::{Score, log_survival};
@@ -18,7 +18,7 @@ use super::searched::{Added, BehavesLike, Search};
 use super::slow_force;
 use super::task::{TIE, Task};
 use crate::effects::{Family, Scope};
-use crate::estimate::filter_error::{FilterErrorFit, NoiseModel, filter_error_from};
+use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
 use crate::progress;
@@ -61,7 +61,7 @@ fn name_among(
     let mut best = found.screen.best_probes();
     let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
-        let of_kind = has_own_values(candidate) == own && (!hopeless || candidate.family() == Family::Actuator);
+        let of_kind = candidate.has_own_values() == own && (!hopeless || candidate.family() == Family::Actuator);
         of_kind && candidate.is_possible(score)
     };
     best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
@@ -164,15 +164,12 @@ fn at_the_top(
     candidate: &Candidate,
     task: &Task<'_>,
 ) -> Result<Result<Contender, String>, OutputErrorError> {
-    let refit = |model: &Model, noise: &NoiseModel| filter_error_from(model, task.train, noise.clone(), &level(task));
-    let (fit, score) = match refit(&rough.fit.model, &rough.fit.noise) {
+    let tight = filter_error_from(&rough.fit.model, task.train, rough.fit.noise.clone(), &level(task));
+    let (fit, score) = match tight {
         Ok(fit) => (fit, rough.score.clone()),
         Err(error) => return Ok(Err(format!("beside the rest of the model it is not determined: {error}"))),
     };
-    // phases of their own in every run fit one period alone
-    let begun = (!has_own_values(candidate)).then(|| elsewhere(&here.model, &fit, candidate)).flatten();
-    let higher = begun.and_then(|model| refit(&model, &fit.noise).ok()).filter(|other| other.plain < fit.plain - ROUGH);
-    let Some(fit) = higher else {
+    let Some(fit) = higher(&here.model, &fit, candidate, task.train, &level(task)) else {
         let Contender { gain, held_out, held_out_cost, .. } = *rough;
         return Ok(Ok(Contender { score, fit, gain, held_out, held_out_cost }));
     };
@@ -230,11 +227,6 @@ fn makes_thrust(before: &Model, after: &Model, of_thruster: bool) -> bool {
     };
     let new = brought(before, after).into_iter().filter(is_share);
     new.into_iter().any(|p| made(p) > BEYOND * p.std.unwrap_or(f64::INFINITY))
-}
-
-/// Whether a parameter of a candidate has a value of its own in every run.
-pub(super) fn has_own_values(candidate: &Candidate) -> bool {
-    candidate.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
 }
 
 /// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can

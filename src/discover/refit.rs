@@ -12,15 +12,12 @@ use super::pushed::is_hopeless;
 use super::rules::is_nothing;
 use super::screen::{Score, beyond_chance};
 use super::searched::Search;
-use super::task::{TIE, Task};
+use super::task::{ROUGH, TIE, Task};
 use crate::effects::Scope;
 use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, NoiseModel, filter_error, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::{Model, Parameter};
-
-/// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
-pub(super) const ROUGH: f64 = 0.5;
 
 /// Share of the gain of the best candidate so far, below which another one is given up: neither runs that took no part nor a
 /// second effect beside it make up for half.

@@ -21,8 +21,8 @@ use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Screen};
 use super::searched::{Added, BEHAVES, Search, Step};
 use super::task::{Task, asked, screened};
-use super::timed::begun;
-use crate::estimate::filter_error::{FilterErrorFit, filter_error, filter_error_from};
+use super::timed;
+use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::moved_by_thrust;
 use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
@@ -37,8 +37,7 @@ const TURNS: usize = 4;
 /// [`OutputErrorError`] when the baseline cannot be fitted.
 pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, OutputErrorError> {
     progress::tell("fitting the baseline", 0, 0);
-    let fitted =
-        |model: &Model| filter_error(&begun(model, task.train, task.fitting, task.options), task.train, &level(task));
+    let fitted = |model: &Model| timed::fitted(model, task.train, &level(task), task.options);
     let bounded = moved_by_thrust(baseline, task.train);
     let fit = match fitted(baseline) {
         Err(OutputErrorError::NotIdentified { .. }) => fitted(&bounded)?,

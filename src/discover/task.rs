@@ -14,6 +14,9 @@ use crate::run::Run;
 /// Names within this of −2 ln L are both possible: three deviations of the difference of two names for one signal.
 pub(super) const TIE: f64 = 9.0;
 
+/// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
+pub(super) const ROUGH: f64 = 0.5;
+
 /// How the search is done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchOptions {

@@ -10,12 +10,12 @@
 use std::collections::BTreeSet;
 
 use super::candidate::{Candidate, candidates};
-use super::focus::starts;
-use super::refit::ROUGH;
+use super::focus::{higher, starts};
 use super::screen::{Score, screen};
-use super::task::{SearchOptions, Task};
+use super::task::{ROUGH, SearchOptions, Task};
 use crate::chain::reads_time;
-use crate::estimate::filter_error::{FilterErrorOptions, filter_error};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, filter_error};
+use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::{Model, Parameter, Term};
 use crate::run::Run;
@@ -24,6 +24,35 @@ use crate::run::Run;
 /// them say.
 pub fn begun(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Model {
     started(&with_times(model, runs, fitting, options).unwrap_or_else(|| model.clone()), runs)
+}
+
+/// `model` fitted to `runs` from where it is [`begun`], and from where an instant is likeliest along its grid once it is known: in the
+/// innovations of a model that errs elsewhere, too, it may seem to be on another hill.
+///
+/// # Errors
+/// [`OutputErrorError`].
+pub fn fitted(
+    model: &Model,
+    runs: &[Run],
+    fitting: &FilterErrorOptions,
+    options: &SearchOptions,
+) -> Result<FilterErrorFit, OutputErrorError> {
+    let mut fit = filter_error(&begun(model, runs, fitting, options), runs, fitting)?;
+    for name in model.terms.iter().filter(|term| is_timed(model, term)).map(Term::name) {
+        let Some(candidate) = known(&fit.model, &name, runs) else { continue };
+        let before = candidate.taken_out_of(&fit.model);
+        fit = higher(&before, &fit, &candidate, runs, fitting).unwrap_or(fit);
+    }
+    Ok(fit)
+}
+
+/// A term of a model as the candidate that it would be without it.
+fn known(model: &Model, name: &str, runs: &[Run]) -> Option<Candidate> {
+    let term = &model.terms[model.term(name)?];
+    let own = [(term.effect.clone(), term.place)];
+    let mut without = model.clone();
+    without.remove(model.term(name)?);
+    candidates(&without, runs, &own).into_iter().find(|candidate| candidate.name() == name)
 }
 
 /// Whether a parameter is a shape that is free and whose start nobody gave.

@@ -233,6 +233,13 @@ fn blind_a_thruster_that_fails_is_found_with_its_instant() {
         // what the plant hides: 0.4 of the thrust from 0.45 of the run on
         assert!((loss.value - 0.4).abs() < 4.0 * loss.std, "{loss:?}");
         assert!((instant.value - 0.45 * sea.duration).abs() < (4.0 * instant.std).max(0.1), "{instant:?}");
+        // a fit of the campaign with the name in it comes to the same instant
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("discovery_fault-{vehicle}"));
+        let file = campaign::adopt(&folder, None, &found.adopt, &found.took_part).expect("the name goes in");
+        let complete = Campaign::load(&file, LoadOptions::default()).expect("a campaign");
+        let fit = campaign::fit(&complete, FitOptions::default()).expect("a fit");
+        let again = fit.model.parameters.iter().find(|p| p.spec.name == "t_faultu").expect("it is in the model");
+        assert!((again.value - instant.value).abs() < instant.std, "{again:?} {instant:?}");
     }
 }
 

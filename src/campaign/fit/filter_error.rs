@@ -14,7 +14,7 @@ use super::super::steps_as_lines;
 use super::result::FitStage;
 use super::rows::paper;
 use super::{Raw, residuals, thrust, untold_inertias, with_deviations};
-use crate::discover::{begun, lacking};
+use crate::discover::{fitted, lacking};
 use crate::effects::Family;
 use crate::estimate::filter_error::{
     FilterErrorFit, FilterErrorOptions, Filtered, Forecast, filter_error, with_all_open,
@@ -42,7 +42,7 @@ pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {
 
 pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Error> {
     let options = FilterErrorOptions { told: true, ..options(campaign) };
-    let fitted = filter_error(&begun(&campaign.model, runs, &options, &discover::options(campaign)), runs, &options)?;
+    let fitted = fitted(&campaign.model, runs, &options, &discover::options(campaign))?;
     tell("what the model predicts", 0, 0);
     let mut warnings = Vec::new();
     if !fitted.converged {
