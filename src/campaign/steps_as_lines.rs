@@ -77,7 +77,25 @@ fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
 /// Whether a channel goes on from row to row where commands are held: the angle of a fin, or the turns of a propeller, that was
 /// measured and not ordered. What moves takes its time, and is where the row says at that instant only.
 pub(super) fn goes_on(name: &str, signal: &Signal) -> bool {
-    is_deflection(name) && signal.varies() && !steps(signal.values())
+    is_deflection(name) && !steps(signal.values()) && moves_on(signal.values())
+}
+
+/// Whether most changes lead on the same way at the next row, or at the next change where they are as small as those of a coarse
+/// value: what has a speed. An order stays between its few steps, and one of a noisy autopilot goes back as often as on.
+fn moves_on(values: &[f64]) -> bool {
+    let changes: Vec<(usize, f64)> = values.windows(2).map(|w| w[1] - w[0]).enumerate().filter(|c| c.1 != 0.0).collect();
+    let small = STEP * range(values);
+    let leads_on = |pair: &&[(usize, f64)]| {
+        let ((row, change), (next_row, next)) = (pair[0], pair[1]);
+        change * next > 0.0 && (next_row == row + 1 || change.abs().max(next.abs()) <= small)
+    };
+    changes.len() >= FEWEST && 2 * changes.windows(2).filter(leads_on).count() > changes.len()
+}
+
+/// Greatest value less the least.
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    high - low
 }
 
 /// The note on what is read on lines although commands are held.
@@ -106,14 +124,13 @@ fn steps(values: &[f64]) -> bool {
     if hold::of(values).is_some() {
         return true;
     }
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let alone = |k: usize| changes[k] > 0.0 && changes.get(k + 1).is_none_or(|next| *next == 0.0);
     let mut sizes: Vec<f64> = changes.iter().copied().filter(|c| *c > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
     let isolated = (0..changes.len()).filter(|k| alone(*k)).count();
-    sizes.len() >= FEWEST && 2 * isolated >= sizes.len() && median > STEP * (high - low)
+    sizes.len() >= FEWEST && 2 * isolated >= sizes.len() && median > STEP * range(values)
 }
 
 #[cfg(test)]
@@ -167,5 +184,12 @@ mod tests {
         assert!(!goes_on("rudder", &signal(&order)));
         assert!(!goes_on("tau_r", &signal(&gear)), "a command is what input says");
         assert!(!goes_on("rudder", &signal(&|_| 2.0)));
+        // a turning circle: one order out of rest, one over to the other side
+        assert!(!goes_on("rudder", &signal(&|k| if k < 40.0 { 0.0 } else if k < 300.0 { 18.7 } else { -15.2 })));
+        // an autopilot's order, to a heading that swings and has noise
+        let noise = |k: f64| ((k * 12.9898).sin() * 43758.545).fract();
+        assert!(!goes_on("rudder", &signal(&|k| 10.0 * (0.05 * k).sin() + 4.0 * noise(k))));
+        // a gear that is read in whole degrees
+        assert!(goes_on("rudder", &signal(&|k| (25.0 * (0.02 * k).sin()).round())));
     }
 }

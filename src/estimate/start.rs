@@ -11,7 +11,7 @@ use super::{IntegralError, IntegralOptions, RegressorError, RegressorOptions, Sp
 use crate::chain::memory_count;
 use crate::effects::{Effect, Family, Scope, id};
 use crate::frame::Dof;
-use crate::model::{Model, Term};
+use crate::model::{Model, Parameter, Term};
 use crate::run::{Run, Signal, greatest, is_commanded};
 use crate::symbolic::Graph;
 
@@ -45,7 +45,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     // a start needs no more than the right size, and one is wanted in any case
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
     let mut started = model.clone();
-    let Some(plain) = regressed(&all, plain, is_logged, options) else { return rough(started, runs, is_logged) };
+    let Some(plain) = regressed(&all, plain, is_logged, options) else { return rough(started, model, runs, is_logged) };
     for parameter in started.parameters.iter_mut().filter(|p| !p.fixed && !p.given) {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
@@ -56,7 +56,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
             parameter.per_run.clone_from(&found.per_run);
         }
     }
-    rough(started, runs, is_logged)
+    rough(started, model, runs, is_logged)
 }
 
 /// The runs with no force where no command of theirs has one: fins or a user's formula drive the vehicle there.
@@ -179,8 +179,10 @@ const AT_ONCE_BY_SLOPES: f64 = 0.5;
 
 /// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, those so small
 /// that the motion would end at once ([`AT_ONCE`], by whether a sensor tells the velocity) are raised, and drag that would feed
-/// the motion is left out of the start: a simulation from there would run away.
-fn rough(mut model: Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Model {
+/// the motion is left out of the start: a simulation from there would run away. Where a vehicle drifts under no command, its mass
+/// is `known` before and the drag that ends its motion at once is less instead: the slopes of fixes have speeds that none has,
+/// and with 26 times the mass across, its Munk moment would turn it away within a second.
+fn rough(mut model: Model, known: &Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Model {
     for dof in model.dofs.clone() {
         for drag in [id::LINEAR_DRAG, id::QUADRATIC_DRAG] {
             let index = model.at(drag, dof);
@@ -193,18 +195,44 @@ fn rough(mut model: Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Mo
             continue;
         }
         let (force, speed) = sizes(dof, runs);
-        let of = |id: &str| model.value_at(id, dof).unwrap_or(0.0);
-        let drag = of(id::LINEAR_DRAG) + 2.0 * speed * of(id::QUADRATIC_DRAG);
-        let restoring = id::restoring(dof).and_then(|id| model.value(&id)).unwrap_or(0.0);
         let at_once = if is_logged(&dof) { AT_ONCE } else { AT_ONCE_BY_SLOPES };
-        let least = (drag * at_once).max(restoring * at_once * at_once);
         let inertia = &mut model.parameters[index];
         if !(inertia.value.is_finite() && inertia.value > 0.0) {
             inertia.value = quick(force, speed);
         }
+        if !is_commanded(runs, dof) {
+            let (most, drags) = (inertia.value / at_once, [id::LINEAR_DRAG, id::QUADRATIC_DRAG, id::MIXED_DRAG]);
+            let has_mass = !dof.is_rotation() && known.value_at(id::INERTIA, dof).is_some_and(|m| m > 0.0);
+            slowed(&mut model, dof, runs, most, if has_mass { &drags } else { &drags[2..] });
+        }
+        let of = |id: &str| model.value_at(id, dof).unwrap_or(0.0);
+        let drag = of(id::LINEAR_DRAG) + 2.0 * speed * of(id::QUADRATIC_DRAG);
+        let restoring = id::restoring(dof).and_then(|id| model.value(&id)).unwrap_or(0.0);
+        let least = (drag * at_once).max(restoring * at_once * at_once);
+        let inertia = &mut model.parameters[index];
         inertia.value = inertia.value.max(least).clamp(inertia.min, inertia.max);
     }
     model
+}
+
+/// Lessens the `drags` of a degree of freedom so that at the greatest speeds their slope ∂X/∂ν is no more than `most`, together.
+fn slowed(model: &mut Model, dof: Dof, runs: &[Run], most: f64, drags: &[&str]) {
+    let slope = |p: &Parameter| {
+        let speed = |dof: Dof| greatest(runs, dof.velocity());
+        p.value
+            * match (p.effect.as_str(), p.place.other) {
+                (id::QUADRATIC_DRAG, _) => 2.0 * speed(dof),
+                (_, Some(other)) => speed(other),
+                _ => 1.0,
+            }
+    };
+    let of = |p: &&mut Parameter| drags.contains(&p.effect.as_str()) && p.place.dof == Some(dof) && is_begun(p);
+    let all: f64 = model.parameters.iter_mut().filter(of).map(|p| slope(p).max(0.0)).sum();
+    if all > most {
+        for p in model.parameters.iter_mut().filter(of) {
+            p.value = (p.value * most / all).clamp(p.min, p.max);
+        }
+    }
 }
 
 /// Greatest force and speed of the runs, N and m/s (N·m and rad/s); a force that is rounding of what shares it out is none.
@@ -219,11 +247,13 @@ fn quick(force: f64, speed: f64) -> f64 {
 }
 
 /// `model` with values under which nothing runs away: inertias of the right size, drag that balances the greatest force at
-/// the greatest speed, nothing else. Where a regression on a model that lacks much has led to a vehicle that none is.
+/// the greatest speed, fins as they are, nothing else. Where a regression on a model that lacks much has led to a vehicle that none is.
 pub fn tame(model: &Model, runs: &[Run]) -> Model {
     let runs: &[Run] = &with_velocities(model, runs).0;
     let mut tame = model.clone();
-    for p in tame.parameters.iter_mut().filter(|p| !p.fixed && !p.given && p.spec.is_linear()) {
+    // fins stay as they are: without them nothing would act on what no command drives, and its inertia would not show
+    let fins: Vec<usize> = tame.terms.iter().filter(|t| is_fin(t)).flat_map(|t| t.parameters.clone()).collect();
+    for (_, p) in tame.parameters.iter_mut().enumerate().filter(|(k, p)| !fins.contains(k) && is_begun(p)) {
         let sizes = p.place.dof.map(|dof| sizes(dof, runs));
         p.per_run.fill(p.spec.neutral);
         p.value = match (p.effect.as_str(), sizes) {
@@ -234,7 +264,28 @@ pub fn tame(model: &Model, runs: &[Run]) -> Model {
         }
         .clamp(p.min, p.max);
     }
+    as_heavy_as_driven(&mut tame, runs);
     tame
+}
+
+/// Whether a start is to be found for a parameter.
+fn is_begun(parameter: &Parameter) -> bool {
+    !parameter.fixed && !parameter.given && parameter.spec.is_linear()
+}
+
+/// Gives translations that no command drives the greatest inertia of those that one does: a vehicle of another mass ahead than
+/// across turns by its Munk moment, and with no drag yet it would turn ever faster.
+fn as_heavy_as_driven(model: &mut Model, runs: &[Run]) {
+    let translations = model.dofs.iter().copied().filter(|dof| !dof.is_rotation());
+    let (driven, drifting): (Vec<Dof>, Vec<Dof>) = translations.partition(|dof| is_commanded(runs, *dof));
+    let heaviest = driven.iter().filter_map(|dof| model.value_at(id::INERTIA, *dof)).max_by(f64::total_cmp);
+    let Some(heaviest) = heaviest else { return };
+    for index in drifting.into_iter().filter_map(|dof| model.inertia(dof)).collect::<Vec<_>>() {
+        let inertia = &mut model.parameters[index];
+        if !inertia.fixed && !inertia.given {
+            inertia.value = heaviest.clamp(inertia.min, inertia.max);
+        }
+    }
 }
 
 /// `model` with its free inertias kept below ten times what the thrust of a run can have moved, ∫ |τ| dt / max |ν|, the
@@ -289,6 +340,54 @@ mod tests {
         assert_eq!(value(id::LINEAR_DRAG, Dof::Sway), 12.5);
     }
 
+    /// Slopes of fixes have a speed of 3 m/s across: the drag there is held to what half a second allows of the mass, which stays, and
+    /// so is what the way ahead makes of a moment of inertia of 2 at 1.5 m/s, 2/(0.5·1.5).
+    #[test]
+    fn what_drifts_keeps_its_mass() {
+        let (mut run, time): (Run, std::sync::Arc<[f64]>) = (Run::default(), vec![0.0, 1.0].into());
+        for (name, most) in [("tau_u", 40.0), ("u", 1.5), ("v", 3.0), ("r", 0.2)] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), vec![0.0, most]));
+        }
+        let effects = ["inertia", "quadratic_drag@sway", "mixed_drag@yaw:surge"];
+        let mut model =
+            Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).expect("known effects");
+        let regressed = [("inertia@surge", 30.0), ("inertia@sway", 30.0), ("inertia@yaw", 2.0)];
+        for (name, value) in regressed.into_iter().chain([("quadratic_drag@sway", 268.0), ("mixed_drag@yaw:surge", 180.0)]) {
+            model.set(name, value);
+        }
+        let value = |model: &Model, name: &str| model.parameters[model.parameter_of(name).expect("it is there")].value;
+        let start = rough(model.clone(), &model, std::slice::from_ref(&run), |_| false);
+        assert_eq!(regressed.map(|(name, _)| value(&start, name)), [30.0, 30.0, 2.0]);
+        assert!((value(&start, "quadratic_drag@sway") - 30.0 / (0.5 * 2.0 * 3.0)).abs() < 1e-12);
+        assert!((value(&start, "mixed_drag@yaw:surge") - 2.0 / (0.5 * 1.5)).abs() < 1e-12);
+        // without a mass that is known it is raised, as of what a command drives
+        let mut unknown = model.clone();
+        unknown.set("inertia@sway", 0.0);
+        let start = rough(model, &unknown, &[run], |_| false);
+        assert!((value(&start, "inertia@sway") - 0.5 * 2.0 * 3.0 * 268.0).abs() < 1e-9);
+    }
+
+    /// A propeller's 20 N and a fin: the sway, which no command drives, is as heavy as the surge, and no Munk moment is left.
+    #[test]
+    fn a_tame_vehicle_has_no_munk_moment_where_it_drifts() {
+        let (mut run, time): (Run, std::sync::Arc<[f64]>) = (Run::default(), vec![0.0, 1.0].into());
+        for (name, most) in [("tau_u", 20.0), ("u", 0.8), ("v", 0.3), ("r", 0.2)] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), vec![0.0, most]));
+        }
+        let effects = ["inertia", "quadratic_drag", "coriolis_yaw"];
+        let mut model =
+            Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).expect("known effects");
+        model.set("inertia@sway", 800.0);
+        let tame = tame(&model, std::slice::from_ref(&run));
+        let inertia = |dof: Dof| tame.value_at(id::INERTIA, dof).expect("it has one");
+        assert!((inertia(Dof::Surge) - 250.0).abs() < 1e-9);
+        assert_eq!([Dof::Sway, Dof::Yaw].map(inertia), [inertia(Dof::Surge), 1.0]);
+        // an inertia that somebody gave stays
+        let index = model.parameter_of("inertia@sway").expect("it has one");
+        model.parameters[index].given = true;
+        assert_eq!(super::tame(&model, &[run]).value_at(id::INERTIA, Dof::Sway), Some(800.0));
+    }
+
     /// A boat of 46 kg that steps of 20 N drive, known by fixes of 0.5 m at 2 Hz: the mass stays what was known of it, and where
     /// nothing was it is of the right size; the drag is regressed.
     #[test]
@@ -329,15 +428,15 @@ mod tests {
             model.set(name, value);
         }
         let inertia = |model: &Model| model.parameters[model.parameter_of("inertia@roll").unwrap()].value;
-        let raised = rough(model.clone(), std::slice::from_ref(&run), |_| true);
+        let raised = rough(model.clone(), &model, std::slice::from_ref(&run), |_| true);
         assert!((inertia(&raised) - 0.3).abs() < 1e-12, "{}", inertia(&raised));
-        let by_slopes = rough(model.clone(), std::slice::from_ref(&run), |_| false);
+        let by_slopes = rough(model.clone(), &model, std::slice::from_ref(&run), |_| false);
         assert!((inertia(&by_slopes) - 3.0).abs() < 1e-12, "{}", inertia(&by_slopes));
         let index = model.parameter_of("inertia@roll").unwrap();
         model.parameters[index].given = true;
         assert_eq!(inertia(&started(&model, std::slice::from_ref(&run))), 1e-3, "a start that is given is a start");
         model.parameters[index].given = false;
         model.set("inertia@roll", 5.0);
-        assert_eq!(inertia(&rough(model, &[run], |_| true)), 5.0);
+        assert_eq!(inertia(&rough(model.clone(), &model, &[run], |_| true)), 5.0);
     }
 }
