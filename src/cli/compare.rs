@@ -119,11 +119,20 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
     let Some(most) = judged.iter().max_by(|a, b| a.times().total_cmp(&b.times())) else {
         return ("There is no run of free motion to compare the model with.".into(), false);
     };
-    let errs = judged.iter().filter(|row| row.times() > AS_PREDICTED).count();
+    let is_off = |row: &&&Row<'_>| row.times() > AS_PREDICTED;
+    let follows = |run: &str| noise::follows_ahead(found, run, AS_PREDICTED) == Some(true);
+    let errs = judged.iter().filter(is_off).filter(|row| !follows(&row.of.run)).count();
+    let drifts = judged.iter().filter(is_off).count() > 0;
     let against = if most.predicted.is_some() { "the predicted error" } else { "the noise of its sensor" };
     let place = format!("{} of {}", most.of.dof, most.of.run);
     let runs = count(judged.len(), "run");
     let text = match errs {
+        // a controller answers what pushes the vehicle, and a free run of its commands has the answers without the pushes
+        0 if drifts => format!(
+            "The model errs as predicted 8 s ahead on {runs} {which}. Left to itself it drifts {} times as far as predicted in \
+             {place}, as where a controller steers and its commands answer what pushed the vehicle.",
+            size(most.times())
+        ),
         0 => format!(
             "The model errs as predicted on {runs} {which}; at most {} times {against}, in {place}.",
             size(most.times())

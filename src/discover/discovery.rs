@@ -20,7 +20,7 @@ use crate::effects::id;
 use crate::estimate::output_error::OutputErrorError;
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{Dof, Measured};
-use crate::model::Model;
+use crate::model::{Interpolation, Model};
 use crate::progress;
 use crate::run::Run;
 use crate::wording::digits;
@@ -221,7 +221,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
             format!("{}: run the experiment that would tell them apart", alike.trim().trim_end_matches('.')),
         ));
     }
-    warnings.extend(half_a_sample(&effects, train));
+    let as_lines = half_a_sample(&effects, train).filter(|_| fit.model.input == Interpolation::Linear);
     if !strange.is_empty() {
         warnings.push(Finding::new(&BEYOND_THE_FIT, BEYOND_THE_FIT.meaning));
         warnings.extend(beyond.iter().cloned());
@@ -256,12 +256,14 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     let smallest_visible = smallest_visible(&found);
     let dofs: Vec<Dof> = otherwise.iter().map(|(dof, _)| *dof).collect();
     let more = next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen);
+    warnings.extend(as_lines.clone());
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: match is_hopeless {
-            true => moved_otherwise(&otherwise),
-            false => sentence(
+        sentence: match &as_lines {
+            _ if is_hopeless => moved_otherwise(&otherwise),
+            Some(told) if passes => format!("Commands that are held were read as straight lines: {}", told.message),
+            _ => sentence(
                 verdict,
                 &effects,
                 &found.behaves_like,
@@ -276,7 +278,8 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         changed_parameter,
         residuals,
         places,
-        adopt: names_to_list(&found, own),
+        // a line that is read as a line has no delay to add
+        adopt: if as_lines.is_some() { Vec::new() } else { names_to_list(&found, own) },
         effects,
         gap,
         behaves_like: found.behaves_like,

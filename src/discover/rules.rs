@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::candidate::Candidate;
 use super::screen::log_survival;
 use crate::estimate::filter_error::FilterErrorFit;
-use crate::model::{Model, Parameter};
+use crate::model::{Interpolation, Model, Parameter};
 use crate::units::Dimension;
 use crate::wording::measured;
 
@@ -56,6 +56,14 @@ fn rule(
             return Some(format!("{} stands at its bound", told(p)));
         }
         if p.spec.dimension == Dimension::TIME && p.value < 0.0 {
+            // read as held, a command that changes between two rows comes at the later one
+            if after.input == Interpolation::Hold && -p.value < sample {
+                return Some(format!(
+                    "{} is negative, by less than a sample: where commands change between their rows and are not sent at them, \
+                     set `input = \"linear\"` in [model], and look again",
+                    told(p)
+                ));
+            }
             return Some(format!("{} is negative: what the commands cause would come before them", told(p)));
         }
         if p.spec.dimension == Dimension::TIME && p.value < RESOLVED * sample {

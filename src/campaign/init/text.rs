@@ -58,7 +58,7 @@ impl Draft<'_> {
             let _ = writeln!(text, "# guessed: {guess}");
         }
         text += &self.vehicle_table();
-        text += &self.model_table(&chosen);
+        text += &self.model_table(&chosen, &known);
         text += &thrusters;
         let common = self.common();
         text += &self.log_table(common);
@@ -244,7 +244,7 @@ impl Draft<'_> {
         (neutral, limit, "the log's MOT_PWM_MIN and MOT_PWM_MAX, and the neutral of ArduSub".into())
     }
 
-    fn model_table(&self, chosen: &Chosen) -> String {
+    fn model_table(&self, chosen: &Chosen, thrusters: &[Thruster]) -> String {
         let has = |dof| chosen.dofs.contains(&dof);
         let is_scaled = chosen.scaled && self.mass_for_scale(chosen).is_some();
         let is_one_force = chosen.pushed || is_scaled;
@@ -320,7 +320,7 @@ impl Draft<'_> {
             let mut signals = drives::signals(understood);
             let is_sent = |name: &str, signal: &Signal| is_command(name) && !goes_on(name, signal);
             signals.extend(log.signals.iter().filter(|(name, s)| is_sent(name, s)).map(|(_, s)| s));
-            Some(Commanded { signals, rows: log.rows, run: understood.as_run()? })
+            Some(Commanded { signals, rows: log.rows, run: understood.as_run()? }.pushed_by(thrusters))
         });
         let (is_held, why) = held::commands_are_held(&commanded.collect::<Vec<_>>());
         if let Some(why) = why {

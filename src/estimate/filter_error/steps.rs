@@ -253,7 +253,7 @@ impl<'a> Search<'a> {
         }
         let (mut parameters_move, mut moved) = (f64::INFINITY, 0.0);
         self.stuck = false;
-        let mut near = 0;
+        let (mut near, mut led_nowhere) = (0, false);
         while self.passes < until {
             if self.noise_moves >= tolerance || parameters_move >= 1.0 {
                 (self.noise_moves, moved) = (self.step_noise(), 0.0);
@@ -262,7 +262,13 @@ impl<'a> Search<'a> {
             if noise_moves >= NEAR_TOP {
                 self.correction = None;
             }
-            parameters_move = self.step_parameters();
+            // where their step has led nowhere, near the top the noise comes to rest before another one may lead anywhere
+            if !led_nowhere || !(tolerance..NEAR_TOP).contains(&noise_moves) {
+                let before = std::mem::take(&mut self.stuck);
+                parameters_move = self.step_parameters();
+                led_nowhere = self.stuck;
+                self.stuck |= before;
+            }
             moved += parameters_move;
             if parameters_move > SHARED * noise_moves {
                 self.quasi.pause();

@@ -1,0 +1,69 @@
+//! Commands that are held and read as lines, and the other way about: half of their sample time, said as what it is.
+
+use std::path::Path;
+
+use crate::surge::surge;
+use hydrosysid::campaign::file::{CampaignFile, ReadOptions};
+use hydrosysid::campaign::{self, Campaign};
+use hydrosysid::discover::Discovery;
+use hydrosysid::run::{Role, Run, Signal};
+use hydrosysid::tank::Noise;
+
+/// Surge of 100 u̇ = τ − 80 u|u| at 10 Hz; what is logged of τ is what it is at the rows, and between them it stays or goes on.
+fn run(name: &str, role: Role, seed: u64, is_held: bool) -> Run {
+    let samples = 600;
+    let phase = seed as f64;
+    let logged = |t: f64| 40.0 * (0.9 * t + phase).sin() + 25.0 * (0.37 * t).cos();
+    let row = |t: f64| (10.0 * t + 1e-6).floor() / 10.0;
+    let line = |t: f64| {
+        let begin = row(t);
+        logged(begin) + (logged(begin + 0.1) - logged(begin)) * 10.0 * (t - begin)
+    };
+    let tau = |t: f64| if is_held { logged(row(t)) } else { line(t) };
+    let (time, speed) = surge(samples, |t, u| (tau(t) - 80.0 * u * u.abs()) / 100.0);
+    let white = Noise::new(seed, 3).coloured(samples, 0.0);
+    let clock: std::sync::Arc<[f64]> = time.clone().into();
+    let of = |f: &dyn Fn(usize) -> f64| Signal::new(clock.clone(), (0..samples).map(f).collect::<Vec<_>>());
+    let mut run = Run { name: name.into(), role, ..Run::default() };
+    run.signals.insert("tau_u".into(), of(&|k| logged(time[k])));
+    run.signals.insert("u".into(), of(&|k| speed[k] + 0.002 * white[k]));
+    run
+}
+
+/// What is found in six runs whose commands are `is_held`, read as `input` says.
+fn found(is_held: bool, input: &str) -> Discovery {
+    let text = format!(
+        "format = 1\n[model]\ndofs = ['surge']\neffects = ['inertia', 'quadratic_drag']\ninput = '{input}'\n[[run]]\nfile = 'a.csv'\n"
+    );
+    let options = ReadOptions { look_for_files: false, ..ReadOptions::default() };
+    let file = CampaignFile::from_bytes(text.as_bytes(), Path::new("surge.toml"), &options);
+    let role = |n: u64| if n < 5 { Role::Train } else { Role::Validate };
+    let runs = (1..=6).map(|n| run(&format!("run{n}"), role(n), n, is_held)).collect();
+    let campaign = Campaign::from_runs(file.unwrap_or_else(|e| panic!("{e}")), runs).unwrap_or_else(|e| panic!("{e}"));
+    campaign::discover(&campaign).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn held_commands_that_are_read_as_lines_are_said_to_be_held() {
+    let found = found(true, "linear");
+    assert!(found.sentence.starts_with("Commands that are held were read as straight lines"), "{}", found.sentence);
+    assert!(found.sentence.contains("input = \"hold\""), "{}", found.sentence);
+    assert!(found.warnings.iter().any(|w| w.code == "D106"), "{:?}", found.warnings);
+    // the remedy is another reading of the log, and no effect in the model
+    assert!(found.adopt.is_empty(), "{:?}", found.adopt);
+}
+
+#[test]
+fn lines_that_are_read_as_held_commands_are_said_to_be_lines() {
+    let found = found(false, "hold");
+    assert!(found.effects.is_empty(), "{:?}", found.effects);
+    assert!(found.sentence.contains("input = \"linear\""), "{}", found.sentence);
+}
+
+#[test]
+fn commands_that_are_read_as_they_are_lack_nothing() {
+    for (is_held, input) in [(true, "hold"), (false, "linear")] {
+        let found = found(is_held, input);
+        assert!(found.sentence.starts_with("Nothing is missing"), "{input}: {}", found.sentence);
+    }
+}
