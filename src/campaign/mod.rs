@@ -6,6 +6,7 @@
 
 mod adopt;
 mod baseline;
+mod behind_lines;
 mod bench;
 mod bench_command;
 mod bench_vehicle;

@@ -7,9 +7,10 @@
 //! A held command that is read as a line acts up to a row too early on the way to the next step. A coarse value of a
 //! smooth command also stays for some rows, but its changes are one quantum, far below its range.
 //!
-//! A log of steps looks the same where the command was a line between two samples. Only the motion tells: where the fitted
-//! model explains the runs no better with held commands than with lines, nothing is advised.
+//! A log of steps looks the same where the command was a line between two samples. Only the motion tells: where it comes with
+//! the lines ([`behind_lines`]), or the fitted model explains the runs no better with held commands, nothing is advised.
 
+use super::behind_lines::behind_lines;
 use super::codes;
 use super::moves::moves;
 use crate::check::rates::number_of;
@@ -17,6 +18,7 @@ use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, cost_of}
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::log::check::hold;
+use crate::log::check::time::usual_step;
 use crate::model::{Interpolation, Model};
 use crate::run::{Run, Signal, is_deflection};
 use crate::wording::count;
@@ -34,6 +36,9 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
         .filter(|run| moves(run.kind) && !held(run) && commands(run).any(|(_, s)| steps(s.values())))
         .collect();
     let first = stepped.first()?;
+    if are_lines(&stepped) {
+        return None;
+    }
     let channels: Vec<&str> = commands(first).filter(|(_, s)| steps(s.values())).map(|(name, _)| name).collect();
     let more = more_runs(stepped.len() - 1);
     let does = if channels.len() == 1 {
@@ -48,6 +53,13 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
         channels.join(", ")
     );
     Some(Finding::new(&codes::STEPS_AS_LINES, text))
+}
+
+/// Whether the motion comes with commands on lines: those of a logger that asks for them now and then change between its rows.
+fn are_lines(runs: &[&Run]) -> bool {
+    let step = runs.iter().flat_map(|run| commands(run)).find_map(|(_, signal)| usual_step(signal.time()));
+    let delay = step.and_then(|step| Some((behind_lines(runs.iter().copied(), step)?, step)));
+    delay.is_some_and(|(delay, step)| delay < 0.25 * step)
 }
 
 /// Whether the motion refutes the advice of `findings`: `fitted` explains these runs no better with held commands.
@@ -83,7 +95,8 @@ pub(super) fn goes_on(name: &str, signal: &Signal) -> bool {
 /// Whether most changes lead on the same way at the next row, or at the next change where they are as small as those of a coarse
 /// value: what has a speed. An order stays between its few steps, and one of a noisy autopilot goes back as often as on.
 fn moves_on(values: &[f64]) -> bool {
-    let changes: Vec<(usize, f64)> = values.windows(2).map(|w| w[1] - w[0]).enumerate().filter(|c| c.1 != 0.0).collect();
+    let changes: Vec<(usize, f64)> =
+        values.windows(2).map(|w| w[1] - w[0]).enumerate().filter(|c| c.1 != 0.0).collect();
     let small = STEP * range(values);
     let leads_on = |pair: &&[(usize, f64)]| {
         let ((row, change), (next_row, next)) = (pair[0], pair[1]);
@@ -185,7 +198,16 @@ mod tests {
         assert!(!goes_on("tau_r", &signal(&gear)), "a command is what input says");
         assert!(!goes_on("rudder", &signal(&|_| 2.0)));
         // a turning circle: one order out of rest, one over to the other side
-        assert!(!goes_on("rudder", &signal(&|k| if k < 40.0 { 0.0 } else if k < 300.0 { 18.7 } else { -15.2 })));
+        assert!(!goes_on(
+            "rudder",
+            &signal(&|k| if k < 40.0 {
+                0.0
+            } else if k < 300.0 {
+                18.7
+            } else {
+                -15.2
+            })
+        ));
         // an autopilot's order, to a heading that swings and has noise
         let noise = |k: f64| ((k * 12.9898).sin() * 43758.545).fract();
         assert!(!goes_on("rudder", &signal(&|k| 10.0 * (0.05 * k).sin() + 4.0 * noise(k))));

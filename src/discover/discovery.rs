@@ -256,13 +256,21 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     let smallest_visible = smallest_visible(&found);
     let dofs: Vec<Dof> = otherwise.iter().map(|(dof, _)| *dof).collect();
     let more = next::experiment(verdict, &effects, changed_parameter.as_ref(), (&open, &residuals), &unseen);
-    warnings.extend(as_lines.clone());
+    if let Some(seconds) = as_lines {
+        let text =
+            format!("the delay of {} s is half a sample of the commands: {}", digits(seconds), COMMANDS_HELD.meaning);
+        warnings.push(Finding::new(&COMMANDS_HELD, text));
+    }
     Ok(Discovery {
         format: 1,
         verdict,
-        sentence: match &as_lines {
+        sentence: match as_lines {
             _ if is_hopeless => moved_otherwise(&otherwise),
-            Some(told) if passes => format!("Commands that are held were read as straight lines: {}", told.message),
+            Some(seconds) if passes => format!(
+                "Commands that are held were read as straight lines, which looks like a delay of half of their sample time, {} s: \
+                 set `input = \"hold\"` in [model], and look again.",
+                digits(seconds)
+            ),
             _ => sentence(
                 verdict,
                 &effects,
@@ -273,7 +281,9 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
                 changed_parameter.as_ref(),
             ),
         },
-        next_experiment: next::driven(&dofs).or(next::take_part(&strange).or(next::show(elsewhere))).or(more),
+        next_experiment: next::driven(&dofs)
+            .or(next::take_part(&strange).or(next::show(elsewhere)))
+            .or(more.filter(|_| as_lines.is_none())),
         moved_otherwise: dofs,
         changed_parameter,
         residuals,
@@ -294,8 +304,8 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     })
 }
 
-/// Says that commands are held where the one name is a delay of half of their sample time.
-fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<Finding> {
+/// The delay, s, where it is the one name and half of the commands' sample time: they are held.
+fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<f64> {
     let [only] = effects else { return None };
     let delay = only.parameters.first().filter(|_| only.id == id::THRUST_DELAY)?;
     let commands = || runs.iter().flat_map(|r| Dof::ALL.into_iter().filter_map(|d| r.signal(d.force())));
@@ -303,7 +313,5 @@ fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<Finding> {
     let (seconds, steps) = spans.fold((0.0, 0), |(t, n), (span, count)| (t + span, n + count));
     let half = 0.5 * seconds / steps.max(1) as f64;
     let near = (delay.value - half).abs() < (2.0 * delay.std).max(0.1 * half);
-    let text =
-        format!("the delay of {} s is half a sample of the commands: {}", digits(delay.value), COMMANDS_HELD.meaning);
-    near.then(|| Finding::new(&COMMANDS_HELD, text))
+    near.then_some(delay.value)
 }

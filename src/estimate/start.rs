@@ -352,7 +352,9 @@ mod tests {
         let mut model =
             Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).expect("known effects");
         let regressed = [("inertia@surge", 30.0), ("inertia@sway", 30.0), ("inertia@yaw", 2.0)];
-        for (name, value) in regressed.into_iter().chain([("quadratic_drag@sway", 268.0), ("mixed_drag@yaw:surge", 180.0)]) {
+        for (name, value) in
+            regressed.into_iter().chain([("quadratic_drag@sway", 268.0), ("mixed_drag@yaw:surge", 180.0)])
+        {
             model.set(name, value);
         }
         let value = |model: &Model, name: &str| model.parameters[model.parameter_of(name).expect("it is there")].value;

@@ -1,19 +1,15 @@
 //! What commands do between two rows of a log: they are held, or change on a line.
 //!
 //! ```text
-//! d̂ = Σ d_k σ_k⁻² / Σ σ_k⁻²      delay of the motion behind commands on a line; held: Δt/2, a line: 0     σ(d̂) < Δt/8
+//! held: d̂ > Δt/4      d̂: delay of the motion behind commands on a line ([`behind_lines`])
 //! ```
 //!
 //! Commands that are sent stay until the next one comes; commands that somebody has simulated may be lines. A zig-zag looks the
-//! same in both, and so does a sine. Where the motion answers clearly ([`measure`]), it decides; else commands that mostly stay
-//! are held. A log without the velocity along any axis is not asked: slopes of fixes do not tell a twentieth of a second.
+//! same in both, and so does a sine. Where the motion answers clearly, it decides; else commands that mostly stay are held.
 //!
-//! What the motion answers is the force: of commands whose thrusters are known that of their curves ([`Commanded::pushed_by`]). A
-//! straight line in the place of an unknown curve has the delay off by half a sample and more, where it leaves a tenth of the
-//! motion unexplained.
+//! What the motion answers is the force: of commands whose thrusters are known that of their curves ([`Commanded::pushed_by`]).
 
-use crate::check::balance::Balance;
-use crate::check::commands::measure;
+use crate::campaign::behind_lines::behind_lines;
 use crate::frame::Dof;
 use crate::log::check::time::usual_step;
 use crate::log::number::short;
@@ -29,12 +25,6 @@ pub struct Commanded<'a> {
 
 /// Share of rows that leave a command as it was, from which on it is held.
 const STAYS: f64 = 0.4;
-
-/// Deviation of the delay over the time between rows, up to which it tells a half from none by four deviations.
-const CLEAR: f64 = 0.125;
-
-/// Part of the changes of velocity that commands whose curve is not known have to explain for their delay to be one.
-const STRAIGHT: f64 = 0.95;
 
 /// Commands beyond this are pulse widths, µs.
 const PULSES: f64 = 100.0;
@@ -73,8 +63,10 @@ pub fn commands_are_held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
         return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
     }
-    let asked = logs.iter().find_map(|log| step(log)).filter(|_| logs.iter().all(tells_velocity));
-    if let Some((delay, step)) = asked.and_then(|step| Some((delay(logs, step)?, step))) {
+    let asked = logs.iter().find_map(|log| step(log));
+    if let Some((delay, step)) =
+        asked.and_then(|step| Some((behind_lines(logs.iter().map(|log| &log.run), step)?, step)))
+    {
         let told = format!(
             "the motion comes {} s behind commands on lines between the rows; held ones would make it {}",
             short(delay, 2),
@@ -87,35 +79,9 @@ pub fn commands_are_held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     (stays > STAYS, (stays > STAYS).then(told))
 }
 
-/// Whether a sensor tells a velocity along an axis.
-fn tells_velocity(log: &Commanded<'_>) -> bool {
-    let is_told = |dof: &Dof| log.run.signal(dof.velocity()).is_some_and(|s| !s.is_empty());
-    Dof::ALL.iter().filter(|dof| !dof.is_rotation()).any(is_told)
-}
-
 /// Time between the rows of commands, s.
 fn step(log: &Commanded<'_>) -> Option<f64> {
     log.signals.first().and_then(|signal| usual_step(signal.time())).filter(|step| *step > 0.0)
-}
-
-/// The delay of the motion behind commands on a line, of all logs and degrees of freedom, s; `None` where it does not tell a
-/// half of a step from none, or the motion comes before both.
-fn delay(logs: &[Commanded<'_>], step: f64) -> Option<f64> {
-    let answers = logs.iter().flat_map(|log| Dof::ALL.into_iter().filter_map(|dof| Balance::new(&log.run, dof)));
-    // one delay for all commands of a balance
-    let delays = answers.filter_map(|balance| {
-        let delay = measure(&balance).first()?.delay?;
-        let is_voltage = balance.channels().iter().all(|name| name.starts_with('V'));
-        let explained = || balance.fit(delay.seconds).map_or(0.0, |fit| fit.explained);
-        (!is_voltage || explained() > STRAIGHT).then_some(delay)
-    });
-    let (mut sum, mut weight) = (0.0, 0.0);
-    for delay in delays.filter(|delay| delay.std > 0.0) {
-        sum += delay.seconds / delay.std.powi(2);
-        weight += 1.0 / delay.std.powi(2);
-    }
-    let known = weight > 0.0 && weight.sqrt().recip() < CLEAR * step;
-    known.then(|| sum / weight).filter(|delay| *delay > -0.25 * step)
 }
 
 /// Share of the rows that leave the commands of a log as they were; one that never changes says nothing of how it changes.
