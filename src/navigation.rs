@@ -21,6 +21,15 @@ pub fn euler_angles(attitude: &UnitQuaternion<f64>) -> [f64; 3] {
     [phi, theta, psi]
 }
 
+/// Whether an angle may come round in radians: but for a few samples it stays within a turn and a half. One that goes further has
+/// been unwound already, or is in degrees; its large steps are no turns.
+pub fn comes_round(angle: &[f64]) -> bool {
+    let mut sorted: Vec<f64> = angle.iter().copied().filter(|a| a.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let few = sorted.len() / 200;
+    sorted.is_empty() || sorted[sorted.len() - 1 - few] - sorted[few] < 1.5 * TAU
+}
+
 /// Takes the jumps of 2π out of a heading: each step becomes the shorter way round, in [−π, π).
 pub fn unwrap(angle: &[f64]) -> Vec<f64> {
     let mut turns = 0.0;
@@ -48,6 +57,18 @@ mod tests {
             assert!((a - b).abs() < 1e-12, "starts in (−π, π), so the turns agree");
         }
         assert!(unwrap(&[]).is_empty());
+    }
+
+    #[test]
+    fn a_heading_in_degrees_does_not_come_round_in_radians() {
+        let heading = |k: i32| 4.0 * (0.05 * f64::from(k)).sin();
+        let wrapped: Vec<f64> = (0..400).map(|k| heading(k).rem_euclid(TAU)).collect();
+        let mut spiked = wrapped.clone();
+        spiked[7] = -9999.0;
+        assert!(comes_round(&wrapped) && comes_round(&spiked) && comes_round(&[]));
+        let degrees: Vec<f64> = (0..400).map(|k| heading(k).to_degrees()).collect();
+        let unwound: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+        assert!(!comes_round(&degrees) && !comes_round(&unwound));
     }
 
     #[test]

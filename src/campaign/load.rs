@@ -30,7 +30,7 @@ use crate::formula::Formula;
 use crate::frame::Dof;
 use crate::log::options::PositionSource;
 use crate::model::{Interpolation, Model};
-use crate::navigation::unwrap;
+use crate::navigation::{comes_round, unwrap};
 use crate::procedure::{Bench, acting_forces};
 use crate::progress::Count;
 use crate::run::{Role, Run, RunKind, Signal};
@@ -400,7 +400,8 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
         window::resample(&mut logged.run, rate, held);
     }
     for angle in [Dof::Roll, Dof::Yaw].map(Dof::position) {
-        if let Some(signal) = logged.run.signals.get_mut(angle) {
+        let turns = logged.run.signals.get_mut(angle).filter(|signal| comes_round(signal.values()));
+        if let Some(signal) = turns {
             *signal = Signal::new(signal.shared_time().clone(), unwrap(signal.values()));
         }
     }

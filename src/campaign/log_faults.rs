@@ -113,8 +113,8 @@ fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
     // a unit or a sign is wrong in every run: one that says nothing against the channel speaks for it
     let judged = |channel: &str| {
         let asked = |r: &&CheckReport| {
-            let known =
-                r.agreements.iter().any(|a| a.channel == channel) || r.answers.iter().any(|a| a.channel == channel);
+            let compared = |a: &check::Agreement| a.channel == channel || a.against == format!("d({channel})/dt");
+            let known = r.agreements.iter().any(compared) || r.answers.iter().any(|a| a.channel == channel);
             known || r.log_findings.iter().any(|fault| fault.channel == channel)
         };
         reports.iter().filter(asked).count()

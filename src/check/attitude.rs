@@ -121,7 +121,7 @@ pub(super) fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Sampl
     (own, others)
 }
 
-/// What the agreements mean. `steps` gives the usual step of a channel, s.
+/// What the agreements mean: a unit is that of the rate, or of the angle. `steps` gives the usual step of a channel, s.
 pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found> {
     let mut found = Vec::new();
     for a in agreements {
@@ -137,6 +137,15 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
                     a.against
                 );
                 found.push(Found::new(&codes::SIGN, &channels, text).fault(FaultKind::Sign, r, -1.0));
+            }
+            // of the two it is the heading that logs have in degrees: no unit makes a rate that small
+            Meaning::Unit(_, factor, reversed) if factor.abs() < 1.0 => {
+                let sign = if reversed { ", and one of the two has the opposite sign" } else { "" };
+                let text = format!(
+                    "{r} is {rate} times {}: most likely {angle} is in deg{sign}; set columns.{angle}.unit = \"deg\"",
+                    a.against
+                );
+                found.push(Found::new(&codes::UNIT, &channels, text).fault(FaultKind::Unit, angle, 1.0 / factor));
             }
             Meaning::Unit(name, factor, reversed) => {
                 let sign = if reversed { ", and its sign is opposite" } else { "" };

@@ -5,12 +5,15 @@
 //! ```
 //!
 //! A rudder is positive where it turns the vehicle to starboard, a stern plane where it turns the nose down
-//! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not.
+//! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not. An autopilot puts the rudder
+//! against the turn, so that over a long window a sound rudder seems to push the other way: a gain stands only where what the fin
+//! did before ([`Balance::after`]) does not say the opposite.
 
 use super::balance::{Balance, WINDOW};
 use super::codes;
-use super::commands::CERTAIN;
-use super::report::{FaultKind, Found};
+use super::commands::{CERTAIN, OPPOSITE};
+use super::fit::Fit;
+use super::report::{Answer, FaultKind, Found};
 use crate::effects::id::{self, FinIds};
 use crate::frame::Dof;
 use crate::log::number::short;
@@ -33,6 +36,11 @@ pub struct Gain {
 }
 
 impl Gain {
+    /// How many deviations it is from zero.
+    fn certainty(&self) -> f64 {
+        self.value.abs() / self.std
+    }
+
     /// Whether the fin's angle has the other sign than that of the model, beyond doubt.
     pub fn is_reversed(&self) -> bool {
         self.value < -CERTAIN * self.std
@@ -46,16 +54,23 @@ impl Gain {
 
 /// The answer to each fin that a run logs.
 pub fn measure(run: &Run) -> Vec<Gain> {
-    let over = |(turns, channel): (Dof, &'static str), steered: &Run, times: f64| {
-        let balance = Balance::over(steered, turns, times * WINDOW)?;
-        let fit = balance.fit(0.0)?;
-        Some(Gain { channel, turns, value: fit.theta[0], std: fit.std[0] })
-    };
-    let certain = |gain: &Gain| gain.value.abs() / gain.std;
     let of = |fin: &FinIds| {
         let steered = with_lift(run, fin.turns, fin.channel)?;
-        let gains = WINDOWS.into_iter().filter_map(|times| over((fin.turns, fin.channel), &steered, times));
-        gains.filter(|gain| gain.std > 0.0).max_by(|a, b| certain(a).total_cmp(&certain(b)))
+        let balances: Vec<Balance> =
+            WINDOWS.into_iter().filter_map(|times| Balance::over(&steered, fin.turns, times * WINDOW)).collect();
+        let most_certain = |fits: Vec<Fit>| {
+            let gains = fits.iter().map(|fit| Gain {
+                channel: fin.channel,
+                turns: fin.turns,
+                value: fit.theta[0],
+                std: fit.std[0],
+            });
+            gains.filter(|gain| gain.std > 0.0).max_by(|a, b| a.certainty().total_cmp(&b.certainty()))
+        };
+        let gain = most_certain(balances.iter().filter_map(|balance| balance.fit(0.0)).collect())?;
+        let after = most_certain(balances.iter().filter_map(|balance| balance.after(0.0)).collect());
+        let opposite = after.is_some_and(|after| after.certainty() > OPPOSITE && after.value * gain.value < 0.0);
+        (!opposite).then_some(gain)
     };
     id::fins().iter().filter_map(of).collect()
 }
@@ -66,8 +81,21 @@ pub fn steered(run: &Run) -> Vec<Dof> {
     id::fins().into_iter().filter(varies).flat_map(|fin| [fin.turns, fin.across]).collect()
 }
 
+/// The gains as answers to a command.
+pub fn answers(gains: &[Gain]) -> Vec<Answer> {
+    let answer = |gain: &Gain| Answer {
+        channel: gain.channel.to_string(),
+        velocity: gain.turns.velocity().to_string(),
+        gain: gain.value,
+        std: gain.std,
+        delay: None,
+        joined: false,
+    };
+    gains.iter().filter(|gain| gain.is_right() || gain.is_reversed()).map(answer).collect()
+}
+
 /// Fins whose angle has the wrong sign.
-pub fn judge(run: &Run) -> Vec<Found> {
+pub fn judge(gains: &[Gain]) -> Vec<Found> {
     let wrong = |gain: &Gain| {
         let Gain { channel, turns, value, std } = *gain;
         let text = format!(
@@ -78,10 +106,10 @@ pub fn judge(run: &Run) -> Vec<Found> {
             turns.velocity(),
             if turns == Dof::Yaw { "to starboard" } else { "nose down" },
         );
-        let found = Found::new(&codes::COMMAND_SIGN, &[channel, turns.velocity()], text);
+        let found = Found::new(&codes::COMMAND_SIGN, &[channel], text);
         found.fault(FaultKind::Sign, channel, -1.0)
     };
-    measure(run).iter().filter(|gain| gain.is_reversed()).map(wrong).collect()
+    gains.iter().filter(|gain| gain.is_reversed()).map(wrong).collect()
 }
 
 /// The run with the moment of the fin, but for its size, as the only command of what it turns.
@@ -102,6 +130,7 @@ fn with_lift(run: &Run, turns: Dof, channel: &str) -> Option<Run> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::Noise;
 
     /// A zig-zag under a rudder that turns the vehicle by `gain`.
     fn zigzag(gain: f64) -> Run {
@@ -128,10 +157,44 @@ mod tests {
         run
     }
 
+    /// A vehicle of 2 s that an autopilot holds on headings against waves, its rudder against the measured rate.
+    fn steered_by_autopilot(sign: f64) -> Run {
+        let mut noise = Noise::new(7, 1);
+        let (mut psi, mut r, mut sea) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut time, mut rows) = (Vec::new(), [Vec::new(), Vec::new()]);
+        let (mut seen, mut delta) = (0.0, 0.0);
+        for k in 0..12_000 {
+            if k % 10 == 0 {
+                seen = r + 2e-3 * noise.normal();
+                let ordered = if (k / 3000) % 2 == 0 { 0.3 } else { -0.3 };
+                delta = (ordered - psi - 1.5 * seen).clamp(-0.35, 0.35);
+                time.push(0.01 * f64::from(k));
+                rows[0].push(seen);
+                rows[1].push(sign * delta);
+            }
+            sea += 0.01 * (-sea / 1.5) + 0.02 * noise.normal();
+            r += 0.01 * (0.6 * delta - 0.5 * r + sea);
+            psi += 0.01 * r;
+        }
+        let mut run = Run::default();
+        let time: std::sync::Arc<[f64]> = time.into();
+        for (name, values) in ["r", "rudder"].into_iter().zip(rows) {
+            run.signals.insert(name.into(), Signal::new(time.clone(), values));
+        }
+        run
+    }
+
+    #[test]
+    fn a_rudder_that_an_autopilot_puts_against_the_turn_is_not_accused() {
+        let steered = Balance::over(&with_lift(&steered_by_autopilot(1.0), Dof::Yaw, "rudder").unwrap(), Dof::Yaw, 4.0);
+        assert!(steered.unwrap().fit(0.0).unwrap().theta[0] < 0.0, "over long windows it seems reversed");
+        assert!(judge(&measure(&steered_by_autopilot(1.0))).is_empty());
+    }
+
     #[test]
     fn a_rudder_of_the_other_sign_is_told() {
-        assert!(judge(&zigzag(0.07)).is_empty());
-        let told = judge(&zigzag(-0.07));
+        assert!(judge(&measure(&zigzag(0.07))).is_empty());
+        let told = judge(&measure(&zigzag(-0.07)));
         assert_eq!(told.len(), 1);
         assert!(told[0].text.contains("columns.rudder.sign = -1"), "{}", told[0].text);
         let mut still = zigzag(0.07);

@@ -12,6 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::log::check::hold;
 use crate::log::check::statistics::median;
+use crate::navigation::comes_round;
 use crate::run::Signal;
 
 /// A step this many times the usual one is a hole.
@@ -40,10 +41,14 @@ impl Samples {
         }
     }
 
-    /// The same for an angle: turns are unwound. An angle that jumps by 360 is unwound as degrees.
+    /// The same for an angle: turns are unwound. An angle that jumps by 360 is unwound as degrees; one that goes further than an angle
+    /// in radians that comes round is left as it is.
     pub fn of_angle(signal: &Signal) -> Option<Samples> {
         let samples = Samples::of(signal)?;
         let degrees = samples.values.windows(2).any(|w| ((w[1] - w[0]).abs() - 360.0).abs() < 30.0);
+        if !degrees && !comes_round(&samples.values) {
+            return Some(samples);
+        }
         let turn = if degrees { 360.0 } else { TAU };
         let values = unwound(&samples.values, turn);
         Samples::new(samples.time, values)

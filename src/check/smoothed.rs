@@ -5,11 +5,12 @@
 //! white noise of a sensor   ρ₁ = corr(Δeₖ, Δeₖ₊₁) = −½
 //! smoothed over T           ρ₁ = −(1 − a)/2,   ⟨Δe²⟩ = 2 σ² (1 − a),   D(K) = 2 σ² (1 − aᴷ),   a = e^(−Δ/T)
 //! integral of the gyro      ⟨Δe²⟩ = (σ_r Δ)²,  D(K) = K (σ_r Δ)²
+//! both of these             ρ₁ = −w/2,         D(K) = (w + K (1 − w)) ⟨Δe²⟩
 //! ```
 //!
 //! D(K) is the mean square of e over K steps. Told where ρ₁ is that of no white noise, Δe is more than the gyro's own noise
-//! makes (σ_r from third differences), and D stops to grow: all three, so that neither a good angle beside a noisy gyro nor a
-//! filtered gyro is taken for it. A smoothing whose error is less than what the gyro's noise integrates to is not seen. Source
+//! makes (σ_r from third differences), D stops to grow, and ρ₁ is the one that belongs to the T that D shows: all four, so that neither a good angle beside a noisy gyro nor a
+//! filtered gyro is taken for it, nor stamps that come late by chance: these make a white error of the angle beside a rate whose integral wanders. A smoothing whose error is less than what the gyro's noise integrates to is not seen. Source
 //! of the structure function: Allan, *Proceedings of the IEEE* 54 (1966) 221-230.
 
 use super::attitude::{self, kinematics};
@@ -29,6 +30,8 @@ const QUIET: [f64; 2] = [-0.33, 0.15];
 const BEYOND_GYRO: f64 = 4.0;
 /// Greatest D(K)/(K D(1)): 1 where steps are independent.
 const SATURATED: f64 = 0.8;
+/// How far ρ₁ may lie below the one that belongs to T, in 1/√n, which is its deviation.
+const SCATTER: f64 = 2.5;
 /// Time over which D is taken, s.
 const REACH: f64 = 2.0;
 
@@ -112,14 +115,16 @@ fn of(run: &Run, dof: Dof, agreements: &[Agreement]) -> Option<Smoothed> {
     let smoothed = (least..QUIET[1]).contains(&correlation)
         && square > BEYOND_GYRO * gyro
         && far < SATURATED * count as f64 * square;
-    smoothed.then(|| {
-        let kept = memory((far - count as f64 * gyro).max(0.0) / (square - gyro), count);
-        Smoothed {
-            channel: dof.position(),
-            seconds: -usual / kept.ln(),
-            error: ((square - gyro) / (2.0 * (1.0 - kept))).sqrt(),
-            samples: [left.len() as f64, left.len() as f64 * (1.0 - kept) / (1.0 + kept)],
-        }
+    if !smoothed {
+        return None;
+    }
+    let kept = memory((far - count as f64 * gyro).max(0.0) / (square - gyro), count);
+    let belongs = -0.5 * (1.0 - kept) - SCATTER / (left.len() as f64).sqrt();
+    (neighbours / (square - gyro) > belongs).then(|| Smoothed {
+        channel: dof.position(),
+        seconds: -usual / kept.ln(),
+        error: ((square - gyro) / (2.0 * (1.0 - kept))).sqrt(),
+        samples: [left.len() as f64, left.len() as f64 * (1.0 - kept) / (1.0 + kept)],
     })
 }
 
@@ -214,6 +219,35 @@ mod tests {
         }
         let found = judge(&of_run(&sailed(1, 0.009, 0.002, 0.5)));
         assert_eq!((found[0].code.code, &found[0].channels[..]), ("K106", &["psi".to_string()][..]));
+    }
+
+    /// A compass with white noise of half a degree in zig-zags of 2 rad/s, both sensors' stamps late by 20 ms on average, by chance.
+    #[test]
+    fn stamps_that_come_late_by_chance_are_no_smoothing() {
+        let heading = |t: f64| 1.5 * (1.0 - (1.3 * t).cos()) + 0.4 * (0.45 * t).sin();
+        let rate = |t: f64| 1.95 * (1.3 * t).sin() + 0.18 * (0.45 * t).cos();
+        for seed in 0..20 {
+            let mut noise = Noise::new(seed, 6);
+            let mut logged = |step: f64, sigma: f64, of: &dyn Fn(f64) -> f64| {
+                let taken = (0..(40.0 / step) as usize).map(|k| step * k as f64);
+                let mut rows: Vec<(f64, f64)> = taken
+                    .map(|t| {
+                        // half the sum of two squared normal numbers is exponential
+                        let late = 0.01 * (noise.normal().powi(2) + noise.normal().powi(2));
+                        (t + late, of(t) + sigma * noise.normal())
+                    })
+                    .collect();
+                rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+                rows.dedup_by(|a, b| a.0 <= b.0);
+                let (time, values): (Vec<f64>, Vec<f64>) = rows.into_iter().unzip();
+                Signal::new(time.into(), values)
+            };
+            let mut run = Run::default();
+            run.signals.insert("psi".into(), logged(0.1, 0.009, &heading));
+            run.signals.insert("r".into(), logged(0.05, 0.005, &rate));
+            let found = of_run(&run);
+            assert!(found.is_empty(), "{seed}: {found:?}");
+        }
     }
 
     /// A sensor's own noise, a good angle beside a noisy gyro, exact data, a gyro that is dead.

@@ -1,0 +1,36 @@
+//! A heading in degrees under a name that says radians, beside a sound gyro.
+
+use hydrosysid::check::{self, CheckOptions, FaultKind};
+use hydrosysid::run::{Run, Signal};
+use hydrosysid::tank::Noise;
+
+/// A heading that swings by 80 degrees to both sides of `middle`, with noise of half a degree at 10 Hz, so that it steps by more than
+/// 3.14 now and then; wrapped at 360 where it comes round.
+fn swinging(middle: f64) -> Run {
+    let mut noise = Noise::new(11, 2);
+    let time: std::sync::Arc<[f64]> = (0..900).map(|k| 0.1 * f64::from(k)).collect();
+    let psi = |t: f64| 1.4 * (0.45 * t).sin();
+    let rate = |t: f64| 0.63 * (0.45 * t).cos();
+    let degrees = |n: f64, t: f64| (middle + psi(t).to_degrees() + n).rem_euclid(360.0);
+    let heading: Vec<f64> = time.iter().map(|t| degrees(0.5 * noise.normal(), *t)).collect();
+    let rates: Vec<f64> = time.iter().map(|t| rate(*t) + 0.003 * noise.normal()).collect();
+    let mut run = Run::default();
+    run.signals.insert("psi".into(), Signal::new(time.clone(), heading));
+    run.signals.insert("r".into(), Signal::new(time, rates));
+    run
+}
+
+#[test]
+fn the_heading_is_named_whether_or_not_it_comes_round() {
+    for middle in [200.0, 10.0] {
+        let report = check::run(&swinging(middle), &CheckOptions::default());
+        let told: Vec<_> = report.log_findings.iter().map(|f| (f.kind, f.channel.as_str())).collect();
+        assert_eq!(told, [(FaultKind::Unit, "psi")], "{middle}: {:#?}", report.findings);
+        assert!((report.log_findings[0].factor - 57.3).abs() < 0.1);
+        assert!(
+            report.findings.iter().any(|f| f.message.contains("columns.psi.unit = \"deg\"")),
+            "{:#?}",
+            report.findings
+        );
+    }
+}
