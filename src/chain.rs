@@ -30,7 +30,7 @@ use crate::units::Dimension;
 
 pub use attitude::{Attitude, turns_freely};
 pub use nature::{Nature, nature, nature_at};
-pub use touched::{acts_in, alters, follows, memory_count, reads_time};
+pub use touched::{acts_in, alters, delays_thrust, follows, memory_count, reads_time};
 
 /// What a state of the simulation is. Its [`Leaf::State`] index is fixed: ν, then η, then memory. The components of a
 /// quaternion stand at 9 to 12, where angles would.

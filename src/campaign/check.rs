@@ -8,6 +8,7 @@ use super::baseline;
 use super::codes;
 use super::error::Error;
 use super::load::{Campaign, LoadOptions, moves};
+use crate::chain::delays_thrust;
 use crate::check::closed_loop::Loop;
 use crate::check::excitation::Excitation;
 use crate::check::rates::{ChannelRate, number_of};
@@ -118,9 +119,16 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
             let of_no_run = campaign.findings.iter().filter(|f| f.run.is_none());
             check.warnings.extend(of_no_run.cloned());
             let count = Count::begun("checking runs", campaign.runs.len());
-            for run in &campaign.runs {
+            let of_run = |run| {
+                let report = of_run(run, &campaign);
+                count.one_done();
+                report
+            };
+            let mut reports: Vec<CheckReport> = campaign.runs.iter().map(of_run).collect();
+            check::together::weigh(&mut reports, &campaign.file.thrusters);
+            for (run, report) in campaign.runs.iter().zip(reports) {
                 let of_reading = campaign.findings.iter().filter(|f| f.run.as_ref() == Some(&run.name)).cloned();
-                let report = of_run(run, &campaign).after_reading(of_reading);
+                let report = report.after_reading(of_reading);
                 check.warnings.extend(report.findings.iter().map(|f| f.clone().of_run(&run.name)));
                 check.logs.push(CheckedLog {
                     kind: Some(run.kind),
@@ -131,7 +139,6 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
                     channels: logged(run, &campaign).signals.into_keys().collect(),
                     ..CheckedLog::of(run.name.clone(), report)
                 });
-                count.one_done();
             }
             let resting: Vec<String> = check
                 .warnings
@@ -169,11 +176,17 @@ fn logged(run: &Run, campaign: &Campaign) -> Run {
 fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let (thrusters, model) = (campaign.file.thrusters.clone(), driven(campaign));
     let through_water = campaign.model.through_water;
-    let options = CheckOptions { thrusters, model, through_water, ..CheckOptions::default() };
+    let lag_is_known = campaign.model.terms.iter().any(|t| delays_thrust(t.effect.as_ref(), t.place, &campaign.model));
+    let options = CheckOptions { thrusters, model, through_water, lag_is_known, ..CheckOptions::default() };
     let logged = logged(run, campaign);
     let report = check::run(&logged, &options);
     let told = report.findings.iter().any(|f| f.code == check::codes::COMMAND_SIGN.code);
-    let placed = campaign.model.dofs.iter().copied().filter(|dof| !logged.signals.contains_key(dof.force()));
+    let steered = |dof: &Dof| {
+        let closed = report.findings.iter().filter(|f| f.code == check::codes::CLOSED_LOOP.code);
+        closed.filter_map(|f| f.column.as_deref()).any(|c| c == dof.velocity() || number_of(c).is_some())
+    };
+    let unsteered = campaign.model.dofs.iter().copied().filter(|dof| !steered(dof));
+    let placed = unsteered.filter(|dof| !logged.signals.contains_key(dof.force()));
     let placed: Vec<Dof> = placed.collect();
     report.with(if told { Vec::new() } else { check::placement(run, &placed) })
 }

@@ -43,6 +43,17 @@ pub fn alters(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static 
     altered(&at, effect, place, &theta, &memory)
 }
 
+/// Whether an effect makes the thrust come later than its command: by a dead time, or by a state that stands in for the command.
+pub fn delays_thrust(effect: &dyn Effect, place: Place, model: &Model) -> bool {
+    let graph = Graph::new();
+    let at = somewhere(&graph, model, &effect.channels(place));
+    let (theta, memory) = (parameters(&graph, effect, place), memories(&at, effect, place));
+    let mut tau = at.command;
+    effect.actuate(&at, place, &theta, &memory, &mut tau);
+    let instead = |e: &Expr<'_>| e.leaves().iter().any(|leaf| matches!(leaf, Leaf::Rate(_)));
+    effect.delays_command().is_some() || tau.iter().any(instead)
+}
+
 /// Degrees of freedom of `model` whose velocity the memory of an effect follows.
 pub fn follows(effect: &dyn Effect, place: Place, model: &Model) -> Vec<Dof> {
     let graph = Graph::new();

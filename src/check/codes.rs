@@ -32,8 +32,9 @@ placed! {
 
     DEAD_RATE = "K118" "dead-rate" Warning Values Red "An angle turns while its rate stays near zero: the gyro, or its column, is dead. Leave the column out; the angle tells the turn.";
 
-    COMMAND_SIGN = "K121" "sign" Warning Commands Red "A command accelerates the vehicle the wrong way.";
+    COMMAND_SIGN = "K121" "sign" Warning Commands Red "A command accelerates the vehicle the wrong way, or a velocity goes against all thrusters.";
     COMMAND_DELAY = "K122" "delay" Warning Commands Amber "The vehicle answers a command later, or earlier, than it is logged.";
+    SIGN_DISAGREES = "K123" "sign" Warning Commands Amber "By the fewer of a vehicle's logs a command acts the wrong way, by the others the right way: a controller moved it in these few, or their column was turned.";
 
     EXCITATION = "K131" "excitation" Warning Excitation Amber "The run cannot show what is asked of it in this degree of freedom.";
     AT_REST = "K134" "at-rest" Warning Excitation Amber "Nothing moves beyond the noise of its sensor: there is nothing to learn from the run.";

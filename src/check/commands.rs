@@ -8,8 +8,10 @@
 
 use super::balance::{Balance, Term};
 use super::codes;
-use super::lag;
+use super::lag::{self, Lag};
 use super::report::{Answer, FaultKind, Found};
+use super::velocity_sign;
+use crate::effects::id;
 use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::Run;
@@ -49,6 +51,11 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
     answers.filter(clear).map(|(_, a)| a).collect()
 }
 
+/// The command as the log has it: of a thruster's force the control of which it is made.
+pub fn as_logged(channel: &str, run: &Run) -> String {
+    run.command_of(channel).unwrap_or_else(|| channel.to_string())
+}
+
 /// How the sign of `channel` is turned in the log of `run`: that of a thruster's force by the command of which it is made.
 fn turned(channel: &str, run: &Run) -> String {
     match run.command_of(channel) {
@@ -57,32 +64,42 @@ fn turned(channel: &str, run: &Run) -> String {
     }
 }
 
+/// Whether each answer has the sign that it should have, where that is known. Of several together it is that of the strongest, and says nothing.
+pub fn signs<'a>(answers: &'a [Answer], thrusters: &[Thruster]) -> Vec<(&'a Answer, bool)> {
+    let told = |a: &'a Answer| Some((a, a.gain * expected(a, thrusters).filter(|_| !a.joined)? > 0.0));
+    answers.iter().filter_map(told).collect()
+}
+
+/// The same by degree of freedom.
+pub fn by_dof(signs: &[(&Answer, bool)]) -> Vec<(Dof, bool)> {
+    signs.iter().filter_map(|(a, right)| Some((dof_of(a)?, *right))).collect()
+}
+
 /// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
-pub fn judge_signs(run: &Run, answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
+pub fn judge_signs(run: &Run, signs: &[(&Answer, bool)]) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
-    for a in answers {
-        // the sign of several together is that of the strongest
-        let Some(right) = expected(a, thrusters).filter(|_| !a.joined) else { continue };
+    for (a, _) in signs.iter().filter(|(_, right)| !right) {
+        let channel = as_logged(&a.channel, run);
         // one thruster can show in several degrees of freedom
-        if a.gain * right > 0.0 || found.iter().any(|f| f.channels[0] == a.channel) {
+        if found.iter().any(|f| f.channels[0] == channel) {
             continue;
         }
         let text = format!(
-            "{} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite, or two commands are \
+            "{channel} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite, or two commands are \
              exchanged; check body_frame, or {}",
-            a.channel,
             a.velocity,
             short(a.gain, 3),
             short(a.std, 2),
             turned(&a.channel, run)
         );
-        found.push(Found::new(&codes::COMMAND_SIGN, &[&a.channel, &a.velocity], text).fault(
-            FaultKind::Sign,
-            &a.channel,
-            -1.0,
-        ));
+        let of_sign = Found::new(&codes::COMMAND_SIGN, &[&channel], text);
+        found.push(of_sign.fault(FaultKind::Sign, &channel, -1.0));
     }
     found
+}
+
+fn dof_of(answer: &Answer) -> Option<Dof> {
+    Dof::ALL.into_iter().find(|dof| dof.velocity() == answer.velocity)
 }
 
 /// How `dof` answers what the thrusters of a vehicle push together, where they are: τ of `run` is theirs. Two that always push at
@@ -91,25 +108,32 @@ pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
     measure(&Balance::new(run, dof)?).into_iter().find(|answer| answer.channel == dof.force())
 }
 
-/// Thrusters that push a degree of freedom the wrong way, as they are placed.
-pub fn judge_placement(run: &Run, dofs: &[Dof]) -> Vec<Found> {
-    let wrong = |dof: &Dof| {
-        let answer = answer_to_thrusters(run, *dof).filter(|answer| answer.gain < 0.0)?;
+/// Thrusters that push a degree of freedom the wrong way, as they are placed, or what explains that more simply; `holds` says
+/// whether other channels find the sign of a velocity right.
+pub fn judge_placement(run: &Run, dofs: &[Dof], holds: impl Fn(Dof) -> bool) -> Vec<Found> {
+    let answers: Vec<(Dof, Answer)> =
+        dofs.iter().filter_map(|dof| Some((*dof, answer_to_thrusters(run, *dof)?))).collect();
+    let signs: Vec<(Dof, bool)> = answers.iter().map(|(dof, answer)| (*dof, answer.gain > 0.0)).collect();
+    if let Some(instead) = velocity_sign::instead(&signs, holds) {
+        return vec![velocity_sign::judge(&instead, &signs)];
+    }
+    let wrong = |(dof, answer): &(Dof, Answer)| {
         let text = format!(
             "the thrusters, as they are placed, push {dof} the wrong way ({} ± {} per unit of force): {}",
             short(answer.gain, 3),
             short(answer.std, 2),
             MISPLACED
         );
-        Some(Found::new(&codes::COMMAND_SIGN, &[dof.force(), dof.velocity()], text))
+        Found::new(&codes::COMMAND_SIGN, &[dof.force(), dof.velocity()], text)
     };
-    dofs.iter().filter_map(wrong).collect()
+    answers.iter().filter(|(_, answer)| answer.gain < 0.0).map(wrong).collect()
 }
 
 /// The sign that the gain should have; `None` when it is not known.
 fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
-    let dof = Dof::ALL.into_iter().find(|d| d.velocity() == answer.velocity)?;
-    if answer.channel == dof.force() {
+    let dof = dof_of(answer)?;
+    // that of a fin is told as one that has its own sign already
+    if answer.channel == dof.force() || id::fins().iter().any(|fin| fin.channel == answer.channel) {
         return Some(1.0);
     }
     let number = super::rates::number_of(&answer.channel)?;
@@ -120,41 +144,44 @@ fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
     (share.abs() > 0.05).then_some(share)
 }
 
-/// Delays, those of all degrees of freedom in one finding. `steps` are the usual steps of their channels, s.
-pub fn judge_delays(answers: &[(Vec<Answer>, f64)]) -> Vec<Found> {
-    let late: Vec<&Answer> = answers
+/// Delays, those of all degrees of freedom in one finding. `answers` come with the usual steps of their channels, s; a lag of the
+/// thrusters that the model holds, `known`, is none.
+pub fn judge_delays(run: &Run, answers: &[(Vec<Answer>, f64)], known: bool) -> Vec<Found> {
+    let is_told = |d: Lag, step: f64| d.is_clear(8.0, (1.25 * step).max(0.15)) && !(known && d.seconds > 0.0);
+    let late: Vec<(&[Answer], Lag)> = answers
         .iter()
-        .filter_map(|(of_dof, step)| of_dof.first().map(|a| (a, *step)))
-        .filter(|(a, step)| a.delay.is_some_and(|d| d.is_clear(8.0, (1.25 * step).max(0.15))))
-        .map(|(a, _)| a)
+        .filter_map(|(of_dof, step)| Some((&of_dof[..], of_dof.first()?.delay.filter(|d| is_told(*d, *step))?)))
         .collect();
     if late.is_empty() {
         return Vec::new();
     }
-    let says = |a: &&Answer| {
-        let d = a.delay.unwrap_or(lag::Lag { seconds: 0.0, std: 0.0, certainty: 0.0 });
+    // one delay fits all commands of a degree of freedom
+    let pushed_by = |of_dof: &[Answer]| -> String {
+        of_dof.iter().map(|a| as_logged(&a.channel, run)).collect::<Vec<_>>().join(", ")
+    };
+    let says = |(of_dof, d): &(&[Answer], Lag)| {
         format!(
             "{} answers {} {} ± {} s {}",
-            a.velocity,
-            a.channel,
+            of_dof[0].velocity,
+            pushed_by(of_dof),
             short(d.seconds.abs(), 3),
             short(2.0 * d.std, 2),
             if d.seconds > 0.0 { "late" } else { "early" }
         )
     };
-    let early = late.iter().all(|a| a.delay.is_some_and(|d| d.seconds < 0.0));
-    let cause = if early {
+    let cause = if late.iter().all(|(_, d)| d.seconds < 0.0) {
         "the commands are logged later than they act"
     } else {
         "a delay of the commands, or a lag of the thrusters of about this size"
     };
-    let text = format!("{}: {cause}", late.iter().map(says).collect::<Vec<_>>().join(", "));
-    let channels: Vec<&str> = late.iter().map(|a| a.channel.as_str()).collect();
-    let mut found = Found::new(&codes::COMMAND_DELAY, &channels, text);
-    for a in &late {
-        found = found.fault(FaultKind::Delay, &a.channel, a.delay.map_or(0.0, |d| d.seconds));
-    }
-    vec![found]
+    let text = format!("{}: {cause}", late.iter().map(says).collect::<Vec<_>>().join("; "));
+    let of = |(of_dof, d): &(&[Answer], Lag)| -> Vec<(String, f64)> {
+        of_dof.iter().map(|a| (as_logged(&a.channel, run), d.seconds)).collect()
+    };
+    let delays: Vec<(String, f64)> = late.iter().flat_map(of).collect();
+    let channels: Vec<&str> = delays.iter().map(|(channel, _)| channel.as_str()).collect();
+    let found = Found::new(&codes::COMMAND_DELAY, &channels, text);
+    vec![delays.iter().fold(found, |found, (channel, seconds)| found.fault(FaultKind::Delay, channel, *seconds))]
 }
 
 /// Whether a term is a command's.

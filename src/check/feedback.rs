@@ -7,13 +7,15 @@
 //!
 //! y: the sensors that a controller of this command would read; p: number of c. What is new in yₖ, given all before, is
 //! noise and what pushes the vehicle by chance. A pilot's commands know nothing of it, F ≈ 1; a controller multiplies it by
-//! its gain. Only commands that are noisy themselves are looked at: profiles and steps are not. Source: Granger,
+//! its gain; so does an autopilot with the angle of a fin. Only commands that are noisy themselves are looked at: profiles and steps are not. Source: Granger,
 //! *Econometrica* 37 (1969) 424-438.
 
 use super::balance::commands;
 use super::codes;
+use super::commands::as_logged;
 use super::fit::fit;
 use super::report::Found;
+use crate::effects::id::{self, FinIds};
 use crate::frame::Dof;
 use crate::log::number::short;
 use crate::navigation::unwrap;
@@ -35,30 +37,50 @@ pub fn judge(run: &Run, told: &[Found]) -> Vec<Found> {
         told.iter().any(|f| *f.code == codes::CLOSED_LOOP && f.channels.iter().any(|other| other == channel))
     };
     let mut found: Vec<Found> = Vec::new();
-    for dof in Dof::ALL {
-        for command in commands(run, dof) {
-            // thrusters serve several degrees of freedom, and are told once
-            let own = command == dof.force();
-            let channel = if own { dof.velocity() } else { command.as_str() };
-            if is_told(channel) || found.iter().any(|f| f.channels[0] == channel) {
-                continue;
-            }
-            let sensors = sensors(run, own.then_some(dof));
-            let Some(f) = run.signal(&command).and_then(|tau| follows(tau, &sensors)).filter(|f| *f > FOLLOWS) else {
-                continue;
-            };
-            let names: Vec<&str> = sensors.iter().map(|(name, _)| *name).collect();
-            let text = format!(
-                "{command} repeats the noise of {} from sample to sample (F = {}): a controller steers by it, and a fit finds \
-                 part of the controller; estimate the random force with it (filter_error does), or repeat the run with \
-                 commands of its own",
-                names.join(", "),
-                short(f, 3)
-            );
-            found.push(Found::new(&codes::CLOSED_LOOP, &[channel], text));
+    for Steers { command, channel, dof } in steering(run) {
+        // thrusters serve several degrees of freedom, and are told once
+        if is_told(&channel) || found.iter().any(|f| f.channels[0] == channel) {
+            continue;
         }
+        let sensors = sensors(run, dof);
+        let Some(f) = run.signal(&command).and_then(|tau| follows(tau, &sensors)).filter(|f| *f > FOLLOWS) else {
+            continue;
+        };
+        let names: Vec<&str> = sensors.iter().map(|(name, _)| *name).collect();
+        let text = format!(
+            "{} repeats the noise of {} from sample to sample (F = {}): a controller steers by it, and a fit finds \
+             part of the controller; estimate the random force with it (filter_error does), or repeat the run with \
+             commands of its own",
+            as_logged(&command, run),
+            names.join(", "),
+            short(f, 3)
+        );
+        found.push(Found::new(&codes::CLOSED_LOOP, &[&channel], text));
     }
     found
+}
+
+/// A command, the channel under which it is told, and what a controller of it would read: all where it serves several.
+struct Steers {
+    command: String,
+    channel: String,
+    dof: Option<Dof>,
+}
+
+/// Forces, thrusters and fins.
+fn steering(run: &Run) -> Vec<Steers> {
+    let of_dof = |dof: Dof| {
+        commands(run, dof).into_iter().map(move |command| {
+            let own = command == dof.force();
+            let channel = if own { dof.velocity().to_string() } else { as_logged(&command, run) };
+            Steers { command, channel, dof: own.then_some(dof) }
+        })
+    };
+    let of_fin = |fin: &FinIds| {
+        let [command, channel] = [fin.channel, fin.channel].map(str::to_string);
+        Steers { command, channel, dof: Some(fin.turns) }
+    };
+    Dof::ALL.into_iter().flat_map(of_dof).chain(id::fins().iter().map(of_fin)).collect()
 }
 
 /// What a controller of a degree of freedom reads, of all where it is not known which; horizontal fixes are too rare.
@@ -161,6 +183,10 @@ mod tests {
             let found = judge(&sailed(seed, steers), &[]);
             assert_eq!((found.len(), found[0].code.code, &found[0].channels[..]), (1, "K132", &["r".to_string()][..]));
             assert!(judge(&sailed(seed, steers), &found).is_empty(), "told once");
+            let mut by_rudder = sailed(seed, steers);
+            let rudder = by_rudder.signals.remove("tau_r").unwrap();
+            by_rudder.signals.insert("rudder".into(), rudder);
+            assert_eq!(judge(&by_rudder, &[])[0].channels, ["rudder"]);
             let pilots: [&Pilot; 5] = [
                 &|t, _, _, _| 8.0 * (0.7 * t).sin() + 5.0 * (1.9 * t).cos(),
                 &|t, _, _, _| if (0.4 * t).sin() > 0.0 { 9.0 } else { -9.0 },

@@ -6,11 +6,14 @@
 //!
 //! A rudder is positive where it turns the vehicle to starboard, a stern plane where it turns the nose down
 //! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not.
+//!
+//! An autopilot's rudder repeats the noise of the gyro, which stands on the left, too: where the vehicle moves little, that gives the gain
+//! either sign. Such a log is told by [`feedback`](super::feedback) and accuses no fin.
 
 use super::balance::{Balance, WINDOW};
 use super::codes;
 use super::commands::CERTAIN;
-use super::report::{FaultKind, Found};
+use super::report::{Answer, FaultKind, Found};
 use crate::effects::id::{self, FinIds};
 use crate::frame::Dof;
 use crate::log::number::short;
@@ -66,8 +69,21 @@ pub fn steered(run: &Run) -> Vec<Dof> {
     id::fins().into_iter().filter(varies).flat_map(|fin| [fin.turns, fin.across]).collect()
 }
 
+/// The gains as answers to a command.
+pub fn answers(gains: &[Gain]) -> Vec<Answer> {
+    let answer = |gain: &Gain| Answer {
+        channel: gain.channel.to_string(),
+        velocity: gain.turns.velocity().to_string(),
+        gain: gain.value,
+        std: gain.std,
+        delay: None,
+        joined: false,
+    };
+    gains.iter().filter(|gain| gain.is_right() || gain.is_reversed()).map(answer).collect()
+}
+
 /// Fins whose angle has the wrong sign.
-pub fn judge(run: &Run) -> Vec<Found> {
+pub fn judge(gains: &[Gain]) -> Vec<Found> {
     let wrong = |gain: &Gain| {
         let Gain { channel, turns, value, std } = *gain;
         let text = format!(
@@ -78,10 +94,10 @@ pub fn judge(run: &Run) -> Vec<Found> {
             turns.velocity(),
             if turns == Dof::Yaw { "to starboard" } else { "nose down" },
         );
-        let found = Found::new(&codes::COMMAND_SIGN, &[channel, turns.velocity()], text);
+        let found = Found::new(&codes::COMMAND_SIGN, &[channel], text);
         found.fault(FaultKind::Sign, channel, -1.0)
     };
-    measure(run).iter().filter(|gain| gain.is_reversed()).map(wrong).collect()
+    gains.iter().filter(|gain| gain.is_reversed()).map(wrong).collect()
 }
 
 /// The run with the moment of the fin, but for its size, as the only command of what it turns.
@@ -102,6 +118,7 @@ fn with_lift(run: &Run, turns: Dof, channel: &str) -> Option<Run> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::Noise;
 
     /// A zig-zag under a rudder that turns the vehicle by `gain`.
     fn zigzag(gain: f64) -> Run {
@@ -128,10 +145,44 @@ mod tests {
         run
     }
 
+    /// A vehicle of 2 s that an autopilot brings from heading to heading, its rudder logged with the other sign.
+    fn steered_by_autopilot() -> Run {
+        let mut noise = Noise::new(7, 1);
+        let (mut psi, mut r, mut delta) = (0.0_f64, 0.0_f64, 0.0);
+        let (mut time, mut rows) = (Vec::new(), [Vec::new(), Vec::new()]);
+        for k in 0..12_000 {
+            if k % 10 == 0 {
+                let seen = r + 4e-3 * noise.normal();
+                let ordered = if (k / 1000) % 2 == 0 { 0.1 } else { -0.1 };
+                delta = ordered - psi - 1.5 * seen;
+                time.push(0.01 * f64::from(k));
+                rows[0].push(seen);
+                rows[1].push(-delta);
+            }
+            r += 0.01 * (0.6 * delta - 0.5 * r);
+            psi += 0.01 * r;
+        }
+        let mut run = Run::default();
+        let time: std::sync::Arc<[f64]> = time.into();
+        for (name, values) in ["r", "rudder"].into_iter().zip(rows) {
+            run.signals.insert(name.into(), Signal::new(time.clone(), values));
+        }
+        run
+    }
+
+    #[test]
+    fn a_log_in_which_an_autopilot_steers_accuses_no_rudder() {
+        let run = steered_by_autopilot();
+        assert!(measure(&run)[0].is_reversed());
+        let report = crate::check::run(&run, &crate::check::CheckOptions::default());
+        let told: Vec<&str> = report.findings.iter().map(|f| f.code).collect();
+        assert!(told.contains(&codes::CLOSED_LOOP.code) && !told.contains(&codes::COMMAND_SIGN.code), "{told:?}");
+    }
+
     #[test]
     fn a_rudder_of_the_other_sign_is_told() {
-        assert!(judge(&zigzag(0.07)).is_empty());
-        let told = judge(&zigzag(-0.07));
+        assert!(judge(&measure(&zigzag(0.07))).is_empty());
+        let told = judge(&measure(&zigzag(-0.07)));
         assert_eq!(told.len(), 1);
         assert!(told[0].text.contains("columns.rudder.sign = -1"), "{}", told[0].text);
         let mut still = zigzag(0.07);

@@ -29,7 +29,9 @@ pub mod rates;
 pub mod report;
 pub mod samples;
 pub mod smoothed;
+pub mod together;
 pub mod values;
+pub mod velocity_sign;
 
 pub use options::{CheckOptions, Geodetic};
 pub use report::{Agreement, Answer, CheckReport, FaultKind, Found, Light, LogFault, Topic, TopicLight};
@@ -84,10 +86,15 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
 
     let balances: Vec<Balance> = Dof::ALL.into_iter().filter_map(|dof| Balance::new(run, dof)).collect();
     let answers: Vec<(Vec<Answer>, f64)> = balances.iter().map(|b| (commands::measure(b), b.step())).collect();
-    found.extend(commands::judge_delays(&answers));
-    let answers: Vec<Answer> = answers.into_iter().flat_map(|(a, _)| a).collect();
-    found.extend(commands::judge_signs(run, &answers, &options.thrusters));
-    found.extend(fins::judge(run));
+    found.extend(commands::judge_delays(run, &answers, options.lag_is_known));
+    let mut answers: Vec<Answer> = answers.into_iter().flat_map(|(a, _)| a).collect();
+    let loops = closed_loop::measure(run);
+    let mut closed = closed_loop::judge(&loops);
+    closed.extend(feedback::judge(run, &closed));
+    found.extend(signs(run, &answers, &balances, &agreements, &closed, options));
+    let gains: Vec<fins::Gain> = fins::measure(run).into_iter().filter(|g| !is_closed(&closed, g.channel)).collect();
+    found.extend(fins::judge(&gains));
+    answers.extend(fins::answers(&gains));
     let of = |dof: Dof| balances.iter().find(|b| b.dof == dof);
     if let (Some(surge), Some(sway)) = (of(Dof::Surge), of(Dof::Sway)) {
         let ratios = coupling::measure(surge, sway);
@@ -96,10 +103,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     }
     let excitation: Vec<_> = Dof::ALL.into_iter().filter_map(|dof| excitation::of_run(run, dof)).collect();
     found.extend(excitation::judge(run, &excitation, options));
-    let loops = closed_loop::measure(run);
-    found.extend(closed_loop::judge(&loops));
-    let steered = feedback::judge(run, &found);
-    found.extend(steered);
+    found.extend(closed);
 
     let examined = |topic: Topic| match topic {
         Topic::Consistency => !agreements.is_empty(),
@@ -127,7 +131,37 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
 /// What the thrusters of a vehicle push together against the motion: `run` holds the forces that they give by their places.
 pub fn placement(run: &Run, dofs: &[Dof]) -> Vec<Finding> {
     let sound = without_bad_samples(run);
-    commands::judge_placement(&sound, dofs).into_iter().map(|f| in_words(f, &run.name)).collect()
+    let balances: Vec<Balance> = dofs.iter().filter_map(|dof| Balance::new(&sound, *dof)).collect();
+    let mut agreements = attitude::measure(&sound);
+    agreements.extend(path::measure(&sound, ["x", "y"]).into_iter().flat_map(|path| path.agreements));
+    let holds = |dof: Dof| velocity_sign::holds(&sound, dof, &agreements, &balances);
+    commands::judge_placement(&sound, dofs, holds).into_iter().map(|f| in_words(f, &run.name)).collect()
+}
+
+/// Signs of commands that are wrong, or of the velocities where all thrusters say so. Where a controller makes the command, its
+/// sign is not what the relation of both shows.
+fn signs(
+    run: &Run,
+    answers: &[Answer],
+    balances: &[Balance],
+    agreements: &[Agreement],
+    closed: &[Found],
+    options: &CheckOptions,
+) -> Vec<Found> {
+    let mut signs = commands::signs(answers, &options.thrusters);
+    signs.retain(|(a, _)| !is_closed(closed, &commands::as_logged(&a.channel, run)) && !is_closed(closed, &a.velocity));
+    let by_dof = commands::by_dof(&signs);
+    let has_thrusters = run.signals.keys().any(|name| rates::number_of(name).is_some());
+    let holds = |dof: Dof| velocity_sign::holds(run, dof, agreements, balances);
+    match velocity_sign::instead(&by_dof, holds).filter(|_| has_thrusters) {
+        Some(instead) => vec![velocity_sign::judge(&instead, &by_dof)],
+        None => commands::judge_signs(run, &signs),
+    }
+}
+
+/// Whether a controller was found in this channel.
+fn is_closed(closed: &[Found], channel: &str) -> bool {
+    closed.iter().any(|f| f.channels.iter().any(|other| other == channel))
 }
 
 /// The run without codes for no value, outliers and values beyond all measure, which the log's own checks name.

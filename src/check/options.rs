@@ -16,6 +16,8 @@ pub struct CheckOptions {
     pub model: Vec<Dof>,
     /// Whether the velocities are those through the water: they tell no path over ground.
     pub through_water: bool,
+    /// Whether the model holds a lag of the thrusters: a motion that answers late is no finding then.
+    pub lag_is_known: bool,
     /// The vehicle's thrusters, in the order of `V1`, `F1`, …: their signs can be checked when they are known.
     pub thrusters: Vec<Thruster>,
     /// Column of latitude, deg; looked for by name when absent.

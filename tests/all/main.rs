@@ -101,4 +101,5 @@ mod told_in_other_words;
 mod undriven;
 mod unexcited;
 mod upright;
+mod velocity_sign;
 mod view;

@@ -1,0 +1,111 @@
+//! What the logs of one vehicle say together about the sign of a command or a velocity.
+//!
+//! ```text
+//! wrong in all of them:    more logs by which it is wrong than logs by which it is right
+//! ```
+//!
+//! A sign is a matter of wiring and of the log's columns, and so of all logs: one in which a controller moves the rudder, or that shows
+//! little, may deceive. Where the fewer accuse, it is told of these, and nothing is to be set for all.
+
+use super::codes;
+use super::commands::signs;
+use super::rates::number_of;
+use super::report::{Answer, CheckReport, FaultKind, Light, Topic};
+use crate::finding::Finding;
+use crate::thrust::thruster::Thruster;
+
+/// Takes back from the reports of one vehicle the accusations of a sign that not more logs bear than deny.
+pub fn weigh(reports: &mut [CheckReport], thrusters: &[Thruster]) {
+    let mut accused: Vec<String> = reports.iter().flat_map(accusations).collect();
+    accused.sort();
+    accused.dedup();
+    for column in accused {
+        let wrong = reports.iter().filter(|r| accusations(r).contains(&column)).count();
+        let is_right = |r: &CheckReport| !accusations(r).contains(&column) && finds_right(r, &column, thrusters);
+        let right: Vec<String> = reports.iter().filter(|r| is_right(r)).map(|r| r.run.clone()).collect();
+        if wrong > right.len() {
+            continue;
+        }
+        for report in reports.iter_mut().filter(|r| accusations(r).contains(&column)) {
+            take_back(report, &column, &right);
+        }
+    }
+}
+
+/// Columns whose sign a report finds wrong.
+fn accusations(report: &CheckReport) -> Vec<String> {
+    let of_sign = report.findings.iter().filter(|f| f.code == codes::COMMAND_SIGN.code);
+    of_sign.filter_map(|f| f.column.clone()).collect()
+}
+
+/// Whether a report finds the sign of this command or velocity right.
+fn finds_right(report: &CheckReport, column: &str, thrusters: &[Thruster]) -> bool {
+    let concerns = |a: &Answer| {
+        let same_thruster = number_of(column).is_some_and(|number| number_of(&a.channel) == Some(number));
+        same_thruster || a.channel == column || a.velocity == column
+    };
+    let told = signs(&report.answers, thrusters);
+    let mut of_column = told.iter().filter(|(a, _)| concerns(a)).peekable();
+    of_column.peek().is_some() && of_column.all(|(_, right)| *right)
+}
+
+fn take_back(report: &mut CheckReport, column: &str, right: &[String]) {
+    let is_it = |f: &Finding| f.code == codes::COMMAND_SIGN.code && f.column.as_deref() == Some(column);
+    let Some(place) = report.findings.iter().position(is_it) else { return };
+    let text = format!(
+        "{}: by this log {column} acts the wrong way, by {} the right way: look whether a controller moved it here, or its column was \
+         turned in this log; there is no sign to set for all",
+        report.run,
+        right.join(", ")
+    );
+    let finding = Finding { column: Some(column.to_string()), ..Finding::new(&codes::SIGN_DISAGREES, text) };
+    report.findings[place] = finding.of_run(&report.run);
+    report.log_findings.retain(|fault| fault.kind != FaultKind::Sign || fault.channel != column);
+    for light in report.lights.iter_mut().filter(|l| l.topic == Topic::Commands) {
+        light.light = light.light.map(|_| Light::Green);
+    }
+    report.light_up();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::TopicLight;
+
+    /// A log by which the rudder turns the vehicle the right way, or the wrong way.
+    fn log(name: &str, gain: f64) -> CheckReport {
+        let answer =
+            Answer { channel: "rudder".into(), velocity: "r".into(), gain, std: 0.01, delay: None, joined: false };
+        let mut findings = Vec::new();
+        if gain < 0.0 {
+            let of_sign = Finding::new(&codes::COMMAND_SIGN, format!("{name}: rudder turns the wrong way"));
+            findings.push(Finding { column: Some("rudder".into()), ..of_sign });
+        }
+        let mut report = CheckReport {
+            run: name.into(),
+            lights: vec![TopicLight { topic: Topic::Commands, light: Some(Light::Green) }],
+            findings,
+            log_findings: Vec::new(),
+            rates: Vec::new(),
+            agreements: Vec::new(),
+            answers: vec![answer],
+            excitation: Vec::new(),
+            loops: Vec::new(),
+        };
+        report.light_up();
+        report
+    }
+
+    #[test]
+    fn the_fewer_logs_do_not_turn_a_sign_for_all() {
+        let mut logs = [log("a", 0.6), log("b", 0.6), log("c", -1.0)];
+        weigh(&mut logs, &[]);
+        assert_eq!(logs[2].findings[0].code, codes::SIGN_DISAGREES.code);
+        assert!(logs[2].findings[0].message.contains("by a, b the right way"), "{}", logs[2].findings[0].message);
+        assert_eq!(logs[2].worst(), Light::Amber);
+        let mut turned = [log("a", 0.6), log("b", -0.6), log("c", -1.0)];
+        weigh(&mut turned, &[]);
+        assert!(turned[1..].iter().all(|log| log.findings[0].code == codes::COMMAND_SIGN.code));
+        assert_eq!(turned.map(|log| log.worst()), [Light::Green, Light::Red, Light::Red]);
+    }
+}

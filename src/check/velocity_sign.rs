@@ -1,0 +1,161 @@
+//! Thrusters that all push the wrong way: more simply, the velocity that they move has the opposite sign.
+//!
+//! ```text
+//! wrong in one degree of freedom, right in the others      the column of that velocity
+//! wrong in sway, heave, pitch or yaw, right in surge       the frame: forward-port-up (flu)
+//! wrong in all, or both ways in one                        the commands, or the places of the thrusters
+//! ```
+//!
+//! A thruster acts in several degrees of freedom at once, and a wrong sign of its command shows in all of them. An axis that was
+//! written the other way shows in one alone, too; of both other channels know: a rate has its angle, a depth its slope, and
+//! the Coriolis force is as the velocities say, whatever the thrusters do.
+//!
+//! ```text
+//! u̇ = … + (m_v/m_u) v r,      v̇ = … − (m_u/m_v) u r,      ẇ = … + (m_u/m_w) u q
+//! ```
+//!
+//! Where one of them says that the column is right, the thrusters stay accused. Source: Fossen (2011), (6.53).
+
+use super::attitude::{CLEAR, level_windows};
+use super::balance::{Balance, Term};
+use super::codes;
+use super::fit::fit;
+use super::report::{Agreement, FaultKind, Found};
+use super::samples::{Samples, windows};
+use crate::frame::Dof;
+use crate::run::Run;
+
+/// How many deviations a Coriolis term or a slope of depth must be from zero to say anything.
+const CERTAIN: f64 = 5.0;
+/// Length of a window over which a slope of depth is taken, s.
+const WINDOW: f64 = 1.0;
+
+/// What is wrong instead of the thrusters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Instead {
+    /// The column of this velocity.
+    Column(Dof),
+    /// The body axes: these velocities of it.
+    Frame(Vec<Dof>),
+}
+
+/// What explains `answers`, a degree of freedom and whether a thruster pushes it the right way, more simply than the
+/// thrusters do; `holds` says whether other channels say that the velocity is as it should be.
+pub fn instead(answers: &[(Dof, bool)], holds: impl Fn(Dof) -> bool) -> Option<Instead> {
+    let any = |dof: Dof, right: bool| answers.contains(&(dof, right));
+    let wrong: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| any(*dof, false)).collect();
+    let right: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| any(*dof, true)).collect();
+    if right.is_empty() || wrong.iter().any(|dof| right.contains(dof)) {
+        return None;
+    }
+    let mirrored = |dof: &Dof| !matches!(dof, Dof::Surge | Dof::Roll);
+    match &wrong[..] {
+        [only] => (!holds(*only)).then_some(Instead::Column(*only)),
+        [_, _, ..] if wrong.iter().all(mirrored) && !right.iter().any(mirrored) => Some(Instead::Frame(wrong)),
+        _ => None,
+    }
+}
+
+/// What is wrong instead, in words; `answers` as in [`instead`].
+pub fn judge(instead: &Instead, answers: &[(Dof, bool)]) -> Found {
+    let right: Vec<&str> =
+        Dof::ALL.into_iter().filter(|dof| answers.contains(&(*dof, true))).map(Dof::velocity).collect();
+    let right = right.join(", ");
+    match instead {
+        Instead::Column(dof) => {
+            let v = dof.velocity();
+            let text = format!(
+                "{v} goes against all thrusters that push {dof}, {right} with them: most likely {v} has the opposite sign; set \
+                 columns.{v}.sign = -1"
+            );
+            Found::new(&codes::COMMAND_SIGN, &[v], text).fault(FaultKind::Sign, v, -1.0)
+        }
+        Instead::Frame(dofs) => {
+            let wrong: Vec<&str> = dofs.iter().map(|dof| dof.velocity()).collect();
+            let text = format!(
+                "{} go against all thrusters, {right} with them: most likely the body axes are forward-port-up; set body_frame = \
+                 \"flu\"",
+                wrong.join(", ")
+            );
+            Found::new(&codes::COMMAND_SIGN, &wrong, text)
+        }
+    }
+}
+
+/// Whether other channels of a run say that the column of this velocity has the sign that it should have; `agreements` are those
+/// with angles and positions.
+pub fn holds(run: &Run, dof: Dof, agreements: &[Agreement], balances: &[Balance]) -> bool {
+    let compared = |a: &Agreement| a.angle.map_or(a.factor, |angle| a.factor.abs() * angle.cos());
+    let agrees = agreements.iter().any(|a| a.channel == dof.velocity() && compared(a) > 0.0);
+    let of_depth = dof == Dof::Heave && by_depth(run).is_some_and(|c| c > 0.0);
+    agrees || of_depth || balances.iter().find(|b| b.dof == dof).and_then(coriolis).is_some_and(|c| c > 0.0)
+}
+
+/// The Coriolis term of a balance, positive where it has the sign that it should have; `None` where it is not told.
+fn coriolis(balance: &Balance) -> Option<f64> {
+    let (of, sign) = match balance.dof {
+        Dof::Surge => (("v", "r"), 1.0),
+        Dof::Sway => (("u", "r"), -1.0),
+        Dof::Heave => (("u", "q"), 1.0),
+        _ => return None,
+    };
+    let k = balance.terms.iter().position(|term| *term == Term::Product(of.0, of.1))?;
+    let fit = balance.fit(0.0)?;
+    (fit.theta[k].abs() > CERTAIN * fit.std[k]).then_some(sign * fit.theta[k])
+}
+
+/// How the depth goes with w: Δz = c ∫ w cos φ cos θ dt + … ; `None` where it is not told.
+fn by_depth(run: &Run) -> Option<f64> {
+    let depth = Samples::of(run.signal("z")?)?;
+    let w = Samples::of(run.signal("w")?)?;
+    let angle = |name: &str| run.signal(name).and_then(Samples::of_angle);
+    let (phi, theta) = (angle("phi"), angle("theta"));
+    let u = run.signal("u").and_then(Samples::of);
+    let at = |s: &Option<Samples>, t: f64| s.as_ref().map_or(0.0, |s| s.at(t));
+    let down = w.map(|t, x| x * at(&phi, t).cos() * at(&theta, t).cos());
+    let ahead = w.map(|t, _| -at(&u, t) * at(&theta, t).sin());
+    let width = WINDOW.max(2.0 * depth.step().max(w.step()));
+    let level = level_windows(run);
+    let windows: Vec<_> = windows(&[&depth, &w], width, 0.0).into_iter().filter(level).collect();
+    let over = |s: &Samples| -> Vec<f64> { windows.iter().map(|(a, b)| s.integral(*a, *b)).collect() };
+    let (own, other) = (over(&down), over(&ahead));
+    let noise = w.noise() * (w.step() * width).sqrt();
+    let size = own.iter().map(|x| x * x).sum::<f64>() / own.len().max(1) as f64;
+    if size <= CLEAR * noise * noise {
+        return None;
+    }
+    let target: Vec<f64> = windows.iter().map(|(a, b)| depth.at(*b) - depth.at(*a)).collect();
+    let length: Vec<f64> = windows.iter().map(|(a, b)| b - a).collect();
+    let pitches = other.iter().map(|x| x * x).sum::<f64>() > 1e-4 * size * own.len() as f64;
+    let found = if pitches { fit(&[&own, &length, &other], &target) } else { fit(&[&own, &length], &target) }?;
+    (found.theta[0].abs() > CERTAIN * found.std[0]).then_some(found.theta[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
+
+    #[test]
+    fn one_velocity_that_all_thrusters_accuse_is_its_column() {
+        let free = |_: Dof| false;
+        let answers = [(Surge, true), (Sway, false), (Sway, false), (Yaw, true)];
+        assert_eq!(instead(&answers, free), Some(Instead::Column(Sway)));
+        let said = judge(&Instead::Column(Sway), &answers);
+        assert!(said.text.starts_with("v goes against all thrusters that push sway, u, r with them"), "{}", said.text);
+        assert_eq!(instead(&answers, |dof| dof == Sway), None, "other channels say that v is right");
+        assert_eq!(instead(&[(Sway, false)], free), None, "nothing else answers");
+        assert_eq!(instead(&[(Sway, false), (Sway, true), (Surge, true)], free), None, "one thruster of two");
+        assert_eq!(instead(&[(Surge, false), (Sway, false)], free), None, "all");
+        assert_eq!(instead(&[(Surge, true), (Sway, true)], free), None, "none");
+    }
+
+    #[test]
+    fn all_velocities_but_surge_are_the_frame() {
+        let free = |_: Dof| false;
+        let flu = [(Surge, true), (Sway, false), (Heave, false), (Yaw, false), (Roll, true)];
+        assert_eq!(instead(&flu, free), Some(Instead::Frame(vec![Sway, Heave, Yaw])));
+        assert_eq!(instead(&[(Surge, true), (Sway, false), (Yaw, false), (Heave, true)], free), None);
+        assert_eq!(instead(&[(Pitch, false), (Surge, false), (Sway, true)], free), None);
+    }
+}
