@@ -59,8 +59,6 @@ pub struct Balance {
     together: Vec<bool>,
     windows: Vec<(f64, f64)>,
     others: Vec<Vec<f64>>,
-    /// The others as their integrands stand at the beginning of each window, times its length.
-    before: Vec<Vec<f64>>,
     target: Vec<f64>,
 }
 
@@ -140,38 +138,30 @@ impl Balance {
         let mut terms: Vec<Term> = kept.iter().map(|k| Term::Command(names[*k].clone())).collect();
         let commands: Vec<Samples> = kept.iter().map(|k| commands[*k].clone()).collect();
         terms.extend([Term::Linear, Term::Quadratic]);
-        let at_first = |s: &Samples| -> Vec<f64> { windows.iter().map(|(a, b)| s.at(*a) * (b - a)).collect() };
-        let square = nu.map(|_, x| x * x.abs());
-        let mut others = vec![over(&nu), over(&square)];
-        let mut before = vec![at_first(&nu), at_first(&square)];
+        let mut others = vec![over(&nu), over(&nu.map(|_, x| x * x.abs()))];
         let other = |name: &str| velocity(run, Dof::ALL.into_iter().find(|other| other.velocity() == name)?);
         for (a, b) in products(dof) {
             let (Some(x), Some(y)) = (other(a), other(b)) else { continue };
-            let product = nu.map(|t, _| x.at(t) * y.at(t));
-            let column = over(&product);
+            let column = over(&nu.map(|t, _| x.at(t) * y.at(t)));
             // of a rate that rests nothing depends
             if rms(&column) > 0.0 {
                 terms.push(Term::Product(a, b));
                 others.push(column);
-                before.push(at_first(&product));
             }
         }
         if matches!(dof, Dof::Roll | Dof::Pitch)
             && let Some(angle) = run.signal(dof.position()).and_then(Samples::of_angle)
         {
-            let sine = nu.map(|t, _| angle.at(t).sin());
-            let column = over(&sine);
+            let column = over(&nu.map(|t, _| angle.at(t).sin()));
             if rms(&column) > 0.0 {
                 terms.push(Term::Restoring);
                 others.push(column);
-                before.push(at_first(&sine));
             }
         }
         terms.push(Term::Constant);
         others.push(windows.iter().map(|(a, b)| b - a).collect());
-        before.push(windows.iter().map(|(a, b)| b - a).collect());
         let target = windows.iter().map(|(a, b)| nu.at(*b) - nu.at(*a)).collect();
-        Some(Balance { dof, terms, nu, commands, together, windows, others, before, target })
+        Some(Balance { dof, terms, nu, commands, together, windows, others, target })
     }
 
     /// The columns with the commands `delay` s late.
@@ -184,24 +174,6 @@ impl Balance {
     pub fn fit(&self, delay: f64) -> Option<Fit> {
         let columns = self.columns(delay);
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
-    }
-
-    /// The fit by what of the commands, `delay` s late, was known when a window began: each command is replaced by what itself and
-    /// the motion at that instant tell of it (two-stage least squares). A controller that answers within the window has no part
-    /// in that. `None` where the beginnings tell nothing.
-    pub fn after(&self, delay: f64) -> Option<Fit> {
-        let at_first =
-            |s: &Samples| -> Vec<f64> { self.windows.iter().map(|(a, b)| s.at(a - delay) * (b - a)).collect() };
-        let beginnings: Vec<Vec<f64>> = self.commands.iter().map(at_first).collect();
-        let known: Vec<&[f64]> = beginnings.iter().chain(&self.before).map(Vec::as_slice).collect();
-        let told = |command: &Vec<f64>| -> Option<Vec<f64>> {
-            let theta = fit(&known, command)?.theta;
-            Some((0..command.len()).map(|k| known.iter().zip(&theta).map(|(column, x)| x * column[k]).sum()).collect())
-        };
-        let commands = &self.columns(delay)[..self.commands.len()];
-        let foreseen: Vec<Vec<f64>> = commands.iter().map(told).collect::<Option<_>>()?;
-        let columns: Vec<&[f64]> = foreseen.iter().chain(&self.before).map(Vec::as_slice).collect();
-        fit(&columns, &self.target)
     }
 
     /// The fit with all commands as one, each as strong beside the others as `each` has it, and the root mean square of every

@@ -4,7 +4,7 @@
 //! one at which the fit leaves least. A lag of the thrusters looks like a delay of about its time constant. In roll and
 //! pitch a sine cannot tell a delay from the righting moment: there none is sought. Nor can a pilot's commands, which swing
 //! with the motion: half a swing later they push the other way. A gain that has another sign without the delay is told by
-//! neither, nor is one that what the command did before ([`Balance::after`]) contradicts: that is a controller's.
+//! neither.
 
 use super::balance::{Balance, Term};
 use super::codes;
@@ -19,8 +19,6 @@ use crate::thrust::thruster::Thruster;
 
 /// How many standard deviations a gain must be from zero to speak of its sign or its delay.
 pub(super) const CERTAIN: f64 = 8.0;
-/// How many deviations what a command did before must be from zero to contradict its gain.
-pub(super) const OPPOSITE: f64 = 5.0;
 /// Least part of the changes of velocity that the commands must explain.
 const OWED: f64 = 0.3;
 
@@ -39,10 +37,6 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
         return Vec::new();
     }
     let Some(at_once) = balance.fit(0.0) else { return Vec::new() };
-    let after = balance.after(delay.map_or(0.0, |d| d.seconds));
-    let contradicts = |k: usize, gain: f64| {
-        after.as_ref().is_some_and(|f| f.theta[k] * gain < 0.0 && f.theta[k].abs() > OPPOSITE * f.std[k])
-    };
     let channels = balance.channels();
     let answer = |(k, channel): (usize, &&str)| Answer {
         channel: (*channel).to_string(),
@@ -52,9 +46,7 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
         delay,
         joined: balance.is_joined(k),
     };
-    let clear = |(k, a): &(usize, Answer)| {
-        a.gain.abs() > CERTAIN * a.std && a.gain * at_once.theta[*k] > 0.0 && !contradicts(*k, a.gain)
-    };
+    let clear = |(k, a): &(usize, Answer)| a.gain.abs() > CERTAIN * a.std && a.gain * at_once.theta[*k] > 0.0;
     let answers = channels.iter().enumerate().map(answer).enumerate();
     answers.filter(clear).map(|(_, a)| a).collect()
 }

@@ -5,14 +5,14 @@
 //! ```
 //!
 //! A rudder is positive where it turns the vehicle to starboard, a stern plane where it turns the nose down
-//! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not. An autopilot puts the rudder
-//! against the turn, so that over a long window a sound rudder seems to push the other way: a gain stands only where what the fin
-//! did before ([`Balance::after`]) does not say the opposite.
+//! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not.
+//!
+//! An autopilot's rudder repeats the noise of the gyro, which stands on the left, too: where the vehicle moves little, that gives the gain
+//! either sign. Such a log is told by [`feedback`](super::feedback) and accuses no fin.
 
 use super::balance::{Balance, WINDOW};
 use super::codes;
-use super::commands::{CERTAIN, OPPOSITE};
-use super::fit::Fit;
+use super::commands::CERTAIN;
 use super::report::{Answer, FaultKind, Found};
 use crate::effects::id::{self, FinIds};
 use crate::frame::Dof;
@@ -36,11 +36,6 @@ pub struct Gain {
 }
 
 impl Gain {
-    /// How many deviations it is from zero.
-    fn certainty(&self) -> f64 {
-        self.value.abs() / self.std
-    }
-
     /// Whether the fin's angle has the other sign than that of the model, beyond doubt.
     pub fn is_reversed(&self) -> bool {
         self.value < -CERTAIN * self.std
@@ -54,23 +49,16 @@ impl Gain {
 
 /// The answer to each fin that a run logs.
 pub fn measure(run: &Run) -> Vec<Gain> {
+    let over = |(turns, channel): (Dof, &'static str), steered: &Run, times: f64| {
+        let balance = Balance::over(steered, turns, times * WINDOW)?;
+        let fit = balance.fit(0.0)?;
+        Some(Gain { channel, turns, value: fit.theta[0], std: fit.std[0] })
+    };
+    let certain = |gain: &Gain| gain.value.abs() / gain.std;
     let of = |fin: &FinIds| {
         let steered = with_lift(run, fin.turns, fin.channel)?;
-        let balances: Vec<Balance> =
-            WINDOWS.into_iter().filter_map(|times| Balance::over(&steered, fin.turns, times * WINDOW)).collect();
-        let most_certain = |fits: Vec<Fit>| {
-            let gains = fits.iter().map(|fit| Gain {
-                channel: fin.channel,
-                turns: fin.turns,
-                value: fit.theta[0],
-                std: fit.std[0],
-            });
-            gains.filter(|gain| gain.std > 0.0).max_by(|a, b| a.certainty().total_cmp(&b.certainty()))
-        };
-        let gain = most_certain(balances.iter().filter_map(|balance| balance.fit(0.0)).collect())?;
-        let after = most_certain(balances.iter().filter_map(|balance| balance.after(0.0)).collect());
-        let opposite = after.is_some_and(|after| after.certainty() > OPPOSITE && after.value * gain.value < 0.0);
-        (!opposite).then_some(gain)
+        let gains = WINDOWS.into_iter().filter_map(|times| over((fin.turns, fin.channel), &steered, times));
+        gains.filter(|gain| gain.std > 0.0).max_by(|a, b| certain(a).total_cmp(&certain(b)))
     };
     id::fins().iter().filter_map(of).collect()
 }
@@ -157,23 +145,21 @@ mod tests {
         run
     }
 
-    /// A vehicle of 2 s that an autopilot holds on headings against waves, its rudder against the measured rate.
-    fn steered_by_autopilot(sign: f64) -> Run {
+    /// A vehicle of 2 s that an autopilot brings from heading to heading, its rudder logged with the other sign.
+    fn steered_by_autopilot() -> Run {
         let mut noise = Noise::new(7, 1);
-        let (mut psi, mut r, mut sea) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut psi, mut r, mut delta) = (0.0_f64, 0.0_f64, 0.0);
         let (mut time, mut rows) = (Vec::new(), [Vec::new(), Vec::new()]);
-        let (mut seen, mut delta) = (0.0, 0.0);
         for k in 0..12_000 {
             if k % 10 == 0 {
-                seen = r + 2e-3 * noise.normal();
-                let ordered = if (k / 3000) % 2 == 0 { 0.3 } else { -0.3 };
-                delta = (ordered - psi - 1.5 * seen).clamp(-0.35, 0.35);
+                let seen = r + 4e-3 * noise.normal();
+                let ordered = if (k / 1000) % 2 == 0 { 0.1 } else { -0.1 };
+                delta = ordered - psi - 1.5 * seen;
                 time.push(0.01 * f64::from(k));
                 rows[0].push(seen);
-                rows[1].push(sign * delta);
+                rows[1].push(-delta);
             }
-            sea += 0.01 * (-sea / 1.5) + 0.02 * noise.normal();
-            r += 0.01 * (0.6 * delta - 0.5 * r + sea);
+            r += 0.01 * (0.6 * delta - 0.5 * r);
             psi += 0.01 * r;
         }
         let mut run = Run::default();
@@ -185,10 +171,12 @@ mod tests {
     }
 
     #[test]
-    fn a_rudder_that_an_autopilot_puts_against_the_turn_is_not_accused() {
-        let steered = Balance::over(&with_lift(&steered_by_autopilot(1.0), Dof::Yaw, "rudder").unwrap(), Dof::Yaw, 4.0);
-        assert!(steered.unwrap().fit(0.0).unwrap().theta[0] < 0.0, "over long windows it seems reversed");
-        assert!(judge(&measure(&steered_by_autopilot(1.0))).is_empty());
+    fn a_log_in_which_an_autopilot_steers_accuses_no_rudder() {
+        let run = steered_by_autopilot();
+        assert!(measure(&run)[0].is_reversed());
+        let report = crate::check::run(&run, &crate::check::CheckOptions::default());
+        let told: Vec<&str> = report.findings.iter().map(|f| f.code).collect();
+        assert!(told.contains(&codes::CLOSED_LOOP.code) && !told.contains(&codes::COMMAND_SIGN.code), "{told:?}");
     }
 
     #[test]

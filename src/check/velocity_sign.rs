@@ -82,17 +82,13 @@ pub fn judge(instead: &Instead, answers: &[(Dof, bool)]) -> Found {
     }
 }
 
-/// Whether other channels of a run say that the column of this velocity has the sign that it should have.
+/// Whether other channels of a run say that the column of this velocity has the sign that it should have; `agreements` are those
+/// with angles and positions.
 pub fn holds(run: &Run, dof: Dof, agreements: &[Agreement], balances: &[Balance]) -> bool {
     let compared = |a: &Agreement| a.angle.map_or(a.factor, |angle| a.factor.abs() * angle.cos());
-    let agrees = agreements.iter().any(|a| a.channel == dof.velocity() && is_against_a_pose(a) && compared(a) > 0.0);
+    let agrees = agreements.iter().any(|a| a.channel == dof.velocity() && compared(a) > 0.0);
     let of_depth = dof == Dof::Heave && by_depth(run).is_some_and(|c| c > 0.0);
     agrees || of_depth || balances.iter().find(|b| b.dof == dof).and_then(coriolis).is_some_and(|c| c > 0.0)
-}
-
-/// Whether a velocity was held against an angle or a position: of a ratio of inertias the thrusters are a part.
-fn is_against_a_pose(agreement: &Agreement) -> bool {
-    !agreement.against.starts_with("inertia")
 }
 
 /// The Coriolis term of a balance, positive where it has the sign that it should have; `None` where it is not told.

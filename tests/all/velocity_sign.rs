@@ -5,13 +5,16 @@ use hydrosysid::check::{self, CheckOptions, CheckReport};
 use hydrosysid::run::{Run, Signal};
 use hydrosysid::thrust::thruster::Thruster;
 
+/// What a row of the swim gives a channel.
+type Column<'a> = (&'a str, &'a dyn Fn(&[f64; 7]) -> f64);
+
 /// The swim under two thrusters ahead, 0.4 m to port and to starboard, and one abeam `ahead` m before the origin; the channels of
 /// `turned` are logged with the opposite sign.
 fn checked(ahead: f64, turned: &[&str]) -> CheckReport {
     let rows = Swim::new(20.0, 60.0, 1.0, 3).rows;
     let clock: std::sync::Arc<[f64]> = rows.iter().map(|row| row[0]).collect();
     let side = |row: &[f64; 7]| 0.5 * (row[6] - ahead * row[5]) / 0.4;
-    let channels: [(&str, &dyn Fn(&[f64; 7]) -> f64); 6] = [
+    let channels: [Column<'_>; 6] = [
         ("u", &|row| row[1]),
         ("v", &|row| row[2]),
         ("r", &|row| row[3]),
@@ -19,7 +22,7 @@ fn checked(ahead: f64, turned: &[&str]) -> CheckReport {
         ("F2", &|row| 0.5 * row[4] - side(row)),
         ("F3", &|row| row[5]),
     ];
-    let signal = |(name, of): (&str, &dyn Fn(&[f64; 7]) -> f64)| {
+    let signal = |(name, of): Column<'_>| {
         let sign = if turned.contains(&name) { -1.0 } else { 1.0 };
         let values: Vec<f64> = rows.iter().map(|row| sign * of(row)).collect();
         (name.to_string(), Signal::new(clock.clone(), values))
