@@ -14,6 +14,7 @@ use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::Run;
 use crate::thrust::thruster::Thruster;
+use crate::wording::listed;
 
 /// How many standard deviations a gain must be from zero to speak of its sign or its delay.
 pub(super) const CERTAIN: f64 = 8.0;
@@ -59,22 +60,30 @@ fn turned(channel: &str, run: &Run) -> String {
 
 /// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
 pub fn judge_signs(run: &Run, answers: &[Answer], thrusters: &[Thruster]) -> Vec<Found> {
+    // the sign of several together is that of the strongest
+    let wrong = |a: &&Answer| expected(a, thrusters).is_some_and(|right| !a.joined && a.gain * right <= 0.0);
+    let wrong: Vec<&Answer> = answers.iter().filter(wrong).collect();
+    let velocities: Vec<&str> = wrong.iter().map(|a| a.velocity.as_str()).collect();
+    let frame = mirrored(&velocities);
     let mut found: Vec<Found> = Vec::new();
-    for a in answers {
-        // the sign of several together is that of the strongest
-        let Some(right) = expected(a, thrusters).filter(|_| !a.joined) else { continue };
+    for a in wrong {
         // one thruster can show in several degrees of freedom
-        if a.gain * right > 0.0 || found.iter().any(|f| f.channels[0] == a.channel) {
+        if found.iter().any(|f| f.channels[0] == a.channel) {
             continue;
         }
+        let remedy = match &frame {
+            Some(frame) => frame.clone(),
+            None => format!(
+                "the sign of one of the two is opposite, or two commands are exchanged; check body_frame, or {}",
+                turned(&a.channel, run)
+            ),
+        };
         let text = format!(
-            "{} accelerates {} the wrong way ({} ± {} per unit): the sign of one of the two is opposite, or two commands are \
-             exchanged; check body_frame, or {}",
+            "{} accelerates {} the wrong way ({} ± {} per unit): {remedy}",
             a.channel,
             a.velocity,
             short(a.gain, 3),
             short(a.std, 2),
-            turned(&a.channel, run)
         );
         found.push(Found::new(&codes::COMMAND_SIGN, &[&a.channel, &a.velocity], text).fault(
             FaultKind::Sign,
@@ -85,6 +94,23 @@ pub fn judge_signs(run: &Run, answers: &[Answer], thrusters: &[Thruster]) -> Vec
     found
 }
 
+/// Velocities that change their sign with the way in which the body axes are laid, forward-left-up for forward-starboard-down.
+const MIRRORED: [&str; 4] = ["v", "w", "q", "r"];
+
+/// What commands that push several of those velocities the wrong way have in common: one frame, rather than a fault of each.
+/// `None` where others are accused, or one alone.
+fn mirrored(accused: &[&str]) -> Option<String> {
+    let together: Vec<&str> = MIRRORED.into_iter().filter(|name| accused.contains(name)).collect();
+    let alone = accused.iter().all(|name| MIRRORED.contains(name));
+    (alone && together.len() > 1).then(|| {
+        format!(
+            "{} are pushed the wrong way together, so that one frame is wrong rather than each command: set body_frame = \"flu\" in \
+             [log] where the log is forward-left-up, or mend the axes of the [[thruster]] tables",
+            listed(&together)
+        )
+    })
+}
+
 /// How `dof` answers what the thrusters of a vehicle push together, where they are: τ of `run` is theirs. Two that always push at
 /// once show no sign of their own.
 pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
@@ -93,17 +119,19 @@ pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
 
 /// Thrusters that push a degree of freedom the wrong way, as they are placed.
 pub fn judge_placement(run: &Run, dofs: &[Dof]) -> Vec<Found> {
-    let wrong = |dof: &Dof| {
-        let answer = answer_to_thrusters(run, *dof).filter(|answer| answer.gain < 0.0)?;
+    let gain = |dof: &Dof| Some((*dof, answer_to_thrusters(run, *dof).filter(|answer| answer.gain < 0.0)?));
+    let wrong: Vec<(Dof, Answer)> = dofs.iter().filter_map(gain).collect();
+    let velocities: Vec<&str> = wrong.iter().map(|(dof, _)| dof.velocity()).collect();
+    let remedy = mirrored(&velocities).unwrap_or_else(|| MISPLACED.to_string());
+    let told = |(dof, answer): (Dof, Answer)| {
         let text = format!(
-            "the thrusters, as they are placed, push {dof} the wrong way ({} ± {} per unit of force): {}",
+            "the thrusters, as they are placed, push {dof} the wrong way ({} ± {} per unit of force): {remedy}",
             short(answer.gain, 3),
-            short(answer.std, 2),
-            MISPLACED
+            short(answer.std, 2)
         );
-        Some(Found::new(&codes::COMMAND_SIGN, &[dof.force(), dof.velocity()], text))
+        Found::new(&codes::COMMAND_SIGN, &[dof.force(), dof.velocity()], text)
     };
-    dofs.iter().filter_map(wrong).collect()
+    wrong.into_iter().map(told).collect()
 }
 
 /// The sign that the gain should have; `None` when it is not known.
@@ -190,6 +218,30 @@ mod tests {
             assert_eq!(told(wandering, |t| slope(&wandering, t + late)), Some(1.0), "{late} s late");
             assert_eq!(told(wandering, |t| -slope(&wandering, t + late)), Some(-1.0), "{late} s late, and reversed");
         }
+    }
+
+    #[test]
+    fn commands_that_accuse_several_velocities_together_accuse_one_frame() {
+        let answer = |channel: &str, velocity: &str| Answer {
+            channel: channel.into(),
+            velocity: velocity.into(),
+            gain: -1.0,
+            std: 0.01,
+            delay: None,
+            joined: false,
+        };
+        let told = |answers: &[Answer]| -> Vec<String> {
+            let found = judge_signs(&Run::default(), answers, &[]);
+            found.into_iter().map(|f| f.text).collect()
+        };
+        let both = told(&[answer("tau_v", "v"), answer("tau_w", "w")]);
+        assert!(
+            both.len() == 2 && both.iter().all(|text| text.contains("v and w are pushed the wrong way together")),
+            "{both:?}"
+        );
+        let forward = told(&[answer("tau_u", "u"), answer("tau_w", "w")]);
+        assert!(forward.iter().all(|text| text.contains("set columns.tau_")), "{forward:?}");
+        assert!(told(&[answer("tau_w", "w")])[0].contains("set columns.tau_w.sign = -1"));
     }
 
     #[test]
