@@ -96,6 +96,21 @@ pub enum RunKind {
     Free,
 }
 
+impl RunKind {
+    /// Name as in a campaign: `constant_velocity`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            RunKind::Bollard => "bollard",
+            RunKind::Towing => "towing",
+            RunKind::ConstantVelocity => "constant_velocity",
+            RunKind::Oscillatory => "oscillatory",
+            RunKind::Zigzag => "zigzag",
+            RunKind::Bench => "bench",
+            RunKind::Free => "free",
+        }
+    }
+}
+
 /// What a run is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

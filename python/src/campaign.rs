@@ -148,7 +148,7 @@ impl NativeCampaign {
     ) -> PyResult<(String, Vec<Trajectories<'py>>)> {
         let (file, model) = self.model(py, model)?;
         let result = interruptible(py, progress, || {
-            campaign::simulate(&self.0.under(&file.efficiency).with_noise(file.noise.clone()), &model, &file.envelope)
+            campaign::simulate(&self.0.under_model(&file, "the model"), &model, &file.envelope)
         })?;
         let mut result = result.map_err(|e| error::campaign(py, &e))?;
         let taken = |run: &mut Simulated| {
@@ -181,7 +181,7 @@ impl NativeCampaign {
     /// The comparison of a model with the runs as JSON.
     fn compare(&self, py: Python<'_>, model: &str, progress: Option<Py<PyAny>>) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
-        let under = self.0.under(&file.efficiency).with_noise(file.noise.clone());
+        let under = self.0.under_model(&file, "the model");
         let result = interruptible(py, progress, || campaign::compare(&under, &model, &file.envelope))?;
         error::to_json(&result.map_err(|e| error::campaign(py, &e))?)
     }
@@ -197,7 +197,7 @@ impl NativeCampaign {
     ) -> PyResult<String> {
         let (file, model) = self.model(py, model)?;
         let result = interruptible(py, progress, || {
-            let campaign = self.0.under(&file.efficiency).with_noise(file.noise.clone());
+            let campaign = self.0.under_model(&file, "the model");
             let published = Published::parse(params, Path::new(name), &campaign)?;
             campaign::compare_published(&campaign, &model, &file.envelope, &published, Path::new(name))
         })?;
@@ -221,14 +221,7 @@ impl NativeCampaign {
         }
         let (file, model) = self.model(py, model)?;
         let options = MonitorOptions { window, level };
-        let watch = || {
-            campaign::monitor(
-                &self.0.under(&file.efficiency).with_noise(file.noise.clone()),
-                &model,
-                &file.envelope,
-                &options,
-            )
-        };
+        let watch = || campaign::monitor(&self.0.under_model(&file, "the model"), &model, &file.envelope, &options);
         error::to_json(&interruptible(py, progress, watch)?.map_err(|e| error::campaign(py, &e))?)
     }
 

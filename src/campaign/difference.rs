@@ -111,6 +111,7 @@ pub fn difference(a: &ModelFile, b: &ModelFile, [name_a, name_b]: [String; 2]) -
     };
     let parameters: Vec<ParameterDifference> =
         pairs.iter().map(|(i, j)| of_parameter(&a.parameters[*i], &b.parameters[*j])).collect();
+    let unsettled = [a.unsettled(&name_a), b.unsettled(&name_b)];
     let mut result = ModelDifference {
         format: 1,
         a: name_a,
@@ -119,7 +120,7 @@ pub fn difference(a: &ModelFile, b: &ModelFile, [name_a, name_b]: [String; 2]) -
         only_b: alone(b, a),
         joint: joint(a, b, &pairs),
         parameters,
-        warnings: Vec::new(),
+        warnings: unsettled.into_iter().flatten().collect(),
     };
     if a.campaign == b.campaign && !a.campaign.is_empty() {
         let text = format!(
@@ -245,10 +246,12 @@ mod tests {
             campaign: String::new(),
             estimator: Estimator::OutputError,
             std_method: "information".into(),
+            converged: true,
             vehicle: Vehicle::default(),
             water: Water::default(),
             model: ModelTable::default(),
             log: LogOptions::default(),
+            readings: Vec::new(),
             thrusters: Vec::new(),
             efficiency: Default::default(),
             envelope: BTreeMap::new(),

@@ -38,6 +38,7 @@ pub(super) fn options(campaign: &Campaign) -> SearchOptions {
 /// # Errors
 /// [`Error`] when the baseline cannot be fitted or a run lacks what it reads.
 pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
+    campaign.refuse_bench_alone()?;
     let table = &campaign.file.discover;
     let usual = DiscoverTable::default();
     let options = options(campaign);

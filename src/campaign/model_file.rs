@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::baseline;
+use super::codes;
 use super::error::Error;
 use super::file::{
     CampaignFile, EffectRole, EffectTable, Estimator, ModelTable, ObserveTable, ParameterTable, is_default,
@@ -18,8 +19,10 @@ use super::file::{
 use super::fit::Fit;
 use super::load::Campaign;
 use super::model_noise::ModelNoise;
+use super::reading::{Reading, readings};
 use crate::effects::EffectName;
 use crate::envelope::Envelope;
+use crate::finding::Finding;
 use crate::log::LogOptions;
 use crate::model::Model;
 use crate::plan::Instruments;
@@ -47,6 +50,9 @@ pub struct ModelFile {
     pub estimator: Estimator,
     /// How the standard deviations were found.
     pub std_method: String,
+    /// Whether the fit converged: of one that did not the values mean nothing.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub converged: bool,
     /// Dry figures.
     pub vehicle: Vehicle,
     /// The water.
@@ -56,6 +62,9 @@ pub struct ModelFile {
     /// How the logs of the fit were read, where one way served for all: new ones are read alike.
     #[serde(default, skip_serializing_if = "is_default")]
     pub log: LogOptions,
+    /// How the logs of the fit were read, where there are several ways.
+    #[serde(default, rename = "reading", skip_serializing_if = "Vec::is_empty")]
+    pub readings: Vec<Reading>,
     /// The vehicle's thrusters, with the curves that the fit used.
     #[serde(default, rename = "thruster", skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<Thruster>,
@@ -200,6 +209,7 @@ impl ModelFile {
             campaign: campaign.file.source.as_ref().map_or_else(String::new, |s| s.file.display().to_string()),
             estimator: fit.estimator,
             std_method: fit.std_method.clone(),
+            converged: fit.converged,
             vehicle: campaign.vehicle.clone(),
             water: campaign.water,
             model: ModelTable {
@@ -210,6 +220,7 @@ impl ModelFile {
                 undriven: campaign.file.model.undriven.clone(),
             },
             log: campaign.file.common_log().cloned().unwrap_or_default(),
+            readings: if campaign.file.common_log().is_some() { Vec::new() } else { readings(&campaign.file) },
             thrusters: campaign.file.thrusters.clone(),
             efficiency: fit.efficiency.clone(),
             envelope: fit.envelope.clone(),
@@ -272,6 +283,15 @@ impl ModelFile {
         }
     }
 
+    /// What every verb says first of the model: that its fit did not converge. `name` is that of the file.
+    pub fn unsettled(&self, name: &str) -> Option<Finding> {
+        let text = format!(
+            "{name}: do not use these numbers, the fit that wrote this model did not converge: look at what `hydrosysid check` \
+             says of the campaign, and fit it anew"
+        );
+        (!self.converged).then(|| Finding::new(&codes::MODEL_UNSETTLED, text))
+    }
+
     /// The model, for the runs of a campaign, whose logs say against what velocities are measured.
     ///
     /// # Errors
@@ -301,7 +321,8 @@ impl ModelFile {
         };
         let (mut model, _) = baseline::build(&campaign)
             .map_err(|e| ModelFileError::Model { file: file.clone(), source: Box::new(e) })?;
-        model.through_water = self.log.is_through_water();
+        let mut ways = self.readings.iter().map(|reading| &reading.log).chain([&self.log]);
+        model.through_water = ways.any(LogOptions::is_through_water);
         let mut known = 0;
         for told in &self.parameters {
             let absent = || ModelFileError::Parameter {
@@ -333,6 +354,15 @@ impl ModelFile {
         }
         Ok(model)
     }
+}
+
+const fn yes() -> bool {
+    true
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde gives a reference
+const fn is_yes(value: &bool) -> bool {
+    *value
 }
 
 fn is_json(path: &Path) -> bool {

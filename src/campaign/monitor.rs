@@ -10,6 +10,7 @@ use super::load::Campaign;
 use super::model_file::ModelFile;
 use super::noise::Noise;
 use super::prediction::foretold;
+use super::reading::{reading_of, readings};
 use crate::envelope::{self, Envelope};
 use crate::finding::Finding;
 use crate::log::LogOptions;
@@ -30,9 +31,9 @@ pub struct Monitored {
     pub noise: Option<Noise>,
 }
 
-/// New logs as runs of the vehicle of a model file: one run a log. They are read as `log` says, or else as those of the fit
-/// were; thrusters are those of the model file. With `like`, a campaign of the same vehicle, both are that one's, and its
-/// noise.
+/// New logs as runs of the vehicle of a model file: one run a log. They are read as `log` says, or else each as those of the
+/// fit were, by its name or its columns; thrusters are those of the model file. With `like`, a campaign of the same vehicle,
+/// both are that one's, and its noise.
 ///
 /// # Errors
 /// [`Error`] when a log cannot be read or lacks what the model reads.
@@ -43,13 +44,21 @@ pub fn new_logs(
     like: Option<&CampaignFile>,
 ) -> Result<Campaign, Error> {
     let here = std::env::current_dir().unwrap_or_default();
-    let run = |path: &&Path| RunTable {
-        // absolute: the campaign has no folder
-        files: vec![RunFile { file: here.join(path).display().to_string(), ..RunFile::default() }],
-        kind: RunKind::Free,
-        role: Role::Validate,
-        ..RunTable::default()
+    let ways = like.map_or_else(|| file.readings.clone(), readings);
+    let mut told = Vec::new();
+    let mut run = |path: &&Path| {
+        let way = if log.is_none() { reading_of(path, &ways) } else { None };
+        told.extend(way.iter().filter_map(|(_, finding)| finding.clone()));
+        RunTable {
+            // absolute: the campaign has no folder
+            files: vec![RunFile { file: here.join(path).display().to_string(), ..RunFile::default() }],
+            kind: RunKind::Free,
+            role: Role::Validate,
+            log: way.map(|(options, _)| options.clone()),
+            ..RunTable::default()
+        }
     };
+    let runs = logs.iter().map(&mut run).collect();
     let of_model =
         || CampaignFile { thrusters: file.thrusters.clone(), log: file.log.clone(), ..CampaignFile::default() };
     let like = like.cloned().unwrap_or_else(of_model);
@@ -70,10 +79,11 @@ pub fn new_logs(
         thrusters,
         log: log.cloned().unwrap_or(like.log),
         fit: like.fit,
-        runs: logs.iter().map(run).collect(),
+        runs,
         ..CampaignFile::default()
     };
     let mut campaign = Campaign::from_file(campaign)?.with_noise(file.noise.clone());
+    campaign.findings.splice(..0, told);
     for (run, path) in campaign.runs.iter_mut().zip(logs) {
         run.name = path.display().to_string();
     }

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::error::Error;
 use super::fit::row_of;
+use super::plan_rehearsal::{rehearsed, spoilt};
 use super::plan_request::{PlanRequest, limits, sensors, wishes};
 use super::plan_source::PlanSource;
 use crate::effects::Scope;
@@ -15,8 +16,8 @@ use crate::estimate::filter_error::RandomForce;
 use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::plan::{
-    Course, GridOptions, Instruments, Manoeuvre, PlanOptions, Proposal, Push, Rehearsal, codes, predict, propose,
-    rehearse,
+    Course, GridOptions, Instruments, Manoeuvre, PlanOptions, Proposal, Push, Rehearsal, RehearsedParameter, codes,
+    predict, propose,
 };
 use crate::run::{Run, RunKind, Signal};
 use crate::thrust::allocation::Allocation;
@@ -95,6 +96,9 @@ pub struct PlannedParameter {
     /// Root mean square of estimate − truth in the rehearsal, SI.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rehearsed: Option<f64>,
+    /// The same over what is predicted of the runs that were rehearsed, those of the plan alone.
+    #[serde(skip)]
+    pub rehearsed_ratio: Option<f64>,
 }
 
 /// Plans the next runs, or judges those that are given. `progress` is called after each campaign of a rehearsal.
@@ -111,7 +115,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         return Err(Error::Asked(text));
     }
     let wishes = wishes(&source.model, &request.wants)?;
-    let mut warnings = Vec::new();
+    let mut warnings = source.warnings.clone();
     let limits = limits(source, request, &mut warnings)?;
     let sensors = sensors(source, request, &mut warnings)?;
     let positive = |x: f64| x.is_finite() && x >= 10.0;
@@ -139,20 +143,13 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
         None => propose(&course, &wishes, &options)?,
         Some(runs) => predict(&course, runs, &wishes, &options)?,
     };
-    let rehearsal = (request.rehearse > 0).then(|| {
-        // a rehearsal reaches what the runs alone give
-        let alone = PlanOptions { known: None, ..options.clone() };
-        let told: Vec<Manoeuvre> = proposal.runs.iter().map(|run| run.sailed.manoeuvre.clone()).collect();
-        let plan = if !request.without_known { predict(&course, &told, &wishes, &alone).ok() } else { None };
-        let plan = plan.as_ref().unwrap_or(&proposal);
-        rehearse(&course, plan, &source.fitting, (request.rehearse, request.seed), progress)
-    });
+    let (rehearsal, told) = match request.rehearse {
+        0 => (None, Vec::new()),
+        _ => rehearsed((&course, source), &proposal, (&wishes, &options), request, progress),
+    };
     warnings.extend(proposal.warnings.iter().cloned());
     warnings.extend(beyond(&proposal, &source.envelope));
-    let rehearsal = rehearsal.map(|(rehearsal, findings)| {
-        warnings.extend(findings);
-        rehearsal
-    });
+    warnings.extend(told);
     let parameters = proposal.parameters.iter().map(|told| {
         let p = &source.model.parameters[told.parameter];
         let rehearsed = rehearsal.as_ref().and_then(|r| r.parameters.iter().find(|q| q.parameter == told.parameter));
@@ -167,6 +164,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
             wanted: told.wanted,
             std: told.std,
             rehearsed: rehearsed.map(|q| q.reached),
+            rehearsed_ratio: rehearsed.map(RehearsedParameter::ratio),
         }
     });
     let parameters: Vec<PlannedParameter> = parameters.collect();
@@ -176,7 +174,8 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
     let count = proposal.parameters.len();
     Ok(Plan {
         format: 1,
-        sentence: sentence(&parameters, proposal.runs.len(), source.forces.as_deref().unwrap_or_default()),
+        sentence: spoilt(rehearsal.as_ref())
+            + &sentence(&parameters, proposal.runs.len(), source.forces.as_deref().unwrap_or_default()),
         parameters,
         covariance: proposal.covariance.as_ref().map(|c| c.chunks(count.max(1)).map(<[f64]>::to_vec).collect()),
         commands: commands.into_iter().map(|(run, _)| run).collect(),

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::codes;
 use super::fit::Fit;
 use super::load::Campaign;
 use super::model_file::{ModelFile, ModelFileError};
@@ -9,6 +10,7 @@ use super::model_noise::ModelNoise;
 use crate::envelope::Envelope;
 use crate::estimate::filter_error::RandomForce;
 use crate::estimate::output_error::OutputErrorOptions;
+use crate::finding::Finding;
 use crate::model::Model;
 use crate::plan::Instruments;
 use crate::thrust::thruster::Thruster;
@@ -26,6 +28,8 @@ pub struct PlanSource {
     /// The random force that pushes the vehicle, where a filter was asked for it.
     pub(super) forces: Option<Vec<RandomForce>>,
     pub(super) fitting: OutputErrorOptions,
+    /// What there is to say of the model before all else.
+    pub(super) warnings: Vec<Finding>,
 }
 
 impl PlanSource {
@@ -43,6 +47,7 @@ impl PlanSource {
             covariance: file.covariance.clone(),
             forces: file.noise.as_ref().map(ModelNoise::forces),
             fitting: OutputErrorOptions { join: true, ..OutputErrorOptions::default() },
+            warnings: file.unsettled(&path.display().to_string()).into_iter().collect(),
         })
     }
 
@@ -57,6 +62,7 @@ impl PlanSource {
             covariance: fit.covariance.clone(),
             forces: fit.model_noise().as_ref().map(ModelNoise::forces),
             fitting: OutputErrorOptions { join: campaign.file.fit.join, ..campaign.options.output_error.clone() },
+            warnings: fit.warnings.iter().filter(|f| f.code == codes::NOT_CONVERGED.code).cloned().collect(),
         }
     }
 }

@@ -3,13 +3,9 @@
 
 use super::output::Output;
 use super::table::{folded, width, wrapped};
-use crate::finding::{Finding, Severity};
 
 /// Most lines of a verdict.
 const LINES: usize = 3;
-
-/// Most warnings that are named under a verdict.
-const NAMED: usize = 2;
 
 /// The verdict in plain words: as many of its first sentences as three lines hold; all with `--verbose`. Whether that was all.
 pub(super) fn verdict(text: &str, output: &Output) -> bool {
@@ -39,29 +35,6 @@ fn keyed(text: &str, key: Option<&str>, width: Option<usize>) -> (String, Option
 /// The command to type next; the last line of an answer.
 pub(super) fn next(command: &str, output: &Output) {
     output.print(&format!("next: {command}"));
-}
-
-/// The worst warnings, a line each; standard error has them in full.
-pub(super) fn worst(findings: &[Finding], output: &Output) {
-    let mut kinds: Vec<&Finding> = Vec::new();
-    for finding in findings.iter().filter(|f| f.severity != Severity::Note) {
-        if !kinds.iter().any(|known| known.code == finding.code) {
-            kinds.push(finding);
-        }
-    }
-    // errors before warnings, what is said of the model before what is said of a log; else in the order in which they were found
-    kinds.sort_by_key(|f| (std::cmp::Reverse(f.severity), !f.code.starts_with('M')));
-    for finding in kinds.iter().take(NAMED) {
-        output.print(&one_line(finding));
-    }
-}
-
-/// `warning: dive.csv: 3 s without samples… [L105 gap]`, as wide as the terminal.
-fn one_line(finding: &Finding) -> String {
-    let word = if finding.severity == Severity::Error { "error" } else { "warning" };
-    let mark = format!(" [{} {}]", finding.code, finding.kind);
-    let room = width().unwrap_or(80).saturating_sub(word.len() + 2 + mark.chars().count());
-    format!("{word}: {}{mark}", cut(&finding.message, room))
 }
 
 /// The first characters of a text, with an ellipsis where some are left out.

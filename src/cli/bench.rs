@@ -30,6 +30,14 @@ pub(super) fn alone(a: &typed::Fit, output: &Output) -> Result<Option<Alone>, Fa
     if file.runs.iter().any(|run| run.kind != RunKind::Bench) {
         return Ok(None);
     }
+    // before the work
+    if a.model.is_some() && a.vehicle.is_none() {
+        return Err(Failure::Argument(
+            "bench runs make a vehicle file, and that extends a vehicle: add --vehicle NAME, as `hydrosysid vehicles` \
+             lists them, or a vehicle file"
+                .into(),
+        ));
+    }
     let loaded = load(&a.campaign, &a.loading, output)?;
     let bench = output.working("fitting", || campaign::bench(&loaded))?;
     Ok(Some(Alone { format: 1, estimator: "bench", bench }))
@@ -42,12 +50,7 @@ impl Alone {
         output.tell(&self.bench.warnings)?;
         match (&a.model, &a.vehicle) {
             (Some(path), Some(vehicle)) => self.write_vehicle(path, vehicle, output),
-            (Some(_), None) => Err(Failure::Argument(
-                "bench runs make a vehicle file, and that extends a vehicle: add --vehicle NAME, as `hydrosysid vehicles` \
-                 lists them, or a vehicle file"
-                    .into(),
-            )),
-            (None, _) => {
+            _ => {
                 let command = format!("hydrosysid fit {} --model ours.toml --vehicle NAME", a.campaign.display());
                 answer::next(&command, output);
                 Ok(())

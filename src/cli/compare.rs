@@ -138,7 +138,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
             size(most.times())
         ),
         n => format!(
-            "The model errs more than it should on {n} of {runs} {which}: most in {place}, {} times {against}.",
+            "The model errs more than it should on {n} of {runs} {which}: most beside {against} in {place}, {} times that.",
             size(most.times())
         ),
     };

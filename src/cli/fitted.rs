@@ -9,13 +9,12 @@ use crate::campaign::{self, Fit, Noise};
 use crate::procedure::sensitivity::{Spread, spreads};
 use crate::thrust::fit::Estimate;
 
-/// The verdict, the worst warnings, the parameters; with `--verbose` noise, stages, curves of thrusters, filters, and what
-/// speaks for the estimates. What was asked for by an option is shown in any case.
+/// The verdict and the parameters; warnings follow on standard error. With `--verbose` noise, stages, curves of thrusters,
+/// filters, and what speaks for the estimates. What was asked for by an option is shown in any case.
 pub(super) fn print(fitted: &Fit, output: &Output) {
     // with --verbose the random force has a table
     let forces = fitted.noise.as_ref().filter(|_| !output.is_verbose()).and_then(Noise::forces);
     let rest = answer::verdict_with(&fitted.sentence, forces.as_deref(), output);
-    answer::worst(&fitted.warnings, output);
     parameters(fitted, output);
     if output.is_verbose() {
         if let Some(rest) = rest {

@@ -26,7 +26,8 @@ pub(super) fn monitor(a: &Monitor, output: &Output) -> Result<(), Failure> {
     let log = if a.reading.options.is_empty() { None } else { Some(reading(&a.reading)?) };
     let logs: Vec<&Path> = a.logs.iter().map(|p| p.as_path()).collect();
     let busy = output.busy("reading logs");
-    let campaign = campaign::new_logs(&file, &logs, log.as_ref(), like.as_ref())?;
+    let campaign = campaign::new_logs(&file, &logs, log.as_ref(), like.as_ref())?
+        .under_model(&file, &a.model.display().to_string());
     busy.finish_and_clear();
     let model = file.model_for(&campaign, &a.model)?;
     let busy = output.busy("watching");

@@ -16,6 +16,19 @@ use crate::atomic_file;
 use crate::finding::{Finding, Severity};
 use crate::progress::{Watch, is_watched, watched};
 
+/// The words of a call that say what it is for: not those of colour, tables, silence and threads, which stay with who types.
+fn asked(words: &[String]) -> impl Iterator<Item = &String> {
+    let presentational = |word: &str| match word.strip_prefix("--") {
+        Some(long) => matches!(long, "no-color" | "verbose" | "quiet") || long.starts_with("jobs"),
+        // `-v`, `-vj2`; a negative number is none
+        None => word.strip_prefix('-').is_some_and(|short| short.starts_with(['v', 'q', 'j'])),
+    };
+    // `-j 2`: the number stands apart
+    let takes_next = |word: &str| word == "--jobs" || (!word.starts_with("--") && word.ends_with('j'));
+    let follows = move |k: usize| k > 0 && presentational(&words[k - 1]) && takes_next(&words[k - 1]);
+    (0..words.len()).filter(move |k| !presentational(&words[*k]) && !follows(*k)).map(|k| &words[k])
+}
+
 /// The outlets of one call.
 pub(super) struct Output {
     json: Option<PathBuf>,
@@ -40,7 +53,7 @@ impl Output {
         Output { json: shared.json.clone(), strict, force, quiet, verbose, inputs, lost: RefCell::default(), typed }
     }
 
-    /// The call as it was typed, with what a shell would take apart in quotes.
+    /// The call as it was typed, without how it is shown and worked on, and with what a shell would take apart in quotes.
     pub fn typed(&self) -> String {
         let plain = |c: char| c.is_alphanumeric() || "-_./=%+,:@".contains(c);
         let quoted = |word: &String| match !word.is_empty() && word.chars().all(plain) {
@@ -48,7 +61,7 @@ impl Output {
             false => format!("'{}'", word.replace('\'', "'\\''")),
         };
         std::iter::once("hydrosysid".to_string())
-            .chain(self.typed.iter().skip(1).map(quoted))
+            .chain(asked(self.typed.get(1..).unwrap_or_default()).map(quoted))
             .collect::<Vec<_>>()
             .join(" ")
     }
@@ -198,5 +211,28 @@ impl Output {
         }
         let warnings = findings.iter().filter(|f| f.severity == Severity::Warning).count();
         if self.strict && warnings > 0 { Err(Failure::Strict(warnings)) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_call_is_told_without_how_it_is_shown() {
+        let told = |typed: &str| {
+            let words: Vec<String> = typed.split(' ').map(str::to_string).collect();
+            asked(&words).cloned().collect::<Vec<_>>().join(" ")
+        };
+        let plain = "plan m.toml --want drag=-1 -o jobs";
+        assert_eq!(told(plain), plain);
+        for shown in [
+            "-j 1 --no-color plan m.toml",
+            "plan -vj2 m.toml -q",
+            "--jobs=2 plan --verbose m.toml",
+            "plan m.toml --jobs 3",
+        ] {
+            assert_eq!(told(shown), "plan m.toml", "{shown}");
+        }
     }
 }

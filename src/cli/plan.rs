@@ -179,8 +179,7 @@ fn print_parameters(made: &Plan, output: &Output) {
             let planned = p.std.map_or("not shown".into(), size);
             let mut row = vec![name, size(p.value), told(p.std_now), told(p.wanted), planned];
             if rehearsed {
-                let ratio = p.rehearsed.zip(p.std).map(|(r, s)| r / s);
-                row.push(ratio.map_or("-".into(), |r| format!("{r:.2}")));
+                row.push(p.rehearsed_ratio.map_or("-".into(), |r| format!("{r:.2}")));
             }
             row.push(p.unit.clone());
             row
@@ -188,7 +187,7 @@ fn print_parameters(made: &Plan, output: &Output) {
         .collect();
     let mut heads = vec!["term", "value", "std now", "wanted", "planned"];
     if rehearsed {
-        heads.push("rehearsed/planned");
+        heads.push("rehearsed/predicted");
     }
     heads.push("unit");
     output.print(&table(&heads, &rows));

@@ -179,6 +179,7 @@ fn print_staged(made: &Demo, output: &Output) {
 pub(super) fn report(a: &typed::Report, output: &Output) -> Result<(), Failure> {
     output.may_write(Some(&a.output))?;
     let loaded = load(&a.campaign, &a.loading, output)?;
+    loaded.refuse_bench_alone()?;
     let published = a.params.as_deref().map(|path| Published::read(path, &loaded)).transpose()?;
     let found = match a.no_discovery {
         true => None,

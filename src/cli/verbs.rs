@@ -99,7 +99,7 @@ pub(super) fn chosen(path: &Path, model: Option<&Path>, loading: &Loading, outpu
     Ok(match (file, model) {
         (Some(file), Some(path)) => Chosen {
             model: file.model_for(&loaded, path)?,
-            campaign: loaded.under(&file.efficiency).with_noise(file.noise),
+            campaign: loaded.under_model(&file, &path.display().to_string()),
             envelope: file.envelope,
         },
         _ => {

@@ -160,6 +160,9 @@ impl Draft {
             format!("(model of hydrosysid {}, estimator {})", file.hydrosysid, file.estimator.name()),
             format!("Target: {} ({})", self.target.name(), self.target.version()),
         ];
+        if !file.converged {
+            lines.push("DO NOT USE THESE NUMBERS: the fit that they come from did not converge".into());
+        }
         lines.extend(conventions.iter().map(|line| (*line).to_string()));
         if !file.envelope.is_empty() {
             let range = |(channel, [low, high]): (&String, &[f64; 2])| {

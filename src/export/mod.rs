@@ -239,6 +239,7 @@ pub fn export_model(
             Err(wrong_file(path, target, "campaign, whose [[thruster]] tables it writes"))
         }
     }?;
+    made.warnings.splice(..0, file.unsettled(&path.display().to_string()));
     made.warnings.extend(told);
     made.warnings.extend(range::findings(file, &model, target, options));
     Ok(made)

@@ -96,6 +96,8 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     let fitted = folder.told(&["fit", ".", "--model", "model.toml"]);
     holds_the_form(&["fit"], &fitted);
     assert!(fitted.contains("written: model.toml"), "{fitted}");
+    // on standard error, once
+    assert!(!fitted.contains("warning: "), "{fitted}");
     let mut other = folder.read("model.toml");
     other = other.replacen("value = ", "value = 1", 1);
     folder.write("other.toml", &other);
@@ -118,6 +120,10 @@ fn every_verb_answers_in_a_verdict_a_table_and_the_next_command() {
     for words in verbs {
         holds_the_form(words, &folder.told(words));
     }
+    // each names the measure by which it picks a run
+    let [simulated, compared] = ["simulate", "compare"].map(|verb| folder.told(&[verb, ".", "--model", "model.toml"]));
+    assert!(simulated.contains("part of the motion"), "{simulated}");
+    assert!(["the predicted error", "the noise of its sensor"].iter().any(|m| compared.contains(m)), "{compared}");
     // no table of its own: the page is the answer
     let told = folder.told(&["report", ".", "-o", "page.html"]);
     assert!(told.lines().all(|line| line.chars().count() <= COLUMNS), "{told}");

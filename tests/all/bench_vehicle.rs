@@ -44,6 +44,18 @@ fn a_bench_log_becomes_a_vehicle_file_that_init_takes() {
     let refused = hydrosysid(&["fit", "stand", "--model", "ours.toml"], &folder);
     assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
     assert!(text(&refused).contains("--vehicle") && !folder.join("ours.toml").exists(), "{}", text(&refused));
+    // and no table of a fit that is not to be written
+    assert!(!text(&refused).contains("of the thruster"), "{}", text(&refused));
+    // nothing but the thruster can be told of it
+    for verb in ["report", "discover", "compare"] {
+        let told = hydrosysid(&[verb, "stand"], &folder);
+        assert_eq!(told.status.code(), Some(1), "{verb}: {}", text(&told));
+        assert!(
+            text(&told).contains("M014") && text(&told).matches("none is of the vehicle").count() == 1,
+            "{}",
+            text(&told)
+        );
+    }
     let unknown = hydrosysid(&["fit", "stand", "--model", "ours.toml", "--vehicle", "bluerov9"], &folder);
     assert!(!unknown.status.success() && !folder.join("ours.toml").exists(), "{}", text(&unknown));
 

@@ -2,14 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
+use hydrosysid::campaign::{self, PlanRequest, PlanSource};
+use hydrosysid::effects::Coriolis;
 use hydrosysid::estimate::output_error::OutputErrorOptions;
 use hydrosysid::frame::Dof;
 use hydrosysid::model::Model;
 use hydrosysid::plan::{Course, GridOptions, Manoeuvre, PlanOptions, Push, Wish, predict, propose, rehearse, usual};
 use hydrosysid::run::RunKind;
 use hydrosysid::tank::{BlindOptions, CraftKind, blind};
+
+use crate::exported;
 
 /// The large vehicle of the tank, as though fitted.
 fn course() -> Course {
@@ -170,6 +175,35 @@ fn the_command_plans_writes_and_reads_back() {
     assert_eq!(strong.status.code(), Some(1), "{}", told(&strong));
     assert!(told(&strong).contains("the vehicle gives 20.000"), "{}", told(&strong));
     let _ = fs::remove_dir_all(&folder);
+}
+
+/// A plan that adds heave alone to what is known of surge: its rehearsal holds surge, which no run of it moves.
+#[test]
+fn a_plan_beside_runs_at_hand_is_rehearsed_on_what_it_shows() {
+    let terms = [
+        ("inertia@surge", 250.0),
+        ("inertia@heave", 300.0),
+        ("linear_drag@surge", 20.0),
+        ("linear_drag@heave", 40.0),
+        ("quadratic_drag@surge", 120.0),
+        ("quadratic_drag@heave", 200.0),
+    ];
+    let mut file = exported::file(&[Dof::Surge, Dof::Heave], &terms, Coriolis::Tied);
+    for (k, p) in file.parameters.iter_mut().enumerate() {
+        p.std = Some(if p.effect.ends_with("surge") { 0.01 } else { 0.5 } * p.value);
+        file.covariance[k][k] = p.std.expect("it was given").powi(2);
+    }
+    let source = PlanSource::of_file(&file, Path::new("model.toml")).expect("a source");
+    let limits = BTreeMap::from([(Dof::Heave, 120.0)]);
+    let request = PlanRequest { limits, length: 40.0, most: 2, rehearse: 6, ..PlanRequest::default() };
+    let made = campaign::plan(&source, &request, &|| {}).expect("a plan");
+    let found = made.rehearsal.as_ref().expect("it was asked for");
+    assert_eq!((found.campaigns, found.failed), (6, 0), "{:?}", made.warnings);
+    assert!(!made.sentence.starts_with("Do not rely"), "{}", made.sentence);
+    let held = made.warnings.iter().find(|w| w.code == "P204").expect("it is said");
+    assert!(held.message.contains("m_u") && !held.message.contains("m_w"), "{}", held.message);
+    let rehearsed = |p: &campaign::PlannedParameter| p.rehearsed.is_some() == (p.dof == Some(Dof::Heave));
+    assert!(made.parameters.iter().all(rehearsed), "{:?}", made.parameters);
 }
 
 const MODEL: &str = r#"

@@ -90,6 +90,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
 
 /// The fit by `estimator`; `losses` says which losses of thrust bollard runs have told it.
 fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) -> Result<Fit, Error> {
+    campaign.refuse_bench_alone()?;
     let runs: Vec<Run> = match estimator {
         Estimator::Staged => campaign.runs.iter().filter(|run| run.role == Role::Train).cloned().collect(),
         _ => campaign.motion(Some(Role::Train)),
@@ -119,6 +120,9 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
         Some(finding) => Error::Refused { findings: vec![finding.clone()] },
         None => because_scale(campaign, because_misplaced(campaign, error)),
     })?;
+    if is_untouched(&raw.model) {
+        return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_KIND, of_other_kinds(estimator, &runs))] });
+    }
     let left_out: Vec<&str> = campaign
         .runs
         .iter()
@@ -266,11 +270,31 @@ fn untold_inertias(model: &Model) -> Vec<&Parameter> {
     own.filter(|p| !p.fixed).filter(wide).collect()
 }
 
+/// Whether parameters are free and none was estimated.
+fn is_untouched(model: &Model) -> bool {
+    let mut free = model.parameters.iter().filter(|p| !p.fixed).peekable();
+    free.peek().is_some() && free.all(|p| p.std.is_none())
+}
+
+/// The kinds of the runs that are there, and those that the estimator would use.
+fn of_other_kinds(estimator: Estimator, runs: &[Run]) -> String {
+    let mut kinds: Vec<&str> = runs.iter().map(|run| run.kind.name()).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let (there, name) = (listed(&kinds), estimator.name());
+    let staged = "bollard runs for the loss of thrust, towing or constant_velocity runs for drag, oscillatory and zigzag runs \
+                  for inertia and couplings";
+    let uses = if estimator == Estimator::Staged { staged } else { "runs of free motion" };
+    format!(
+        "nothing was estimated: the runs of the fit are of kind {there}, and `{name}` uses {uses}; mend `kind` where it is wrong, or \
+         ask for another estimator (--estimator)"
+    )
+}
+
 /// What there is to say of a fit whose estimator says nothing of its noise.
 fn told(estimator: Estimator, model: &Model, converged: bool) -> String {
     let name = estimator.name().replace('_', " ");
-    let mut free = model.parameters.iter().filter(|p| !p.fixed).peekable();
-    if free.peek().is_some() && free.all(|p| p.std.is_none()) {
+    if is_untouched(model) {
         return format!("Nothing was estimated: no run is of a kind that the fit by {name} uses.");
     }
     match converged {

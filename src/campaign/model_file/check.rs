@@ -57,6 +57,9 @@ fn numbers(file: &ModelFile) -> Result<(), Wrong> {
     }
     file.efficiency.validate().map_err(|e| ("efficiency".to_string(), e.to_string()))?;
     file.log.validate().map_err(|e| ("log".to_string(), e.to_string()))?;
+    for (i, reading) in file.readings.iter().enumerate() {
+        reading.log.validate().map_err(|e| (format!("reading[{i}].log"), e.to_string()))?;
+    }
     file.vehicle.validate().map_err(|e| ("vehicle".to_string(), e.to_string()))?;
     file.water.validate().map_err(|e| ("water".to_string(), e.to_string()))
 }

@@ -49,6 +49,7 @@ pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFil
         campaign: "campaign.toml".into(),
         estimator: Estimator::OutputError,
         std_method: "clusters".into(),
+        converged: true,
         vehicle: Vehicle { name: "a -- \"craft\" & <co>".into(), mass: Some(200.0), ..Vehicle::default() },
         water: Water::default(),
         model: ModelTable {
@@ -59,6 +60,7 @@ pub fn file(dofs: &[Dof], terms: &[(&str, f64)], coriolis: Coriolis) -> ModelFil
             undriven: Vec::new(),
         },
         log: hydrosysid::log::LogOptions::default(),
+        readings: Vec::new(),
         thrusters: Vec::new(),
         efficiency: Efficiency::default(),
         envelope: BTreeMap::from([("u".to_string(), [-0.5, 1.0])]),

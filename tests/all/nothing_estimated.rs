@@ -1,0 +1,35 @@
+//! A fit of runs that its estimator cannot use is refused, and says each warning of any other fit once.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use hydrosysid_plant as plant;
+
+fn hydrosysid(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hydrosysid")).args(arguments).current_dir(folder).output().expect("it runs")
+}
+
+/// A campaign of free runs.
+fn sailed() -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("nothing_estimated");
+    let vehicle = plant::Vehicle::named("small").expect("the plant has it");
+    let sea = plant::Campaign { duration: 40.0, seed: 11, ..plant::Campaign::new(vehicle, &plant::Dof::PLANE) };
+    sea.sail().expect("it sails").write(&folder).expect("it is written");
+    folder
+}
+
+#[test]
+fn a_fit_that_estimates_nothing_is_refused_with_the_kinds_that_it_uses() {
+    let folder = sailed();
+    let refused = hydrosysid(&["fit", ".", "--estimator", "staged", "--model", "none.toml"], &folder);
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!((refused.status.code(), refused.stdout.as_slice()), (Some(1), &b""[..]), "{told}");
+    assert!(told.contains("M015") && told.contains("kind free") && told.contains("towing"), "{told}");
+    assert!(!told.contains("next:") && !folder.join("none.toml").exists(), "{told}");
+
+    let fitted = hydrosysid(&["fit", ".", "--estimator", "integral"], &folder);
+    let (table, told) = (String::from_utf8_lossy(&fitted.stdout), String::from_utf8_lossy(&fitted.stderr));
+    assert!(fitted.status.success() && table.contains("next: hydrosysid"), "{told}");
+    // warnings stand on standard error, and nowhere else
+    assert!(!table.contains("warning: "), "{table}");
+}
