@@ -53,6 +53,7 @@ mod export_uuv;
 mod findings;
 mod forces;
 mod glider;
+mod heading_and_path;
 mod held_commands;
 mod identifiability;
 mod init;
