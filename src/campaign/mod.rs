@@ -79,7 +79,7 @@ pub use identifiability::{
     Believable, Correlation, Direction, Group, Identifiability, OtherLength, OtherWindow, ProfileOf,
 };
 pub use inertia_amplitude::{InertiaAgainstAmplitude, InertiaOfRun};
-pub use init::{FirstRows, InitFacts, InitRequest, Learned, Scaffold, first_rows, init};
+pub use init::{FirstRows, InitFacts, InitRequest, Learned, Scaffold, first_rows, holds_no_run, init};
 pub use load::{Campaign, LoadOptions, Options, names as run_names};
 pub use model_file::{ModelFile, ModelFileError, ModelParameter};
 pub use model_noise::{ModelForce, ModelNoise, ModelSensor};

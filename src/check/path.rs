@@ -8,7 +8,11 @@
 //! over windows [a, b], with c the current (m/s) where velocity is measured against water. G = 1 when all agrees: a_u,
 //! a_v are scales, α_u, α_v the angles (rad) by which each axis is turned. A misalignment of the sensor and an offset of
 //! the heading are the same here. −ψ with det G < 0 is a swap of x and y, with det G > 0 a heading that counts the wrong
-//! way. Roll and pitch, where logged, take the velocity to the horizontal plane first.
+//! way. ±57.3 ψ or ±ψ/57.3, where that alone fits, is a heading in another unit. Roll and pitch, where logged, take the
+//! velocity to the horizontal plane first.
+//!
+//! Where no sense of ψ fits and the speeds are alike all the same, |Δ(x, y)| ≈ |∫ R(ψ) (u, v) dt|, the heading contradicts the way. A
+//! current is part of every fit, so that it is no contradiction.
 
 use std::f64::consts::PI;
 
@@ -28,6 +32,12 @@ const WINDOW: f64 = 2.0;
 const TURNED: f64 = 0.5;
 /// Least part of the displacement that must be explained.
 const EXPLAINED: f64 = 0.5;
+/// Part of the displacement above which the heading as it is leaves nothing to be asked of its unit.
+const WELL_EXPLAINED: f64 = 0.9;
+/// Least part of the way covered that speeds which are alike explain: of noise about a slow way they explain 0.79.
+const ALIKE: f64 = 0.9;
+/// Degrees in a radian.
+const DEGREES: f64 = 180.0 / PI;
 
 /// What velocity, heading and position say of each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +46,10 @@ pub struct Path {
     pub agreements: Vec<Agreement>,
     /// Whether the position fits the heading with its sense reversed.
     pub mirrored: bool,
+    /// By how much the heading turns too far: 57.3 where degrees are taken for radians, 1/57.3 the other way round, else 1.
+    pub turns: f64,
+    /// Whether the velocities are as fast as the position and no sense of the heading turns them to where that goes.
+    pub contradicted: bool,
     /// Names of the two channels of the position.
     pub position: [String; 2],
 }
@@ -44,6 +58,13 @@ pub struct Path {
 struct ToEarth {
     moving: Vec<[Samples; 2]>,
     still: Option<[Samples; 2]>,
+}
+
+/// The fit with the heading times a factor.
+struct Sense {
+    factor: f64,
+    fit: Fit,
+    earth: ToEarth,
 }
 
 /// Compares; `None` without heading, position or motion.
@@ -113,17 +134,33 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     };
     let ahead = turned(1.0);
     let straight = fit_with(&ahead, 0.0, &inner)?;
-    let spread =
+    let (low, high) =
         psi.values().iter().map(|p| p - psi.at(inner[0].0)).fold((0.0f64, 0.0f64), |r, p| (r.0.min(p), r.1.max(p)));
-    let back = (spread.1 - spread.0 > TURNED).then(|| turned(-1.0));
-    let reversed = back.and_then(|back| Some((fit_with(&back, 0.0, &inner)?, back)));
-    let fits_better = |r: &Fit| r.cost < 0.25 * straight.cost && r.explained > EXPLAINED;
-    let (mirrored, best, earth) = match reversed {
-        Some((r, back)) if fits_better(&r) => (true, r, back),
-        _ => (false, straight, ahead),
-    };
+    let as_it_is = Sense { factor: 1.0, fit: straight, earth: ahead };
+    let senses = [-1.0, DEGREES, -DEGREES, 1.0 / DEGREES, -1.0 / DEGREES];
+    let asked = if as_it_is.fit.explained > WELL_EXPLAINED { &senses[..1] } else { &senses };
+    let others = asked.iter().copied().filter(|factor| (high - low) * factor.abs() > TURNED);
+    let fitted = others.filter_map(|factor| {
+        let earth = turned(factor);
+        Some(Sense { factor, fit: fit_with(&earth, 0.0, &inner)?, earth })
+    });
+    let fits_better = |sense: &Sense| sense.fit.cost < 0.25 * as_it_is.fit.cost && sense.fit.explained > EXPLAINED;
+    let better = fitted.filter(fits_better).min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+    let Sense { factor, fit: best, earth } = better.unwrap_or(as_it_is);
+    let (mirrored, turns) = (factor < 0.0, 1.0 / factor.abs());
+    let position = position.map(str::to_string);
     if best.explained < EXPLAINED {
-        return None;
+        let ways = |(a, b): &(f64, f64)| {
+            let way = (x.at(*b) - x.at(*a)).hypot(y.at(*b) - y.at(*a));
+            let mut swum = [0.0; 2];
+            for part in earth.moving.iter().chain(&earth.still) {
+                swum.iter_mut().zip(part).for_each(|(sum, axis)| *sum += axis.integral(*a, *b));
+            }
+            (swum[0].hypot(swum[1]), way)
+        };
+        let both = u.is_some() && v.is_some();
+        let contradicted = both && are_alike(&inner.iter().map(ways).collect::<Vec<_>>());
+        return contradicted.then(|| Path { agreements: Vec::new(), mirrored, turns, contradicted, position });
     }
     let shorter = windows(&all, WINDOW.min(1.0).max(0.5 * width), lag::REACH);
     let lag = lag::least(0.05, |d| fit_with(&earth, d, &shorter).map(|f| (f.cost, f.rows - f.theta.len())));
@@ -140,13 +177,38 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
             lag: lag.filter(|l| l.std < 0.2),
         }
     });
-    Some(Path { agreements: agreements.collect(), mirrored, position: position.map(str::to_string) })
+    let agreements = agreements.collect();
+    Some(Path { agreements, mirrored, turns, contradicted: false, position })
+}
+
+/// Whether ways swum and covered are of one size throughout.
+fn are_alike(ways: &[(f64, f64)]) -> bool {
+    let sum = |f: fn(&(f64, f64)) -> f64| ways.iter().map(f).sum::<f64>();
+    let (swum, both, covered) = (sum(|w| w.0 * w.0), sum(|w| w.0 * w.1), sum(|w| w.1 * w.1));
+    let (scale, explained) = (both / swum, both * both / (swum * covered));
+    (0.5..2.0).contains(&scale) && explained > ALIKE
 }
 
 /// What it means. `steps` gives the usual step of a channel, s.
 pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
-    let mut found = axes(path);
     let [x, y] = path.position.each_ref().map(String::as_str);
+    if path.contradicted {
+        let text = format!(
+            "u and v are as fast as the way over {x}, {y}, and turned by psi they do not go there: psi is another heading, or in \
+             another unit; check columns.psi"
+        );
+        return vec![Found::new(&codes::FRAME, &["psi", x, y], text)];
+    }
+    let mut found = axes(path);
+    if (path.turns - 1.0).abs() > 0.1 {
+        let (is, read) = if path.turns > 1.0 { ("deg", "rad") } else { ("rad", "deg") };
+        let text = format!(
+            "the velocity over {x}, {y} turns {} times as far as psi: most likely psi is in {is} and read as {read}; set \
+             columns.psi.unit, and look at that of r",
+            short(1.0 / path.turns, 3)
+        );
+        found.push(Found::new(&codes::UNIT, &["psi", x, y], text));
+    }
     for a in &path.agreements {
         let c = a.channel.as_str();
         let text = |rest: String| {

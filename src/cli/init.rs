@@ -25,7 +25,12 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     // a file that is there is a file; anything else may be a folder
     let to = |path: &Path| if path.is_file() { path.to_path_buf() } else { campaign_file(path) };
     let file = a.output.as_deref().map(to);
-    output.may_write(file.as_deref())?;
+    // an earlier call that could read no log stands in nobody's way
+    let is_void = file
+        .as_deref()
+        .and_then(|file| crate::text_file::read(file).ok())
+        .is_some_and(|text| campaign::holds_no_run(&text));
+    output.may_write(file.as_deref().filter(|_| !is_void))?;
     let folder = file.as_deref().and_then(Path::parent);
     let (mut logs, mut copies) = (Vec::new(), Vec::new());
     for path in &a.logs {
@@ -77,7 +82,10 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     for (from, to) in copies.iter().chain(&scaffold.companions) {
         copy(from, &folder.join(to))?;
     }
-    output.write(file, scaffold.text.as_bytes())?;
+    match is_void {
+        true => output.rewrite(file, scaffold.text.as_bytes())?,
+        false => output.write(file, scaffold.text.as_bytes())?,
+    }
     let place = if a.output.as_deref() == Some(file) { file } else { folder };
     let guesses = count(scaffold.guesses, "guess");
     output.print(&wrapped(&format!("{} written, with {guesses} to read through (`# guessed:`)", file.display())));
@@ -86,7 +94,10 @@ pub(super) fn init(a: &typed::Init, output: &Output) -> Result<(), Failure> {
     }
     let is_unread = !request.logs.is_empty() && scaffold.unread.len() == request.logs.len();
     if is_unread {
-        output.print("no log could be read (see the warnings): no run stands in it");
+        output.print(&wrapped(
+            "no log could be read (see the warnings): no run stands in it. Mend the logs or say how they are read; the next init \
+             replaces the file",
+        ));
     }
     output.json(
         &serde_json::json!({"format": 1, "file": file, "campaign": scaffold.text, "guesses": scaffold.guesses}),

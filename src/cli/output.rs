@@ -153,8 +153,16 @@ impl Output {
 
     /// Writes a file whole or not at all, and over another only where `--force` asks for it.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-        let failed = |source| Failure::Write { file: path.to_path_buf(), source };
         self.may_replace(path)?;
+        self.rewrite(path, bytes)
+    }
+
+    /// Writes a file whole over one that holds nothing to keep.
+    pub fn rewrite(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+        if inputs::hold(&self.inputs, path) {
+            return Err(Failure::Input(path.to_path_buf()));
+        }
+        let failed = |source| Failure::Write { file: path.to_path_buf(), source };
         atomic_file::write(path, |file| file.write_all(bytes)).map_err(failed)
     }
 

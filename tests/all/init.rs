@@ -3,6 +3,7 @@
 
 mod guesses;
 mod ship;
+mod together;
 
 use crate::shared;
 

@@ -54,6 +54,7 @@ mod findings;
 mod forces;
 mod glider;
 mod half_a_sample;
+mod heading_and_path;
 mod heading_in_degrees;
 mod held_commands;
 mod identifiability;

@@ -6,6 +6,7 @@ use super::error::Problem;
 use super::report::Report;
 use super::{CampaignFile, ForceNoise, ReadOptions, folder_of, paths};
 use crate::campaign::columns;
+use crate::campaign::init::unread_mark;
 use crate::effects::EffectName;
 use crate::filter::{PolynomialFilter, Window};
 use crate::log::{LogOptions, OptionsError};
@@ -23,7 +24,10 @@ pub(super) fn presence(root: &DeTable<'_>, report: &mut Report) {
         }
     }
     match root.get("run").map(|run| (run.span(), run.get_ref())) {
-        None => report.at_start("run", Problem::NoRuns),
+        None => match unread_mark(&report.source.text) {
+            Some(at) => report.at_span(at..at, Problem::NoneRead),
+            None => report.at_start("run", Problem::NoRuns),
+        },
         Some((span, DeValue::Array(runs))) if runs.is_empty() => report.at_span(span, Problem::NoRuns),
         _ => {}
     }

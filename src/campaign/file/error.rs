@@ -269,6 +269,12 @@ pub enum Problem {
     /// Nothing to work on.
     #[error("no run: add a [[run]] table with at least `file`")]
     NoRuns,
+    /// A campaign of `init`, which could read no log.
+    #[error(
+        "no run: `hydrosysid init` could read none of the logs, and the reasons stand in this file. Mend the logs, or say how they are \
+         read (hydrosysid init --help), and call init again: it replaces this file"
+    )]
+    NoneRead,
     /// A log that is not there.
     #[error("no such file: {}", .path.display())]
     MissingFile {

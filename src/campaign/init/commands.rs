@@ -44,6 +44,7 @@ const DRIVES: &[&str] = &[
     "thrusters",
     "thr",
     "thrust",
+    "schub",
     "motor",
     "motors",
     "mot",
@@ -140,7 +141,17 @@ const NO_DRIVES: &[&str] = &[
 ];
 
 /// The one thruster of a torpedo or a ship.
-const ONE: &[&[&str]] = &[&["rpm"], &["pwm"], &["throttle"], &["n", "prop"], &["n", "propeller"], &["prop", "n"]];
+const ONE: &[&[&str]] = &[
+    &["rpm"],
+    &["pwm"],
+    &["throttle"],
+    &["n", "prop"],
+    &["n", "propeller"],
+    &["prop", "n"],
+    &["thruster", "voltage"],
+    &["volt", "thr"],
+    &["thr", "volt"],
+];
 
 /// Names of what that one pushes with, where a log measures it.
 const PUSH: &[&[&str]] =

@@ -3,8 +3,8 @@
 //! Sway and heave that nothing drives are modelled beside the two motions that throw a vehicle outwards when it turns at speed. So is
 //! the surge of a vehicle that steers by fins under a thrust that never varies: turns slow it, and the thrust is one unknown force.
 
-use super::drives;
 use super::reading::Understood;
+use super::{drives, kinds};
 use crate::check::fins;
 use crate::check::motion::{self, Moved};
 use crate::effects::{Place, id};
@@ -36,10 +36,20 @@ impl Chosen {
     pub fn of(logs: &[Understood], thrusters: &[Thruster]) -> Chosen {
         let (mut dofs, mut drifting, mut absent) = (Vec::new(), Vec::new(), Vec::new());
         let (mut measured_all, mut driven_all, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let mut held = Vec::new();
         let read = || logs.iter().filter_map(|log| log.log.as_ref());
         for dof in Dof::ALL {
+            let is_loaded = read().any(|log| log.signals.contains_key(dof.load()));
+            let is_towed = logs.iter().any(|log| kinds::is_towed(log, dof));
             let moved = read().map(|log| motion::of(&log.signals, dof)).max().unwrap_or(Moved::Unmeasured);
-            let driven = logs.iter().any(|log| is_driven(log, dof, thrusters)) || differs(logs, dof, thrusters);
+            let moved = if is_towed { Moved::Moves } else { moved };
+            let driven =
+                is_towed || logs.iter().any(|log| is_driven(log, dof, thrusters)) || differs(logs, dof, thrusters);
+            if is_loaded && moved < Moved::Moves {
+                // what thrusters push in a bollard pull, where nothing is to move
+                held.push(dof);
+                continue;
+            }
             if moved > Moved::Unmeasured {
                 measured_all.push(dof);
                 driven_all.extend(driven.then_some(dof));
@@ -94,9 +104,24 @@ impl Chosen {
         }
         dofs.sort_unstable();
         let is_unread = !logs.is_empty() && read().next().is_none();
-        let is_idle = !is_unread && dofs.is_empty();
+        // a bench and a bollard pull show thrust, and no motion is wanted of them
+        let is_bench = read().next().is_some() && logs.iter().filter(|log| log.log.is_some()).all(kinds::is_bench);
+        let is_idle = !is_unread && !is_bench && held.is_empty() && dofs.is_empty();
+        let is_still = !is_unread && dofs.is_empty();
+        if is_still {
+            match held.is_empty() {
+                false => words.push(
+                    "load cells show what is pushed, and no log moves: these stand here for a motion to come".into(),
+                ),
+                true if is_bench => {
+                    words.push("a bench shows a thruster and no motion: these stand here for one to come".into())
+                }
+                true => {}
+            }
+            dofs = held;
+        }
         // where nothing is left that can be modelled, all that is there stands in the model, and that is said
-        let out = if is_idle { "" } else { " is left out" };
+        let out = if is_still { "" } else { " is left out" };
         words.splice(0..0, absent.into_iter().map(|(dof, why)| format!("{dof}{out}: {why}")));
         let mut idle = None;
         if is_unread {

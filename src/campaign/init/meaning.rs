@@ -3,7 +3,8 @@
 use super::units;
 use super::words::Words;
 use crate::effects::id;
-use crate::log::columns::Quantity;
+use crate::frame::Dof;
+use crate::log::columns::{self, Quantity};
 
 /// A channel that a name may mean.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,12 +25,12 @@ const PHRASES: &[Phrases] = &[
         "t",
         1,
         "t, time, stamp, timestamp, time stamp, elapsed, elapsed time, clock, date time, date, utc, \
-         time boot, header stamp, seconds, sec, zeit",
+         time boot, header stamp, seconds, sec, zeit, 時刻, 時間",
     ),
     (
         "x",
         1,
-        "x, eta x, x 0, north, northing, pos x, x pos, position x, x position, pos n, pos north, position north, \
+        "x, eta x, x 0, north, northing, pos x, x pos, position x, x position, x carriage, carriage x, carriage position, pos n, pos north, position north, \
          pn",
     ),
     ("y", 1, "y, eta y, y 0, east, easting, pos y, y pos, position y, y position, pos e, pos east, position east, pe"),
@@ -37,16 +38,16 @@ const PHRASES: &[Phrases] = &[
         "z",
         1,
         "z, eta z, z 0, depth, down, pos z, z pos, position z, z position, pos d, pos down, position down, pd, \
-         tiefe",
+         tiefe, tauchtiefe, 深度, 水深",
     ),
     ("z", -1, "height, up, pos up, elevation"),
-    ("phi", 1, "phi, roll, roll angle, bank, eta phi, orientation roll, euler roll, attitude roll"),
-    ("theta", 1, "theta, pitch, pitch angle, eta theta, orientation pitch, euler pitch, attitude pitch"),
+    ("phi", 1, "phi, roll, roll angle, bank, eta phi, orientation roll, euler roll, attitude roll, rollwinkel"),
+    ("theta", 1, "theta, pitch, pitch angle, eta theta, orientation pitch, euler pitch, attitude pitch, nickwinkel"),
     (
         "psi",
         1,
         "psi, yaw, yaw angle, heading, heading angle, hdg, compass, compass heading, true heading, \
-         kurs, eta psi, orientation yaw, euler yaw, attitude yaw",
+         kurs, kurswinkel, gierwinkel, 方位角, 船首方位, ヨー角, eta psi, orientation yaw, euler yaw, attitude yaw",
     ),
     (
         "u",
@@ -54,7 +55,8 @@ const PHRASES: &[Phrases] = &[
         "u, nu u, surge, surge vel, surge velocity, surge speed, vel surge, velocity surge, forward vel, \
          forward velocity, forward speed, vel forward, vx, v x, vel x, x vel, velocity x, x velocity, \
          speed x, linear x, linear velocity x, twist linear x, longitudinal velocity, longitudinal \
-         speed, speed through water, velocity through water, u through water, stw, fwd vel, fwd velocity, fwd speed, vel fwd",
+         speed, speed through water, velocity through water, u through water, stw, fwd vel, fwd velocity, fwd speed, vel fwd, \
+         carriage speed, carriage velocity, tow speed, towing speed, geschwindigkeit x, laengsgeschwindigkeit, längsgeschwindigkeit, 前進速度",
     ),
     (
         "v",
@@ -62,33 +64,35 @@ const PHRASES: &[Phrases] = &[
         "v, nu v, vm, sway, sway vel, sway velocity, sway speed, vel sway, velocity sway, lateral vel, lateral \
          velocity, lateral speed, vy, v y, vel y, y vel, velocity y, y velocity, speed y, linear y, \
          linear velocity y, twist linear y, starboard velocity, lat vel, lat velocity, \
-         lat speed, vel lat",
+         lat speed, vel lat, geschwindigkeit y, vel stbd, stbd vel, stbd velocity, vel starboard, starboard vel, starboard speed, \
+         vel right, right vel, right velocity, quergeschwindigkeit, 横速度",
     ),
+    ("w", -1, "vel up, up vel, up velocity, up speed, velocity up, steiggeschwindigkeit"),
     ("v", -1, "vel left, left vel, left velocity, vel port, port velocity"),
     (
         "w",
         1,
         "w, nu w, heave, heave vel, heave velocity, heave speed, vel heave, velocity heave, vz, v z, vel z, \
          z vel, velocity z, z velocity, speed z, linear z, linear velocity z, twist linear z, down \
-         velocity",
+         velocity, down vel, vel down, velocity down, down speed, geschwindigkeit z, tauchgeschwindigkeit, sinkgeschwindigkeit, 上下速度",
     ),
     (
         "p",
         1,
         "p, nu p, roll rate, rollrate, roll speed, rollspeed, roll vel, gyro x, gyr x, gyrx, gx, wx, w x, omega \
-         x, angular x, angular velocity x, angular rate x, rate x, twist angular x, phi dot",
+         x, angular x, angular velocity x, angular rate x, rate x, twist angular x, phi dot, wankrate",
     ),
     (
         "q",
         1,
         "q, nu q, pitch rate, pitchrate, pitch speed, pitchspeed, pitch vel, gyro y, gyr y, gyry, gy, wy, w y, \
-         omega y, angular y, angular velocity y, angular rate y, rate y, twist angular y, theta dot",
+         omega y, angular y, angular velocity y, angular rate y, rate y, twist angular y, theta dot, nickrate",
     ),
     (
         "r",
         1,
         "r, nu r, yaw rate, yawrate, yaw speed, yawspeed, yaw vel, yaw velocity, heading rate, turn rate, \
-         rate of turn, rot, gyro z, gyr z, gyrz, gz, drehrate, gierrate, wz, w z, omega z, angular z, angular velocity z, \
+         rate of turn, rot, gyro z, gyr z, gyrz, gz, drehrate, gierrate, giergeschwindigkeit, 角速度, 回頭角速度, ヨー角速度, wz, w z, omega z, angular z, angular velocity z, \
          angular rate z, rate z, twist angular z, psi dot",
     ),
     ("r", -1, "yaw rate ccw, yawrate ccw"),
@@ -96,38 +100,47 @@ const PHRASES: &[Phrases] = &[
         "tau_u",
         1,
         "tau u, tau x, force x, fx, x force, surge force, force surge, tau surge, thrust x, surge \
-         thrust, thrust surge, wrench force x, kraft x",
+         thrust, thrust surge, wrench force x, kraft x, schub x, x kraft, vortriebskraft, 推力 x, 推力x",
     ),
     (
         "tau_v",
         1,
         "tau v, tau y, force y, fy, y force, sway force, force sway, tau sway, thrust y, sway thrust, \
-         thrust sway, wrench force y, kraft y",
+         thrust sway, wrench force y, kraft y, schub y, y kraft, querkraft, 推力 y, 推力y",
     ),
     (
         "tau_w",
         1,
         "tau w, tau z, force z, fz, z force, heave force, force heave, tau heave, thrust z, heave \
-         thrust, thrust heave, wrench force z, kraft z",
+         thrust, thrust heave, wrench force z, kraft z, schub z, z kraft",
     ),
     (
         "tau_p",
         1,
         "tau p, tau k, tau phi, torque x, moment x, mx, roll moment, roll torque, moment roll, torque roll, tau roll, \
-         wrench torque x",
+         wrench torque x, rollmoment, moment um x",
     ),
     (
         "tau_q",
         1,
         "tau q, tau m, tau theta, torque y, moment y, my, pitch moment, pitch torque, moment pitch, torque pitch, \
-         tau pitch, wrench torque y",
+         tau pitch, wrench torque y, nickmoment, moment um y",
     ),
     (
         "tau_r",
         1,
         "tau r, tau n, tau psi, torque z, moment z, mz, yaw moment, yaw torque, moment yaw, torque yaw, tau yaw, \
-         wrench torque z, nz",
+         wrench torque z, nz, giermoment, moment um z, モーメント n, モーメントn, 回頭モーメント",
     ),
+    (
+        "load_u",
+        1,
+        "load u, load x, load surge, load cell x, load cell surge, loadcell x, tow force, towing force, tow resistance, bollard pull, \
+         kraftmessdose x",
+    ),
+    ("load_v", 1, "load v, load y, load sway, load cell y, load cell sway, loadcell y, kraftmessdose y"),
+    ("load_w", 1, "load w, load z, load heave, load cell z, load cell heave, loadcell z, kraftmessdose z"),
+    ("load_r", 1, "load r, load n, load yaw, load cell n, load cell yaw, load moment z"),
     (
         "supply_V",
         1,
@@ -214,8 +227,19 @@ fn by_symbol(words: &Words) -> Option<Meaning> {
     Some(Meaning { channel, sign: 1, score: 100 })
 }
 
+/// A force or moment that a pilot commands, `cmd_surge`.
+fn by_degree_of_freedom(words: &[String], unit: Option<&str>) -> Option<Meaning> {
+    let [word] = words else { return None };
+    let dof = Dof::ALL.into_iter().find(|dof| dof.to_string() == *word)?;
+    let quantity = columns::quantity(dof.force())?;
+    let is_force = unit.is_none_or(|unit| units::is_read(quantity, unit) || units::is_part(unit));
+    is_force.then_some(Meaning { channel: dof.force(), sign: 1, score: BY_DEGREE_OF_FREEDOM })
+}
+
 /// Score from which a name says just this.
 pub const PLAIN: usize = 90;
+/// Score of a command that is called by its degree of freedom.
+pub const BY_DEGREE_OF_FREEDOM: usize = PLAIN - 1;
 
 /// What the words of a header may mean, best first.
 pub fn of(words: &Words) -> Vec<Meaning> {
@@ -226,6 +250,9 @@ pub fn of(words: &Words) -> Vec<Meaning> {
     // anything else the command is what was wanted
     if words.words.iter().any(|w| has(COMMANDED, w)) {
         let left: Vec<String> = words.words.iter().filter(|w| !has(COMMANDED, w)).cloned().collect();
+        if let Some(force) = by_degree_of_freedom(&left, words.unit.as_deref()) {
+            return vec![force];
+        }
         let mut forces = of(&Words { words: left, unit: words.unit.clone() });
         forces.retain(|m| is_force(m) || is_fin(m));
         forces.iter_mut().filter(|m| is_fin(m)).for_each(|m| m.score = m.score.min(PLAIN - 1));
@@ -250,8 +277,24 @@ pub fn of(words: &Words) -> Vec<Meaning> {
             }
         }
     }
+    // what a Doppler log measures along an axis is a velocity
+    if words.words.iter().any(|w| w == "dvl")
+        && !is_length(words)
+        && let Some((_, channel)) = ALONG_AXES.iter().find(|(axis, _)| bare == *axis)
+    {
+        found.clear();
+        found.push(Meaning { channel, sign: 1, score: PLAIN });
+    }
     found.sort_by_key(|m| std::cmp::Reverse(m.score));
     found
+}
+
+/// Velocities along the axes of the body.
+const ALONG_AXES: [(&str, &str); 3] = [("x", "u"), ("y", "v"), ("z", "w")];
+
+/// Whether the unit of a column says that it is a length.
+fn is_length(words: &Words) -> bool {
+    words.unit.as_deref().is_some_and(|unit| units::is_read(Quantity::Position, unit))
 }
 
 fn is_force(meaning: &Meaning) -> bool {
@@ -367,12 +410,24 @@ mod tests {
             ("AWA", "apparent_wind_angle"),
             ("Apparent wind speed (m/s)", "apparent_wind_speed"),
             ("U_T", "wind_speed"),
+            ("Schub_x", "tau_u"),
+            ("Giermoment", "tau_r"),
+            ("Geschwindigkeit_y", "v"),
+            ("vel_stbd", "v"),
+            ("推力X[N]", "tau_u"),
+            ("角速度[deg/s]", "r"),
+            ("cmd_surge", "tau_u"),
+            ("cmd_yaw", "tau_r"),
+            ("DVL_X", "u"),
+            ("dvl_z [mm/s]", "w"),
+            ("dvl_x [m]", "x"),
+            ("dvl_pos_x", "x"),
         ] {
             assert_eq!(of(&words::of(header)).first().map(|m| m.channel), Some(channel), "{header}");
         }
         assert_eq!(of(&words::of("altitude"))[0].sign, -1);
         assert_eq!(of(&words::of("vel_left"))[0].sign, -1);
-        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq"] {
+        for other in ["yaw_setpoint", "motor_temp", "pitch_cov", "seq", "cmd_surge [m/s]", "yaw_cmd [deg]"] {
             assert!(of(&words::of(other)).is_empty(), "{other}");
         }
     }

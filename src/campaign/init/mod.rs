@@ -3,24 +3,30 @@
 //! It always writes. What a log says plainly is taken; what names, units, ranges and relations of columns suggest is a
 //! guess, marked by a comment that begins with `# guessed:` and says why; what could not be placed stands in a comment.
 
+mod alike;
 mod altitude;
 pub(super) mod commands;
 mod degrees;
 mod dives;
 mod drives;
+mod dvl_axes;
 mod fins;
 mod geometry;
 mod held;
+mod kinds;
 mod layout;
 mod meaning;
+mod parts;
 mod priors;
 mod reading;
 mod reading_options;
 mod roles;
 mod ros;
+mod speeds;
 mod stamps;
 mod text;
 mod told;
+mod turning;
 mod units;
 mod values;
 pub(super) mod words;
@@ -164,6 +170,18 @@ pub fn init(request: &InitRequest) -> Result<Scaffold, Error> {
     let unread = understood.iter().filter(|log| log.log.is_none());
     let unread = unread.map(|log| format!("{}: {}", log.shown, log.refused.join("; "))).collect();
     Ok(Scaffold { guesses: text.matches("# guessed:").count(), text, companions, unread, idle, left_out })
+}
+
+/// Where the text of a campaign says the first time that a log could not be read, in bytes.
+pub(super) fn unread_mark(text: &str) -> Option<usize> {
+    let mark = format!("\n{}", text::NOT_READ);
+    text.find(&mark).map(|at| at + 1)
+}
+
+/// Whether a campaign is one of which `init` could read no log: nothing is lost where it is replaced.
+pub fn holds_no_run(text: &str) -> bool {
+    let is_without = |table: toml::Table| !table.contains_key("run");
+    text.starts_with(text::HEAD) && unread_mark(text).is_some() && toml::from_str(text).is_ok_and(is_without)
 }
 
 /// Bollard tables that the thrusters of a vehicle file name.

@@ -8,7 +8,8 @@ use super::layout::{self, Layout};
 use super::meaning::{self, Meaning};
 use super::told::Told;
 use super::words::{self, Words};
-use super::{altitude, drives, fins, ros, units, values};
+use super::{alike, altitude, drives, dvl_axes, fins, parts, ros, speeds, turning, units, values};
+use crate::frame::Dof;
 use crate::log::columns::Quantity;
 use crate::log::options::{
     BodyFrame, ColumnSource, Duplicates, EarthFrame, Missing, Repeated, Truncated, VelocityReference,
@@ -38,6 +39,10 @@ pub struct Understood {
     pub reasons: BTreeMap<String, String>,
     /// Columns that a channel could be as well.
     pub choices: BTreeMap<String, Vec<ColumnSource>>,
+    /// Names of its columns: logs with the same ones are written alike.
+    pub headers: Vec<String>,
+    /// Turn of the heading over the integral of its rate, as they were first read.
+    pub turns: Option<f64>,
     /// What was not placed, what else a column could be.
     pub remarks: Vec<String>,
     /// Commands of the thrusters, in the order of V1, V2, …
@@ -65,6 +70,7 @@ pub fn understand(path: &Path, shown: &str, given: &LogOptions) -> Understood {
         this.refused.push(what);
         return this;
     }
+    this.headers.clone_from(&layout.headers);
     this.lay_out(&layout, given);
     if layout.nameless() {
         this.refused.push("the columns have no names: put a header line first, such as t,u,r,V1,V2".into());
@@ -91,9 +97,15 @@ pub fn settle(logs: &mut [Understood], paths: &[&Path], thrusters: Option<usize>
     }
     let before: Vec<LogOptions> = logs.iter().map(|log| log.options.clone()).collect();
     altitude::settle(logs);
+    turning::settle(logs);
     logs.iter_mut().for_each(values::settle);
+    speeds::settle(logs);
+    parts::settle(logs);
+    values::depth(logs);
     values::agree(logs);
+    dvl_axes::settle(logs);
     drives::settle(logs, full_rpm);
+    alike::settle(logs);
     for ((log, path), before) in logs.iter_mut().zip(paths).zip(&before) {
         if log.log.is_some() && log.options != *before {
             log.attempt(path);
@@ -180,6 +192,7 @@ impl Understood {
                 None => left.push(header.clone()),
             }
         }
+        left.extend(wanted_angles(&mut meant));
         // the column that fits best is taken, the others stand beside it
         meant.sort_by_key(|(m, ..)| std::cmp::Reverse(m.score));
         let mut told = Told::default();
@@ -472,6 +485,18 @@ impl Understood {
         self.guess("repeated", told.message.clone());
         true
     }
+}
+
+/// Takes out what may be the angle that was wanted: `cmd_yaw` is a moment only beside the command of a force, `cmd_surge`.
+fn wanted_angles(meant: &mut Vec<(Meaning, String, Words)>) -> Vec<String> {
+    let is = |m: &Meaning, dofs: &[Dof]| {
+        m.score == meaning::BY_DEGREE_OF_FREEDOM && dofs.iter().any(|dof| dof.force() == m.channel)
+    };
+    if meant.iter().any(|(m, ..)| is(m, &Dof::ALL[..3])) {
+        return Vec::new();
+    }
+    let angles = meant.extract_if(.., |(m, ..)| is(m, &Dof::ALL[3..]));
+    angles.map(|(_, header, _)| header).collect()
 }
 
 /// The text in single quotes of a message.

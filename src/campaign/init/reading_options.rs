@@ -9,18 +9,59 @@ use crate::log::options::{ColumnSource, LogOptions};
 
 /// A table of reading options with its header, where it holds anything.
 pub fn table(understood: &Understood, name: &str) -> String {
-    let options = options(understood, name);
-    if options.is_empty() { options } else { format!("[{name}]\n{options}") }
+    headed(&write_options(&understood.options, &understood.reasons, &understood.choices, name), name)
 }
 
-/// The options of a log that differ from the defaults, guesses with their reasons; columns in a table of their own.
-pub fn options(understood: &Understood, name: &str) -> String {
-    write_options(&understood.options, &understood.reasons, &understood.choices, name)
+/// Options below the header of their table; columns, which have one of their own, need none.
+fn headed(options: &str, name: &str) -> String {
+    if options.is_empty() || options.starts_with("\n[") { options.to_string() } else { format!("[{name}]\n{options}") }
 }
 
-/// Options that somebody has said.
-pub fn said(options: &LogOptions, name: &str) -> String {
-    write_options(options, &BTreeMap::new(), &BTreeMap::new(), name)
+/// What the options of several logs have in common.
+#[derive(Debug, Default)]
+pub struct Common {
+    options: LogOptions,
+    reasons: BTreeMap<String, String>,
+    choices: BTreeMap<String, Vec<ColumnSource>>,
+}
+
+impl Common {
+    /// Of these logs; of none what somebody has said.
+    pub fn of(logs: &[&Understood], given: &LogOptions) -> Common {
+        let Some((first, others)) = logs.split_first() else {
+            return Common { options: given.clone(), ..Common::default() };
+        };
+        let keys = |log: &Understood| toml::Table::try_from(&log.options).unwrap_or_default();
+        let mut shared = keys(first);
+        for other in others.iter().map(|log| keys(log)) {
+            shared.retain(|key, value| key == "columns" || other.get(key) == Some(value));
+        }
+        let mut options = shared.try_into::<LogOptions>().unwrap_or_default();
+        options.columns.retain(|name, source| others.iter().all(|log| log.options.columns.get(name) == Some(source)));
+        // a log that contradicts the others has the most to say
+        let mut reasons = first.reasons.clone();
+        for (key, reason) in &mut reasons {
+            let said = logs.iter().filter_map(|log| log.reasons.get(key));
+            reason.clone_from(said.max_by_key(|text| text.len()).unwrap_or(&reason.clone()));
+        }
+        Common { options, reasons, choices: first.choices.clone() }
+    }
+
+    /// The options, columns in a table of their own.
+    pub fn text(&self, name: &str) -> String {
+        write_options(&self.options, &self.reasons, &self.choices, name)
+    }
+
+    /// The table of what one log has beside them.
+    pub fn rest(&self, log: &Understood, name: &str) -> String {
+        let keys = |options: &LogOptions| toml::Table::try_from(options).unwrap_or_default();
+        let common = keys(&self.options);
+        let mut own = keys(&log.options);
+        own.retain(|key, value| key == "columns" || common.get(key) != Some(value));
+        let mut options = own.try_into::<LogOptions>().unwrap_or_default();
+        options.columns.retain(|name, source| self.options.columns.get(name) != Some(source));
+        headed(&write_options(&options, &log.reasons, &log.choices, name), name)
+    }
 }
 
 fn write_options(

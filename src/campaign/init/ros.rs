@@ -14,15 +14,29 @@ const VECTORS: [&str; 8] = [
     "wrench.torque.",
 ];
 
+/// Whether a name is one that only a table of messages has in its header.
+fn is_signed(header: &str) -> bool {
+    let name = plain(header);
+    name == "%time" || name.starts_with("field.") || SIGNATURES.iter().any(|s| name.contains(s))
+}
+
+fn plain(header: &str) -> String {
+    header.to_lowercase().replace('/', ".")
+}
+
+/// The velocity along the last axis in a table of messages of a DVL, which has axes of its own.
+pub fn of_dvl(headers: &[String]) -> Option<&str> {
+    let is_velocity = |header: &&String| {
+        let name = plain(header);
+        name == "velocity.z" || name.ends_with(".velocity.z")
+    };
+    headers.iter().any(|h| is_signed(h)).then(|| headers.iter().find(is_velocity))?.map(String::as_str)
+}
+
 /// The first column along axes, where the header is that of ROS messages: as `rostopic echo -p` and exporters write them.
 pub fn field(headers: &[String]) -> Option<&str> {
-    let plain = |header: &str| header.to_lowercase().replace('/', ".");
-    let is_ros = |header: &String| {
-        let name = plain(header);
-        name == "%time" || name.starts_with("field.") || SIGNATURES.iter().any(|s| name.contains(s))
-    };
     let is_vector = |header: &&String| VECTORS.iter().any(|v| plain(header).contains(v));
-    headers.iter().any(is_ros).then(|| headers.iter().find(is_vector))?.map(String::as_str)
+    headers.iter().any(|h| is_signed(h)).then(|| headers.iter().find(is_vector))?.map(String::as_str)
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ use super::geometry::Full;
 use super::held::{self, Commanded};
 use super::quoted;
 use super::reading::Understood;
-use super::reading_options::{options, said, table};
-use super::{InitRequest, drives, geometry, priors, roles};
+use super::reading_options::{Common, table};
+use super::{InitRequest, dives, drives, geometry, kinds, priors, roles};
 use crate::campaign::columns;
 use crate::campaign::steps_as_lines::goes_on;
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
@@ -22,6 +22,12 @@ use crate::run::{Run, Signal, is_command};
 use crate::tank::derived;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::Water;
+
+/// First line of a campaign that `init` has written.
+pub const HEAD: &str =
+    "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units. Lines that begin with";
+/// How the comment of a log that was not read begins.
+pub const NOT_READ: &str = "# not read: ";
 
 /// All that the text is made of.
 pub struct Draft<'a> {
@@ -53,7 +59,7 @@ impl Draft<'_> {
         let thrusters = self.thruster_tables();
         let known = geometry::read(&thrusters);
         let chosen = Chosen::of(self.logs, &known);
-        let mut text = "# A campaign of hydrosysid: one vehicle, its runs, and the model to fit. SI units. Lines that begin with\n# `# guessed:` say what was guessed and why: read them through.\nformat = 1\n".to_string();
+        let mut text = format!("{HEAD}\n# `# guessed:` say what was guessed and why: read them through.\nformat = 1\n");
         for guess in &self.request.learned.guessed {
             let _ = writeln!(text, "# guessed: {guess}");
         }
@@ -61,13 +67,13 @@ impl Draft<'_> {
         text += &self.model_table(&chosen, &known);
         text += &thrusters;
         let common = self.common();
-        text += &self.log_table(common);
+        text += &self.log_table(&common);
         text += "\n# What is known of a parameter beforehand:\n# [[parameter]]\n# effect = \"quadratic_drag@surge\"\n# value = 309.07\n# fixed = true   # or std = 20.0 as a prior, min = , max = ; or tie = \"quadratic_drag@sway\", one unknown with that\n";
         text += &self.vehicle.map_or_else(String::new, |(known, _)| priors::of(known, &chosen.dofs));
         text += &self.mass_of_hull(&chosen);
         let roles = self.roles(&chosen.dofs);
         for (dive, role) in self.dives.iter().zip(roles) {
-            text += &self.run_table(dive, role, common.is_none());
+            text += &self.run_table(dive, role, &common);
         }
         Written { text: text + &self.not_placed(), idle: chosen.idle, left_out: chosen.left_out }
     }
@@ -331,25 +337,20 @@ impl Draft<'_> {
         text
     }
 
-    /// The log whose options all share; `None` where each run has its own.
-    fn common(&self) -> Option<&Understood> {
-        let mut read = self.logs.iter().filter(|l| l.log.is_some());
-        let first = read.next()?;
+    /// What the options of all logs have in common, with its reasons; each run says the rest.
+    fn common(&self) -> Common {
+        let read: Vec<&Understood> = self.logs.iter().filter(|l| l.log.is_some()).collect();
         let single = self.dives.iter().all(|dive| dive.len() == 1);
-        (single && read.all(|l| l.options == first.options)).then_some(first)
+        if single { Common::of(&read, self.given) } else { Common::of(&[], self.given) }
     }
 
-    fn log_table(&self, common: Option<&Understood>) -> String {
+    fn log_table(&self, common: &Common) -> String {
         let mut text = "\n[log]\n# position_source = \"independent\"   # x, y measured apart from the velocity (acoustics, GNSS); \"dead_reckoned\" otherwise\n# velocity_reference = \"ground\"   # what u, v, w are measured against: \"ground\" | \"water\"\n".to_string();
         let has = |name: &str| self.logs.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
         if has("x") && has("y") && !(has("u") && has("v")) && self.given.position_source.is_none() {
             text += "# guessed: no log has u and v, so that north and east are a measurement of their own\nposition_source = \"independent\"\n";
         }
-        match common {
-            Some(understood) => text += &options(understood, "log"),
-            None => text += &said(self.given, "log"),
-        }
-        text
+        text + &common.text("log")
     }
 
     /// Role of each dive.
@@ -364,12 +365,12 @@ impl Draft<'_> {
         roles::validating(&dives, dofs).into_iter().map(role).collect()
     }
 
-    fn run_table(&self, dive: &[usize], role: &str, own: bool) -> String {
+    fn run_table(&self, dive: &[usize], role: &str, common: &Common) -> String {
         let logs: Vec<&Understood> = dive.iter().map(|k| &self.logs[*k]).collect();
-        let readable: Vec<&&Understood> = logs.iter().filter(|l| l.log.is_some()).collect();
+        let readable: Vec<&Understood> = logs.iter().copied().filter(|l| l.log.is_some()).collect();
         let mut text = String::new();
         for log in logs.iter().filter(|l| l.log.is_none()) {
-            let _ = writeln!(text, "\n# not read: {}", log.shown);
+            let _ = writeln!(text, "\n{NOT_READ}{}", log.shown);
             for line in &log.refused {
                 let _ = writeln!(text, "# {line}");
             }
@@ -386,7 +387,10 @@ impl Draft<'_> {
         if readable.len() == 1 {
             let _ = writeln!(text, "file = {}   # {}", quoted(&first.shown), facts(first));
         }
-        let kind = self.kind(&readable);
+        let (kind, why) = kinds::of(&readable);
+        if let Some(why) = why {
+            let _ = writeln!(text, "# guessed: {why}");
+        }
         let _ = writeln!(
             text,
             "kind = \"{kind}\"   # bollard | bench | towing | constant_velocity | oscillatory | zigzag | free"
@@ -402,26 +406,19 @@ impl Draft<'_> {
             let _ = writeln!(text, "# {remark}");
         }
         if readable.len() > 1 {
-            text += "# guessed: these logs are of one dive: they hold different channels over the same time\n";
+            let _ = writeln!(
+                text,
+                "# guessed: these logs are of one dive: they hold different channels over the same time, {}",
+                dives::reason(&readable)
+            );
             for log in readable {
                 let _ = writeln!(text, "[[run.file]]\nfile = {}   # {}", quoted(&log.shown), facts(log));
                 text += &table(log, "run.file.log");
             }
-        } else if own {
-            text += &table(first, "run.log");
+        } else {
+            text += &common.rest(first, "run.log");
         }
         text
-    }
-
-    fn kind(&self, readable: &[&&Understood]) -> &'static str {
-        let has = |name: &str| readable.iter().any(|l| l.log.as_ref().is_some_and(|l| l.signals.contains_key(name)));
-        let loads = Dof::ALL.iter().any(|dof| has(dof.load()));
-        let moves = Dof::ALL.iter().any(|dof| has(dof.velocity()) || has(dof.position()));
-        match (loads, has("force") && !moves) {
-            (true, _) => "bollard",
-            (false, true) => "bench",
-            _ => "free",
-        }
     }
 }
 

@@ -41,6 +41,11 @@ const OTHERS: &[(Quantity, &str, &str, f64)] = &[
 /// What is written for a unit and is none.
 const NONE: [&str; 3] = ["-", "1", "%"];
 
+/// Whether a unit says that a command is a part of the full one.
+pub fn is_part(unit: &str) -> bool {
+    NONE.contains(&unit)
+}
+
 /// The factor from a unit to one that the reader knows, and that one.
 fn other(quantity: Quantity, unit: &str) -> Option<(&'static str, f64)> {
     let found = OTHERS.iter().find(|(q, name, ..)| (*q, *name) == (quantity, unit))?;

@@ -4,7 +4,10 @@
 //! k = Σ Δψ ∫r / Σ (∫r)²        k = 1: same units;  1/57.3: r in deg/s;  57.3: ψ in deg;  k < 0: other sign
 //! ```
 
+use std::collections::BTreeSet;
+
 use super::reading::Understood;
+use super::turning;
 use crate::effects::id;
 use crate::frame::Dof;
 use crate::log::columns;
@@ -14,9 +17,11 @@ use crate::navigation::unwrap;
 use crate::run::Signal;
 
 /// Steps over which a turn is held against its rate, s.
-const STEP: f64 = 0.5;
+pub(super) const STEP: f64 = 0.5;
+/// Above the surface by more than a sensor errs there, m of depth.
+const SURFACED: f64 = -0.2;
 /// A rate in rad/s that no vehicle turns at.
-const TOO_FAST: f64 = 6.0;
+pub(super) const TOO_FAST: f64 = 6.0;
 
 /// Settles units and signs by the values.
 pub fn settle(this: &mut Understood) {
@@ -26,7 +31,6 @@ pub fn settle(this: &mut Understood) {
     angles(this, &log, &open);
     deflections(this, &log, &open);
     rates(this, &log, &open, &given);
-    depth(this, &log, &given);
 }
 
 /// Rows that the turn of a log by a counter is looked at over: long enough for a heading to show it.
@@ -66,19 +70,16 @@ pub fn counter(this: &mut Understood) -> bool {
 }
 
 /// How much time a row takes, s; `None` where heading and yaw rate do not tell.
-fn row(this: &mut Understood, log: &LogFile) -> Option<f64> {
-    let open = |channel: &str, this: &Understood| unit_is_open(channel, this);
-    angles(this, log, &open);
+fn row(this: &Understood, log: &LogFile) -> Option<f64> {
     let (psi, r) = (log.signals.get("psi")?, log.signals.get("r")?);
     let turn = std::f64::consts::PI / 180.0;
-    let degrees = this.options.columns.get("psi").is_some_and(|s| s.unit.as_deref() == Some("deg"));
-    let of_psi = if degrees && !reads_degrees(log, "psi") { turn } else { 1.0 };
+    let of_psi = if unit_is_open("psi", this) && turning::goes_beyond_radians(psi) { turn } else { 1.0 };
     let of_r = if unit_is_open("r", this) && most(r) > TOO_FAST { turn } else { 1.0 };
     ROWS.into_iter().find_map(|rows| ratio(psi, r, of_psi, rows)).map(|k| k.abs() / of_r)
 }
 
 /// Whether neither somebody nor the header says the unit of a channel, and none was found.
-fn unit_is_open(channel: &str, this: &Understood) -> bool {
+pub(super) fn unit_is_open(channel: &str, this: &Understood) -> bool {
     let header = this.options.columns.get(channel).map_or(channel, |s| s.name.as_str());
     let said = this.options.columns.get(channel).is_some_and(|s| s.unit.is_some());
     !this.given.columns.contains_key(channel) && !said && columns::split_header(header).1.is_none()
@@ -108,7 +109,7 @@ pub fn agree(logs: &mut [Understood]) {
 type Open<'a> = &'a dyn Fn(&str, &Understood) -> bool;
 
 /// Sets a unit of a column, with the reason.
-fn set(this: &mut Understood, channel: &str, unit: &str, why: &str) {
+pub(super) fn set(this: &mut Understood, channel: &str, unit: &str, why: &str) {
     let source = this.options.columns.entry(channel.to_string()).or_insert_with(|| ColumnSource::from(channel));
     source.unit = Some(unit.to_string());
     let key = format!("columns.{channel}");
@@ -120,31 +121,20 @@ fn set(this: &mut Understood, channel: &str, unit: &str, why: &str) {
 }
 
 /// Largest size of the values.
-fn most(signal: &Signal) -> f64 {
+pub(super) fn most(signal: &Signal) -> f64 {
     signal.values().iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Degrees where an angle jumps by a full turn of 360 or goes beyond what radians can mean.
+/// Degrees where roll or pitch goes beyond what radians can mean; the heading is told beforehand, with its rate
+/// ([`super::turning`]).
 fn angles(this: &mut Understood, log: &LogFile, open: Open<'_>) {
-    let mut degrees: Vec<(Dof, String)> = Vec::new();
-    for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw] {
-        let name = dof.position();
+    let mut found = this.options.columns.get("psi").is_some_and(|s| s.unit.as_deref() == Some("deg"));
+    for name in [Dof::Roll, Dof::Pitch].map(Dof::position) {
         let Some(signal) = log.signals.get(name).filter(|_| open(name, this)) else { continue };
-        let wraps = |turn: f64| signal.values().windows(2).any(|w| ((w[1] - w[0]).abs() - turn).abs() < 0.15 * turn);
-        let why = if dof == Dof::Yaw && wraps(360.0) {
-            Some("it jumps by 360".to_string())
-        } else if dof == Dof::Yaw && wraps(std::f64::consts::TAU) && most(signal) < 10.0 {
-            None
-        } else if most(signal) > if dof == Dof::Yaw { 40.0 } else { 3.2 } {
-            Some(format!("it goes to {:.0}", most(signal)))
-        } else {
-            None
-        };
-        degrees.extend(why.map(|why| (dof, why)));
-    }
-    let found = !degrees.is_empty();
-    for (dof, why) in &degrees {
-        set(this, dof.position(), "deg", why);
+        if most(signal) > turning::UPRIGHT {
+            set(this, name, "deg", &format!("it goes to {:.0}", most(signal)));
+            found = true;
+        }
     }
     // angles of one log are written alike
     for dof in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter(|_| found) {
@@ -185,6 +175,9 @@ fn rates(this: &mut Understood, log: &LogFile, open: Open<'_>, given: &LogOption
             }
             _ => {}
         }
+        if dof == Dof::Yaw {
+            this.turns = related;
+        }
         if let Some(k) = related.filter(|k| *k < 0.0 && dof == Dof::Yaw) {
             let source = this.options.columns.entry(rate.to_string()).or_insert_with(|| ColumnSource::from(rate));
             source.sign = -source.sign;
@@ -202,7 +195,7 @@ fn reads_degrees(log: &LogFile, angle: &str) -> bool {
 }
 
 /// Σ Δψ ∫r / Σ (∫r)² over steps of time, where both move and agree.
-fn ratio(angle: &Signal, rate: &Signal, factor: f64, step: f64) -> Option<f64> {
+pub(super) fn ratio(angle: &Signal, rate: &Signal, factor: f64, step: f64) -> Option<f64> {
     let radians: Vec<f64> = angle.values().iter().map(|x| x * factor).collect();
     let unwrapped = Signal::new(angle.shared_time().clone(), unwrap(&radians));
     let (from, to) = (rate.time().first()?.max(*angle.time().first()?), rate.time().last()?.min(*angle.time().last()?));
@@ -221,16 +214,34 @@ fn ratio(angle: &Signal, rate: &Signal, factor: f64, step: f64) -> Option<f64> {
     (pairs.len() >= 10 && xx > 0.0 && yy > 1e-4 && (xy * xy) > 0.8 * xx * yy).then(|| xy / xx)
 }
 
-/// A depth that is negative throughout is a height.
-fn depth(this: &mut Understood, log: &LogFile, given: &LogOptions) {
-    let Some(signal) = log.signals.get("z").filter(|_| !given.columns.contains_key("z")) else { return };
-    let middle = check::statistics::median(signal.values().iter().copied()).unwrap_or(0.0);
-    let named = this.options.columns.get("z").is_some_and(|s| s.sign > 0 && s.name.to_lowercase().contains("depth"));
-    if named && middle < -0.2 {
-        if let Some(source) = this.options.columns.get_mut("z") {
-            source.sign = -1;
+/// A depth that is negative is a height, in all logs whose columns of it have one name: the most of their samples tell.
+pub fn depth(logs: &mut [Understood]) {
+    let is_named = |source: &ColumnSource| source.sign > 0 && source.name.to_lowercase().contains("depth");
+    let named = |log: &Understood| {
+        let source = log.options.columns.get("z").filter(|source| is_named(source))?;
+        (!log.given.columns.contains_key("z")).then(|| source.name.clone())
+    };
+    let middle = |values: &[f64]| check::statistics::median(values.iter().copied()).unwrap_or(0.0);
+    let own = |log: &Understood| Some(log.log.as_ref()?.signals.get("z")?.values().to_vec());
+    let names: BTreeSet<String> = logs.iter().filter_map(named).collect();
+    for name in names {
+        let alike: Vec<usize> = (0..logs.len()).filter(|k| named(&logs[*k]).as_ref() == Some(&name)).collect();
+        let all: Vec<f64> = alike.iter().filter_map(|k| own(&logs[*k])).flatten().collect();
+        let (usual, upwards) = (middle(&all), middle(&all) < SURFACED);
+        for k in alike {
+            let Some(here) = own(&logs[k]).map(|values| middle(&values)) else { continue };
+            let differs = (here < SURFACED) != upwards;
+            if !upwards && !differs {
+                continue;
+            }
+            if upwards && let Some(source) = logs[k].options.columns.get_mut("z") {
+                source.sign = -1;
+            }
+            let reason = logs[k].reasons.get("columns.z").cloned().unwrap_or_default();
+            let counts = if upwards { "upwards, so sign = -1" } else { "downwards" };
+            let doubt = format!("with doubt: in {} it is about {here:.1}", logs[k].shown);
+            let doubt = if differs { format!(", {doubt}") } else { String::new() };
+            logs[k].guess("columns.z", format!("{reason}; it is about {usual:.1}: it counts {counts}{doubt}"));
         }
-        let reason = this.reasons.get("columns.z").cloned().unwrap_or_default();
-        this.guess("columns.z", format!("{reason}; it is about {middle:.1}: it counts upwards, so sign = -1"));
     }
 }
