@@ -212,7 +212,7 @@ fn a_campaign_without_a_run_leads_on_and_is_replaced() {
     for verb in ["check", "report"] {
         let output = run(&[verb, &place]);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert_eq!(output.status.code(), Some(2), "{told}");
         assert!(told.contains("could read none of the logs") && told.contains("not read: "), "{told}");
         assert!(!told.contains("campaign.toml:1:1"), "{told}");
     }
