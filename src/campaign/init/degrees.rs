@@ -114,7 +114,7 @@ impl Chosen {
                     "load cells show what is pushed, and no log moves: these stand here for a motion to come".into(),
                 ),
                 true if is_bench => {
-                    words.push("a bench shows a thruster and no motion: these stand here for one to come".into())
+                    words.push("a bench shows a thruster and no motion: these stand here for one to come".into());
                 }
                 true => {}
             }
