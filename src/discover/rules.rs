@@ -143,7 +143,12 @@ mod tests {
     use crate::frame::Dof;
 
     fn told(name: &str, values: &[(f64, f64)]) -> Option<String> {
-        let before = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        told_of(Interpolation::Linear, name, values)
+    }
+
+    fn told_of(input: Interpolation, name: &str, values: &[(f64, f64)]) -> Option<String> {
+        let mut before = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
+        before.input = input;
         let mut run = crate::run::Run::default();
         for channel in ["u", "tau_u", "theta"] {
             run.signals.insert(channel.into(), crate::run::Signal::new(vec![0.0, 1.0].into(), vec![0.0, 1.0]));
@@ -164,6 +169,10 @@ mod tests {
         assert!(told("bias@surge", &[(2.5, 1.0)]).unwrap().contains("within three deviations"));
         assert_eq!(told("thrust_delay", &[(0.3, 0.05)]), None);
         assert!(told("thrust_delay", &[(-0.3, 0.05)]).unwrap().contains("negative"));
+        // by less than a sample where commands are held: they may change between their rows
+        let held = |late: f64| told_of(Interpolation::Hold, "thrust_delay", &[(late, 0.001)]).unwrap();
+        assert!(held(-0.05).contains("negative") && held(-0.05).contains("input = \"linear\""));
+        assert!(held(-0.3).contains("negative") && !held(-0.3).contains("linear"));
         assert!(told("thrust_delay", &[(0.0024, 0.0007)]).unwrap().contains("twentieth of a sample"));
         assert!(told("fluid_memory@surge", &[(9.0, 1.0), (59.0, 1166.0)]).unwrap().contains("not determined"));
         assert!(told("fluid_memory@surge", &[(0.0, 1.0), (5.0, 1.0)]).unwrap().contains("bound"));
