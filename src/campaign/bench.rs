@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::bench_command::command_of;
 use super::codes;
+use super::error::Error;
 use super::load::Campaign;
 use crate::finding::Finding;
 use crate::run::{Run, Signal};
@@ -31,6 +32,21 @@ pub struct BenchThruster {
     pub fit: BenchFit,
     /// The keys of its `[[thruster]]` table.
     pub tables: String,
+}
+
+impl Campaign {
+    /// Refuses what is about a vehicle where every run is of a thruster on a bench.
+    ///
+    /// # Errors
+    /// [`Error::Refused`].
+    pub fn refuse_bench_alone(&self) -> Result<(), Error> {
+        if !self.runs.is_empty() || self.benches.is_empty() {
+            return Ok(());
+        }
+        let text = "the runs are of a thruster on a bench, and none is of the vehicle: `hydrosysid fit` estimates the thruster from \
+                    them; add runs of the vehicle for anything else";
+        Err(Error::Refused { findings: vec![Finding::new(&codes::BENCH_ALONE, text)] })
+    }
 }
 
 /// Fits the bench runs of a campaign, those of one column together.

@@ -7,6 +7,7 @@
 //! `tau_u` … hold the force that acts, `nominal_tau_u` … the nominal one where [`Efficiency`] makes a difference. A
 //! vehicle that is held or towed loses nothing by its own advance. Avila et al. (2013), eq. (16) and (17).
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::codes;
@@ -126,6 +127,14 @@ pub(super) fn no_tables(logged: &[&str]) -> String {
         "{} {have} no [[thruster]] table that says where {they}: add one for each, or log tau_* instead",
         logged.join(", ")
     )
+}
+
+/// `run` with the nominal forces that its commands make of these thrusters; `None` where a command is not logged or cannot be read.
+pub(super) fn commanded(run: Run, units: &BTreeMap<String, &'static str>, thrusters: &[Thruster]) -> Option<Run> {
+    let mut logged = Logged { run, units: units.clone(), ..Logged::default() };
+    let forces = thruster_forces(&logged, thrusters, "V").ok()?;
+    wrench(&mut logged, thrusters, &forces).ok()?;
+    Some(logged.run)
 }
 
 /// Nominal force of each thruster, N, at the stamps of the first one.

@@ -15,7 +15,6 @@ use super::forces;
 use super::heading;
 use super::lead_in;
 use super::logs::{self, Logged};
-use super::model_file::ModelFile;
 use super::model_noise::ModelNoise;
 pub(super) use super::moves::moves;
 use super::single_thrusters::Own;
@@ -179,19 +178,6 @@ impl Campaign {
         with_nominal_forces(self.runs.clone())
     }
 
-    /// Refuses what is about a vehicle where every run is of a thruster on a bench.
-    ///
-    /// # Errors
-    /// [`Error::Refused`].
-    pub fn refuse_bench_alone(&self) -> Result<(), Error> {
-        if !self.runs.is_empty() || self.benches.is_empty() {
-            return Ok(());
-        }
-        let text = "the runs are of a thruster on a bench, and none is of the vehicle: `hydrosysid fit` estimates the thruster from \
-                    them; add runs of the vehicle for anything else";
-        Err(Error::Refused { findings: vec![Finding::new(&codes::BENCH_ALONE, text)] })
-    }
-
     /// The campaign with the forces that act under other losses of thrust than its own, as a fitted model brings them.
     #[must_use]
     pub fn under(&self, efficiency: &Efficiency) -> Campaign {
@@ -211,15 +197,6 @@ impl Campaign {
     pub fn with_noise(mut self, noise: Option<ModelNoise>) -> Campaign {
         self.noise = noise;
         self
-    }
-
-    /// The campaign under a model file of this name: with its losses of thrust and its noise, and what there is to say of it
-    /// before all else.
-    #[must_use]
-    pub fn under_model(&self, file: &ModelFile, name: &str) -> Campaign {
-        let mut campaign = self.under(&file.efficiency).with_noise(file.noise.clone());
-        campaign.findings.splice(..0, file.unsettled(name));
-        campaign
     }
 
     /// What is known of the vehicle apart from its model, for the staged procedure.

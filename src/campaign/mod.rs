@@ -6,10 +6,10 @@
 
 mod adopt;
 mod baseline;
-mod behind_lines;
 mod bench;
 mod bench_command;
 mod bench_vehicle;
+mod between_rows;
 mod check;
 pub mod codes;
 mod columns;

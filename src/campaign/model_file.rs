@@ -356,6 +356,17 @@ impl ModelFile {
     }
 }
 
+impl Campaign {
+    /// The campaign under a model file of this name: with its losses of thrust and its noise, and what there is to say of it
+    /// before all else.
+    #[must_use]
+    pub fn under_model(&self, file: &ModelFile, name: &str) -> Campaign {
+        let mut campaign = self.under(&file.efficiency).with_noise(file.noise.clone());
+        campaign.findings.splice(..0, file.unsettled(name));
+        campaign
+    }
+}
+
 const fn yes() -> bool {
     true
 }

@@ -8,9 +8,9 @@
 //! smooth command also stays for some rows, but its changes are one quantum, far below its range.
 //!
 //! A log of steps looks the same where the command was a line between two samples. Only the motion tells: where it comes with
-//! the lines ([`behind_lines`]), or the fitted model explains the runs no better with held commands, nothing is advised.
+//! the lines ([`between_rows`]), or the fitted model explains the runs no better with held commands, nothing is advised.
 
-use super::behind_lines::behind_lines;
+use super::between_rows::between_rows;
 use super::codes;
 use super::moves::moves;
 use crate::check::rates::number_of;
@@ -58,8 +58,7 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
 /// Whether the motion comes with commands on lines: those of a logger that asks for them now and then change between its rows.
 fn are_lines(runs: &[&Run]) -> bool {
     let step = runs.iter().flat_map(|run| commands(run)).find_map(|(_, signal)| usual_step(signal.time()));
-    let delay = step.and_then(|step| Some((behind_lines(runs.iter().copied(), step)?, step)));
-    delay.is_some_and(|(delay, step)| delay < 0.25 * step)
+    step.and_then(|step| between_rows(runs.iter().copied(), step)).is_some_and(|told| !told.held)
 }
 
 /// Whether the motion refutes the advice of `findings`: `fitted` explains these runs no better with held commands.

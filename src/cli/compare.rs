@@ -116,19 +116,19 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         true => (worst.iter().collect(), "of the fit"),
         false => (held, "that took no part in the fit"),
     };
-    let Some(most) = judged.iter().max_by(|a, b| a.times().total_cmp(&b.times())) else {
+    let off: Vec<&&Row<'_>> = judged.iter().filter(|row| row.times() > AS_PREDICTED).collect();
+    let erring: Vec<&&Row<'_>> =
+        off.iter().copied().filter(|row| !noise::follows_ahead(found, &row.of.run, AS_PREDICTED)).collect();
+    let named = if erring.is_empty() { judged.iter().collect() } else { erring.clone() };
+    let Some(most) = named.into_iter().max_by(|a, b| a.times().total_cmp(&b.times())) else {
         return ("There is no run of free motion to compare the model with.".into(), false);
     };
-    let is_off = |row: &&&Row<'_>| row.times() > AS_PREDICTED;
-    let follows = |run: &str| noise::follows_ahead(found, run, AS_PREDICTED) == Some(true);
-    let errs = judged.iter().filter(is_off).filter(|row| !follows(&row.of.run)).count();
-    let drifts = judged.iter().filter(is_off).count() > 0;
     let against = if most.predicted.is_some() { "the predicted error" } else { "the noise of its sensor" };
     let place = format!("{} of {}", most.of.dof, most.of.run);
     let runs = count(judged.len(), "run");
-    let text = match errs {
+    let text = match erring.len() {
         // a controller answers what pushes the vehicle, and a free run of its commands has the answers without the pushes
-        0 if drifts => format!(
+        0 if !off.is_empty() => format!(
             "The model errs as predicted 8 s ahead on {runs} {which}. Left to itself it drifts {} times as far as predicted in \
              {place}, as where a controller steers and its commands answer what pushed the vehicle.",
             size(most.times())
@@ -146,7 +146,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         || " No noise explains the runs: the model cannot follow them.".to_string(),
         |found| format!(" {}", found.sentence()),
     );
-    (text + &noise, errs > 0 || found.is_some_and(Noise::is_more_than_turbulence))
+    (text + &noise, !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
 }
 
 /// One row a run: its worst degree of freedom.

@@ -83,11 +83,11 @@ pub(super) fn expected(noise: Option<&Noise>, run: &str, dof: Option<Dof>) -> Op
     noise?.prediction.iter().find(of).map(|p| p.expected)
 }
 
-/// Whether a run is predicted 8 s ahead within `times` what the noise lets expect, in every degree of freedom; `None` where it is
-/// not predicted at all.
-pub(super) fn follows_ahead(noise: Option<&Noise>, run: &str, times: f64) -> Option<bool> {
-    let ahead = noise?.prediction.iter().filter(|p| p.run == run && p.ahead == Some(8.0));
-    ahead.map(|p| p.rms <= times * p.expected).reduce(|all, follows| all && follows)
+/// Whether a run is predicted 8 s ahead, and within `times` what the noise lets expect, in every degree of freedom.
+pub(super) fn follows_ahead(noise: Option<&Noise>, run: &str, times: f64) -> bool {
+    let ahead = |p: &&Predicted| p.run == run && p.ahead == Some(8.0);
+    let mut ahead = noise.iter().flat_map(|noise| &noise.prediction).filter(ahead).peekable();
+    ahead.peek().is_some() && ahead.all(|p| p.rms <= times * p.expected)
 }
 
 /// How each run is predicted so far ahead, run by run.

@@ -201,12 +201,11 @@ fn rough(mut model: Model, known: &Model, runs: &[Run], is_logged: impl Fn(&Dof)
             inertia.value = quick(force, speed);
         }
         if !is_commanded(runs, dof) {
-            let (most, drags) = (inertia.value / at_once, [id::LINEAR_DRAG, id::QUADRATIC_DRAG, id::MIXED_DRAG]);
+            let (most, all) = (inertia.value / at_once, [id::LINEAR_DRAG, id::QUADRATIC_DRAG, id::MIXED_DRAG]);
             let has_mass = !dof.is_rotation() && known.value_at(id::INERTIA, dof).is_some_and(|m| m > 0.0);
-            slowed(&mut model, dof, runs, most, if has_mass { &drags } else { &drags[2..] });
+            slowed(&mut model, dof, runs, most, if has_mass { &all } else { &all[2..] });
         }
-        let of = |id: &str| model.value_at(id, dof).unwrap_or(0.0);
-        let drag = of(id::LINEAR_DRAG) + 2.0 * speed * of(id::QUADRATIC_DRAG);
+        let drag: f64 = drags(&model, dof, &[id::LINEAR_DRAG, id::QUADRATIC_DRAG]).map(|p| slope(p, runs)).sum();
         let restoring = id::restoring(dof).and_then(|id| model.value(&id)).unwrap_or(0.0);
         let least = (drag * at_once).max(restoring * at_once * at_once);
         let inertia = &mut model.parameters[index];
@@ -215,20 +214,26 @@ fn rough(mut model: Model, known: &Model, runs: &[Run], is_logged: impl Fn(&Dof)
     model
 }
 
-/// Lessens the `drags` of a degree of freedom so that at the greatest speeds their slope ∂X/∂ν is no more than `most`, together.
-fn slowed(model: &mut Model, dof: Dof, runs: &[Run], most: f64, drags: &[&str]) {
-    let slope = |p: &Parameter| {
-        let speed = |dof: Dof| greatest(runs, dof.velocity());
-        p.value
-            * match (p.effect.as_str(), p.place.other) {
-                (id::QUADRATIC_DRAG, _) => 2.0 * speed(dof),
-                (_, Some(other)) => speed(other),
-                _ => 1.0,
-            }
-    };
-    let of = |p: &&mut Parameter| drags.contains(&p.effect.as_str()) && p.place.dof == Some(dof) && is_begun(p);
-    let all: f64 = model.parameters.iter_mut().filter(of).map(|p| slope(p).max(0.0)).sum();
+/// The parameters of these drags in a degree of freedom.
+fn drags<'a>(model: &'a Model, dof: Dof, ids: &'a [&str]) -> impl Iterator<Item = &'a Parameter> {
+    model.parameters.iter().filter(move |p| ids.contains(&p.effect.as_str()) && p.place.dof == Some(dof))
+}
+
+/// ∂X/∂ν of a drag at the greatest speeds of the runs, kg/s or kg·m²/s.
+fn slope(drag: &Parameter, runs: &[Run]) -> f64 {
+    let speed = |dof: Option<Dof>| dof.map_or(0.0, |dof| greatest(runs, dof.velocity()));
+    match drag.effect.as_str() {
+        id::QUADRATIC_DRAG => 2.0 * drag.value * speed(drag.place.dof),
+        id::MIXED_DRAG => drag.value * speed(drag.place.other),
+        _ => drag.value,
+    }
+}
+
+/// Lessens those of `ids` in a degree of freedom that are to be begun, so that their slopes are no more than `most` together.
+fn slowed(model: &mut Model, dof: Dof, runs: &[Run], most: f64, ids: &[&str]) {
+    let all: f64 = drags(model, dof, ids).filter(|p| is_begun(p)).map(|p| slope(p, runs).max(0.0)).sum();
     if all > most {
+        let of = |p: &&mut Parameter| ids.contains(&p.effect.as_str()) && p.place.dof == Some(dof) && is_begun(p);
         for p in model.parameters.iter_mut().filter(of) {
             p.value = (p.value * most / all).clamp(p.min, p.max);
         }
@@ -324,13 +329,17 @@ mod tests {
     use crate::effects::Coriolis;
     use crate::noise::Noise;
 
+    /// A run of a second in which each of these channels goes from 0 to its most.
+    fn run_to(most: &[(&str, f64)]) -> Run {
+        let time: std::sync::Arc<[f64]> = vec![0.0, 1.0].into();
+        let signal = |(name, most): &(&str, f64)| (name.to_string(), Signal::new(time.clone(), vec![0.0, *most]));
+        Run { signals: most.iter().map(signal).collect(), ..Run::default() }
+    }
+
     /// Two thrusters exchanged: 20 N in sway move the vehicle, and of the yaw moment rounding is left, of which no inertia is made.
     #[test]
     fn nothing_of_a_tame_vehicle_is_made_of_rounding() {
-        let (mut run, time): (Run, std::sync::Arc<[f64]>) = (Run::default(), vec![0.0, 1.0].into());
-        for (name, most) in [("tau_v", 20.0), ("tau_r", 3e-17), ("v", 0.8), ("r", 1.2)] {
-            run.signals.insert(name.into(), Signal::new(time.clone(), vec![0.0, most]));
-        }
+        let run = run_to(&[("tau_v", 20.0), ("tau_r", 3e-17), ("v", 0.8), ("r", 1.2)]);
         let effects = ["inertia", "linear_drag", "quadratic_drag"];
         let tame = tame(&Model::with_effects(&[Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).unwrap(), &[run]);
         let value = |id: &str, dof: Dof| tame.value_at(id, dof).unwrap();
@@ -344,10 +353,7 @@ mod tests {
     /// so is what the way ahead makes of a moment of inertia of 2 at 1.5 m/s, 2/(0.5·1.5).
     #[test]
     fn what_drifts_keeps_its_mass() {
-        let (mut run, time): (Run, std::sync::Arc<[f64]>) = (Run::default(), vec![0.0, 1.0].into());
-        for (name, most) in [("tau_u", 40.0), ("u", 1.5), ("v", 3.0), ("r", 0.2)] {
-            run.signals.insert(name.into(), Signal::new(time.clone(), vec![0.0, most]));
-        }
+        let run = run_to(&[("tau_u", 40.0), ("u", 1.5), ("v", 3.0), ("r", 0.2)]);
         let effects = ["inertia", "quadratic_drag@sway", "mixed_drag@yaw:surge"];
         let mut model =
             Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).expect("known effects");
@@ -372,10 +378,7 @@ mod tests {
     /// A propeller's 20 N and a fin: the sway, which no command drives, is as heavy as the surge, and no Munk moment is left.
     #[test]
     fn a_tame_vehicle_has_no_munk_moment_where_it_drifts() {
-        let (mut run, time): (Run, std::sync::Arc<[f64]>) = (Run::default(), vec![0.0, 1.0].into());
-        for (name, most) in [("tau_u", 20.0), ("u", 0.8), ("v", 0.3), ("r", 0.2)] {
-            run.signals.insert(name.into(), Signal::new(time.clone(), vec![0.0, most]));
-        }
+        let run = run_to(&[("tau_u", 20.0), ("u", 0.8), ("v", 0.3), ("r", 0.2)]);
         let effects = ["inertia", "quadratic_drag", "coriolis_yaw"];
         let mut model =
             Model::with_effects(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied, &effects).expect("known effects");

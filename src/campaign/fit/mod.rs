@@ -225,7 +225,7 @@ pub(super) fn assembled(
 
 /// Whether to believe the fit: what its estimator says, after what bends its numbers whatever that says.
 fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: Option<String>) -> String {
-    let rest = of_estimator.unwrap_or_else(|| told(estimator, model, converged));
+    let rest = of_estimator.unwrap_or_else(|| told(estimator, converged));
     // at its neutral value an effect is absent, and bends nothing
     let absent = |p: &Parameter| (p.value - p.spec.neutral).abs() <= 0.0;
     let cut_off =
@@ -292,11 +292,8 @@ fn of_other_kinds(estimator: Estimator, runs: &[Run]) -> String {
 }
 
 /// What there is to say of a fit whose estimator says nothing of its noise.
-fn told(estimator: Estimator, model: &Model, converged: bool) -> String {
+fn told(estimator: Estimator, converged: bool) -> String {
     let name = estimator.name().replace('_', " ");
-    if is_untouched(model) {
-        return format!("Nothing was estimated: no run is of a kind that the fit by {name} uses.");
-    }
     match converged {
         true => format!(
             "The fit by {name} is done; it takes no random force into account, and does not say whether the model is complete: \
@@ -394,8 +391,11 @@ mod tests {
     fn an_estimator_that_no_run_suits_says_so() {
         let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap();
         let told = |model: &Model| sentence(Estimator::Staged, model, true, None);
-        assert!(told(&model).starts_with("Nothing was estimated"), "{}", told(&model));
+        assert!(is_untouched(&model));
+        let refused = of_other_kinds(Estimator::Staged, &[]);
+        assert!(refused.starts_with("nothing was estimated"), "{refused}");
         (model.parameters[0].value, model.parameters[0].std) = (10.0, Some(1.0));
+        assert!(!is_untouched(&model));
         assert!(told(&model).starts_with("The fit by staged is done"), "{}", told(&model));
         model.parameters[0].std = Some(3.0);
         assert!(

@@ -1,20 +1,18 @@
 //! What commands do between two rows of a log: they are held, or change on a line.
 //!
 //! ```text
-//! held: d̂ > Δt/4      d̂: delay of the motion behind commands on a line ([`behind_lines`])
+//! held: the motion comes Δt/2 behind commands on a line ([`between_rows`]);  else: a command mostly stays
 //! ```
 //!
 //! Commands that are sent stay until the next one comes; commands that somebody has simulated may be lines. A zig-zag looks the
 //! same in both, and so does a sine. Where the motion answers clearly, it decides; else commands that mostly stay are held.
 //!
-//! What the motion answers is the force: of commands whose thrusters are known that of their curves ([`Commanded::pushed_by`]).
+//! What the motion answers is the force: of commands whose thrusters are known that of their curves ([`crate::campaign::forces`]).
 
-use crate::campaign::behind_lines::behind_lines;
-use crate::frame::Dof;
+use crate::campaign::between_rows::between_rows;
 use crate::log::check::time::usual_step;
 use crate::log::number::short;
 use crate::run::{Run, Signal};
-use crate::thrust::thruster::Thruster;
 
 /// The commands of a log, its number of rows, and all of its channels.
 pub struct Commanded<'a> {
@@ -26,53 +24,20 @@ pub struct Commanded<'a> {
 /// Share of rows that leave a command as it was, from which on it is held.
 const STAYS: f64 = 0.4;
 
-/// Commands beyond this are pulse widths, µs.
-const PULSES: f64 = 100.0;
-
-impl Commanded<'_> {
-    /// The same with the wrench that its thrusters make at the stamps of the first one, where each of them is commanded.
-    pub fn pushed_by(mut self, thrusters: &[Thruster]) -> Self {
-        let forces: Option<Vec<Signal>> =
-            thrusters.iter().enumerate().map(|(k, of)| force(of, self.run.signal(&format!("V{}", k + 1))?)).collect();
-        let Some(forces) = forces else { return self };
-        let Some(time) = forces.first().map(|first| first.shared_time().clone()) else { return self };
-        if forces.iter().any(|force| force.len() != time.len()) {
-            return self;
-        }
-        for dof in Dof::ALL.into_iter().filter(|dof| thrusters.iter().any(|thruster| thruster.pushes(*dof))) {
-            let at = |k: usize| {
-                thrusters.iter().zip(&forces).map(|(of, f)| of.unit_wrench()[dof.index()] * f.values()[k]).sum()
-            };
-            let wrench: Vec<f64> = (0..time.len()).map(at).collect();
-            self.run.signals.entry(dof.force().into()).or_insert_with(|| Signal::new(time.clone(), wrench));
-        }
-        self
-    }
-}
-
-/// Force along the axis of a thruster, by its curve; `None` where its pulses cannot be read.
-fn force(thruster: &Thruster, command: &Signal) -> Option<Signal> {
-    let (curve, is_pulse) = (thruster.curve(), command.values().iter().any(|x| x.abs() > PULSES));
-    let of = |x: &f64| Some(curve.force(if is_pulse { thruster.command_of_pulse(*x).ok()? } else { *x }));
-    let forces: Option<Vec<f64>> = command.values().iter().map(of).collect();
-    Some(Signal::new(command.shared_time().clone(), forces?))
-}
-
 /// Whether commands are held, with the reason; no reason where nothing speaks for either.
 pub fn commands_are_held(logs: &[Commanded<'_>]) -> (bool, Option<String>) {
     if logs.iter().any(|log| log.signals.iter().any(|s| s.len() < log.rows)) {
         return (true, Some("the commands have time stamps of their own, as where each change is logged".into()));
     }
-    let asked = logs.iter().find_map(|log| step(log));
-    if let Some((delay, step)) =
-        asked.and_then(|step| Some((behind_lines(logs.iter().map(|log| &log.run), step)?, step)))
-    {
-        let told = format!(
+    let step = logs.iter().find_map(step);
+    let told = step.and_then(|step| Some((between_rows(logs.iter().map(|log| &log.run), step)?, step)));
+    if let Some((told, step)) = told {
+        let why = format!(
             "the motion comes {} s behind commands on lines between the rows; held ones would make it {}",
-            short(delay, 2),
+            short(told.delay, 2),
             short(0.5 * step, 3)
         );
-        return (delay > 0.25 * step, Some(told));
+        return (told.held, Some(why));
     }
     let stays = logs.iter().map(stays).fold(0.0, f64::max);
     let told = || format!("in {:.0} % of the rows a command is what it was in the row before", 100.0 * stays);

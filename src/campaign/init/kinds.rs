@@ -41,8 +41,8 @@ pub fn of(logs: &[&Understood]) -> (&'static str, Option<String>) {
         (false, false) => {
             let (moving, commands) = (moving.join(", "), commands.join(", "));
             let text = format!(
-                "with doubt: {loads} and {moving}, and the command {commands}: towed with the thrusters on, or held and \
-                                not quite at rest (kind = \"bollard\")"
+                "with doubt: {loads} and {moving}, and the command {commands}: towed with the thrusters on, or held and not quite at \
+                 rest (kind = \"bollard\")"
             );
             ("towing", Some(text))
         }

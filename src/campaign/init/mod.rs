@@ -5,6 +5,7 @@
 
 mod alike;
 mod altitude;
+mod attempts;
 pub(super) mod commands;
 mod degrees;
 mod dives;

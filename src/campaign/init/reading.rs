@@ -11,17 +11,9 @@ use super::words::{self, Words};
 use super::{alike, altitude, drives, dvl_axes, fins, parts, ros, speeds, turning, units, values};
 use crate::frame::Dof;
 use crate::log::columns::Quantity;
-use crate::log::options::{
-    BodyFrame, ColumnSource, Duplicates, EarthFrame, Missing, Repeated, Truncated, VelocityReference,
-};
-use crate::log::{self, LogError, LogFile, LogOptions, codes, columns};
+use crate::log::options::{BodyFrame, ColumnSource, EarthFrame, VelocityReference};
+use crate::log::{self, LogFile, LogOptions, columns};
 use crate::run::Run;
-
-/// Attempts to read before the file is written without this log.
-const ATTEMPTS: usize = 12;
-
-/// Rows that are this late may be out of order, s; further back a clock was set or another log begins.
-const SET_BACK: f64 = 1.0;
 
 /// What a thruster may be commanded in.
 const COMMANDS: &[Quantity] = &[Quantity::Command, Quantity::Force];
@@ -366,125 +358,6 @@ impl Understood {
         }
         self.commands = chosen;
     }
-
-    /// Reads the file, and again with another option for each thing that is refused.
-    fn attempt(&mut self, path: &Path) {
-        for _ in 0..ATTEMPTS {
-            match log::read(path, &self.options, &["t"]) {
-                Ok(log) => {
-                    self.refused.clear();
-                    if self.sentinels(&log) || self.holds(&log) {
-                        continue;
-                    }
-                    self.log = Some(log);
-                    return;
-                }
-                Err(error) => {
-                    if !self.relax(&error, path) {
-                        self.refused = error.to_string().lines().map(str::to_string).collect();
-                        self.refused.extend(self.set_back(path));
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Allows what was refused; whether there was anything to allow.
-    fn relax(&mut self, error: &LogError, path: &Path) -> bool {
-        let before = self.options.clone();
-        for finding in error.findings() {
-            let code = finding.code;
-            if code == codes::MISSING.code || code == codes::NON_FINITE.code {
-                self.options.missing = Missing::NoSample;
-                self.guess("missing", "cells are empty: sensors of their own rates stand side by side");
-                if finding.message.to_lowercase().contains("inf") {
-                    for text in ["inf", "-inf"] {
-                        if !self.options.missing_values.iter().any(|m| m == text) {
-                            self.options.missing_values.push(text.into());
-                        }
-                    }
-                    self.guess("missing_values", "cells hold it where a number is expected");
-                }
-            } else if code == codes::TIME_ORDER.code {
-                if self.options.duplicates == Duplicates::Error {
-                    self.options.duplicates = Duplicates::First;
-                    self.guess("duplicates", "time stamps come twice");
-                } else if self.set_back(path).is_none() {
-                    self.options.sort = true;
-                    self.guess(
-                        "sort",
-                        format!("time stamps go back, by less than {SET_BACK} s: rows are out of order"),
-                    );
-                }
-            } else if code == codes::FIELD_COUNT.code {
-                self.options.truncated = Truncated::Drop;
-                self.guess("truncated", "the last row is cut short");
-            } else if code == codes::UNIT_UNKNOWN.code {
-                if let Some(column) = &finding.column {
-                    self.options.columns.remove(column);
-                    self.remarks.push(format!("the unit of {column} is not known: {}", finding.message));
-                }
-            } else if code == codes::PARSE.code
-                && let Some(text) = quoted(&finding.message)
-                && !self.options.missing_values.contains(&text)
-            {
-                self.options.missing = Missing::NoSample;
-                self.options.missing_values.push(text);
-                self.guess("missing", "cells are empty: sensors of their own rates stand side by side");
-                self.guess("missing_values", "cells hold it where a number is expected");
-            }
-        }
-        before != self.options
-    }
-
-    /// What there is to do where time goes back by more than rows out of order do: sorted, the two stretches would be
-    /// rows of one another.
-    fn set_back(&self, path: &Path) -> Option<String> {
-        let sorted = LogOptions { sort: true, ..self.options.clone() };
-        let mut rows = log::Rows::open(path, &sorted, &["t"]).ok()?;
-        let mut latest = f64::NEG_INFINITY;
-        while let Some(row) = rows.next_row() {
-            if latest - row.t > SET_BACK {
-                return Some(format!(
-                    "the time goes back by {:.3} s at line {}: a clock that was set back, or two logs in one. Split the file \
-                     before that line and give both parts; where the rows are merely out of order say --log sort=true",
-                    latest - row.t,
-                    row.line
-                ));
-            }
-            latest = latest.max(row.t);
-        }
-        None
-    }
-
-    /// Takes codes for no value out; whether there was a new one.
-    fn sentinels(&mut self, log: &LogFile) -> bool {
-        let mut new = false;
-        for (name, signal) in &log.signals {
-            for seen in log::check::far::check(name, signal).iter().filter(|s| s.code == codes::SENTINEL) {
-                let Some(value) = seen.time.map(|t| signal.at(t)) else { continue };
-                let text = units::as_written(name, self.options.columns.get(name), value);
-                if !self.options.missing_values.contains(&text) {
-                    self.options.missing = Missing::NoSample;
-                    self.options.missing_values.push(text.clone());
-                    self.guess("missing", "a sensor writes a code where it has no value");
-                    self.guess("missing_values", format!("{name} is exactly {text} now and then, far from all else"));
-                    new = true;
-                }
-            }
-        }
-        new
-    }
-
-    /// Notices sensors whose values are repeated until the next; whether the option is new.
-    fn holds(&mut self, log: &LogFile) -> bool {
-        let told = log.warnings.iter().find(|found| found.code == codes::HELD.code);
-        let (Repeated::Auto, Some(told)) = (self.options.repeated, told) else { return false };
-        self.options.repeated = Repeated::NoSample;
-        self.guess("repeated", told.message.clone());
-        true
-    }
 }
 
 /// Takes out what may be the angle that was wanted: `cmd_yaw` is a moment only beside the command of a force, `cmd_surge`.
@@ -497,10 +370,4 @@ fn wanted_angles(meant: &mut Vec<(Meaning, String, Words)>) -> Vec<String> {
     }
     let angles = meant.extract_if(.., |(m, ..)| is(m, &Dof::ALL[3..]));
     angles.map(|(_, header, _)| header).collect()
-}
-
-/// The text in single quotes of a message.
-fn quoted(message: &str) -> Option<String> {
-    let (_, rest) = message.split_once('\'')?;
-    rest.split_once('\'').map(|(text, _)| text.to_string()).filter(|text| !text.is_empty())
 }

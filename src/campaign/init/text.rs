@@ -10,9 +10,9 @@ use super::quoted;
 use super::reading::Understood;
 use super::reading_options::{Common, table};
 use super::{InitRequest, dives, drives, geometry, kinds, priors, roles};
-use crate::campaign::columns;
 use crate::campaign::steps_as_lines::goes_on;
 use crate::campaign::vehicles::{KnownVehicle, with_thruster_lines, with_thruster_value};
+use crate::campaign::{columns, forces};
 use crate::check::fins;
 use crate::effects::{Coriolis, CoriolisRow, Effect, EffectName, Place, catalogue, id};
 use crate::frame::Dof;
@@ -326,7 +326,9 @@ impl Draft<'_> {
             let mut signals = drives::signals(understood);
             let is_sent = |name: &str, signal: &Signal| is_command(name) && !goes_on(name, signal);
             signals.extend(log.signals.iter().filter(|(name, s)| is_sent(name, s)).map(|(_, s)| s));
-            Some(Commanded { signals, rows: log.rows, run: understood.as_run()? }.pushed_by(thrusters))
+            let run = understood.as_run()?;
+            let run = forces::commanded(run.clone(), &log.units, thrusters).unwrap_or(run);
+            Some(Commanded { signals, rows: log.rows, run })
         });
         let (is_held, why) = held::commands_are_held(&commanded.collect::<Vec<_>>());
         if let Some(why) = why {

@@ -1,8 +1,9 @@
-//! How long after a command on a straight line between its rows the motion comes: half of their time where commands are held, not at
-//! all where they are lines.
+//! What the motion tells of commands between their rows: how long after a command on a straight line it comes. Where commands are held
+//! that is half of the time between rows, Δt/2, where they are lines not at all.
 //!
 //! ```text
 //! d̂ = Σ d_k σ_k⁻² / Σ σ_k⁻²      over the balances of runs and degrees of freedom ([`measure`])      σ(d̂) < Δt/8
+//! held: d̂ > Δt/4
 //! ```
 //!
 //! A log without the velocity along any axis is not asked: slopes of fixes do not tell a twentieth of a second. A straight line in the
@@ -20,9 +21,17 @@ const CLEAR: f64 = 0.125;
 /// Part of the changes of velocity that commands whose curve is not known have to explain for their delay to be one.
 const STRAIGHT: f64 = 0.95;
 
-/// The delay of the motion behind commands on a line, of all runs and degrees of freedom, s; `None` where it does not tell a
-/// half of a step from none, or the motion comes before both.
-pub(super) fn behind_lines<'a>(runs: impl IntoIterator<Item = &'a Run>, step: f64) -> Option<f64> {
+/// What the motion tells.
+pub(super) struct BetweenRows {
+    /// Whether commands are held.
+    pub held: bool,
+    /// Delay of the motion behind commands on a line, s.
+    pub delay: f64,
+}
+
+/// What the motion of all runs and degrees of freedom tells of commands whose rows are `step` s apart; `None` where it does not tell a
+/// half of a step from none, or comes before both.
+pub(super) fn between_rows<'a>(runs: impl IntoIterator<Item = &'a Run>, step: f64) -> Option<BetweenRows> {
     let runs: Vec<&Run> = runs.into_iter().collect();
     if !runs.iter().all(|run| tells_velocity(run)) {
         return None;
@@ -41,7 +50,8 @@ pub(super) fn behind_lines<'a>(runs: impl IntoIterator<Item = &'a Run>, step: f6
         weight += 1.0 / delay.std.powi(2);
     }
     let known = weight > 0.0 && weight.sqrt().recip() < CLEAR * step;
-    known.then(|| sum / weight).filter(|delay| *delay > -0.25 * step)
+    let delay = known.then(|| sum / weight).filter(|delay| *delay > -0.25 * step)?;
+    Some(BetweenRows { held: delay > 0.25 * step, delay })
 }
 
 /// Whether a sensor tells a velocity along an axis.
