@@ -92,6 +92,14 @@ impl Parameter {
     pub fn full_name(&self) -> String {
         format!("{} of {}", self.spec.name, self.term)
     }
+
+    /// Its value; where each run has its own, their mean.
+    pub fn mean(&self) -> f64 {
+        match self.per_run.len() {
+            0 => self.value,
+            runs => self.per_run.iter().sum::<f64>() / runs as f64,
+        }
+    }
 }
 
 /// A model of a vehicle.
@@ -208,7 +216,8 @@ impl Model {
     }
 
     /// Adds an effect at a place; linear parameters start at their neutral value, shape parameters at the first of
-    /// their grid. Returns the index of the term.
+    /// their grid. Returns the index of the term. Of an effect with values of its own in every run and the same with one value
+    /// for all the first alone stands: it holds the other.
     ///
     /// # Errors
     /// [`ModelError`] when it cannot stand there or stands there already.
@@ -219,6 +228,13 @@ impl Model {
         }
         if let Some(reason) = misplaced(effect.as_ref(), place, &self.dofs) {
             return Err(ModelError::WrongPlace { name, reason });
+        }
+        let is_wider = |t: &Term| t.place == place && t.effect.same_in_all_runs() == Some(effect.about().id);
+        if let Some(wider) = self.terms.iter().position(is_wider) {
+            return Ok(wider);
+        }
+        if let Some(narrower) = effect.same_in_all_runs().and_then(|id| self.term(&name_of(id, place))) {
+            self.remove(narrower);
         }
         let parameters = effect
             .parameters(place)
@@ -423,6 +439,18 @@ mod tests {
         assert_eq!(names, ["inertia@surge", "inertia@sway", "inertia@yaw", "coriolis_yaw"]);
         assert_eq!(model.parameters.len(), 3);
         assert_eq!(model.check(), Ok(()));
+    }
+
+    #[test]
+    fn what_each_run_has_for_itself_stands_in_the_stead_of_one_value_for_all() {
+        for listed in [["bias", "bias_each_run@sway"], ["bias_each_run@sway", "bias"]] {
+            let model = Model::with_effects(&PLANAR, Coriolis::Tied, &listed).unwrap();
+            let mut names: Vec<_> = model.terms.iter().map(Term::name).collect();
+            names.sort();
+            assert_eq!(names, ["bias@surge", "bias@yaw", "bias_each_run@sway"]);
+            assert_eq!(model.parameters.len(), 3);
+            assert!(model.parameters.iter().all(|p| p.spec.per_run == (p.term == "bias_each_run@sway")));
+        }
     }
 
     #[test]

@@ -66,6 +66,12 @@ pub struct Setup {
     pub waves: [(f64, f64); 6],
     /// Irregular waves.
     pub sea: Option<Sea>,
+    /// Velocity of the water in each run, m/s; empty where it is the same in all.
+    pub currents: Vec<Vector3<f64>>,
+    /// Push north and east in each run, N; empty where it is the same in all.
+    pub pushes: Vec<[f64; 2]>,
+    /// Constant force of each run in a degree of freedom, N or N·m; empty where it is the same in all.
+    pub biases: [Vec<f64>; 6],
     /// Drift and offset, s, of the instruments' clock.
     pub clock_error: (f64, f64),
     seed: u64,
@@ -74,6 +80,15 @@ pub struct Setup {
 impl Setup {
     /// Makes of the plant what it is in one run.
     pub fn of_run(&self, plant: &mut Plant, run: usize) {
+        if let Some(velocity) = self.currents.get(run) {
+            plant.current = Current::Steady(*velocity);
+        }
+        if let Some(push) = self.pushes.get(run) {
+            plant.earth_force = *push;
+        }
+        for (bias, of_runs) in plant.bias.iter_mut().zip(&self.biases) {
+            *bias = of_runs.get(run).copied().unwrap_or(*bias);
+        }
         for i in 0..6 {
             if let Some(numbers) = self.run_numbers.get(run) {
                 plant.water.added_mass[(i, i)] += self.amplitude[i] * numbers[i];
@@ -115,6 +130,9 @@ pub(crate) fn setup(campaign: &Campaign) -> Result<Setup, PlantError> {
         run_numbers: Vec::new(),
         waves: [(0.0, 5.0); 6],
         sea: None,
+        currents: Vec::new(),
+        pushes: Vec::new(),
+        biases: std::array::from_fn(|_| Vec::new()),
         clock_error: (0.0, 0.0),
         seed: campaign.seed,
     };
@@ -188,6 +206,17 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
         }
         ("current", Place::Whole) => {
             plant.current = Current::Steady(size * speed[0] * Vector3::new(0.15, -0.1, 0.0));
+        }
+        ("current_each_run", Place::Whole) => {
+            let mut drawn = || polar(random.between(0.1, 0.25) * size * speed[0], random.between(0.0, TAU));
+            setup.currents = (0..campaign.runs).map(|_| drawn()).map(|[n, e]| Vector3::new(n, e, 0.0)).collect();
+        }
+        ("earth_force_each_run", Place::Whole) => {
+            let mut drawn = || polar(random.between(0.05, 0.15) * size * rated[0], random.between(0.0, TAU));
+            setup.pushes = (0..campaign.runs).map(|_| drawn()).collect();
+        }
+        ("bias_each_run", Place::One(i)) => {
+            setup.biases[i] = (0..campaign.runs).map(|_| random.between(-0.15, 0.15) * size * rated[i]).collect();
         }
         ("thruster_loss", Place::Thruster(k)) if !plant.actuation.thrusters.is_empty() => {
             plant.actuation.thrusters[k].loss.0 = size;
@@ -288,6 +317,11 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
     Ok(())
 }
 
+/// North and east of what has this size and direction.
+fn polar(size: f64, direction: f64) -> [f64; 2] {
+    [size * direction.cos(), size * direction.sin()]
+}
+
 /// The effects of the catalogue that can be hidden in a campaign with these degrees of freedom, one place each.
 pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
     let six = dofs.len() == 6;
@@ -309,6 +343,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "even_drag@surge:yaw",
         "lift_moment@yaw:sway",
         "bias@sway",
+        "bias_each_run@sway",
         "thrust_interaction_loss@yaw",
         "thrust_advance_loss@surge",
         "thrust_reverse_loss@surge",
@@ -320,7 +355,9 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "thruster_fault@surge",
         "supply_voltage",
         "current",
+        "current_each_run",
         "earth_force",
+        "earth_force_each_run",
         "tether_spring",
         "tether_drag@surge",
         "wave@sway",
@@ -335,6 +372,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
         "sensor_dvl_delay",
         "sensor_gyro_lag",
         "sensor_position_delay",
+        "sensor_position_lever_arm",
         "sensor_delay",
     ]
     .map(String::from)

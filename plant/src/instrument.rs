@@ -61,7 +61,7 @@ pub struct Instrument {
     pub smoothing: f64,
     /// Rate at which the value is renewed where it is logged more often, Hz.
     pub renewed: Option<f64>,
-    /// Lever arm of velocities, m.
+    /// Lever arm of velocities and of horizontal positions, m.
     pub lever_arm: Vector3<f64>,
     /// Misalignment α of velocities about z, rad.
     pub misalignment: f64,
@@ -267,8 +267,10 @@ fn value(instrument: &Instrument, name: &str, truth: &Truth) -> f64 {
         "p" => nu[3],
         "q" => nu[4],
         "r" => nu[5],
-        "x" => truth.state[0],
-        "y" => truth.state[1],
+        "x" | "y" => {
+            let at = rotation(quaternion_of(&truth.state)) * instrument.lever_arm;
+            if name == "x" { truth.state[0] + at.x } else { truth.state[1] + at.y }
+        }
         "z" => truth.state[2],
         "phi" => attitude()[0],
         "theta" => attitude()[1],

@@ -76,6 +76,11 @@ pub(crate) fn slots<'s>(name: &Name<'_>, setup: &'s mut Setup) -> Option<Vec<(St
             let [x, y, _] = &mut instruments[k].lever_arm.data.0[0];
             vec![("x_dvl".into(), x), ("y_dvl".into(), y)]
         }
+        ("sensor_position_lever_arm", Place::Whole) => {
+            let k = instruments.iter().position(|i| i.has("x"))?;
+            let [x, y, _] = &mut instruments[k].lever_arm.data.0[0];
+            vec![("x_pos".into(), x), ("y_pos".into(), y)]
+        }
         ("sensor_dvl_misalignment", Place::Whole) => {
             let k = instruments.iter().position(|i| i.has("u"))?;
             vec![("alpha_dvl".into(), &mut instruments[k].misalignment)]
@@ -135,6 +140,7 @@ pub(crate) fn sensible(name: &Name<'_>, vehicle: &Vehicle, size: f64, duration: 
         "sensor_compass_magnetic" => strength(8.0 * degree / vehicle.rated[0]),
         "sensor_compass_deviation" => two(5.0 * degree, 3.0 * degree),
         "sensor_dvl_lever_arm" => two(0.25, -0.1),
+        "sensor_position_lever_arm" => two(0.8, -0.3),
         _ => None,
     }
 }

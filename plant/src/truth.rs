@@ -163,6 +163,16 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
             let Current::Steady(v) = setup.plant.current else { return Vec::new() };
             return vec![one("V_N", v.x), one("V_E", v.y)];
         }
+        ("current_each_run", _) => {
+            return of_runs(effect, &["V_N", "V_E"], setup.currents.iter().map(|v| vec![v.x, v.y]));
+        }
+        ("earth_force_each_run", _) => {
+            return of_runs(effect, &["F_N", "F_E"], setup.pushes.iter().map(|f| f.to_vec()));
+        }
+        ("bias_each_run", Place::One(i)) => {
+            let symbol = format!("b_{}", ["u", "v", "w", "p", "q", "r"][i]);
+            return of_runs(effect, &[&symbol], setup.biases[i].iter().map(|b| vec![*b]));
+        }
         ("thruster_loss", Place::Thruster(k)) => {
             return setup.plant.actuation.thrusters.get(k).map(|t| one("k", t.loss.0)).into_iter().collect();
         }
@@ -191,4 +201,17 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
         _ => {}
     }
     slots(&name, setup).into_iter().flatten().map(|(symbol, value)| one(&symbol, *value)).collect()
+}
+
+/// True values of a term that has its own in each run, one run after the other: `V_N of run00.csv`.
+fn of_runs(effect: &str, symbols: &[&str], runs: impl Iterator<Item = Vec<f64>>) -> Vec<TrueValue> {
+    let of_run = |(run, values): (usize, Vec<f64>)| {
+        let of = |(symbol, value): (&&str, f64)| TrueValue {
+            effect: effect.to_string(),
+            name: format!("{symbol} of run{run:02}.csv"),
+            value,
+        };
+        symbols.iter().zip(values).map(of).collect::<Vec<_>>()
+    };
+    runs.enumerate().flat_map(of_run).collect()
 }

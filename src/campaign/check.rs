@@ -13,12 +13,15 @@ use crate::check::closed_loop::Loop;
 use crate::check::excitation::Excitation;
 use crate::check::rates::{ChannelRate, number_of};
 use crate::check::{self, Agreement, Answer, CheckOptions, CheckReport, Light, LogFault, TopicLight};
+use crate::effects::Family;
 use crate::finding::{Finding, Severity};
 use crate::frame::Dof;
 use crate::log::{self, LogError, LogOptions};
+use crate::model::Term;
 use crate::progress::Count;
 use crate::run::{Role, Run, RunKind};
 use crate::tank::derived;
+use crate::units::Dimension;
 
 /// What was found. Serialises as `hydrosysid check --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -177,7 +180,13 @@ fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     let (thrusters, model) = (campaign.file.thrusters.clone(), driven(campaign));
     let through_water = campaign.model.through_water;
     let lag_is_known = campaign.model.terms.iter().any(|t| delays_thrust(t.effect.as_ref(), t.place, &campaign.model));
-    let options = CheckOptions { thrusters, model, through_water, lag_is_known, ..CheckOptions::default() };
+    let is_arm = |t: &Term| {
+        let lengths = t.parameters.iter().any(|p| campaign.model.parameters[*p].spec.dimension == Dimension::LENGTH);
+        lengths && t.effect.about().family == Family::Sensor
+    };
+    let arm_is_known = campaign.model.terms.iter().any(is_arm);
+    let options =
+        CheckOptions { thrusters, model, through_water, lag_is_known, arm_is_known, ..CheckOptions::default() };
     let logged = logged(run, campaign);
     let report = check::run(&logged, &options);
     let told = report.findings.iter().any(|f| f.code == check::codes::COMMAND_SIGN.code);
@@ -214,7 +223,7 @@ fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> 
     if free.is_empty() {
         return Vec::new();
     }
-    let shown = |dof: Dof| free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && e.enough));
+    let shown = |dof: Dof| free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && (e.enough || e.hidden)));
     let steered = steered(campaign);
     let absent = driven(campaign).into_iter().filter(|dof| !shown(*dof) && !steered.contains(dof));
     let absent: Vec<Dof> = absent.collect();

@@ -123,6 +123,10 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let tracks = found.steps.last().into_iter().flat_map(|step| &step.fit.filtered.problem.tracks);
     found.warnings.extend(first_samples::findings(tracks));
     found.log_findings = faults.iter().flat_map(Fault::findings).collect();
+    if !faults.is_empty() {
+        let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        found.sentence = format!("The log is wrong: {}. With that mended: {}", told.join("; "), found.sentence);
+    }
     Ok(found)
 }
 

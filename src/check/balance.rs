@@ -204,6 +204,22 @@ impl Balance {
         self.commands.iter().map(Samples::step).fold(self.nu.step(), f64::max)
     }
 
+    /// How often command number `k` goes from the lowest quarter of its range to the highest, or back.
+    pub fn swings(&self, k: usize) -> usize {
+        let values = self.commands[k].values();
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (x.min(low), x.max(high)));
+        let quarter = 0.25 * (high - low);
+        let side = |x: &f64| match x {
+            x if *x < low + quarter => Some(false),
+            x if *x > high - quarter => Some(true),
+            _ => None,
+        };
+        let mut sides: Vec<bool> = values.iter().filter_map(side).collect();
+        sides.dedup();
+        sides.len().saturating_sub(1)
+    }
+
     /// Whether the command number `k` stands for others that always go with it: its gain is theirs together.
     pub fn is_joined(&self, k: usize) -> bool {
         self.together[k]

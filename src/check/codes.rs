@@ -32,6 +32,8 @@ placed! {
 
     DEAD_RATE = "K118" "dead-rate" Warning Values Red "An angle turns while its rate stays near zero: the gyro, or its column, is dead. Leave the column out; the angle tells the turn.";
 
+    LEVER_ARM = "K119" "lever-arm" Warning Consistency Amber "The position is measured elsewhere on the vehicle than the velocity: an antenna or a beacon swings about the DVL as the vehicle turns. `hydrosysid discover` names the lever arm and puts it into the model; or bring both to the origin where the log is made.";
+
     COMMAND_SIGN = "K121" "sign" Warning Commands Red "A command accelerates the vehicle the wrong way, or a velocity goes against all thrusters: its sign, or the position and axis of its [[thruster]], is opposite, two commands are exchanged, or the log or the vehicle file has other axes (body_frame = \"flu\" in [log]). Turn one command with columns.NAME.sign = -1, or mend its [[thruster]] table. Where several commands are accused in v and w (or q and r) together, it is one frame that is wrong, not each of the thrusters: mend that first.";
     COMMAND_DELAY = "K122" "delay" Warning Commands Amber "The vehicle answers a command later, or earlier, than it is logged: thrusters take time to spin up, the command waits on its way, or command and motion are on two clocks. Put both on one clock, with `clock_offset` where they are in two logs; a true delay or lag of the thrusters is one of the effects that `hydrosysid discover` names.";
     SIGN_DISAGREES = "K123" "sign" Warning Commands Amber "By the fewer of a vehicle's logs a command acts the wrong way, by the others the right way: a controller moved it in these few, or their column was turned.";

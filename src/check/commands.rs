@@ -22,6 +22,10 @@ pub(super) const CERTAIN: f64 = 8.0;
 /// Least part of the changes of velocity that the commands must explain.
 const OWED: f64 = 0.3;
 
+/// How often a command must go from one side of its range to the other: one step has one answer, which drag, Coriolis force and a
+/// constant that step with it explain as well.
+const SWINGS: usize = 2;
+
 /// What to do about thrusters that push the wrong way.
 pub const MISPLACED: &str =
     "position, axis or sign of one of them is opposite, or body_frame is; mend the [[thruster]] tables";
@@ -46,7 +50,9 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
         delay,
         joined: balance.is_joined(k),
     };
-    let clear = |(k, a): &(usize, Answer)| a.gain.abs() > CERTAIN * a.std && a.gain * at_once.theta[*k] > 0.0;
+    let clear = |(k, a): &(usize, Answer)| {
+        a.gain.abs() > CERTAIN * a.std && a.gain * at_once.theta[*k] > 0.0 && balance.swings(*k) >= SWINGS
+    };
     let answers = channels.iter().enumerate().map(answer).enumerate();
     answers.filter(clear).map(|(_, a)| a).collect()
 }

@@ -68,7 +68,8 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let position = [&geodetic.north, &geodetic.east].map(|n| n.clone().unwrap_or_default());
     let path = path::measure(run, position.each_ref().map(String::as_str));
     if let Some(path) = path.filter(|_| !options.through_water) {
-        found.extend(path::judge(&path, steps));
+        let said = path::judge(&path, steps).into_iter();
+        found.extend(said.filter(|f| !options.arm_is_known || *f.code != codes::LEVER_ARM));
         agreements.extend(path.agreements);
     }
     let degrees = geodetic::measure(run, &geodetic);

@@ -18,6 +18,8 @@ pub struct CheckOptions {
     pub through_water: bool,
     /// Whether the model holds a lag of the thrusters: a motion that answers late is no finding then.
     pub lag_is_known: bool,
+    /// Whether the model holds the lever arm of a sensor: one between position and velocity is no finding then.
+    pub arm_is_known: bool,
     /// The vehicle's thrusters, in the order of `V1`, `F1`, …: their signs can be checked when they are known.
     pub thrusters: Vec<Thruster>,
     /// Column of latitude, deg; looked for by name when absent.

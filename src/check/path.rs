@@ -1,11 +1,13 @@
 //! Velocity against position: units, signs, axes and lag of the velocity sensor.
 //!
 //! ```text
-//! Δ(x, y) = ∫ R(±ψ) G (u, v) dt + c (b − a)          G = [ g₁₁ g₁₂ ]   = [ a_u cos α_u   −a_v sin α_v ]
-//!                                                        [ g₂₁ g₂₂ ]     [ a_u sin α_u    a_v cos α_v ]
+//! Δ(x, y) = ∫ R(±ψ) G (u, v) dt + c (b − a) + ΔR(±ψ) l          G = [ g₁₁ g₁₂ ]   = [ a_u cos α_u   −a_v sin α_v ]
+//!                                                                   [ g₂₁ g₂₂ ]     [ a_u sin α_u    a_v cos α_v ]
 //! ```
 //!
-//! over windows [a, b], with c the current (m/s) where velocity is measured against water. G = 1 when all agrees: a_u,
+//! over windows [a, b], with c the current (m/s) where velocity is measured against water. l is the lever arm between what
+//! measures the position and what measures the velocity, m, where the vehicle turns and the fit is far better with one: an antenna
+//! ahead of the origin swings sideways, which otherwise looks like a wrong sign or a turned sensor. G = 1 when all agrees: a_u,
 //! a_v are scales, α_u, α_v the angles (rad) by which each axis is turned. A misalignment of the sensor and an offset of
 //! the heading are the same here. −ψ with det G < 0 is a swap of x and y, with det G > 0 a heading that counts the wrong
 //! way. ±57.3 ψ or ±ψ/57.3, where that alone fits, is a heading in another unit. Roll and pitch, where logged, take the
@@ -36,6 +38,11 @@ const EXPLAINED: f64 = 0.5;
 const WELL_EXPLAINED: f64 = 0.9;
 /// Least part of the way covered that speeds which are alike explain: of noise about a slow way they explain 0.79.
 const ALIKE: f64 = 0.9;
+/// Cost of a fit with a lever arm over that of one without, below which there is an arm: its part of the way is then as large
+/// as all that is left.
+const ARM: f64 = 0.5;
+/// Longest lever arm that a vehicle has, m.
+const LONGEST_ARM: f64 = 30.0;
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / PI;
 
@@ -52,6 +59,8 @@ pub struct Path {
     pub contradicted: bool,
     /// Names of the two channels of the position.
     pub position: [String; 2],
+    /// Where the position is measured, ahead and to starboard of the velocity, m, and deviations, where that is not the same place.
+    pub arm: Option<[(f64, f64); 2]>,
 }
 
 /// Velocities turned to earth by the heading: north and east of each.
@@ -65,6 +74,8 @@ struct Sense {
     factor: f64,
     fit: Fit,
     earth: ToEarth,
+    /// Whether the fit has a lever arm.
+    armed: bool,
 }
 
 /// Compares; `None` without heading, position or motion.
@@ -90,6 +101,9 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     });
     let starboard = v.as_ref().map(|v| v.map(|t, v| v * at(&phi, t).cos() - at(&w, t) * at(&phi, t).sin()));
     let inner = windows(&all, width, 0.0);
+    let (from, _) = *inner.first()?;
+    let (low, high) =
+        psi.values().iter().map(|p| p - psi.at(from)).fold((0.0f64, 0.0f64), |r, p| (r.0.min(p), r.1.max(p)));
     let moves = |s: &Samples| {
         let column: Vec<f64> = inner.iter().flat_map(|(a, b)| [s.integral(*a, *b), 0.0]).collect();
         clear(&column, s.noise() * (s.step() * width).sqrt())
@@ -112,13 +126,19 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
         let moving = moving.iter().map(|(_, s, turn)| earth(s, *turn)).collect();
         ToEarth { moving, still: quiet.map(|s| earth(s, quiet_turn)) }
     };
-    let fit_with = |ToEarth { moving, still }: &ToEarth, late: f64, windows: &[(f64, f64)]| -> Option<Fit> {
-        let (mut target, mut columns) = (Vec::new(), vec![Vec::new(); 2 * moving.len() + 2]);
+    // with a lever arm where `arm` gives the sense of the heading
+    let fit_armed = |ToEarth { moving, still }: &ToEarth, late: f64, windows: &[(f64, f64)], arm: Option<f64>| {
+        let width = 2 * moving.len() + 2 + if arm.is_some() { 2 } else { 0 };
+        let (mut target, mut columns) = (Vec::new(), vec![Vec::new(); width]);
         for (a, b) in windows {
             let (from, to) = (a - late, b - late);
             let over = |[along, across]: &[Samples; 2]| [along.integral(from, to), across.integral(from, to)];
             let carried = still.as_ref().map_or([0.0; 2], over);
             let areas: Vec<[f64; 2]> = moving.iter().map(over).collect();
+            let turned = arm.map(|sense| {
+                let ((sa, ca), (sb, cb)) = ((sense * psi.at(*a)).sin_cos(), (sense * psi.at(*b)).sin_cos());
+                [cb - ca, sb - sa]
+            });
             for (axis, p) in [&x, &y].into_iter().enumerate() {
                 target.push(p.at(*b) - p.at(*a) - carried[axis]);
                 for (k, [c, s]) in areas.iter().enumerate() {
@@ -128,25 +148,44 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
                 let n = 2 * moving.len();
                 columns[n].push(if axis == 0 { b - a } else { 0.0 });
                 columns[n + 1].push(if axis == 1 { b - a } else { 0.0 });
+                if let Some([c, s]) = turned {
+                    columns[n + 2].push(if axis == 0 { c } else { s });
+                    columns[n + 3].push(if axis == 0 { -s } else { c });
+                }
             }
         }
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &target)
     };
+    let turns_by = |factor: f64| (high - low) * f64::abs(factor);
+    // the fit, and whether it has a lever arm
+    let fit_with = |earth: &ToEarth, factor: f64| -> Option<(Fit, bool)> {
+        let plain = fit_armed(earth, 0.0, &inner, None);
+        let armed = (turns_by(factor) > TURNED).then(|| fit_armed(earth, 0.0, &inner, Some(factor))).flatten();
+        let n = 2 * moving.len() + 2;
+        let is_arm = |armed: &Fit| {
+            let length = armed.theta[n].hypot(armed.theta[n + 1]);
+            let known = (n..n + 2).any(|k| armed.theta[k].abs() > 5.0 * armed.std[k]);
+            known && length < LONGEST_ARM && plain.as_ref().is_none_or(|plain| armed.cost < ARM * plain.cost)
+        };
+        match armed.filter(is_arm) {
+            Some(armed) => Some((armed, true)),
+            None => plain.map(|plain| (plain, false)),
+        }
+    };
     let ahead = turned(1.0);
-    let straight = fit_with(&ahead, 0.0, &inner)?;
-    let (low, high) =
-        psi.values().iter().map(|p| p - psi.at(inner[0].0)).fold((0.0f64, 0.0f64), |r, p| (r.0.min(p), r.1.max(p)));
-    let as_it_is = Sense { factor: 1.0, fit: straight, earth: ahead };
+    let (straight, armed) = fit_with(&ahead, 1.0)?;
+    let as_it_is = Sense { factor: 1.0, fit: straight, earth: ahead, armed };
     let senses = [-1.0, DEGREES, -DEGREES, 1.0 / DEGREES, -1.0 / DEGREES];
     let asked = if as_it_is.fit.explained > WELL_EXPLAINED { &senses[..1] } else { &senses };
-    let others = asked.iter().copied().filter(|factor| (high - low) * factor.abs() > TURNED);
+    let others = asked.iter().copied().filter(|factor| turns_by(*factor) > TURNED);
     let fitted = others.filter_map(|factor| {
         let earth = turned(factor);
-        Some(Sense { factor, fit: fit_with(&earth, 0.0, &inner)?, earth })
+        let (fit, armed) = fit_with(&earth, factor)?;
+        Some(Sense { factor, fit, earth, armed })
     });
     let fits_better = |sense: &Sense| sense.fit.cost < 0.25 * as_it_is.fit.cost && sense.fit.explained > EXPLAINED;
     let better = fitted.filter(fits_better).min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-    let Sense { factor, fit: best, earth } = better.unwrap_or(as_it_is);
+    let Sense { factor, fit: best, earth, armed } = better.unwrap_or(as_it_is);
     let (mirrored, turns) = (factor < 0.0, 1.0 / factor.abs());
     let position = position.map(str::to_string);
     if best.explained < EXPLAINED {
@@ -160,10 +199,19 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
         };
         let both = u.is_some() && v.is_some();
         let contradicted = both && are_alike(&inner.iter().map(ways).collect::<Vec<_>>());
-        return contradicted.then(|| Path { agreements: Vec::new(), mirrored, turns, contradicted, position });
+        return contradicted.then(|| Path {
+            agreements: Vec::new(),
+            mirrored,
+            turns,
+            contradicted,
+            position,
+            arm: None,
+        });
     }
     let shorter = windows(&all, WINDOW.min(1.0).max(0.5 * width), lag::REACH);
-    let lag = lag::least(0.05, |d| fit_with(&earth, d, &shorter).map(|f| (f.cost, f.rows - f.theta.len())));
+    let lag = lag::least(0.05, |d| {
+        fit_armed(&earth, d, &shorter, armed.then_some(factor)).map(|f| (f.cost, f.rows - f.theta.len()))
+    });
     let agreements = moving.iter().enumerate().map(|(k, (name, ..))| {
         let (g, h) = (best.theta[2 * k], best.theta[2 * k + 1]);
         let size = g.hypot(h);
@@ -178,7 +226,9 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
         }
     });
     let agreements = agreements.collect();
-    Some(Path { agreements, mirrored, turns, contradicted: false, position })
+    let n = 2 * moving.len() + 2;
+    let arm = armed.then(|| [n, n + 1].map(|k| (best.theta[k], best.std[k])));
+    Some(Path { agreements, mirrored, turns, contradicted: false, position, arm })
 }
 
 /// Whether ways swum and covered are of one size throughout.
@@ -208,6 +258,16 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
             short(1.0 / path.turns, 3)
         );
         found.push(Found::new(&codes::UNIT, &["psi", x, y], text));
+    }
+    if let Some([ahead, starboard]) = path.arm {
+        let told = |(metres, std): (f64, f64)| format!("{} ± {} m", short(metres, 3), short(std, 2));
+        let text = format!(
+            "{x}, {y} are measured {} ahead and {} to starboard of where the velocity is: an antenna, a beacon or a DVL with a lever arm; \
+             `hydrosysid discover` finds it as an effect, or bring both to the origin where the log is made",
+            told(ahead),
+            told(starboard)
+        );
+        found.push(Found::new(&codes::LEVER_ARM, &[x, y], text));
     }
     for a in &path.agreements {
         let c = a.channel.as_str();
@@ -260,6 +320,18 @@ fn axes(path: &Path) -> Vec<Found> {
         Found::new(&codes::SIGN, &[c], text).fault(FaultKind::Sign, c, -1.0)
     };
     if path.mirrored {
+        // an axis of the position that is turned round leaves forward where it was, or turns it back; a swap turns it to the side
+        let turned_round = u.filter(|_| both && !handed).and_then(|(angle, _)| match angle.abs() {
+            ..0.5 => Some(y),
+            a if a > PI - 0.5 => Some(x),
+            _ => None,
+        });
+        if let Some(c) = turned_round {
+            let text = format!(
+                "the path over {x}, {y} fits heading and velocity only with {c} the other way: set columns.{c}.sign = -1"
+            );
+            return vec![Found::new(&codes::SIGN, &[c], text).fault(FaultKind::Sign, c, -1.0)];
+        }
         let text = if both && !handed {
             format!(
                 "{x} and {y} fit heading and velocity only when they are swapped: check earth_frame (enu instead of ned)"
@@ -288,6 +360,13 @@ fn axes(path: &Path) -> Vec<Found> {
         return Vec::new();
     }
     let code = if offset.abs() > 0.35 { &codes::FRAME } else { &codes::MISALIGNED };
+    // of two axes that turn against each other no one is mounted askew
+    if both && !handed {
+        let text = format!(
+            "u and v fit heading and way over {x}, {y} only when they are exchanged: name them rightly in [log.columns]"
+        );
+        return vec![Found::new(code, &["u", "v"], text).fault(FaultKind::Frame, "psi", offset)];
+    }
     let text = format!(
         "velocity turned by psi points {} deg beside the way over {x}, {y}: the sensor is mounted at this angle, \
          or psi has this offset",

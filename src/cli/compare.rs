@@ -130,7 +130,7 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         // a controller answers what pushes the vehicle, and a free run of its commands has the answers without the pushes
         0 if !off.is_empty() => format!(
             "The model errs as predicted 8 s ahead on {runs} {which}. Left to itself it drifts {} times as far as predicted in \
-             {place}, as where a controller steers and its commands answer what pushed the vehicle.",
+             {place}, as motion does that is hardly stable, or where a controller steers and its commands answer what pushed the vehicle.",
             size(most.times())
         ),
         0 => format!(
@@ -146,7 +146,11 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         || " No noise explains the runs: the model cannot follow them.".to_string(),
         |found| format!(" {}", found.sentence()),
     );
-    (text + &noise, !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
+    let weak = match found.is_some_and(Noise::is_more_than_turbulence) {
+        true => " That is more than turbulence or a tether: who expects to err so much proves little of the model.",
+        false => "",
+    };
+    (text + &noise + weak, !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
 }
 
 /// One row a run: its worst degree of freedom.

@@ -64,7 +64,6 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         let fit = found.last_fit();
         let level = beside(fit, task);
         let model = found.added[k].candidate.taken_out_of(&fit.model);
-        let parameters = fit.model.parameters.len() - model.parameters.len();
         let mut without = filter_error_from(&model, task.train, fit.noise.clone(), &level);
         if found.astray || without.is_err() {
             let anew = filter_error(&started(&model, task.train), task.train, &level);
@@ -74,6 +73,8 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
             };
         }
         let gain = without.as_ref().map_or(f64::INFINITY, |without| merit(without, fit, without.cost - fit.cost));
+        let unknowns = |fit: &FilterErrorFit| fit.filtered.problem.unknowns.len();
+        let parameters = without.as_ref().map_or(1, |without| unknowns(fit).saturating_sub(unknowns(without)));
         let needed = log_survival(gain, parameters) <= found.screen.threshold;
         // beside the others a name needs physics still
         let flaw = broken(&model, fit, &found.added[k].candidate);

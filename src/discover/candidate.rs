@@ -41,6 +41,8 @@ pub struct Candidate {
     pub probes: Vec<Vec<f64>>,
     /// Whether it is probed by blending it in, because its linear parameters alone cannot make it vanish.
     pub blended: bool,
+    /// The term in whose stead it comes: the same effect with one value for all runs.
+    pub in_stead_of: Option<(Arc<dyn Effect>, Place)>,
 }
 
 impl Candidate {
@@ -54,11 +56,17 @@ impl Candidate {
         self.terms.iter().any(|(effect, place)| name_of(effect.about().id, *place) == term)
     }
 
-    /// Takes its terms out of a model that holds them.
+    /// Takes its terms out of a model that holds them; what it came in the stead of is there again, with the mean of the runs.
     pub fn remove_from(&self, model: &mut Model) {
         for (effect, place) in self.terms.iter().rev() {
-            if let Some(term) = model.term(&name_of(effect.about().id, *place)) {
-                model.remove(term);
+            let Some(term) = model.term(&name_of(effect.about().id, *place)) else { continue };
+            let means: Vec<f64> = model.terms[term].parameters.iter().map(|p| model.parameters[*p].mean()).collect();
+            model.remove(term);
+            let Some((former, place)) = &self.in_stead_of else { continue };
+            if let Ok(term) = model.add(former.clone(), *place) {
+                for (p, mean) in model.terms[term].parameters.clone().into_iter().zip(means) {
+                    model.parameters[p].value = mean;
+                }
             }
         }
     }
@@ -117,12 +125,19 @@ impl Candidate {
 
     /// A model with the candidate in it, started where its score says.
     pub fn started(&self, model: &Model, score: &Score) -> Option<Model> {
+        let former =
+            self.in_stead_of.as_ref().and_then(|(effect, place)| model.term(&name_of(effect.about().id, *place)));
+        let former = former.iter().flat_map(|term| &model.terms[*term].parameters);
+        let former: Vec<f64> = former.map(|p| model.parameters[*p].value).collect();
         let mut model = model.clone();
         let probe = self.probes.get(score.probe).map_or(&[][..], Vec::as_slice);
-        let before = model.parameters.len();
-        self.add_to(&mut model, probe).ok()?;
+        let added = self.add_to(&mut model, probe).ok()?;
+        let new: BTreeSet<usize> = added.iter().flat_map(|term| model.terms[*term].parameters.clone()).collect();
+        for (p, value) in new.iter().zip(former) {
+            model.parameters[*p].value = value;
+        }
         let estimates = score.estimate.iter().filter(|_| !self.blended);
-        let new = model.parameters[before..].iter_mut();
+        let new = model.parameters.iter_mut().enumerate().filter(|(p, _)| new.contains(p)).map(|(_, p)| p);
         // a shape that has no grid is its own direction
         let single = self.probes.len() == 1;
         for (parameter, estimate) in new.filter(|p| !p.spec.per_run && (p.spec.is_linear() || single)).zip(estimates) {
@@ -211,6 +226,10 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         if present.contains(&name_of(about.id, place)) || SPOKEN_FOR.iter().any(|(_, other)| *other == about.id) {
             continue;
         }
+        let has_wider = |t: &crate::model::Term| t.place == place && t.effect.same_in_all_runs() == Some(about.id);
+        if model.terms.iter().any(has_wider) {
+            continue;
+        }
         let alone = |row: Dof| model.coriolis == Coriolis::Free || !has_row(model, row);
         if effect.shares_row(place).is_some_and(alone) || !readable(effect.as_ref(), place, model, runs) {
             continue;
@@ -227,10 +246,17 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
             group.terms.push((effect, place));
             continue;
         }
+        // one run does not tell values of its own from one for all
+        if effect.same_in_all_runs().is_some() && runs.len() < 2 {
+            continue;
+        }
+        let in_stead_of = effect.same_in_all_runs().and_then(|id| model.term(&name_of(id, place)));
+        let in_stead_of = in_stead_of.map(|term| (model.terms[term].effect.clone(), place));
         let scale = place.dof.map_or(0.0, |dof| loudest[dof.index()]);
         let parameters = effect.parameters(place);
         let mut probes = probes(effect.as_ref(), place, (scale, model.length));
-        if parameters.iter().any(|p| p.per_run) {
+        // a wave of each run is of one period
+        if parameters.iter().any(|p| p.per_run) && parameters.iter().any(|p| !p.per_run) {
             probes.retain(|probe| probe.iter().all(|period| *period > PERIOD * slowest));
         }
         if probes.is_empty() {
@@ -240,7 +266,7 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         let changes = matches!(about.family, Family::Actuator | Family::Sensor);
         let shaped = changes && parameters.iter().all(|p| !p.is_linear());
         let blended = parameters.is_empty() || shaped && probes.len() > 1;
-        list.push(Candidate { terms: vec![(effect, place)], probes, blended });
+        list.push(Candidate { terms: vec![(effect, place)], probes, blended, in_stead_of });
     }
     list
 }

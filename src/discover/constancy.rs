@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A part is all that comes after an instant (weed, a payload, a motor that fails), or one run (a wrong sign, another
-//! trim). Over the whole log S is nothing, because the estimate is the likelihood's greatest. The greatest z² of all parts and
+//! trim); of a value that a run has for itself, what comes after an instant of that run (a current that turns with the tide). Over the whole log S is nothing, because the estimate is the likelihood's greatest. The greatest z² of all parts and
 //! parameters is compared with what chance makes of the greatest one, drawn from N(0, A) of every block. A name that
 //! stands in for something else may follow the whole log on average, but not every part of it. Where it is one parameter that
 //! changes once, nothing is left beside that change as an unknown of its own; where the equations are of another shape than
@@ -176,10 +176,7 @@ impl Log {
     fn new(fit: &FilterErrorFit, runs: &[Run], asked: impl Fn(&str) -> bool) -> Option<Log> {
         let (blocks, parts) = divided(fit, runs);
         let unknowns = fit.filtered.problem.unknowns.iter().enumerate();
-        let asked = unknowns
-            .filter(|(_, u)| u.run.is_none() && asked(&fit.model.parameters[u.parameter].term))
-            .map(|(k, _)| k)
-            .collect();
+        let asked = unknowns.filter(|(_, u)| asked(&fit.model.parameters[u.parameter].term)).map(|(k, _)| k).collect();
         Log::of(blocks, parts, asked, fit.priors().collect())
     }
 

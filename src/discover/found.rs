@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::searched::Search;
-use crate::effects::{Effect, Place, common_name, named};
+use crate::effects::{Effect, Place, common_name_at, named};
 use crate::frame::Dof;
 use crate::model::name_of;
 use crate::wording::{by_run, digits, range};
@@ -59,6 +59,13 @@ pub struct FoundEffect {
     pub evidence: String,
 }
 
+impl FoundEffect {
+    /// Common name and id: `the Munk moment (coriolis_yaw)`.
+    pub fn named(&self) -> String {
+        format!("{} ({})", self.common_name, self.id)
+    }
+}
+
 /// The smallest size of an effect that this data would have shown.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SmallestVisible {
@@ -98,15 +105,13 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
                 terms.iter().filter_map(|t| model.term(t)).flat_map(|t| model.terms[t].parameters.clone()).collect();
             indices.sort_unstable();
             indices.dedup();
-            let parameters = indices
+            let parameters: Vec<FoundParameter> = indices
                 .into_iter()
                 .map(|p| {
                     let parameter = &model.parameters[p];
-                    let of_runs = &parameter.per_run;
-                    let mean = || of_runs.iter().sum::<f64>() / of_runs.len() as f64;
                     FoundParameter {
                         name: parameter.spec.name.clone(),
-                        value: if of_runs.is_empty() { parameter.value } else { mean() },
+                        value: parameter.mean(),
                         std: parameter.std.unwrap_or(0.0),
                         unit: parameter.spec.dimension.to_string(),
                         per_run: parameter.per_run.clone(),
@@ -115,7 +120,7 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
                 .collect();
             let id = added.candidate.name();
             FoundEffect {
-                common_name: common_name(&id).to_string(),
+                common_name: common_name_at(&id, parameters.first().map(|p| p.value)),
                 id,
                 dofs: added.candidate.dofs(model),
                 parameters,

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use super::candidate::{Candidate, spoken_for};
 use super::focus::{Start, higher, starts};
 use super::held_out::{HeldOut, NOT_SHOWN, agree};
-use super::pushed::{is_hopeless, pushed_hard};
+use super::pushed::{is_hopeless, is_slow, is_slow_within_a_run, pushed_hard};
 use super::refit::{Contender, anew, is_exchange, level, merit, refitted};
 use super::rivalry::{may_replace, missing_beside};
 use super::rules::{BEYOND, broken, brought, is_apart};
@@ -20,7 +20,7 @@ use super::task::{TIE, Task};
 use crate::effects::{Family, Scope};
 use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, name_of};
 use crate::progress;
 use crate::units::Dimension;
 use crate::wording::LEAST_P;
@@ -36,32 +36,58 @@ const RIVALS: usize = 2;
 
 /// The next name that survives everything, with its fit.
 ///
-/// What has a value of its own in every run follows anything that comes and goes: it is asked when nothing else is left.
+/// What has a value of its own in every run follows anything that comes and goes: it is asked when nothing else is left. But whether
+/// what was named is another one in every run is asked at once, before other names stand in for what it then lacks.
 pub(super) fn next_name(
     found: &mut Search,
     task: &Task<'_>,
 ) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
-    match name_among(found, task, false)? {
-        Some(next) => Ok(Some(next)),
-        None => name_among(found, task, true),
+    for asked in [Asked::InStead, Asked::Common, Asked::Own] {
+        let any = found.candidates.iter().any(|c| asked.of(c, &found.added));
+        if let Some(next) = if any { name_among(found, task, asked)? } else { None } {
+            return Ok(Some(next));
+        }
+    }
+    Ok(None)
+}
+
+/// Which candidates are asked together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asked {
+    /// Those that would take the stead of a name, with values of their own in every run.
+    InStead,
+    /// Those with one value for all runs.
+    Common,
+    /// Those with a value of their own in every run.
+    Own,
+}
+
+impl Asked {
+    fn of(self, candidate: &Candidate, added: &[Added]) -> bool {
+        let former = || candidate.in_stead_of.as_ref().map(|(effect, place)| name_of(effect.about().id, *place));
+        match self {
+            Asked::InStead => former().is_some_and(|former| added.iter().any(|a| a.candidate.holds(&former))),
+            Asked::Common => !candidate.has_own_values(),
+            Asked::Own => candidate.has_own_values(),
+        }
     }
 }
 
-/// The best name that survives everything, of candidates with (`own`) or without a value of their own in every run.
+/// The best name that survives everything, of the candidates that are `asked`.
 ///
 /// The runs of the fit and those that took no part are asked together: a random force that has taken up most of what is
 /// missing leaves the first undecided between a name and its like.
 fn name_among(
     found: &mut Search,
     task: &Task<'_>,
-    own: bool,
+    asked: Asked,
 ) -> Result<Option<(Added, FilterErrorFit)>, OutputErrorError> {
     let here = found.last_fit().clone();
     let (threshold, hopeless) = (found.screen.threshold, is_hopeless(&here, task.train));
     let mut best = found.screen.best_probes();
     let is_asked = |score: &Score| {
         let candidate = &found.candidates[score.candidate];
-        let of_kind = candidate.has_own_values() == own && (!hopeless || candidate.family() == Family::Actuator);
+        let of_kind = asked.of(candidate, &found.added) && (!hopeless || candidate.family() == Family::Actuator);
         of_kind && candidate.is_possible(score)
     };
     best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
@@ -69,7 +95,8 @@ fn name_among(
     let (first, later) = best.split_at(best.len().min(REFITS));
     let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));
     let mut best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
-    best.extend(slow_force::hidden(found, &best, is_asked, task)?);
+    let slow = if asked == Asked::Common { is_slow } else { is_slow_within_a_run };
+    best.extend(slow_force::hidden(found, &best, is_asked, slow, task)?);
     let mut contenders: Vec<Contender> = Vec::new();
     let beyond = |c: &Contender| log_survival(c.gain, c.score.parameters) <= threshold;
     let mut starts: VecDeque<Start> = starts(&here, &best, &found.candidates, task).into();

@@ -155,7 +155,11 @@ fn reveal(unseen: &[String]) -> Option<String> {
     // what no run can show is no reason for another run
     let names: Vec<&str> = unseen.iter().map(String::as_str).filter(|name| !name.contains(':')).take(NAMED).collect();
     let data = shown_by(names.first()?)?;
-    Some(format!("This data could not have shown {} at any size: {} wants {data}.", names.join(", "), names[0]))
+    Some(format!(
+        "This data does not tell {} from what the model holds, whatever its size: {} wants {data}.",
+        names.join(", "),
+        names[0]
+    ))
 }
 
 #[cfg(test)]

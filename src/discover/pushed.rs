@@ -19,6 +19,12 @@ pub(super) fn is_slow(force: &RandomForce) -> bool {
     force.time > SLOW
 }
 
+/// Whether a force stays for so long that it follows what is another one in every run: over a minute the mean of one that forgets
+/// in half of [`SLOW`] has still 0.4 of its deviation.
+pub(super) fn is_slow_within_a_run(force: &RandomForce) -> bool {
+    force.time > 0.5 * SLOW
+}
+
 /// Whether what moves the vehicle is not its commands, in half of the degrees of freedom that are commanded or more: nothing
 /// tells a force from the inertia there, and fits go astray for hours. Only what is done with the commands may mend it: two
 /// thrusters that are exchanged make nonsense of them.

@@ -80,7 +80,8 @@ fn rule(
             new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
         ));
     }
-    faint(&new)
+    // what is the same in most runs and another one in some is another one in every run
+    if new.iter().all(|p| p.per_run.is_empty()) || candidate.grid().is_none() { None } else { faint(&new) }
 }
 
 /// Parameters that `after` has beyond those of `before`.

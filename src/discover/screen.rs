@@ -140,10 +140,10 @@ fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Sco
         if left < INDISTINGUISHABLE {
             continue;
         }
-        // a column of a run that the candidate does not touch, or that another of its columns is, says nothing
-        let at: Vec<usize> = at.into_iter().filter(|k| share(k) >= INDISTINGUISHABLE).collect();
-        let block = DMatrix::from_fn(at.len(), at.len(), |i, j| c[(at[i], at[j])]);
-        let Some(factor) = block.cholesky() else { continue };
+        // a column of a run that the candidate does not touch, or that its other columns are, says nothing
+        let Some((at, factor)) = independent(&c, at, |k| INDISTINGUISHABLE * INDISTINGUISHABLE * raw[k]) else {
+            continue;
+        };
         let own = DVector::from_fn(at.len(), |i, _| b[at[i]]);
         let estimate = factor.solve(&own);
         let statistic = own.dot(&estimate).max(0.0);
@@ -161,6 +161,27 @@ fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Sco
         factors.push((at, factor));
     }
     (scores, by_chance(&c, &factors, &mut noise))
+}
+
+/// Those of the columns `at` of which the ones before leave more than `least`, and the factor of their products; `None` where
+/// none is left.
+fn independent(
+    c: &DMatrix<f64>,
+    at: Vec<usize>,
+    least: impl Fn(usize) -> f64,
+) -> Option<(Vec<usize>, Cholesky<f64, Dyn>)> {
+    let mut kept: Vec<usize> = Vec::new();
+    let mut factor: Option<Cholesky<f64, Dyn>> = None;
+    for k in at {
+        let with = DVector::from_fn(kept.len(), |i, _| c[(kept[i], k)]);
+        let explained = factor.as_ref().map_or(0.0, |factor| with.dot(&factor.solve(&with)));
+        if c[(k, k)] - explained < least(k) {
+            continue;
+        }
+        kept.push(k);
+        factor = Some(DMatrix::from_fn(kept.len(), kept.len(), |i, j| c[(kept[i], kept[j])]).cholesky()?);
+    }
+    Some((kept, factor?))
 }
 
 /// The system less its projection on the first `own` columns.
@@ -280,6 +301,21 @@ mod tests {
         let at = drawn[DRAWS / 100];
         // of 1000 draws the first hundredth is known to some 30 %
         assert!((at - 0.01f64.ln()).abs() < 0.5, "{at}");
+    }
+
+    /// Of four columns, the second twice the first and the last the sum of first and third, two say something.
+    #[test]
+    fn columns_that_others_are_say_nothing() {
+        let mut x = DMatrix::from_fn(6, 4, |i, j| ((3 * i + 7 * j) as f64).sin());
+        for i in 0..6 {
+            (x[(i, 1)], x[(i, 3)]) = (2.0 * x[(i, 0)], x[(i, 0)] + x[(i, 2)]);
+        }
+        let c = x.transpose() * &x;
+        let (kept, factor) = independent(&c, vec![0, 1, 2, 3], |k| 1e-5 * c[(k, k)]).unwrap();
+        assert_eq!(kept, [0, 2]);
+        let det = c[(0, 0)] * c[(2, 2)] - c[(0, 2)] * c[(0, 2)];
+        assert!((factor.determinant() / det - 1.0).abs() < 1e-12);
+        assert!(independent(&c, vec![0, 1], |_| f64::INFINITY).is_none());
     }
 
     /// What is left of a column that is a multiple of the model's is nothing; of one at right angles everything.

@@ -25,7 +25,7 @@ use super::timed;
 use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::moved_by_thrust;
 use crate::estimate::output_error::OutputErrorError;
-use crate::model::Model;
+use crate::model::{Model, name_of};
 use crate::progress;
 
 /// Steps a name, at most: names that come and go.
@@ -93,7 +93,14 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.behaves_like.dedup_by(|a, b| a.id == b.id);
     let named: Vec<String> = found.added.iter().map(|a| a.candidate.name()).collect();
-    found.behaves_like.retain(|b| !named.contains(&b.id));
+    // what has a name in the same shape, or with values of its own in every run, is no other thing
+    let same = found
+        .added
+        .iter()
+        .flat_map(|a| &a.candidate.terms)
+        .filter_map(|(effect, place)| Some(name_of(effect.same_in_all_runs()?, *place)));
+    let known: Vec<String> = same.chain(named).collect();
+    found.behaves_like.retain(|b| !known.contains(&b.id));
     found.behaves_like.truncate(BEHAVES);
     Ok(found)
 }

@@ -1,7 +1,7 @@
 //! A slow random force that has taken up what is missing.
 //!
 //! ```text
-//! (σ, T) → (σ √(T₁/T), T₁)     where T > 10 s,  T₁ = 1 s: over a second it pushes as it did
+//! (σ, T) → (σ √(T₁/T), T₁)     where T > 10 s, 5 s for what each run has for itself,  T₁ = 1 s: over a second it pushes as it did
 //! ```
 //!
 //! Water pushes for a second or three. A force that stays for tens of seconds follows a trim, a tide or a snagged tether as
@@ -9,11 +9,10 @@
 //! (correlation 35 s)". The candidates are scored a second time under a force that is as strong from one second to the next
 //! and forgets as water does. The likelihood ratio of a refit decides as it does for all others.
 
-use super::pushed::is_slow;
 use super::screen::{Score, screen};
 use super::searched::Search;
 use super::task::Task;
-use crate::estimate::filter_error::FilterErrorFit;
+use crate::estimate::filter_error::{FilterErrorFit, RandomForce};
 use crate::estimate::output_error::OutputErrorError;
 
 /// Correlation time under which the candidates are scored instead, s.
@@ -23,8 +22,8 @@ const USUAL: f64 = 1.0;
 const MOST: usize = 3;
 
 /// The fit with its slow forces at the usual correlation time; `None` where none is slow.
-fn quickened(fit: &FilterErrorFit) -> Option<FilterErrorFit> {
-    if !fit.noise.forces.iter().any(is_slow) {
+fn quickened(fit: &FilterErrorFit, is_slow: impl Fn(&RandomForce) -> bool) -> Option<FilterErrorFit> {
+    if !fit.noise.forces.iter().any(&is_slow) {
         return None;
     }
     let mut quick = fit.clone();
@@ -36,7 +35,7 @@ fn quickened(fit: &FilterErrorFit) -> Option<FilterErrorFit> {
 }
 
 /// Scores of candidates that a slow force of the last fit hides, the best probe of each, beside those in `known`; those that
-/// are `wanted`.
+/// are `wanted`; `is_slow` says which forces are.
 ///
 /// # Errors
 /// As [`screen`].
@@ -44,9 +43,10 @@ pub(super) fn hidden(
     found: &Search,
     known: &[Score],
     wanted: impl Fn(&Score) -> bool,
+    is_slow: fn(&RandomForce) -> bool,
     task: &Task<'_>,
 ) -> Result<Vec<Score>, OutputErrorError> {
-    let Some(quick) = quickened(found.last_fit()) else { return Ok(Vec::new()) };
+    let Some(quick) = quickened(found.last_fit(), is_slow) else { return Ok(Vec::new()) };
     let asked = (task.options.level, task.options.seed);
     let under = screen(&quick, task.train, &found.candidates, &task.fitting.base, asked)?;
     let mut best: Vec<Score> = Vec::new();

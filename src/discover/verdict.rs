@@ -112,7 +112,7 @@ pub(super) fn sentence(
     (failing, apart): (&[(String, f64)], &str),
     changed: Option<&ChangedParameter>,
 ) -> String {
-    let names: Vec<String> = effects.iter().map(|e| named(&e.id)).collect();
+    let names: Vec<String> = effects.iter().map(FoundEffect::named).collect();
     let names = match names.split_last() {
         Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
         _ => names.concat(),
@@ -135,7 +135,9 @@ pub(super) fn sentence(
     let alike = alike(effects);
     // what the runs of the fit show and those that judge cannot
     let unjudged = behaves_like.iter().find(|b| b.why == NOT_SHOWN).map(BehavesLike::told);
-    let besides = unjudged.as_ref().map_or(String::new(), |told| format!(" In the runs of the fit something {told}."));
+    // what is beyond chance in the runs of the fit is said, whatever stands against it
+    let besides = unjudged.clone().or(behaves_like.first().map(BehavesLike::told));
+    let besides = besides.map_or(String::new(), |told| format!(" In the runs of the fit something {told}."));
     match verdict {
         Verdict::NothingMissing => match forces {
             [] => format!("Nothing is missing: what the model leaves is the noise of the sensors.{besides}"),

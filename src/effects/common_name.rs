@@ -18,6 +18,27 @@ pub fn common_name(name: &str) -> String {
     }
 }
 
+/// The common name of an effect whose first parameter is known: a thruster of which twice the thrust is lost is reversed.
+pub fn common_name_at(name: &str, first: Option<f64>) -> String {
+    let told = common_name(name);
+    match first {
+        Some(lost) if name.starts_with(ThrusterLoss::ID) => {
+            told.replace("a weak, dead or reversed thruster", lost_of_thruster(lost))
+        }
+        _ => told,
+    }
+}
+
+/// What a thruster is that has lost so much of its thrust, as a share.
+fn lost_of_thruster(share: f64) -> &'static str {
+    match share {
+        ..0.0 => "a thruster that is stronger than its curve",
+        ..0.8 => "a weak thruster",
+        ..1.2 => "a dead thruster",
+        _ => "a thruster that is wired, or mounted, the wrong way round",
+    }
+}
+
 /// Common name and id: `the Munk moment (coriolis_yaw)`.
 pub fn named(id: &str) -> String {
     format!("{} ({id})", common_name(id))
@@ -46,6 +67,8 @@ const NAMES: &[(&str, &str)] = &[
     ("restoring_roll", "the righting moment"),
     ("restoring_pitch", "the righting moment"),
     ("bias", "a constant force"),
+    ("weight_each_run", "a net weight of its own in each run"),
+    ("bias_each_run", "a constant force of its own in each run"),
     ("trim_offset", "trim"),
     ("thrust_interaction_loss", "loss of thrust between thruster and hull"),
     ("thrust_advance_loss", "loss of thrust with speed"),
@@ -61,6 +84,8 @@ const NAMES: &[(&str, &str)] = &[
     ("supply_voltage", "sagging supply voltage"),
     ("current", "a water current"),
     ("earth_force", "a steady push in one compass direction"),
+    ("current_each_run", "a water current of its own in each run"),
+    ("earth_force_each_run", "a steady push in one compass direction, of its own in each run"),
     ("tether_spring", "the pull of the tether"),
     ("tether_drag", "drag of the tether"),
     ("wave", "waves"),
@@ -75,6 +100,7 @@ const NAMES: &[(&str, &str)] = &[
     ("sensor_dvl_scale", "scale of the DVL"),
     ("sensor_dvl_delay", "latency of the DVL"),
     ("sensor_gyro_lag", "lag of the gyro"),
+    ("sensor_position_lever_arm", "lever arm of the position"),
     ("sensor_position_delay", "latency of the position"),
     ("sensor_delay", "late logging"),
 ];
@@ -91,6 +117,10 @@ mod tests {
         assert_eq!(common_name("coriolis_yaw"), "the Munk moment");
         assert_eq!(common_name("linear_drag@sway"), "linear drag in sway");
         assert_eq!(common_name("thruster_loss@T6"), "a weak, dead or reversed thruster, T6");
+        let lost = |share| common_name_at("thruster_loss@T6", Some(share));
+        assert_eq!([lost(0.3), lost(0.98)], ["a weak thruster, T6", "a dead thruster, T6"]);
+        assert_eq!(lost(2.0), "a thruster that is wired, or mounted, the wrong way round, T6");
+        assert_eq!(common_name_at("bias@sway", Some(2.0)), "a constant force in sway");
         assert_eq!(common_name("cross_drag@yaw:sway"), "cross drag in yaw from sway");
     }
 }

@@ -203,6 +203,11 @@ pub trait Effect: Debug + Send + Sync {
         None
     }
 
+    /// Id of the effect that it is where its parameters are the same in all runs. A model holds one of the two at a place.
+    fn same_in_all_runs(&self) -> Option<&str> {
+        None
+    }
+
     /// Index of the parameter by which the whole command comes late, for an effect that delays it.
     fn delays_command(&self) -> Option<usize> {
         None

@@ -93,16 +93,19 @@ impl<'g> Instant<'g> {
         std::array::from_fn(|i| r[0][i] * x[0] + r[1][i] * x[1] + r[2][i] * x[2])
     }
 
-    /// Velocity over ground, north, east and down, R (u, v, w). A model that moves in the plane is level, and sinks only where
-    /// it models heave.
-    pub fn over_ground(&self) -> [Expr<'g>; 3] {
+    /// A vector of body axes in earth axes, R x. A model that moves in the plane is level.
+    pub fn to_earth(&self, x: [Expr<'g>; 3]) -> [Expr<'g>; 3] {
         let zero = self.graph.zero();
-        let planar = self.is_planar();
-        let attitude = if planar { [zero, zero, self.attitude[2]] } else { self.attitude };
+        let attitude = if self.is_planar() { [zero, zero, self.attitude[2]] } else { self.attitude };
         let r = Instant { attitude, ..self.clone() }.rotation();
+        std::array::from_fn(|i| r[i][0] * x[0] + r[i][1] * x[1] + r[i][2] * x[2])
+    }
+
+    /// Velocity over ground, north, east and down, R (u, v, w). A model that moves in the plane sinks only where it models heave.
+    pub fn over_ground(&self) -> [Expr<'g>; 3] {
         let [u, v, w, ..] = self.nu;
-        let w = if planar && !self.models(Dof::Heave) { zero } else { w };
-        std::array::from_fn(|i| r[i][0] * u + r[i][1] * v + r[i][2] * w)
+        let sinks = !self.is_planar() || self.models(Dof::Heave);
+        self.to_earth([u, v, if sinks { w } else { self.graph.zero() }])
     }
 
     /// Places in ν of the turn rates that the model simulates.

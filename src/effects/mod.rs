@@ -20,6 +20,7 @@ mod cross_drag;
 mod cubic_drag;
 mod current;
 mod drag_asymmetry;
+mod each_run;
 mod earth_force;
 mod effect;
 mod even_drag;
@@ -55,6 +56,7 @@ mod sensor_gyro_lag;
 mod sensor_gyro_scale;
 mod sensor_heading_offset;
 mod sensor_position_delay;
+mod sensor_position_lever_arm;
 mod sensor_tilt_offset;
 mod single_thruster;
 mod supply_voltage;
@@ -76,7 +78,7 @@ mod wave;
 
 use std::sync::Arc;
 
-pub use common_name::{common_name, named};
+pub use common_name::{common_name, common_name_at, named};
 pub use coriolis::{Coriolis, CoriolisRow, leading_is_all};
 pub use effect::{About, Effect, Family, Place, Scope};
 pub use formula_effect::FormulaEffect;
@@ -124,6 +126,8 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(restoring_moment::RestoringMoment(Dof::Roll)),
         Arc::new(restoring_moment::RestoringMoment(Dof::Pitch)),
         Arc::new(bias::Bias),
+        Arc::new(each_run::EachRun::WEIGHT),
+        Arc::new(each_run::EachRun::BIAS),
         Arc::new(trim_offset::TrimOffset),
         Arc::new(thrust_delay::ThrustDelay),
         Arc::new(thrust_lag::ThrustLag),
@@ -144,6 +148,8 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(fin_drag::FinDrag(fin_lift::Fin::SternPlane)),
         Arc::new(current::Current),
         Arc::new(earth_force::EarthForce),
+        Arc::new(each_run::EachRun::CURRENT),
+        Arc::new(each_run::EachRun::EARTH_FORCE),
         Arc::new(tether_spring::TetherSpring),
         Arc::new(tether_drag::TetherDrag),
         Arc::new(wave::Wave),
@@ -159,6 +165,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(sensor_dvl_delay::SensorDvlDelay),
         Arc::new(sensor_gyro_lag::SensorGyroLag),
         Arc::new(sensor_position_delay::SensorPositionDelay),
+        Arc::new(sensor_position_lever_arm::SensorPositionLeverArm),
         Arc::new(sensor_delay::SensorDelay),
     ]);
     list

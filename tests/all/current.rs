@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hydrosysid::chain::{Attitude, Available, StateId, assemble};
 use hydrosysid::dynamics::Dynamics;
-use hydrosysid::effects::{Coriolis, Family, ParameterKind, catalogue};
+use hydrosysid::effects::{Coriolis, Effect, Family, ParameterKind, catalogue};
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Interpolation, Model, places_of};
 use hydrosysid::run::{Run, Signal};
@@ -201,7 +201,9 @@ fn rotation(row: &Row) -> Rotation3<f64> {
 /// A model with every effect of the catalogue but sensors and what is tied to the ground, all at small values.
 fn everything(coriolis: Coriolis) -> Model {
     let all = catalogue(coriolis);
-    let known = all.iter().filter(|e| e.about().family != Family::Sensor && !e.tied_to_ground());
+    // what each run has for itself would stand in the stead of the same with one value for all, by the same formulas
+    let stands = |e: &&Arc<dyn Effect>| !e.tied_to_ground() && e.same_in_all_runs().is_none();
+    let known = all.iter().filter(|e| e.about().family != Family::Sensor).filter(stands);
     let mut model = Model::with_effects(&Dof::ALL, coriolis, &[]).expect("no effects");
     model.weight = 1854.1;
     for effect in known {

@@ -61,3 +61,54 @@ fn a_right_heading_contradicts_nothing_in_any_current() {
         assert!(!is_red, "{current:?}: {codes:?}");
     }
 }
+
+/// The antenna a metre ahead of the DVL and 0.4 m to port swings about it: told as that, and no axis, scale or clock is accused.
+#[test]
+fn an_antenna_with_a_lever_arm_is_told_as_that() {
+    let mut run = swum([0.1, 0.05], |_, psi| psi);
+    let psi: Vec<f64> = run.signals["psi"].values().to_vec();
+    let arms: [(&str, fn(f64) -> f64); 2] =
+        [("x", |psi| psi.cos() + 0.4 * psi.sin()), ("y", |psi| psi.sin() - 0.4 * psi.cos())];
+    for (name, arm) in arms {
+        let signal = run.signals.get_mut(name).expect("it is logged");
+        let moved = signal.values().iter().zip(&psi).map(|(x, psi)| x + arm(*psi)).collect::<Vec<_>>();
+        *signal = Signal::new(signal.shared_time().clone(), moved);
+    }
+    let report = check::run(&run, &CheckOptions::default());
+    let codes: Vec<&str> = report.findings.iter().map(|f| f.code).collect();
+    let arm = report.findings.iter().find(|f| f.code == "K119").unwrap_or_else(|| panic!("{codes:?}"));
+    // the velocity between its samples is a line
+    let ahead = arm.message.split(' ').nth(4).and_then(|metres| metres.parse::<f64>().ok());
+    assert!(ahead.is_some_and(|metres| (metres - 1.0).abs() < 0.01), "{}", arm.message);
+    assert!(arm.message.contains("-0.4 ± "), "{}", arm.message);
+    for false_word in ["K111", "K112", "K113", "K114", "K115", "K116"] {
+        assert!(!codes.contains(&false_word), "{:?}", report.findings);
+    }
+    // and what the model has is no finding
+    let known = CheckOptions { arm_is_known: true, ..CheckOptions::default() };
+    assert!(check::run(&run, &known).findings.iter().all(|f| f.code != "K119"));
+}
+
+/// One axis of the position turned round, and u and v exchanged: each is told as what it is.
+#[test]
+fn an_axis_that_is_turned_round_is_no_swap() {
+    let told = |run: &Run| {
+        let report = check::run(run, &CheckOptions::default());
+        report.findings.iter().map(|f| f.message.clone()).collect::<Vec<_>>().concat()
+    };
+    for axis in ["x", "y"] {
+        let mut run = swum([0.0, 0.0], |_, psi| psi);
+        let signal = run.signals.get_mut(axis).expect("it is logged");
+        *signal = Signal::new(signal.shared_time().clone(), signal.values().iter().map(|x| -x).collect::<Vec<_>>());
+        let said = told(&run);
+        assert!(said.contains(&format!("set columns.{axis}.sign = -1")) && !said.contains("swapped"), "{axis}: {said}");
+    }
+    for (one, other, word) in [("x", "y", "only when they are swapped"), ("u", "v", "only when they are exchanged")] {
+        let mut run = swum([0.0, 0.0], |_, psi| psi);
+        let (a, b) = (run.signals[one].clone(), run.signals[other].clone());
+        run.signals.insert(one.into(), b);
+        run.signals.insert(other.into(), a);
+        let said = told(&run);
+        assert!(said.contains(word) && !said.contains("sign = -1"), "{one} {other}: {said}");
+    }
+}

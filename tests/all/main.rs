@@ -38,6 +38,7 @@ mod cli;
 mod columns;
 mod current;
 mod discovery;
+mod each_run;
 mod endless;
 mod escaping;
 mod examples;

@@ -118,7 +118,7 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
     let at_rest = unexcited::at_rest(&runs);
     let mut raw = fitted.map_err(|error| match &at_rest {
         Some(finding) => Error::Refused { findings: vec![finding.clone()] },
-        None => because_scale(campaign, because_misplaced(campaign, error)),
+        None => because_scale(campaign, because_contradicted(campaign, error)),
     })?;
     if is_untouched(&raw.model) {
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_KIND, of_other_kinds(estimator, &runs))] });
@@ -146,28 +146,31 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
     Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
 }
 
-/// Says of what the sensors of the log contradict each other.
-fn contradicted(campaign: &Campaign, raw: &mut Raw) {
+/// Of what the sensors of the log contradict each other, or the thrusters as they are placed.
+fn contradiction(campaign: &Campaign) -> Option<String> {
     let faults = log_faults::faults(&campaign.motion(None), &campaign.model);
     let told: Vec<String> = faults.iter().map(ToString::to_string).chain(log_faults::misplaced(campaign)).collect();
-    if told.is_empty() {
-        return;
-    }
-    let text = format!("the log contradicts itself: {}", told.join("; "));
+    (!told.is_empty()).then(|| format!("the log contradicts itself: {}", told.join("; ")))
+}
+
+/// Says of what the log contradicts itself.
+fn contradicted(campaign: &Campaign, raw: &mut Raw) {
+    let Some(text) = contradiction(campaign) else { return };
     raw.sentence = Some(format!("Do not use these numbers: {text}."));
     raw.warnings.push(Finding::new(&codes::CONTRADICTED, text));
 }
 
-/// A fit that finds no vehicle, where thrusters push the wrong way: that is why.
-fn because_misplaced(campaign: &Campaign, error: Error) -> Error {
-    match log_faults::misplaced(campaign) {
-        Some(text) if !error.is_wrong_use() => {
-            let text = format!("the log contradicts the vehicle: {text} ({error})");
-            Error::Refused {
-                findings: vec![Finding { severity: Severity::Error, ..Finding::new(&codes::CONTRADICTED, text) }],
-            }
+/// A fit that finds no vehicle, of a log that contradicts itself: that is why.
+fn because_contradicted(campaign: &Campaign, error: Error) -> Error {
+    if error.is_wrong_use() {
+        return error;
+    }
+    match contradiction(campaign) {
+        Some(text) => {
+            let finding = Finding::new(&codes::CONTRADICTED, format!("{text} ({error})"));
+            Error::Refused { findings: vec![Finding { severity: Severity::Error, ..finding }] }
         }
-        _ => error,
+        None => error,
     }
 }
 

@@ -1,0 +1,98 @@
+//! A push of the surroundings that is another one in every run: another day has another current, another dive another ballast.
+//!
+//! ```text
+//! θ → θ_run        all else as the effect itself has it
+//! ```
+//!
+//! In a run that took no part in a fit the value is that of its own first half.
+
+use super::bias::Bias;
+use super::current::Current;
+use super::earth_force::EarthForce;
+use super::restoring_force::RestoringForce;
+use super::{About, Effect, Instant, ParameterSpec, Place, Six};
+use crate::frame::Dof;
+use crate::symbolic::Expr;
+
+/// An effect with values of its own in every run.
+#[derive(Debug)]
+pub struct EachRun {
+    of: &'static dyn Effect,
+    id: &'static str,
+    formula: &'static str,
+    meaning: &'static str,
+    shown_by: &'static str,
+}
+
+impl EachRun {
+    /// A current that is another one in every run.
+    pub const CURRENT: EachRun = EachRun {
+        of: &Current,
+        id: "current_each_run",
+        formula: "M ν̇_r + C(ν_r)ν_r + D(ν_r)ν_r = τ, ν_r = ν − Rᵀ(V_N, V_E, 0), own V_N, V_E in each run",
+        meaning: "Water that moves over ground in another way in every run.",
+        shown_by: "several headings in every run, or speeds both well above and below the current",
+    };
+
+    /// A push in one compass direction that is another one in every run.
+    pub const EARTH_FORCE: EachRun = EachRun {
+        of: &EarthForce,
+        id: "earth_force_each_run",
+        formula: "(X, Y, Z) += Rᵀ(F_N, F_E, 0), own F_N, F_E in each run",
+        meaning: "A steady force that keeps its compass direction and is another one in every run: the wind of the day.",
+        shown_by: "several headings in every run, at small and at large speeds",
+    };
+
+    /// A net weight that is another one in every run.
+    pub const WEIGHT: EachRun = EachRun {
+        of: &RestoringForce(Dof::Heave),
+        id: "weight_each_run",
+        formula: "(W − B) cos θ cos φ, own W − B in each run",
+        meaning: "Weight less buoyancy that is another one in every run: the ballast of the dive.",
+        shown_by: "runs of different dives in which heave is free",
+    };
+
+    /// A constant force that is another one in every run.
+    pub const BIAS: EachRun = EachRun {
+        of: &Bias,
+        id: "bias_each_run",
+        formula: "−b, own b in each run",
+        meaning: "A constant force that is another one in every run: ballast, trim, cable of the day.",
+        shown_by: "runs of different days; motion in both directions tells it from friction",
+    };
+}
+
+impl Effect for EachRun {
+    fn about(&self) -> About<'_> {
+        About { id: self.id, formula: self.formula, meaning: self.meaning, shown_by: self.shown_by, ..self.of.about() }
+    }
+
+    fn parameters(&self, place: Place) -> Vec<ParameterSpec> {
+        // what is shared with other terms is one value
+        let own = |spec: ParameterSpec| ParameterSpec { shared: None, ..spec }.per_run();
+        self.of.parameters(place).into_iter().map(own).collect()
+    }
+
+    fn same_in_all_runs(&self) -> Option<&str> {
+        Some(self.of.about().id)
+    }
+
+    fn pose(&self) -> &'static [&'static str] {
+        self.of.pose()
+    }
+
+    fn wrench<'g>(
+        &self,
+        at: &Instant<'g>,
+        place: Place,
+        theta: &[Expr<'g>],
+        memory: &[Expr<'g>],
+        wrench: &mut Six<'g>,
+    ) {
+        self.of.wrench(at, place, theta, memory, wrench);
+    }
+
+    fn water<'g>(&self, at: &Instant<'g>, place: Place, theta: &[Expr<'g>]) -> Option<[Expr<'g>; 3]> {
+        self.of.water(at, place, theta)
+    }
+}
