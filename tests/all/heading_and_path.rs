@@ -67,10 +67,9 @@ fn a_right_heading_contradicts_nothing_in_any_current() {
 fn an_antenna_with_a_lever_arm_is_told_as_that() {
     let mut run = swum([0.1, 0.05], |_, psi| psi);
     let psi: Vec<f64> = run.signals["psi"].values().to_vec();
-    let arms: [(&str, fn(f64) -> f64); 2] =
-        [("x", |psi| psi.cos() + 0.4 * psi.sin()), ("y", |psi| psi.sin() - 0.4 * psi.cos())];
-    for (name, arm) in arms {
+    for (name, quarter) in [("x", 0.0), ("y", 0.5 * std::f64::consts::PI)] {
         let signal = run.signals.get_mut(name).expect("it is logged");
+        let arm = |psi: f64| (psi - quarter).cos() + 0.4 * (psi - quarter).sin();
         let moved = signal.values().iter().zip(&psi).map(|(x, psi)| x + arm(*psi)).collect::<Vec<_>>();
         *signal = Signal::new(signal.shared_time().clone(), moved);
     }
