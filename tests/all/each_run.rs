@@ -4,16 +4,17 @@ use hydrosysid::campaign::{self, Campaign, FitOptions, LoadOptions, with_effects
 use hydrosysid::discover::Verdict;
 use hydrosysid_plant as plant;
 
-/// A campaign of one vehicle in the plane, 9 runs of 60 s, in which `hidden` is hidden.
+/// A campaign of one vehicle in the plane, 9 runs of 30 s, in which `hidden` is hidden.
 fn sailed(hidden: &str, seed: u64) -> (std::path::PathBuf, plant::Truth) {
     let vehicle = plant::Vehicle::named("laurs").expect("the plant has it");
     let asked = plant::Campaign {
         force: plant::RandomForce { share: 0.02, correlation: 1.0 },
         hidden: vec![plant::Hidden::new(hidden)],
+        duration: 30.0,
         seed,
         ..plant::Campaign::new(vehicle, &[plant::Dof::Surge, plant::Dof::Sway, plant::Dof::Yaw])
     };
-    let folder = std::env::temp_dir().join(format!("hydrosysid_each_run_{}_{seed}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("hydrosysid_{hidden}_{}_{seed}", std::process::id()));
     let sailed = asked.sail().expect("it sails");
     sailed.write(&folder).expect("it is written");
     (folder, sailed.truth)
