@@ -120,6 +120,11 @@ struct Voyage<'a> {
     index: usize,
 }
 
+/// File of a run.
+pub(crate) fn file_of_run(run: usize) -> String {
+    format!("run{run:02}.csv")
+}
+
 impl Voyage<'_> {
     fn random(&self, purpose: u64) -> Random {
         Random::new(self.campaign.seed, (purpose << 32) + ((self.index as u64) << 8))
@@ -128,7 +133,7 @@ impl Voyage<'_> {
     /// The log, and the commanded wrenches; without instruments where it is a rehearsal.
     fn sail(&self, sigma: &[f64; 6], step: f64, logs: bool) -> Result<(Log, Vec<[f64; 6]>), PlantError> {
         let (campaign, setup) = (self.campaign, self.setup);
-        let name = format!("run{:02}.csv", self.index);
+        let name = file_of_run(self.index);
         let rate = campaign.command_rate;
         let period = 1.0 / rate;
         let lead = (campaign.lead_in * rate).round() as i64;

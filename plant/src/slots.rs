@@ -5,10 +5,12 @@ use crate::instrument::{Channel, Instrument};
 use crate::naming::{Name, Place};
 use crate::vehicle::Vehicle;
 
+/// Symbols of the velocities.
+pub(crate) const V: [&str; 6] = ["u", "v", "w", "p", "q", "r"];
+
 /// The places of an effect's parameters, each with the name that `hydrosysid` has for it; `None` for an effect that is
 /// not a plain number in the plant, or whose instrument is not there.
 pub(crate) fn slots<'s>(name: &Name<'_>, setup: &'s mut Setup) -> Option<Vec<(String, &'s mut f64)>> {
-    const V: [&str; 6] = ["u", "v", "w", "p", "q", "r"];
     let Setup { plant, instruments, amplitude, waves, .. } = setup;
     let water = &mut plant.water;
     let losses = &mut plant.actuation.losses;

@@ -10,7 +10,8 @@ use crate::dof::Dof;
 use crate::hide::{OUTSIDE, Setup};
 use crate::naming::{Name, Place};
 use crate::plant::Plant;
-use crate::slots::slots;
+use crate::sail::file_of_run;
+use crate::slots::{V, slots};
 use crate::water::Current;
 
 /// One true value.
@@ -170,7 +171,7 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
             return of_runs(effect, &["F_N", "F_E"], setup.pushes.iter().map(|f| f.to_vec()));
         }
         ("bias_each_run", Place::One(i)) => {
-            let symbol = format!("b_{}", ["u", "v", "w", "p", "q", "r"][i]);
+            let symbol = format!("b_{}", V[i]);
             return of_runs(effect, &[&symbol], setup.biases[i].iter().map(|b| vec![*b]));
         }
         ("thruster_loss", Place::Thruster(k)) => {
@@ -208,7 +209,7 @@ fn of_runs(effect: &str, symbols: &[&str], runs: impl Iterator<Item = Vec<f64>>)
     let of_run = |(run, values): (usize, Vec<f64>)| {
         let of = |(symbol, value): (&&str, f64)| TrueValue {
             effect: effect.to_string(),
-            name: format!("{symbol} of run{run:02}.csv"),
+            name: format!("{symbol} of {}", file_of_run(run)),
             value,
         };
         symbols.iter().zip(values).map(of).collect::<Vec<_>>()

@@ -223,7 +223,9 @@ fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> 
     if free.is_empty() {
         return Vec::new();
     }
-    let shown = |dof: Dof| free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && (e.enough || e.hidden)));
+    let shown = |dof: Dof| {
+        free.iter().any(|log| log.excitation.iter().any(|e| e.dof == dof && (e.enough || e.hidden_by_noise)))
+    };
     let steered = steered(campaign);
     let absent = driven(campaign).into_iter().filter(|dof| !shown(*dof) && !steered.contains(dof));
     let absent: Vec<Dof> = absent.collect();

@@ -81,6 +81,14 @@ impl Noise {
     pub fn is_more_than_turbulence(&self) -> bool {
         self.force.iter().filter_map(|f| f.share_of_thrust).any(|share| share > NO_TURBULENCE)
     }
+
+    /// ` That is more than turbulence or a tether`, `so` and a full stop; nothing where it may be these.
+    pub(crate) fn beyond_turbulence(&self, so: &str) -> String {
+        match self.is_more_than_turbulence() {
+            true => format!(" That is more than turbulence or a tether{so}."),
+            false => String::new(),
+        }
+    }
 }
 
 /// Innovations that are held back, since there are outliers.

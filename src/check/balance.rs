@@ -292,6 +292,23 @@ mod tests {
         assert!((fit.theta[0] - 2.0).abs() < 0.2, "{fit:?}");
     }
 
+    /// Of one step, one that is taken back, and sixty at random.
+    #[test]
+    fn a_step_swings_once() {
+        let swings = |command: &dyn Fn(usize, f64) -> f64| {
+            let mut run = hovering(0);
+            for name in ["V1", "V2"] {
+                let signal = run.signals.get_mut(name).expect("it is commanded");
+                let values: Vec<f64> = signal.values().iter().enumerate().map(|(k, x)| command(k, *x)).collect();
+                *signal = Signal::new(signal.shared_time().clone(), values);
+            }
+            Balance::new(&run, Dof::Heave).expect("a balance").swings(0)
+        };
+        assert_eq!(swings(&|k, _| if k < 400 { 0.0 } else { 1.0 }), 1);
+        assert_eq!(swings(&|k, _| if (300..600).contains(&k) { 1.0 } else { 0.0 }), 2);
+        assert!(swings(&|_, x| x) > 5);
+    }
+
     #[test]
     fn commands_that_always_go_together_show_that_they_are_late() {
         let late = super::super::commands::measure(&Balance::new(&hovering(5), Dof::Heave).expect("a balance"));

@@ -65,7 +65,7 @@ pub struct Excitation {
     pub enough: bool,
     /// Whether the velocity is told by positions alone, whose noise hides what a varying command does: a filter may well see it.
     #[serde(skip)]
-    pub hidden: bool,
+    pub hidden_by_noise: bool,
 }
 
 /// What a run can show of `dof`, with windows of the length that shows most.
@@ -78,9 +78,10 @@ pub fn of_run(run: &Run, dof: Dof) -> Option<Excitation> {
     let better = |a: &Excitation, b: &Excitation| b.enough.cmp(&a.enough).then(hidden(a).total_cmp(&hidden(b)));
     let mut found = WINDOWS.into_iter().filter_map(over).min_by(better)?;
     if !found.enough && run.signal(dof.velocity()).is_none() {
-        found.hidden = true;
+        found.hidden_by_noise = true;
         found.sentence = format!(
-            "{dof} is told by positions alone, and their noise hides what its commands do from this quick look: a fit, which filters, may see it"
+            "{dof} is told by positions alone, and their noise hides what its commands do from this quick look: a fit, which \
+             filters, may see it"
         );
     }
     Some(found)
@@ -124,7 +125,7 @@ pub fn measure(balance: &Balance) -> Option<Excitation> {
         terms,
         sentence,
         enough,
-        hidden: false,
+        hidden_by_noise: false,
     })
 }
 
@@ -176,7 +177,7 @@ pub fn judge(run: &Run, excitation: &[Excitation], options: &CheckOptions) -> Ve
         true => e.commands.iter().any(|c| c == e.dof.force()) || run.signal(e.dof.force()).is_none() && moves(e.dof),
         false => asked.contains(&e.dof),
     };
-    let short_of = excitation.iter().filter(is_asked).filter(|e| !e.enough && !e.hidden);
+    let short_of = excitation.iter().filter(is_asked).filter(|e| !e.enough && !e.hidden_by_noise);
     let mut found: Vec<Found> =
         short_of.map(|e| Found::new(&codes::EXCITATION, &[e.dof.velocity()], e.sentence.clone())).collect();
     for dof in asked.iter().filter(|d| excitation.iter().all(|e| e.dof != **d)) {

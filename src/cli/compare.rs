@@ -146,11 +146,8 @@ fn verdict(worst: &[Row<'_>], found: Option<&Noise>) -> (String, bool) {
         || " No noise explains the runs: the model cannot follow them.".to_string(),
         |found| format!(" {}", found.sentence()),
     );
-    let weak = match found.is_some_and(Noise::is_more_than_turbulence) {
-        true => " That is more than turbulence or a tether: who expects to err so much proves little of the model.",
-        false => "",
-    };
-    (text + &noise + weak, !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
+    let weak = found.map(|found| found.beyond_turbulence(": who expects to err so much proves little of the model"));
+    (text + &noise + &weak.unwrap_or_default(), !erring.is_empty() || found.is_some_and(Noise::is_more_than_turbulence))
 }
 
 /// One row a run: its worst degree of freedom.

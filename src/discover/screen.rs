@@ -178,8 +178,12 @@ fn independent(
         if c[(k, k)] - explained < least(k) {
             continue;
         }
+        let before = kept.len();
         kept.push(k);
-        factor = Some(DMatrix::from_fn(kept.len(), kept.len(), |i, j| c[(kept[i], kept[j])]).cholesky()?);
+        factor = match factor {
+            Some(factor) => Some(factor.insert_column(before, DVector::from_fn(kept.len(), |i, _| c[(kept[i], k)]))),
+            None => DMatrix::from_element(1, 1, c[(k, k)]).cholesky(),
+        };
     }
     Some((kept, factor?))
 }

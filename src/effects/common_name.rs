@@ -5,9 +5,15 @@ use super::{ThrusterLoss, ThrusterSwap};
 /// The common name of an effect: `coriolis_yaw` is the Munk moment. A place behind the id (`@surge`) is told with it; an
 /// id that has no other name is its own words.
 pub fn common_name(name: &str) -> String {
+    common_name_at(name, None)
+}
+
+/// The common name of an effect whose first parameter is known: a thruster of which twice the thrust is lost is reversed.
+pub fn common_name_at(name: &str, first: Option<f64>) -> String {
     let (id, place) = name.split_once('@').unwrap_or((name, ""));
-    let own = NAMES.iter().find(|(known, _)| *known == id).map(|(_, common)| (*common).to_string());
-    let own = own.unwrap_or_else(|| id.replace('_', " "));
+    let known = NAMES.iter().find(|(known, _)| *known == id).map(|(_, common)| *common);
+    let known = first.filter(|_| id == ThrusterLoss::ID).map(lost_of_thruster).or(known);
+    let own = known.map_or_else(|| id.replace('_', " "), str::to_string);
     match place {
         "" => own,
         // thrusters have names of their own
@@ -15,17 +21,6 @@ pub fn common_name(name: &str) -> String {
             format!("{own}, {}", place.replace(':', " and "))
         }
         place => format!("{own} in {}", place.replace(':', " from ")),
-    }
-}
-
-/// The common name of an effect whose first parameter is known: a thruster of which twice the thrust is lost is reversed.
-pub fn common_name_at(name: &str, first: Option<f64>) -> String {
-    let told = common_name(name);
-    match first {
-        Some(lost) if name.starts_with(ThrusterLoss::ID) => {
-            told.replace("a weak, dead or reversed thruster", lost_of_thruster(lost))
-        }
-        _ => told,
     }
 }
 

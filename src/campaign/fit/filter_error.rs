@@ -257,7 +257,7 @@ fn sentence(
     }
     let pushed = found.sentence();
     let white = if found.innovations_white { "" } else { " Innovations are not white: deviations may be too small." };
-    let strong = if found.is_more_than_turbulence() { " That is more than turbulence or a tether." } else { "" };
+    let strong = found.beyond_turbulence("");
     if !bent.is_empty() {
         return format!(
             "Do not use these numbers, although the fit converged: the model lacks an effect, with which {} would be different; \
@@ -277,9 +277,6 @@ fn sentence(
              one; `hydrosysid discover` looks for it. {pushed}{strong}{white}"
         );
     }
-    let strong = match found.is_more_than_turbulence() {
-        true => " That is more than turbulence or a tether: `hydrosysid discover` looks for what is missing.",
-        false => "",
-    };
+    let strong = found.beyond_turbulence(": `hydrosysid discover` looks for what is missing");
     format!("The fit converged, and predictions 8 s ahead err as much as expected. {pushed}{strong}{white}")
 }
