@@ -6,12 +6,13 @@
 //! ```
 //!
 //! A part is all that comes after an instant (weed, a payload, a motor that fails), or one run (a wrong sign, another
-//! trim); of a value that a run has for itself, what comes after an instant of that run (a current that turns with the tide). Over the whole log S is nothing, because the estimate is the likelihood's greatest. The greatest z² of all parts and
-//! parameters is compared with what chance makes of the greatest one, drawn from N(0, A) of every block. A name that
-//! stands in for something else may follow the whole log on average, but not every part of it. Where it is one parameter that
-//! changes once, nothing is left beside that change as an unknown of its own; where the equations are of another shape than
-//! nature, every part wants other values, and none of them is told as a change. Nyblom, *Journal of the
-//! American Statistical Association* 84 (1989) 223-230; Hansen, *Journal of Policy Modeling* 14 (1992) 517-533.
+//! trim); of a value that a run has for itself, what comes after an instant of that run (a current that turns with the
+//! tide). Over the whole log S is nothing, because the estimate is the likelihood's greatest. The greatest z² of all parts
+//! and parameters is compared with what chance makes of the greatest one, drawn from N(0, A) of every block. A name that
+//! stands in for something else may follow the whole log on average, but not every part of it. Where it is one parameter
+//! that changes once, nothing is left beside that change as an unknown of its own; where the equations are of another shape
+//! than nature, every part wants other values, and none of them is told as a change. Nyblom, *Journal of the American
+//! Statistical Association* 84 (1989) 223-230; Hansen, *Journal of Policy Modeling* 14 (1992) 517-533.
 
 use nalgebra::DMatrix;
 use serde::Serialize;
