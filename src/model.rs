@@ -411,8 +411,10 @@ fn misplaced(effect: &dyn Effect, place: Place, dofs: &[Dof]) -> Option<String> 
             lacking.and_then(|reasons| reasons.into_iter().next())
         }
         (Scope::Everywhere, None, None) => None,
-        (Scope::Thrusters, ..) if !effect.about().id.contains('@') => Some(
-            "it is of thrusters that [[thruster]] describes, and is written with their names, as `@T6` or `@T2:T5`"
+        // as the catalogue lists it, of none
+        (Scope::Thrusters, ..) if effect.channels(place).iter().all(String::is_empty) => Some(
+            "it is of thrusters that [[thruster]] describes; of single ones it is written with their names, as `@T6` or \
+             `@T2:T5`"
                 .into(),
         ),
         (Scope::Thrusters, None, None) => None,

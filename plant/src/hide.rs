@@ -24,7 +24,7 @@ use crate::water::{Current, Sea, Wave};
 
 /// What can be hidden that no catalogue has; `power_drag` stands at a degree of freedom, `thruster_failure`
 /// at a thruster.
-pub const OUTSIDE: [&str; 18] = [
+pub const OUTSIDE: [&str; 17] = [
     "power_drag",
     "thrust_hysteresis",
     "drag_step",
@@ -41,7 +41,6 @@ pub const OUTSIDE: [&str; 18] = [
     "vortex_shedding",
     "sloshing",
     "wave_spectrum",
-    "thruster_advance",
     "thruster_failure",
 ];
 
@@ -225,10 +224,10 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
         ("thruster_failure", Place::Thruster(k)) if !plant.actuation.thrusters.is_empty() => {
             plant.actuation.thrusters[k].loss = (0.7 * size, instant);
         }
-        ("thruster_advance", Place::Whole) if !plant.actuation.thrusters.is_empty() => {
+        ("thruster_advance_loss", Place::Whole) if !plant.actuation.thrusters.is_empty() => {
             plant.actuation.thrusters.iter_mut().for_each(|t| t.advance_loss = 0.25 * size / speed[0]);
         }
-        ("thruster_loss" | "thruster_swap" | "thruster_failure" | "thruster_advance", _) => {
+        ("thruster_loss" | "thruster_swap" | "thruster_failure" | "thruster_advance_loss", _) => {
             return refused("it needs thrusters that are commanded one by one");
         }
         ("sensor_delay", Place::Whole) => instruments.iter_mut().for_each(|one| one.latency += 0.4 * size),
@@ -383,6 +382,7 @@ pub fn catalogue(dofs: &[Dof], thrusters: &[&str]) -> Vec<String> {
     }
     if let [first, second, ..] = thrusters {
         list.extend([format!("thruster_loss@{first}"), format!("thruster_swap@{first}:{second}")]);
+        list.push("thruster_advance_loss".into());
     }
     list
 }

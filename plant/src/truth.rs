@@ -177,6 +177,16 @@ fn values_of(effect: &str, setup: &mut Setup) -> Vec<TrueValue> {
         ("thruster_loss", Place::Thruster(k)) => {
             return setup.plant.actuation.thrusters.get(k).map(|t| one("k", t.loss.0)).into_iter().collect();
         }
+        ("thruster_advance_loss", _) => {
+            return setup
+                .plant
+                .actuation
+                .thrusters
+                .first()
+                .map(|t| one("k_advance", t.advance_loss))
+                .into_iter()
+                .collect();
+        }
         ("sensor_delay", _) => {
             return setup.instruments.first().map(|i| one("T_log", i.latency)).into_iter().collect();
         }

@@ -9,6 +9,7 @@ use super::late_gyro;
 use super::lead_in;
 use super::load::Campaign;
 use super::log_faults::{Fault, faults};
+use super::odd_run::OddRun;
 use super::steps_as_lines;
 use super::unexcited;
 
@@ -80,6 +81,17 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         }
     }
     let mut found = searched?;
+    let odd = if passes(&found) { Vec::new() } else { OddRun::accused(campaign, &runs) };
+    let mut odd_told = Vec::new();
+    if !odd.is_empty() {
+        let mut turned = runs.clone();
+        odd.iter().for_each(|fault| fault.mend(&mut turned));
+        let again = search(&model, &turned)?;
+        if passes(&again) {
+            (runs, odd_told) = (turned, odd);
+            found = with_what_was_held(again, &found);
+        }
+    }
     // a thrust that is late after all asks for more of the first seconds, and they are no other thing that is missing
     if let Some(last) = found.model().filter(|last| lead_in::is_late(last) && !lead_in::is_late(&model)) {
         let settled = lead_in::settled(runs.clone(), last);
@@ -115,16 +127,18 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
         let dofs: Vec<&str> = resting.iter().map(|dof| dof.name()).collect();
         found.with_runs_that_took_part(part, &format!("no run of the fit moves {}", dofs.join(", ")));
     }
-    let mended = |fault: &Fault| {
+    let told: Vec<String> =
+        faults.iter().map(ToString::to_string).chain(odd_told.iter().map(ToString::to_string)).collect();
+    let mended = |fault: &String| {
         let text = format!("{fault}; the search worked on the mended channel, the files are as they were");
         Finding::new(&codes::CORRECTED, text)
     };
-    found.warnings.extend(faults.iter().map(mended));
+    found.warnings.extend(told.iter().map(mended));
     let tracks = found.steps.last().into_iter().flat_map(|step| &step.fit.filtered.problem.tracks);
     found.warnings.extend(first_samples::findings(tracks));
-    found.log_findings = faults.iter().flat_map(Fault::findings).collect();
-    if !faults.is_empty() {
-        let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
+    let of_odd_runs = odd_told.iter().map(OddRun::finding);
+    found.log_findings = faults.iter().flat_map(Fault::findings).chain(of_odd_runs).collect();
+    if !told.is_empty() {
         found.sentence = format!("The log is wrong: {}. With that mended: {}", told.join("; "), found.sentence);
     }
     Ok(found)
@@ -153,6 +167,11 @@ fn hold(model: &mut Model, unseen: &[String], values: &[f64]) -> Finding {
         held.join(", ")
     );
     Finding::new(&codes::UNSEEN, text)
+}
+
+/// Whether a search leaves nothing.
+fn passes(found: &Discovery) -> bool {
+    matches!(found.verdict, Verdict::NothingMissing | Verdict::Explained)
 }
 
 /// A search that was made again, with what an earlier one said of parameters that it held.

@@ -40,6 +40,7 @@ mod model_noise;
 mod monitor;
 mod moves;
 mod noise;
+mod odd_run;
 mod own_formulas;
 mod plan;
 mod plan_rehearsal;

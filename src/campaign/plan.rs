@@ -108,8 +108,8 @@ pub struct PlannedParameter {
 pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + Sync)) -> Result<Plan, Error> {
     if let Some(term) = source.model.terms.iter().find(|term| term.effect.about().scope == Scope::Thrusters) {
         let text = format!(
-            "a plan drives degrees of freedom, and `{}` is of single thrusters: mend the vehicle, take the effect out of the \
-             model, and plan again",
+            "a plan drives degrees of freedom, and `{}` is of single thrusters: mend the vehicle where it is a fault, take the \
+             effect out of the model, and plan again",
             term.name()
         );
         return Err(Error::Asked(text));

@@ -1,7 +1,7 @@
 //! Effects of the single thrusters that a campaign describes.
 //!
 //! ```text
-//! b_T = η_inter (s, p × s)          of thruster_loss@T and thruster_swap@T:U, on F_T η_adv
+//! b_T = η_inter (s, p × s)          of thruster_loss@T, thruster_swap@T:U and thruster_advance_loss, on F_T η_adv
 //! ```
 //!
 //! η_inter is that of all thrusters that push in a direction together; η_adv stands in the channel of the force.
@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use super::file::CampaignFile;
-use crate::effects::{Effect, Place, SingleThruster, ThrusterLoss, ThrusterSwap};
+use crate::effects::{Effect, Place, SingleThruster, ThrusterAdvanceLoss, ThrusterLoss, ThrusterSwap};
 use crate::frame::Dof;
 use crate::procedure::{acting_thruster_force, thruster_force};
 use crate::thrust::thruster::Thruster;
@@ -24,7 +24,7 @@ pub(super) const UNLIKE: &str =
 /// Why an effect of a thruster that is there cannot stand in the model.
 pub(super) const IDLE: &str = "it changes the force in none of the modelled degrees of freedom";
 
-/// Every effect of a single thruster, and of every two of one curve.
+/// Every effect of a single thruster, of every two of one curve, and of all.
 pub(super) fn effects(file: &CampaignFile) -> Vec<Own> {
     let all: Vec<SingleThruster> = (0..file.thrusters.len()).map(|k| single(file, k)).collect();
     // exchanged with one that moves nothing, a thruster is as good as lost
@@ -39,22 +39,22 @@ pub(super) fn effects(file: &CampaignFile) -> Vec<Own> {
             }
         }
     }
+    if !all.is_empty() {
+        push(Arc::new(ThrusterAdvanceLoss::of(all.clone())));
+    }
     list
 }
 
 /// Thruster `k`, as effects see it.
 fn single(file: &CampaignFile, k: usize) -> SingleThruster {
     let (thruster, efficiency) = (&file.thrusters[k], &file.efficiency);
-    let unit = thruster.unit_wrench();
+    let unit_wrench = Dof::ALL.map(|dof| if thruster.pushes(dof) { thruster.unit_wrench()[dof.index()] } else { 0.0 });
     let wrench = Dof::ALL.map(|dof| {
-        if !thruster.pushes(dof) {
-            return 0.0;
-        }
         let group: Vec<&str> = file.thrusters.iter().filter(|t| t.pushes(dof)).map(|t| t.name.as_str()).collect();
-        unit[dof.index()] * efficiency.eta_inter.value(dof, &group)
+        unit_wrench[dof.index()] * efficiency.eta_inter.value(dof, &group)
     });
     let channel = if efficiency.eta_adv.is_some() { acting_thruster_force(k) } else { thruster_force(k) };
-    SingleThruster { name: thruster.name.clone(), channel, wrench }
+    SingleThruster { name: thruster.name.clone(), channel, unit_wrench, wrench }
 }
 
 /// Whether a command gives the same force in both.
@@ -101,15 +101,20 @@ mod tests {
 
     #[test]
     fn each_thruster_that_moves_the_model_and_each_like_pair_is_asked() {
-        let all =
-            ["thruster_loss@port", "thruster_loss@starboard", "thruster_loss@bow", "thruster_swap@port:starboard"];
+        let all = [
+            "thruster_loss@port",
+            "thruster_loss@starboard",
+            "thruster_loss@bow",
+            "thruster_swap@port:starboard",
+            "thruster_advance_loss",
+        ];
         let mut found = candidates("", "");
         found.sort_unstable();
         let mut wanted = all.to_vec();
         wanted.sort_unstable();
         assert_eq!(found, wanted, "lift moves nothing in the plane, bow has another curve");
-        assert_eq!(candidates(", 'thruster_loss@bow'", "").len(), 3, "what stands in the model is not asked");
-        assert_eq!(candidates(", 'thruster_swap@starboard:port'", "").len(), 3, "in either order");
+        assert_eq!(candidates(", 'thruster_loss@bow'", "").len(), 4, "what stands in the model is not asked");
+        assert_eq!(candidates(", 'thruster_swap@starboard:port'", "").len(), 4, "in either order");
     }
 
     #[test]

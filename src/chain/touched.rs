@@ -191,8 +191,8 @@ mod tests {
 
     #[test]
     fn a_single_thruster_acts_where_it_pushes() {
-        let thruster =
-            SingleThruster { name: "bow".into(), channel: "F1".into(), wrench: [0.0, 1.0, 0.0, 0.0, 0.0, 0.4] };
+        let wrench = [0.0, 1.0, 0.0, 0.0, 0.0, 0.4];
+        let thruster = SingleThruster { name: "bow".into(), channel: "F1".into(), unit_wrench: wrench, wrench };
         let loss = ThrusterLoss::of(thruster);
         let of = |dofs: &[Dof]| acts_in(&loss, Place::VEHICLE, &Model::new(dofs, Coriolis::Tied));
         assert_eq!(of(&Dof::ALL), [Dof::Sway, Dof::Yaw]);

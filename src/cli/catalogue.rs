@@ -137,7 +137,7 @@ fn entry(effect: &dyn Effect) -> Entry {
             format!("vehicle; needs {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(", or "))
         }
         Scope::Everywhere => "vehicle".to_string(),
-        Scope::Thrusters => "@ each thruster of [[thruster]]".to_string(),
+        Scope::Thrusters => "thrusters of [[thruster]]".to_string(),
     };
     let first = places_of(effect, &Dof::ALL).first().copied().unwrap_or(Place::VEHICLE);
     let parameters = effect.parameters(first).into_iter().map(|p| Symbol {

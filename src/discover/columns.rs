@@ -60,6 +60,12 @@ pub struct Probe {
     pub width: usize,
 }
 
+impl From<&Planned> for Probe {
+    fn from(p: &Planned) -> Probe {
+        Probe { candidate: p.candidate, probe: p.probe, per_run: p.per_run, width: p.parameters.len() }
+    }
+}
+
 /// Candidates that are filtered together.
 #[derive(Debug, Clone)]
 pub struct Columns {
@@ -123,12 +129,7 @@ pub fn in_chunks<T: Send>(
     fitting: &OutputErrorOptions,
     take: impl Fn(usize, Columns) -> T + Sync,
 ) -> Result<Vec<T>, OutputErrorError> {
-    let upright = at.filtered.problem.dynamics.quaternion().is_some();
-    let runs: Vec<Run> = if upright { runs.iter().map(with_quaternion).collect() } else { runs.to_vec() };
-    let runs = remembered(at.model, &runs, candidates, fitting)?;
-    let (big, mut planned) = enlarge(at.model, candidates);
-    let carried = carried(&at.filtered.problem, at.model, candidates, &super::common_channels(&runs));
-    planned.retain(|plan| carried[plan.candidate]);
+    let (runs, big, planned) = prepared(at, runs, candidates, fitting)?;
     let mut chunks: Vec<Vec<&Planned>> = Vec::new();
     let mut filled = CHUNK;
     for plan in &planned {
@@ -143,15 +144,52 @@ pub fn in_chunks<T: Send>(
     }
     let one = |(k, chunk): (usize, &Vec<&Planned>)| {
         let products = products(at, &runs, &big, chunk, fitting)?;
-        let of = |p: &&Planned| Probe {
-            candidate: p.candidate,
-            probe: p.probe,
-            per_run: p.per_run,
-            width: p.parameters.len(),
-        };
-        Ok(take(k, Columns { probes: chunk.iter().map(of).collect(), products }))
+        Ok(take(k, Columns { probes: chunk.iter().map(|p| Probe::from(*p)).collect(), products }))
     };
     chunks.par_iter().enumerate().map(one).collect()
+}
+
+/// The runs with what the candidates remember in them, the model with all candidates in it, and those that `at` can carry.
+fn prepared(
+    at: ModelOnRuns<'_>,
+    runs: &[Run],
+    candidates: &[Candidate],
+    fitting: &OutputErrorOptions,
+) -> Result<(Vec<Run>, Model, Vec<Planned>), OutputErrorError> {
+    let upright = at.filtered.problem.dynamics.quaternion().is_some();
+    let runs: Vec<Run> = if upright { runs.iter().map(with_quaternion).collect() } else { runs.to_vec() };
+    let runs = remembered(at.model, &runs, candidates, fitting)?;
+    let (big, mut planned) = enlarge(at.model, candidates);
+    let carried = carried(&at.filtered.problem, at.model, candidates, &super::common_channels(&runs));
+    planned.retain(|plan| carried[plan.candidate]);
+    Ok((runs, big, planned))
+}
+
+/// Candidates that are filtered together, block by block.
+pub(super) struct InBlocks {
+    /// The probes, in the order of their columns.
+    pub probes: Vec<Probe>,
+    /// Products of each block of each stretch, as those of [`Columns`].
+    pub products: Vec<Vec<Mat<f64>>>,
+}
+
+/// Products of each so many `rows` of each stretch with all candidates that `at` can carry, each of one probe and one column, which
+/// stand behind the model's own directions in the order of the probes.
+///
+/// # Errors
+/// [`OutputErrorError`] when a run lacks what a candidate reads.
+pub(super) fn in_blocks(
+    at: ModelOnRuns<'_>,
+    runs: &[Run],
+    candidates: &[Candidate],
+    fitting: &OutputErrorOptions,
+    rows: usize,
+) -> Result<InBlocks, OutputErrorError> {
+    let (runs, big, planned) = prepared(at, runs, candidates, fitting)?;
+    let chunk: Vec<&Planned> = planned.iter().collect();
+    let (filtered, model) = with_chunk(at, &runs, &big, &chunk, fitting)?;
+    let products = filtered.products_in_blocks(&model, at.noise, at.limit, rows);
+    Ok(InBlocks { probes: chunk.into_iter().map(Probe::from).collect(), products })
 }
 
 /// Products of each stretch, of the model with this chunk of the candidates in it; none where the inertia is singular.
@@ -162,6 +200,19 @@ fn products(
     chunk: &[&Planned],
     fitting: &OutputErrorOptions,
 ) -> Result<Vec<Mat<f64>>, OutputErrorError> {
+    let (filtered, model) = with_chunk(at, runs, big, chunk, fitting)?;
+    let Some(mobilities) = at.filtered.mobilities(at.model) else { return Ok(Vec::new()) };
+    Ok(filtered.products(&model, at.noise, &mobilities, at.limit))
+}
+
+/// The runs made ready for the model with this chunk of the candidates in it, and that model.
+fn with_chunk(
+    at: ModelOnRuns<'_>,
+    runs: &[Run],
+    big: &Model,
+    chunk: &[&Planned],
+    fitting: &OutputErrorOptions,
+) -> Result<(Filtered, Model), OutputErrorError> {
     // only this chunk's terms are compiled
     let problem = &at.filtered.problem;
     let columns: Vec<usize> = chunk.iter().flat_map(|p| p.parameters.iter().copied()).collect();
@@ -185,7 +236,5 @@ fn products(
         }
         tracks.push(track);
     }
-    let filtered = at.filtered.with_problem(Problem { dynamics, tracks, ..problem.clone() });
-    let Some(mobilities) = at.filtered.mobilities(at.model) else { return Ok(Vec::new()) };
-    Ok(filtered.products(&model, at.noise, &mobilities, at.limit))
+    Ok((at.filtered.with_problem(Problem { dynamics, tracks, ..problem.clone() }), model))
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::appeared::appeared;
 use super::candidate::Candidate;
 use super::constancy::{ChangedParameter, changed};
 use super::disagreement::{Where, disagreement};
@@ -178,7 +179,11 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     progress::tell("whether parameters are the same at all times", 0, 0);
     let fit = found.last_fit().clone();
     // what a parameter does beside a force that is all there is means nothing
-    let mut changed_parameter = if found.hopeless { None } else { changed(&fit, train, options.seed, |_| true) };
+    let mut changed_parameter = match &found.appeared {
+        Some(appeared) => Some(appeared.clone()),
+        None if found.hopeless => None,
+        None => changed(&fit, train, options.seed, |_| true),
+    };
     let passes = judged.failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
     if !passes {
         let fallen = surrogates(&mut found, &judged.gap);
@@ -201,6 +206,9 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     }
     if let Some(changed) = &mut changed_parameter {
         changed.stand_beside(found.behaves_like.iter().map(|like| like.gain));
+    }
+    if changed_parameter.as_ref().is_some_and(|changed| !changed.absent) {
+        changed_parameter = appeared(found.last_fit(), &found.candidates, task)?.or(changed_parameter);
     }
     let effects = found_effects(&found);
     let Judged { gap, training, failing, mut beyond, mut erring, follows_training } = judged;

@@ -1,6 +1,7 @@
 //! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
 
 mod again;
+mod appeared;
 mod candidate;
 mod columns;
 mod constancy;
@@ -15,6 +16,7 @@ mod judged;
 mod lacking;
 mod naming;
 mod next;
+mod parts;
 mod pushed;
 mod refit;
 mod residual;

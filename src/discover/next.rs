@@ -127,7 +127,7 @@ pub(super) fn show(runs: &[String]) -> Option<String> {
 
 /// What to do where a parameter is not the same at all times.
 fn apart(changed: &ChangedParameter) -> String {
-    if !changed.alone {
+    if !changed.alone && !changed.absent {
         return format!(
             "Repeat {} with smaller commands, step by step: the model fits it with other values than the rest, and where they \
              begin to differ shows what it lacks.",
@@ -136,6 +136,16 @@ fn apart(changed: &ChangedParameter) -> String {
     }
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
     match changed.from {
+        Some(from) if changed.absent => format!(
+            "Look at what happened at {from:.0} s of {} (weed, a payload, a tether that caught, a thruster that failed), and fit what was \
+             sailed before it apart from what was sailed after it.",
+            changed.run
+        ),
+        None if changed.absent => format!(
+            "Look at what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and leave that run out of \
+             the fit.",
+            changed.run
+        ),
         Some(from) => format!(
             "Look at what happened at {from:.0} s of {} (a payload, weed, a tether that caught, a thruster that failed), repeat one run \
              as it was before and as it was after it, and fit the two apart: {effect} alone need not be what has changed.",

@@ -2,6 +2,8 @@
 //!
 //! 1. the baseline is fitted by filter error, its noise included;
 //! 2. one pass scores every absent effect ([`super::screen`]);
+//!    where one that begins at an instant tells more than any would all along, and leaves nothing, that is the answer
+//!    ([`super::appeared`]);
 //! 3. the best few are refitted with the noise free ([`super::naming`], [`super::refit`]); the likelihood ratio decides, against the
 //!    same chance of a false name;
 //! 4. runs that took no part must agree ([`super::held_out`]);
@@ -13,6 +15,7 @@
 //! and again from 2 until no candidate is beyond chance.
 
 use super::again::{backward, rivalled};
+use super::appeared::appeared_first;
 use super::candidate::Candidate;
 use super::naming::next_name;
 use super::pushed::is_hopeless;
@@ -54,11 +57,16 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         removed: Vec::new(),
         behaves_like: Vec::new(),
         astray: false,
+        appeared: None,
         hopeless: false,
         vain: Vec::new(),
         candidates: list,
         screen,
     };
+    found.appeared = appeared_first(found.last_fit(), (&found.candidates, &found.screen), task)?;
+    if found.appeared.is_some() {
+        return Ok(found);
+    }
     while found.added.len() < task.options.most && found.steps.len() < TURNS * task.options.most {
         let Some((added, fit)) = next_name(&mut found, task)? else { break };
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);

@@ -1,6 +1,7 @@
 //! What a search has found: the steps it took, the names that stand, and what helped and is no name.
 
 use super::candidate::Candidate;
+use super::constancy::ChangedParameter;
 use super::screen::Screen;
 use super::task::SearchOptions;
 use crate::effects::named;
@@ -69,6 +70,8 @@ pub struct Search {
     pub behaves_like: Vec<BehavesLike>,
     /// Whether a fit from the log was better than one from the last model: that one was far from the truth.
     pub astray: bool,
+    /// What has begun at an instant, where that is all that is missing: nothing is named then.
+    pub appeared: Option<ChangedParameter>,
     /// Whether what moves the vehicle is not its commands: nothing is named then.
     pub hopeless: bool,
     /// Candidates whose fit from the log has led no farther than that from the last model, and after how many steps.

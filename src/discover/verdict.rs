@@ -132,6 +132,7 @@ pub(super) fn sentence(
         _ => format!("{word} `{}`", channels.join("`, `")),
     };
     let changes = changed.map_or(String::new(), |s| format!(" {}", s.told()));
+    let begun = changed.filter(|changed| changed.absent).map(ChangedParameter::beginning_in_words);
     let alike = alike(effects);
     // what the runs of the fit show and those that judge cannot
     let unjudged = behaves_like.iter().find(|b| b.why == NOT_SHOWN).map(BehavesLike::told);
@@ -164,9 +165,16 @@ pub(super) fn sentence(
              explains.{changes}{alike}",
             at(" in")
         ),
-        Verdict::Unexplained => match unjudged {
-            Some(told) => format!("Something is missing{}. It {told}.{changes}", at("; it shows in")),
-            None => {
+        Verdict::Unexplained => match (unjudged, begun) {
+            (_, Some(begun)) => {
+                let left = match changed.is_some_and(|changed| changed.alone) {
+                    true => "with it nothing else is beyond chance",
+                    false => "something is left beside it, less than a tenth of that",
+                };
+                format!("Something has changed: {begun}; {left}.")
+            }
+            (Some(told), None) => format!("Something is missing{}. It {told}.{changes}", at("; it shows in")),
+            (None, None) => {
                 format!("Something is missing that is not in the catalogue{}.{changes}{behaves}", at("; it shows in"))
             }
         },
@@ -223,6 +231,7 @@ mod tests {
             p_value: 1e-9,
             gain: 700.0,
             alone: true,
+            absent: false,
         };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], ""), Some(&changed)),

@@ -67,6 +67,7 @@ const NAMES: &[(&str, &str)] = &[
     ("trim_offset", "trim"),
     ("thrust_interaction_loss", "loss of thrust between thruster and hull"),
     ("thrust_advance_loss", "loss of thrust with speed"),
+    ("thruster_advance_loss", "loss of thrust of each thruster with its own speed"),
     ("thrust_reverse_loss", "weaker reverse thrust"),
     ("thrust_deadband", "dead band of the thrusters"),
     ("thrust_saturation", "saturation of the thrusters"),

@@ -58,6 +58,7 @@ mod sensor_heading_offset;
 mod sensor_position_delay;
 mod sensor_position_lever_arm;
 mod sensor_tilt_offset;
+mod since;
 mod single_thruster;
 mod supply_voltage;
 mod tether_drag;
@@ -70,6 +71,7 @@ mod thrust_interaction_loss;
 mod thrust_lag;
 mod thrust_reverse_loss;
 mod thrust_saturation;
+mod thruster_advance_loss;
 mod thruster_fault;
 mod thruster_loss;
 mod thruster_swap;
@@ -88,7 +90,9 @@ pub use name::{EffectName, EffectNameError};
 pub use observer::Observer;
 pub use parameter::{GridUnit, ParameterKind, ParameterSpec};
 pub use search::{meant, search};
+pub use since::Since;
 pub use single_thruster::SingleThruster;
+pub use thruster_advance_loss::ThrusterAdvanceLoss;
 pub use thruster_loss::ThrusterLoss;
 pub use thruster_swap::ThrusterSwap;
 
@@ -140,6 +144,7 @@ pub fn catalogue(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
         Arc::new(ThrusterLoss::of_none()),
         Arc::new(ThrusterSwap::of_none()),
         Arc::new(thrust_advance_loss::ThrustAdvanceLoss),
+        Arc::new(ThrusterAdvanceLoss::of(Vec::new())),
         Arc::new(thrust_crosstalk::ThrustCrosstalk),
         Arc::new(propeller_advance::PropellerAdvance),
         Arc::new(fin_lift::FinLift(fin_lift::Fin::Rudder)),

@@ -19,11 +19,26 @@ pub struct SingleThruster {
     pub name: String,
     /// Channel of its force, N.
     pub channel: String,
+    /// (s, p × s): what 1 N along its axis s, at its place p, gives where nothing is lost; 1 in translation, m in rotation.
+    pub unit_wrench: [f64; 6],
     /// Wrench of 1 N at the body origin: 1 in translation, m in rotation; 0 where it gives nothing.
     pub wrench: [f64; 6],
 }
 
 impl SingleThruster {
+    /// Speed along its axis, through the water: s · (v + ω × p) = (s, p × s) · ν.
+    pub(super) fn advance<'g>(&self, at: &Instant<'g>) -> Expr<'g> {
+        let along = |dof: Dof| {
+            let unit = if dof.is_rotation() { Dimension::LENGTH } else { Dimension::ONE };
+            at.unit(unit, self.unit_wrench[dof.index()]) * at.nu_r[dof.index()]
+        };
+        Dof::ALL
+            .into_iter()
+            .filter(|dof| self.unit_wrench[dof.index()].abs() > 0.0)
+            .map(along)
+            .fold(at.graph.zero(), |a, b| a + b)
+    }
+
     /// Adds `share` of its wrench to τ.
     pub(super) fn push<'g>(&self, at: &Instant<'g>, share: Expr<'g>, tau: &mut Six<'g>) {
         let force = at.channel(&self.channel);

@@ -70,7 +70,7 @@ mod tests {
     use crate::symbolic::{Graph, Leaf};
 
     fn single(name: &str, wrench: [f64; 6]) -> SingleThruster {
-        SingleThruster { name: name.into(), channel: format!("F_{name}"), wrench }
+        SingleThruster { name: name.into(), channel: format!("F_{name}"), unit_wrench: wrench, wrench }
     }
 
     /// τ of surge and yaw with T and U at 3 and 5 N, U half a metre to port, and with effects added; `late` s of delay.

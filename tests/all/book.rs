@@ -46,7 +46,7 @@ fn places(scope: Scope) -> String {
             format!("the vehicle, with {}", sets.iter().map(|set| names(set)).collect::<Vec<_>>().join(" or "))
         }
         Scope::Everywhere => "the vehicle".into(),
-        Scope::Thrusters => "`@T6`, each thruster that a campaign describes, or `@T2:T5`, each two of one curve".into(),
+        Scope::Thrusters => "thrusters that a campaign describes: `@T6` one, `@T2:T5` two of one curve, or all".into(),
     }
 }
 

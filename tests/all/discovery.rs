@@ -268,6 +268,50 @@ fn blind_single_thrusters_are_named() {
     }
 }
 
+/// What begins at an instant, or acts in one run alone, is no name for all runs: a thruster that loses 0.7 of its thrust in the
+/// middle of a run, and one whose wires are exchanged in the last run of the fit, which is reversed.
+#[test]
+fn blind_a_thruster_that_changes_is_told_with_run_and_instant() {
+    for (vehicle, hidden, share) in [("laurs", "thruster_failure@T2", 0.7), ("small", "swapped_wire", 2.0)] {
+        let sea = Sea { commands: Commands::Thrusters, duration: 60.0, ..sea(vehicle, 0.02, &[hidden], 211) };
+        let found = answer(&format!("changes-{hidden}"), &sea);
+        assert_eq!((names(&found), found.verdict), (vec![], Verdict::Unexplained), "{}", found.sentence);
+        let changed = found.changed_parameter.as_ref().expect("it is told");
+        assert!(changed.absent && changed.parameter == "thruster_loss@T2 k_loss", "{changed:?}");
+        // forces astern are others than those ahead, of which the reversed one has the opposite
+        let allowed = if hidden == "swapped_wire" { 0.3 } else { 4.0 * changed.std };
+        assert!((changed.change - share).abs() < allowed, "{changed:?}");
+        assert_eq!(changed.from.is_none(), hidden == "swapped_wire", "{changed:?}");
+        assert!(found.sentence.starts_with("Something has changed: "), "{}", found.sentence);
+    }
+}
+
+/// A force of the opposite sign in one log is a fault of that log, and is mended there alone.
+#[test]
+fn blind_a_force_that_is_turned_in_one_log_is_told() {
+    let found = answer("turned", &sea("laurs", 0.02, &["swapped_wire"], 213));
+    assert_eq!((names(&found), found.verdict), (vec![], Verdict::NothingMissing), "{}", found.sentence);
+    assert!(
+        found.sentence.starts_with("The log is wrong: in run05.csv tau_r acts the wrong way"),
+        "{}",
+        found.sentence
+    );
+    assert_eq!((found.log_findings[0].kind.as_str(), found.log_findings[0].channel.as_str()), ("sign", "tau_r"));
+}
+
+/// Every thruster loses thrust with its own speed: what turns the vehicle is weaker ahead, too, which no loss in a degree of
+/// freedom says.
+#[test]
+fn blind_a_loss_of_each_thruster_with_its_speed_is_named() {
+    let hidden = "thruster_advance_loss";
+    let sea = Sea { commands: Commands::Thrusters, ..sea("laurs", 0.02, &[hidden], 212) };
+    let found = answer("advance", &sea);
+    assert_eq!((names(&found), found.verdict), (vec![hidden], Verdict::Explained), "{}", found.sentence);
+    let truth = sea.sail().expect("the plant sails").truth.value(hidden).expect("it is hidden");
+    let k = &found.effects[0].parameters[0];
+    assert!((k.value - truth).abs() < 4.0 * k.std, "{k:?}, {truth}");
+}
+
 /// In the vertical plane −m_w w q stands in surge as + m_v v r does in the horizontal one: a baseline without it lacks
 /// something that has a name, and one with it lacks nothing, however much more than those of the fit a run pitches.
 #[test]

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use hydrosysid::chain::{Nature, nature_at};
 use hydrosysid::effects::{
-    Coriolis, Effect, Family, Instant, Logged, ParameterKind, ParameterSpec, Place, SingleThruster, Six, ThrusterLoss,
-    ThrusterSwap, catalogue,
+    Coriolis, Effect, Family, Instant, Logged, ParameterKind, ParameterSpec, Place, SingleThruster, Six,
+    ThrusterAdvanceLoss, ThrusterLoss, ThrusterSwap, catalogue,
 };
 use hydrosysid::frame::Dof;
 use hydrosysid::model::{Model, name_of, places_of};
@@ -173,14 +173,21 @@ impl<'g> Said<'g> {
 
 /// The catalogue, with thrusters in it that push everywhere.
 fn with_thrusters(coriolis: Coriolis) -> Vec<Arc<dyn Effect>> {
-    let thruster =
-        |name: &str, channel: &str, wrench| SingleThruster { name: name.into(), channel: channel.into(), wrench };
+    let thruster = |name: &str, channel: &str, wrench| SingleThruster {
+        name: name.into(),
+        channel: channel.into(),
+        unit_wrench: wrench,
+        wrench,
+    };
     let port = thruster("port", "F1", [0.8, 0.6, 0.1, -0.2, 0.3, 0.5]);
     let starboard = thruster("starboard", "F2", [0.7, -0.5, 0.2, 0.2, 0.4, -0.5]);
+    let advance = ThrusterAdvanceLoss::of(vec![port.clone(), starboard.clone()]);
+    let advance: Arc<dyn Effect> = Arc::new(advance);
     let of_vehicle = |effect: Arc<dyn Effect>| -> Arc<dyn Effect> {
         match effect.about().id {
             ThrusterLoss::ID => Arc::new(ThrusterLoss::of(port.clone())),
             ThrusterSwap::ID => Arc::new(ThrusterSwap::of([port.clone(), starboard.clone()])),
+            id if id == advance.about().id => advance.clone(),
             _ => effect,
         }
     };

@@ -97,8 +97,28 @@ pub fn cells() -> Vec<Cell> {
     }
     let thrusters = "Commands of single thrusters, force 2 %, 1 s";
     for (vehicle, names) in [
-        ("laurs", ["", "thruster_loss@T2", "thruster_loss@T6", "thruster_swap@T2:T5", "thruster_swap@T6:T8"]),
-        ("small", ["", "thruster_loss@T1", "thruster_loss@T4", "thruster_swap@T2:T3", "thruster_swap@T1:T2"]),
+        (
+            "laurs",
+            [
+                "",
+                "thruster_loss@T2",
+                "thruster_loss@T6",
+                "thruster_swap@T2:T5",
+                "thruster_swap@T6:T8",
+                "thruster_advance_loss",
+            ],
+        ),
+        (
+            "small",
+            [
+                "",
+                "thruster_loss@T1",
+                "thruster_loss@T4",
+                "thruster_swap@T2:T3",
+                "thruster_swap@T1:T2",
+                "thruster_advance_loss",
+            ],
+        ),
     ] {
         for name in names {
             let hidden: &[&str] = if name.is_empty() { &[] } else { &[name] };
@@ -120,7 +140,6 @@ pub fn cells() -> Vec<Cell> {
         let outside = "Outside of the catalogue, force 2 %, 1 s";
         let name = if name == "power_drag" { "power_drag@surge" } else { name };
         match name {
-            "thruster_advance" => all.push(cell(outside, name, &[name], false, |h, s| driven("small", h, s))),
             "thruster_failure" => {
                 all.push(cell(outside, name, &["thruster_failure@T2"], false, |h, s| driven("laurs", h, s)));
             }

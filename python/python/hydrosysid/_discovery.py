@@ -70,6 +70,7 @@ class ChangedParameter:
         p_value: probability of as much by chance, of all parameters and parts of the log.
         gain: by how much −2 ln L falls, beyond chance, with values of their own for all parameters there.
         alone: whether this change is all; where it is not, no value has changed: the equations have another shape.
+        absent: whether the effect is not in the model, and begins there: a thruster that fails, a payload.
     """
 
     parameter: str
@@ -81,6 +82,7 @@ class ChangedParameter:
     p_value: float
     gain: float
     alone: bool
+    absent: bool
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,284 @@
+//! Parts of a log, and what their scores say: the sums and the test of [`super::constancy`].
+//!
+//! ```text
+//! z² = S_j²/C,   C = A_jj − A_j· (Σ A)⁻¹ A·j          over a part;  the greatest of all parts and parameters counts
+//! ```
+//!
+//! A parameter that is not estimated, of an effect that is not in the model, has its columns in S and A, and none in (Σ A)⁻¹: what
+//! the estimated ones take up of it is the same, and it takes up nothing.
+
+use std::collections::BTreeSet;
+
+use nalgebra::DMatrix;
+
+use super::screen::{log_survival, root};
+use crate::noise::Noise;
+
+/// Draws of the greatest z² by chance.
+const DRAWS: usize = 1000;
+
+/// The draws are of this stream of the seed.
+const STREAM: u64 = 0xc057;
+
+/// Probability of a change by chance, of all parameters and parts, below which it is told: with whiteness and predictions, at
+/// one in a thousand each, a model that is right is doubted less than once in a hundred times.
+pub(super) const LEVEL: f64 = 5e-3;
+
+/// A part of the log that holds less than this share of a parameter's information says nothing of it: its z² is that of a
+/// few samples, which the correlation of what is left decides.
+const LEAST_SHARE: f64 = 0.02;
+
+/// Sums of a part of the log.
+#[derive(Clone)]
+pub(super) struct Sums {
+    /// One column.
+    pub(super) s: DMatrix<f64>,
+    pub(super) a: DMatrix<f64>,
+}
+
+/// A part of the log, as blocks, and how it is told.
+#[derive(Clone)]
+pub(super) struct Part {
+    pub(super) blocks: std::ops::Range<usize>,
+    pub(super) run: usize,
+    pub(super) from: Option<f64>,
+}
+
+/// The log in blocks over the unknowns, one run after the other, and what is asked of it.
+pub(super) struct Log {
+    blocks: Vec<Sums>,
+    pub(super) parts: Vec<Part>,
+    /// The unknowns that are estimated: all but those of effects that are not in the model.
+    estimated: Vec<usize>,
+    /// The unknowns that are asked.
+    asked: Vec<usize>,
+    /// Information of the priors.
+    priors: Vec<(usize, f64)>,
+    /// (Σ A)⁻¹ over the estimated, priors included; 0 elsewhere.
+    inverse: DMatrix<f64>,
+    /// C of each part: unknowns and what the others' change leaves of their information.
+    left: Vec<Vec<(usize, f64)>>,
+}
+
+/// The greatest z².
+pub(super) struct Greatest {
+    pub(super) z2: f64,
+    pub(super) part: usize,
+    pub(super) unknown: usize,
+    pub(super) s: f64,
+    pub(super) c: f64,
+}
+
+impl Log {
+    /// Over blocks, one run after the other, of which the unknowns `estimated` are and `asked` may change.
+    pub(super) fn of(
+        blocks: Vec<Sums>,
+        parts: Vec<Part>,
+        (estimated, asked): (Vec<usize>, Vec<usize>),
+        priors: Vec<(usize, f64)>,
+    ) -> Option<Log> {
+        let p = blocks.first()?.a.nrows();
+        let until = sums(blocks.iter().map(|block| &block.a), DMatrix::zeros(p, p));
+        let all = &until[blocks.len()];
+        let mut total = all.clone();
+        priors.iter().for_each(|(k, information)| total[(*k, *k)] += information);
+        let inverse_of = total.select_rows(&estimated).select_columns(&estimated).cholesky()?.inverse();
+        let mut inverse = DMatrix::zeros(p, p);
+        for (i, to_i) in estimated.iter().enumerate() {
+            for (j, to_j) in estimated.iter().enumerate() {
+                inverse[(*to_i, *to_j)] = inverse_of[(i, j)];
+            }
+        }
+        let left = |part: &Part| {
+            let a = &until[part.blocks.end] - &until[part.blocks.start];
+            let of = |j: &usize| {
+                let c = a[(*j, *j)] - (a.row(*j) * &inverse * a.column(*j))[0];
+                (c > LEAST_SHARE * all[(*j, *j)]).then_some((*j, c))
+            };
+            asked.iter().filter_map(of).collect()
+        };
+        let left = parts.iter().map(left).collect();
+        Some(Log { blocks, parts, estimated, asked, priors, inverse, left })
+    }
+
+    /// The same with all that is estimated and asked, and what was `found`, as unknowns of their own in the part of that: what
+    /// happens at an instant may change more than one parameter.
+    pub(super) fn apart(&self, found: &Greatest) -> Option<Apart> {
+        let part = self.parts[found.part].blocks.clone();
+        let own = self.left[found.part].iter().map(|(unknown, _)| *unknown);
+        let own: Vec<usize> = own.filter(|j| self.estimated.contains(j) || *j == found.unknown).collect();
+        let enlarged = |(k, block): (usize, &Sums)| {
+            let s = with_own(&block.s, &own, part.contains(&k));
+            // both ways: rows, then columns
+            let a = with_own(&with_own(&block.a, &own, part.contains(&k)).transpose(), &own, part.contains(&k));
+            Sums { s, a }
+        };
+        let blocks: Vec<Sums> = self.blocks.iter().enumerate().map(enlarged).collect();
+        let fall = |log: &Log| {
+            let s = log.blocks.iter().fold(DMatrix::zeros(log.inverse.nrows(), 1), |sum, block| sum + &block.s);
+            (s.transpose() * &log.inverse * &s)[0]
+        };
+        let p = self.inverse.nrows();
+        let estimated = self.estimated.iter().copied().chain(p..p + own.len()).collect();
+        let log = Log::of(blocks, self.parts.clone(), (estimated, self.asked.clone()), self.priors.clone())?;
+        // chance gives one a parameter
+        let gain = fall(&log) - fall(self) - own.len() as f64;
+        Some(Apart { log, part, freed: own, gain })
+    }
+
+    /// The greatest z² of the log itself.
+    pub(super) fn own(&self) -> Option<Greatest> {
+        self.greatest(self.blocks.iter().map(|block| block.s.clone()).collect()).pop().flatten()
+    }
+
+    /// What chance makes of S, block by block, a column a draw.
+    pub(super) fn by_chance(&self, seed: u64) -> Vec<DMatrix<f64>> {
+        let mut noise = Noise::new(seed, STREAM);
+        let drawn = |block: &Sums| {
+            // roundings may leave a block without a root: its columns are then drawn each by itself
+            let alone = || DMatrix::from_diagonal(&block.a.diagonal().map(|a| a.max(0.0).sqrt()));
+            root(&block.a).unwrap_or_else(alone) * DMatrix::from_fn(block.a.nrows(), DRAWS, |_, _| noise.normal())
+        };
+        self.blocks.iter().map(drawn).collect()
+    }
+
+    /// What it makes of the greatest z², smallest first.
+    pub(super) fn drawn(&self, scores: Vec<DMatrix<f64>>) -> Vec<f64> {
+        let mut drawn: Vec<f64> = self.greatest(scores).into_iter().flatten().map(|g| g.z2).collect();
+        drawn.sort_by(f64::total_cmp);
+        drawn
+    }
+
+    /// The greatest z² of each column of the blocks' S, less what a step of the estimate takes out over all.
+    fn greatest(&self, scores: Vec<DMatrix<f64>>) -> Vec<Option<Greatest>> {
+        let until = self.centred(scores);
+        let of = |column: usize| self.of_column(&until, column).max_by(|a, b| a.z2.total_cmp(&b.z2));
+        (0..until[0].ncols()).map(of).collect()
+    }
+
+    /// The greatest z² of each unknown of the log itself, that first of which it is greatest.
+    pub(super) fn own_of_each(&self) -> Vec<Greatest> {
+        let until = self.centred(self.blocks.iter().map(|block| block.s.clone()).collect());
+        let mut all: Vec<Greatest> = self.of_column(&until, 0).collect();
+        all.sort_by(|a, b| b.z2.total_cmp(&a.z2));
+        let mut seen = BTreeSet::new();
+        all.retain(|g| seen.insert(g.unknown));
+        all
+    }
+
+    /// What the blocks' S sum to, less what a step of the estimate takes out over all.
+    fn centred(&self, scores: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
+        let none = DMatrix::zeros(self.inverse.nrows(), scores.first().map_or(0, DMatrix::ncols));
+        let step = &self.inverse * scores.iter().fold(none.clone(), |sum, s| sum + s);
+        let centred: Vec<DMatrix<f64>> =
+            scores.into_iter().zip(&self.blocks).map(|(s, block)| s - &block.a * &step).collect();
+        sums(centred.iter(), none)
+    }
+
+    /// z² of every part and every unknown that it tells of.
+    fn of_column<'a>(&'a self, until: &'a [DMatrix<f64>], column: usize) -> impl Iterator<Item = Greatest> + 'a {
+        self.left.iter().enumerate().flat_map(move |(part, left)| {
+            let blocks = &self.parts[part].blocks;
+            let (first, last) = (&until[blocks.start], &until[blocks.end]);
+            left.iter().map(move |(unknown, c)| {
+                let s = last[(*unknown, column)] - first[(*unknown, column)];
+                Greatest { z2: s * s / c, part, unknown: *unknown, s, c: *c }
+            })
+        })
+    }
+}
+
+/// `rows` of a block with those of the unknowns `own` once more below, which are 0 outside of the part.
+fn with_own(rows: &DMatrix<f64>, own: &[usize], is_in_part: bool) -> DMatrix<f64> {
+    let (p, more) = (rows.nrows(), own.len());
+    let mut all = rows.clone().resize_vertically(p + more, 0.0);
+    if is_in_part {
+        all.rows_mut(p, more).copy_from(&rows.select_rows(own));
+    }
+    all
+}
+
+/// A log in a part of which parameters have values of their own.
+pub(super) struct Apart {
+    log: Log,
+    part: std::ops::Range<usize>,
+    /// The unknowns that have.
+    freed: Vec<usize>,
+    /// By how much −2 ln L falls with them, beyond chance.
+    pub(super) gain: f64,
+}
+
+impl Apart {
+    /// Whether nothing that is beyond chance changes beside it; `of` is the log without them.
+    pub(super) fn is_alone(&self, of: &Log, seed: u64) -> Option<bool> {
+        let beside = self.log.own()?;
+        let drawn = of.by_chance(seed).into_iter().enumerate();
+        let drawn = drawn.map(|(k, s)| with_own(&s, &self.freed, self.part.contains(&k))).collect();
+        // an instant is told to a block: of m blocks the first may be as before, and the rest differ from their mean by 1/m
+        Some(beside.z2 * self.part.len() as f64 <= self.gain || beyond(beside.z2, &self.log.drawn(drawn)) >= LEVEL)
+    }
+}
+
+/// What the first k of a series sum to, for every k from 0 on.
+fn sums<'a>(series: impl Iterator<Item = &'a DMatrix<f64>>, none: DMatrix<f64>) -> Vec<DMatrix<f64>> {
+    let mut until = vec![none];
+    series.for_each(|next| until.push(&until[until.len() - 1] + next));
+    until
+}
+
+/// The probability that the greatest z² is beyond `z2`: counted, and where none is beyond, by the tail of as many independent
+/// parts as the draws stand for.
+pub(super) fn beyond(z2: f64, drawn: &[f64]) -> f64 {
+    let count = drawn.iter().filter(|d| **d > z2).count();
+    if count > 0 || drawn.is_empty() {
+        return count as f64 / drawn.len().max(1) as f64;
+    }
+    let middle = drawn[drawn.len() / 2];
+    let independent = (0.5f64.ln() - log_survival(middle, 1)).exp();
+    (independent * log_survival(z2, 1).exp()).min(1.0 / drawn.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight blocks that tell one parameter alike, with S of ±10: it changes once, or there and back again and again as where a
+    /// linear drag is fitted to a bent one in a log that is slow and fast by turns.
+    #[test]
+    fn equations_of_another_shape_are_no_change_of_a_parameter() {
+        let is_alone = |signs: [f64; 8]| {
+            let block =
+                |sign: f64| Sums { s: DMatrix::from_element(1, 1, 10.0 * sign), a: DMatrix::from_element(1, 1, 1.0) };
+            let parts = (1..8).map(|k| Part { blocks: k..8, run: 0, from: Some(k as f64) }).collect();
+            let log = Log::of(signs.into_iter().map(block).collect(), parts, (vec![0], vec![0]), Vec::new()).unwrap();
+            log.apart(&log.own().unwrap()).unwrap().is_alone(&log, 1).unwrap()
+        };
+        assert!(is_alone([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]));
+        assert!(!is_alone([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0]));
+    }
+
+    /// Two columns that are the same signal from the fifth block on, and of which the first is estimated and was before, too: what
+    /// is not estimated begins there.
+    #[test]
+    fn what_is_not_in_the_model_may_begin_at_an_instant() {
+        let block = |k: usize| {
+            let late = f64::from(u8::from(k >= 4));
+            // of a drag of which 0.2 was missing from there on, 0.1 of it is estimated over all
+            let (s, a) = (if late > 0.0 { -10.0 } else { 10.0 }, 100.0);
+            Sums {
+                s: DMatrix::from_column_slice(2, 1, &[s, s * late]),
+                a: DMatrix::from_row_slice(2, 2, &[a, a * late, a * late, a * late]),
+            }
+        };
+        let parts = (1..8).map(|k| Part { blocks: k..8, run: 0, from: Some(k as f64) }).collect();
+        let log = Log::of((0..8).map(block).collect(), parts, (vec![0], vec![0, 1]), Vec::new()).unwrap();
+        let found = log.own().unwrap();
+        assert_eq!(log.parts[found.part].from, Some(4.0));
+        // δ = −S/C with S = −40 and C = 400 − 400²/800
+        assert!((-found.s / found.c - 0.2).abs() < 1e-12, "{} {}", found.s, found.c);
+        // what is estimated would have to change there by as much
+        let of_each = log.own_of_each();
+        assert!(of_each.len() == 2 && (of_each[0].z2 - of_each[1].z2).abs() < 1e-9);
+        assert!(of_each.iter().any(|of| of.unknown == 1));
+    }
+}
