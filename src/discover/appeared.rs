@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Asked where one part of the log tells more than the whole, and where the parameters of a last model make up for something with
-//! other values in one part of the log than in another. It is told where the same effect all along gains less by a tenth, and where it leaves nothing, or little of it: in the model with it no
+//! other values in one part of the log than in another. It is told where the same effect all along gains less by a tenth, where no
+//! parameter of the model changes that explains as much, and where it leaves nothing, or little of it: in the model with it no
 //! parameter changes any more, and no other effect is beyond chance.
 
 use std::sync::Arc;
@@ -26,7 +27,7 @@ use crate::run::{Run, Signal};
 use crate::symbolic::Graph;
 
 /// Channel of every run that is 1 where the effect acts.
-const SINCE: &str = "since";
+const SINCE: &str = "1(t ≥ t₀)";
 
 /// Effects that are refitted, the surest first: beside a model that is bent by what has begun the scores of two that act alike are
 /// near each other.
@@ -36,8 +37,8 @@ const REFITS: usize = 3;
 /// all of it, too.
 const LIKELY: usize = 12;
 
-/// Share of what a beginning gains that may be left beside it, and that it has to gain more than the same all along: a thruster that is wired the wrong way round is not quite the opposite
-/// of one of which the forces astern are others than those ahead.
+/// Share of what a beginning gains that may be left beside it, and that it has to gain more than the same all along: a thruster that
+/// is wired the wrong way round is not quite the opposite of one of which the forces astern are others than those ahead.
 const LEFT: f64 = 0.1;
 
 /// Instants that are tried within a block to each side of the one found.
@@ -114,12 +115,15 @@ fn begun(
         return Ok(None);
     }
     let begun = begun.likeliest(&log.parts, task);
-    let p_value = beyond(z2, &log.drawn(log.by_chance(task.options.seed)));
     let gain = fit.cost - begun.fit.cost;
     let tried = (log.parts.len() * list.len()) as f64;
     let by_chance = 2.0 * (tried / LEVEL).ln();
     // beyond chance by as much again: near to it any effect takes up a little of what another one does
-    if p_value >= LEVEL || gain < 2.0 * by_chance || begun.more_than_all_along(task) < LEFT * gain + by_chance {
+    if gain < 2.0 * by_chance || begun.more_than_all_along(task) < LEFT * gain + by_chance {
+        return Ok(None);
+    }
+    let p_value = beyond(z2, &log.drawn(log.by_chance(task.options.seed)));
+    if p_value >= LEVEL {
         return Ok(None);
     }
     // a parameter of the model that changes is the simpler answer

@@ -101,12 +101,12 @@ impl Log {
         Some(Log { blocks, parts, estimated, asked, priors, inverse, left })
     }
 
-    /// The same with all that is estimated and asked, and what was `found`, as unknowns of their own in the part of that: what
-    /// happens at an instant may change more than one parameter.
+    /// The same with all that is estimated and asked as unknowns of their own in the part of what was `found`: what happens at an
+    /// instant may change more than one parameter.
     pub(super) fn apart(&self, found: &Greatest) -> Option<Apart> {
         let part = self.parts[found.part].blocks.clone();
         let own = self.left[found.part].iter().map(|(unknown, _)| *unknown);
-        let own: Vec<usize> = own.filter(|j| self.estimated.contains(j) || *j == found.unknown).collect();
+        let own: Vec<usize> = own.filter(|j| self.estimated.contains(j)).collect();
         let enlarged = |(k, block): (usize, &Sums)| {
             let s = with_own(&block.s, &own, part.contains(&k));
             // both ways: rows, then columns
