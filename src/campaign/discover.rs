@@ -86,8 +86,7 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     if !odd.is_empty() {
         let mut turned = runs.clone();
         odd.iter().for_each(|fault| fault.mend(&mut turned));
-        let again = search(&model, &turned)?;
-        if passes(&again) {
+        if let Some(again) = search(&model, &turned).ok().filter(passes) {
             (runs, odd_told) = (turned, odd);
             found = with_what_was_held(again, &found);
         }

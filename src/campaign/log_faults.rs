@@ -55,13 +55,18 @@ pub(super) enum Fault {
     Late { channel: String, seconds: f64 },
 }
 
+/// What the checks say of each run, as the model sees it.
+pub(super) fn reports(runs: &[Run], model: &Model) -> Vec<CheckReport> {
+    let (dofs, through_water) = (model.dofs.clone(), model.through_water);
+    let options = CheckOptions { dofs, through_water, ..CheckOptions::default() };
+    runs.par_iter().map(|run| check::run(run, &options)).collect()
+}
+
 /// The faults on which the runs agree.
 ///
 /// A latency that the model has a term for is none.
 pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
-    let (dofs, through_water) = (model.dofs.clone(), model.through_water);
-    let options = CheckOptions { dofs, through_water, ..CheckOptions::default() };
-    let reports: Vec<CheckReport> = runs.par_iter().map(|run| check::run(run, &options)).collect();
+    let reports = reports(runs, model);
     let mut found = frames(&reports);
     let framed = !found.is_empty();
     let votes = factors(&reports);

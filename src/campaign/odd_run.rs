@@ -6,11 +6,9 @@
 //!
 //! A controller that moves the command looks like that, too: so the likelihood decides, and only where something is left without it.
 
-use rayon::prelude::*;
-
 use super::load::Campaign;
-use super::log_faults::Fault;
-use crate::check::{self, CheckOptions, CheckReport, codes::SIGN_DISAGREES, together};
+use super::log_faults::{Fault, reports};
+use crate::check::{codes::SIGN_DISAGREES, together};
 use crate::discover::LogFinding;
 use crate::frame::Dof;
 use crate::run::Run;
@@ -29,9 +27,7 @@ impl OddRun {
         if !campaign.file.thrusters.is_empty() {
             return Vec::new();
         }
-        let (dofs, through_water) = (campaign.model.dofs.clone(), campaign.model.through_water);
-        let options = CheckOptions { dofs, through_water, ..CheckOptions::default() };
-        let mut reports: Vec<CheckReport> = runs.par_iter().map(|run| check::run(run, &options)).collect();
+        let mut reports = reports(runs, &campaign.model);
         together::weigh(&mut reports, &[]);
         let is_force = |channel: &String| Dof::ALL.iter().any(|dof| dof.force() == channel.as_str());
         let told = reports.into_iter().flat_map(|report| report.findings);

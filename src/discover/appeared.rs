@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use super::candidate::Candidate;
 use super::columns::{InBlocks, in_blocks};
-use super::constancy::{BLOCK, ChangedParameter, changed, divided};
-use super::parts::{Greatest, LEVEL, Log, Part, beyond};
+use super::constancy::{ChangedParameter, changed};
+use super::parts::{BLOCK, Greatest, LEVEL, Log, Part, beyond, divided};
 use super::refit::{afresh, beside};
 use super::screen::Screen;
 use super::task::{ROUGH, TIE, Task, asked, screened};
@@ -146,6 +146,7 @@ fn begun(
         gain,
         alone: left <= 0.0,
         absent: true,
+        neutral: parameter.spec.neutral,
     }))
 }
 

@@ -14,21 +14,13 @@
 //! than nature, every part wants other values, and none of them is told as a change. Nyblom, *Journal of the American
 //! Statistical Association* 84 (1989) 223-230; Hansen, *Journal of Policy Modeling* 14 (1992) 517-533.
 
-use faer::Mat;
-use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::parts::{LEVEL, Log, Part, Sums, beyond};
+use super::parts::{BLOCK, LEVEL, Log, beyond, divided};
 use crate::effects::common_name_at;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::run::Run;
 use crate::wording::digits;
-
-/// Samples of a block.
-pub(super) const BLOCK: usize = 256;
-
-/// Blocks into which a log is divided at most: instants are told to one of them.
-const MOST_BLOCKS: usize = 256;
 
 /// A parameter that is not the same at all times.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,6 +47,9 @@ pub struct ChangedParameter {
     pub alone: bool,
     /// Whether the effect is not in the model: elsewhere it is nothing.
     pub absent: bool,
+    /// Value at which its effect is nothing, 1 of a scale.
+    #[serde(skip)]
+    pub(super) neutral: f64,
 }
 
 impl ChangedParameter {
@@ -84,10 +79,11 @@ impl ChangedParameter {
     pub(super) fn beginning_in_words(&self) -> String {
         let (effect, symbol) = self.parameter.split_once(' ').unwrap_or((&self.parameter, ""));
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
+        let value = self.neutral + self.change;
         let what = format!(
             "{} ({effect}), {symbol} = {} ± {}{unit}",
-            common_name_at(effect, Some(self.change)),
-            digits(self.change),
+            common_name_at(effect, Some(value)),
+            digits(value),
             digits(self.std)
         );
         match self.from {
@@ -147,49 +143,8 @@ fn most_changed(
         gain: apart.as_ref().map_or(found.z2, |apart| apart.gain),
         alone: apart.as_ref().and_then(|apart| apart.is_alone(&log, seed)).unwrap_or(false),
         absent: false,
+        neutral: of.spec.neutral,
     })
-}
-
-/// The log in blocks over the unknowns and `more` that are not in the model, one run after the other, and the parts of it that are
-/// asked; `products` are those of each stretch, block by block.
-pub(super) fn divided(
-    fit: &FilterErrorFit,
-    runs: &[Run],
-    products: &[Vec<Mat<f64>>],
-    more: usize,
-) -> (Vec<Sums>, Vec<Part>) {
-    let problem = &fit.filtered.problem;
-    let p = problem.unknowns.len() + more;
-    let (mut blocks, mut starts): (Vec<Sums>, Vec<(usize, f64)>) = (Vec::new(), Vec::new());
-    let together = products.iter().map(Vec::len).sum::<usize>().div_ceil(MOST_BLOCKS).max(1);
-    for (stretch, products) in problem.segments.iter().zip(products) {
-        let columns: Vec<usize> = problem.columns_of(stretch.track).into_iter().chain(p - more..p).collect();
-        let track = &problem.tracks[stretch.track];
-        let (from, to) = (track.time[stretch.first], track.time[stretch.last]);
-        for (k, products_of) in products.chunks(together).enumerate() {
-            let mut block = Sums { s: DMatrix::zeros(p, 1), a: DMatrix::zeros(p, p) };
-            for product in products_of {
-                for (i, to_i) in columns.iter().enumerate() {
-                    block.s[(*to_i, 0)] += product[(i, columns.len())];
-                    for (j, to_j) in columns.iter().enumerate() {
-                        block.a[(*to_i, *to_j)] += product[(i, j)];
-                    }
-                }
-            }
-            let share = (k * together) as f64 / products.len() as f64;
-            starts.push((track.run, from + (to - from) * share));
-            blocks.push(block);
-        }
-    }
-    let after = |k: usize| Part { blocks: k..blocks.len(), run: starts[k].0, from: Some(starts[k].1) };
-    let mut parts: Vec<Part> = (1..blocks.len()).map(after).collect();
-    let runs_alone = (0..runs.len()).filter_map(|run| {
-        let first = starts.iter().position(|(r, _)| *r == run)?;
-        let count = starts.iter().filter(|(r, _)| *r == run).count();
-        (count < blocks.len()).then_some(Part { blocks: first..first + count, run, from: None })
-    });
-    parts.extend(runs_alone);
-    (blocks, parts)
 }
 
 #[cfg(test)]
@@ -246,6 +201,31 @@ mod tests {
         assert!(found.gain > (found.change / found.std).powi(2) - 2.0, "{found:?}");
         assert!(beside(0.9 * found.gain) && !beside(1.1 * found.gain));
         assert!(found.alone && found.told().contains(": k_u of linear_drag@surge is 1."), "{}", found.told());
+    }
+
+    /// A scale of thrust that is 0.3 less is told by its value.
+    #[test]
+    fn what_begins_is_told_by_its_value() {
+        let (fit, runs) = fitted(1.2, 5);
+        let parameter = "thrust_interaction_loss@surge eta_u".to_string();
+        let (run, from, unit) = ("b".to_string(), Some(36.2), "1".to_string());
+        let found = changed(&fit, &runs, 1, |_| true).unwrap();
+        let begun = ChangedParameter {
+            parameter,
+            run,
+            from,
+            unit,
+            change: -0.3,
+            std: 0.01,
+            absent: true,
+            neutral: 1.0,
+            ..found
+        };
+        assert_eq!(
+            begun.told(),
+            "Not the same at all times: from 36 s of b on there is loss of thrust between thruster and hull in surge \
+             (thrust_interaction_loss@surge), eta_u = 0.70 ± 0.010."
+        );
     }
 
     #[test]

@@ -9,10 +9,19 @@
 
 use std::collections::BTreeSet;
 
+use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::screen::{log_survival, root};
+use crate::estimate::filter_error::FilterErrorFit;
 use crate::noise::Noise;
+use crate::run::Run;
+
+/// Samples of a block.
+pub(super) const BLOCK: usize = 256;
+
+/// Blocks into which a log is divided at most: instants are told to one of them.
+const MOST_BLOCKS: usize = 256;
 
 /// Draws of the greatest z² by chance.
 const DRAWS: usize = 1000;
@@ -236,6 +245,48 @@ pub(super) fn beyond(z2: f64, drawn: &[f64]) -> f64 {
     let middle = drawn[drawn.len() / 2];
     let independent = (0.5f64.ln() - log_survival(middle, 1)).exp();
     (independent * log_survival(z2, 1).exp()).min(1.0 / drawn.len() as f64)
+}
+
+/// The log in blocks over the unknowns and `more` that are not in the model, one run after the other, and the parts of it that are
+/// asked; `products` are those of each stretch, block by block.
+pub(super) fn divided(
+    fit: &FilterErrorFit,
+    runs: &[Run],
+    products: &[Vec<Mat<f64>>],
+    more: usize,
+) -> (Vec<Sums>, Vec<Part>) {
+    let problem = &fit.filtered.problem;
+    let p = problem.unknowns.len() + more;
+    let (mut blocks, mut starts): (Vec<Sums>, Vec<(usize, f64)>) = (Vec::new(), Vec::new());
+    let together = products.iter().map(Vec::len).sum::<usize>().div_ceil(MOST_BLOCKS).max(1);
+    for (stretch, products) in problem.segments.iter().zip(products) {
+        let columns: Vec<usize> = problem.columns_of(stretch.track).into_iter().chain(p - more..p).collect();
+        let track = &problem.tracks[stretch.track];
+        let (from, to) = (track.time[stretch.first], track.time[stretch.last]);
+        for (k, products_of) in products.chunks(together).enumerate() {
+            let mut block = Sums { s: DMatrix::zeros(p, 1), a: DMatrix::zeros(p, p) };
+            for product in products_of {
+                for (i, to_i) in columns.iter().enumerate() {
+                    block.s[(*to_i, 0)] += product[(i, columns.len())];
+                    for (j, to_j) in columns.iter().enumerate() {
+                        block.a[(*to_i, *to_j)] += product[(i, j)];
+                    }
+                }
+            }
+            let share = (k * together) as f64 / products.len() as f64;
+            starts.push((track.run, from + (to - from) * share));
+            blocks.push(block);
+        }
+    }
+    let after = |k: usize| Part { blocks: k..blocks.len(), run: starts[k].0, from: Some(starts[k].1) };
+    let mut parts: Vec<Part> = (1..blocks.len()).map(after).collect();
+    let runs_alone = (0..runs.len()).filter_map(|run| {
+        let first = starts.iter().position(|(r, _)| *r == run)?;
+        let count = starts.iter().filter(|(r, _)| *r == run).count();
+        (count < blocks.len()).then_some(Part { blocks: first..first + count, run, from: None })
+    });
+    parts.extend(runs_alone);
+    (blocks, parts)
 }
 
 #[cfg(test)]

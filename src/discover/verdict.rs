@@ -232,6 +232,7 @@ mod tests {
             gain: 700.0,
             alone: true,
             absent: false,
+            neutral: 0.0,
         };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], ""), Some(&changed)),

@@ -97,30 +97,10 @@ pub fn cells() -> Vec<Cell> {
     }
     let thrusters = "Commands of single thrusters, force 2 %, 1 s";
     for (vehicle, names) in [
-        (
-            "laurs",
-            [
-                "",
-                "thruster_loss@T2",
-                "thruster_loss@T6",
-                "thruster_swap@T2:T5",
-                "thruster_swap@T6:T8",
-                "thruster_advance_loss",
-            ],
-        ),
-        (
-            "small",
-            [
-                "",
-                "thruster_loss@T1",
-                "thruster_loss@T4",
-                "thruster_swap@T2:T3",
-                "thruster_swap@T1:T2",
-                "thruster_advance_loss",
-            ],
-        ),
+        ("laurs", ["", "thruster_loss@T2", "thruster_loss@T6", "thruster_swap@T2:T5", "thruster_swap@T6:T8"]),
+        ("small", ["", "thruster_loss@T1", "thruster_loss@T4", "thruster_swap@T2:T3", "thruster_swap@T1:T2"]),
     ] {
-        for name in names {
+        for name in names.into_iter().chain(["thruster_advance_loss"]) {
             let hidden: &[&str] = if name.is_empty() { &[] } else { &[name] };
             let row = format!("{} on {vehicle}", if name.is_empty() { "nothing" } else { name });
             all.push(cell(thrusters, row, hidden, true, move |h, s| driven(vehicle, h, s)));
