@@ -28,13 +28,13 @@ wheel: $(BIN)/python
 	MATURIN_PEP517_ARGS="--profile $(PROFILE) $(FEATURES)" $(BIN)/python -m pip install --quiet './python[test]'
 
 test-python: wheel
-	cd python && ../$(BIN)/python -m pytest
+	cd python && ../$(BIN)/python -m pytest -n logical
 	cd python && ../$(BIN)/python -m mypy
 	cd python && ../$(BIN)/python -m mypy.stubtest hydrosysid --allowlist stubtest.txt
 
 # Report and page in a headless Chromium; skipped where there is none, unless CI is set.
 test-browser: wheel
-	$(BIN)/python -m pytest -p no:cacheprovider tests/browser
+	$(BIN)/python -m pytest -p no:cacheprovider -n logical tests/browser
 
 lint: $(BIN)/python
 	cargo fmt --all -- --check

@@ -5,9 +5,10 @@
 //! fit = 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖) %                       Ljung (1999), ch. 16
 //! ```
 //!
-//! y: measured velocity (m/s) or rate (rad/s), or, where a run logs none, the position (m) or angle (rad) that tells it; ŷ: simulated from a state that is estimated on the run's first seconds
-//! with the parameters held. Where motion is unstable a whole run cannot be simulated however good the model: there the
-//! simulation starts anew every few seconds, and a finding says so.
+//! y: measured velocity (m/s) or rate (rad/s), or, if a run logs none, the corresponding position (m) or angle (rad);
+//! ŷ: simulated with held parameters, from a state that is estimated on the first seconds of the run. If the motion
+//! is unstable, even a good model cannot simulate a whole run: the simulation then restarts every few seconds, and a
+//! finding says so.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +25,7 @@ use crate::progress::Count;
 use crate::run::{Role, Run};
 use crate::simulate::{Track, Trajectory, free_run, in_reach};
 
-/// What a comparison may find.
+/// Codes of the findings of a comparison.
 pub const CODES: [Code; 1] = [UNSTABLE];
 
 const UNSTABLE: Code = Code {
@@ -34,17 +35,17 @@ const UNSTABLE: Code = Code {
     meaning: "the simulated motion is unstable: it is compared on segments, since small errors grow without bound",
 };
 
-/// A difference of two starts that grows by more than this makes a whole-run simulation meaningless.
+/// Growth of the difference between two starts beyond which a simulation of the whole run is meaningless.
 const GROWTH: f64 = 100.0;
 
-/// How models and runs are compared.
+/// Options of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompareOptions {
     /// First seconds of a run on which the initial state is estimated, s.
     pub settle: f64,
     /// Length of the segments where motion is unstable, s.
     pub segment: f64,
-    /// Longest step of the integrator, s, as a fit takes it.
+    /// Longest step of the integrator, s, as in a fit.
     pub longest_step: Option<f64>,
     /// Whether the logged position is a measurement of its own.
     pub position: bool,
@@ -58,7 +59,7 @@ impl Default for CompareOptions {
     }
 }
 
-/// Why a comparison cannot be made.
+/// Error of a comparison.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CompareError {
     /// The model cannot be simulated on a run.
@@ -66,7 +67,7 @@ pub enum CompareError {
     Simulation {
         /// Name of the run.
         run: String,
-        /// Why.
+        /// Cause.
         source: OutputErrorError,
     },
 }
@@ -78,8 +79,8 @@ pub struct Disagreement {
     pub run: String,
     /// Whether the run took part in the fit.
     pub role: Role,
-    /// Degree of freedom, or the channel of an observed function of the states; that of the position or angle where the run
-    /// logs no velocity.
+    /// Degree of freedom, or the channel of an observed function of the states; the channel of the position or angle
+    /// if the run logs no velocity.
     pub dof: Measured,
     /// Mean of |measured − simulated|, in `unit`.
     pub mean_abs: f64,
@@ -89,33 +90,33 @@ pub struct Disagreement {
     pub rms: f64,
     /// Standard deviation of the sensor's noise, in `unit`.
     pub noise_floor: f64,
-    /// 100 when the simulation is the measurement, 0 when it is no better than the measurement's mean.
+    /// 100 if the simulation equals the measurement, 0 if it is no better than the measurement's mean.
     pub fit_percent: f64,
-    /// `m/s` or `rad/s`; `m` or `rad` of a position or angle; of an observed function that of its formula.
+    /// `m/s` or `rad/s`; `m` or `rad` for a position or angle; for an observed function the unit of its formula.
     pub unit: String,
-    /// Number of stretches that were simulated, each from an initial state of its own: 1 for a run in one piece, more where
-    /// it has gaps and where its motion is unstable.
+    /// Number of stretches that were simulated, each from an initial state of its own: 1 for a run in one piece, more
+    /// if it has gaps or its motion is unstable.
     pub pieces: usize,
-    /// Length of the stretches into which unstable motion was cut (C001), s; `null` where none was.
+    /// Length of the stretches into which unstable motion was cut (C001), s; `null` if it was not cut.
     pub piece_length: Option<f64>,
 }
 
 /// A model compared with runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Comparison {
-    /// One entry a run and degree of freedom that is measured there.
+    /// One entry per run and degree of freedom that is measured there.
     pub runs: Vec<Disagreement>,
-    /// What has to be known beside it.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
-/// Compares a model with runs. A parameter with a value of its own in each run has it here when there are as many
-/// values as runs, else its common value.
+/// Compares a model with runs. A parameter with per-run values takes the value of each run if there are as many
+/// values as runs, otherwise its common value.
 ///
 /// # Errors
 /// [`CompareError`] when a run lacks what the model reads.
 pub fn compare(model: &Model, runs: &[Run], options: &CompareOptions) -> Result<Comparison, CompareError> {
-    // a single one is a part of other work
+    // a single run is part of other work and shows no progress
     let count = (runs.len() > 1).then(|| Count::begun("simulating runs", runs.len()));
     let each: Result<Vec<Comparison>, CompareError> = runs
         .par_iter()
@@ -131,17 +132,17 @@ pub fn compare(model: &Model, runs: &[Run], options: &CompareOptions) -> Result<
     Ok(all)
 }
 
-/// A model that was made from some runs, compared with all of them: a row of Table 6 of the paper.
+/// A model that was identified from one run, compared with all runs: a row of Table 6 of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CrossRow {
-    /// Name of the model: the run it was made from.
+    /// Name of the model: the run from which it was identified.
     pub model: String,
     /// Its comparison with every run, its own included.
     #[serde(flatten)]
     pub comparison: Comparison,
 }
 
-/// Compares every model with every run: the cross-validation matrix, a row a model.
+/// Compares every model with every run: the cross-validation matrix, one row per model.
 ///
 /// # Errors
 /// As [`compare`].
@@ -213,7 +214,7 @@ fn one(model: &Model, run: &Run, options: &CompareOptions) -> Result<Comparison,
     Ok(comparison)
 }
 
-/// The unit of what is compared; `known` is that of an observed function.
+/// Unit of the compared quantity; `known` is that of an observed function.
 fn unit(measured: &Measured, known: &str) -> String {
     let is_pose = |dof: &Dof| dof.position() == measured.channel();
     match (measured.dof(), Dof::ALL.iter().find(|dof| is_pose(dof))) {
@@ -223,8 +224,8 @@ fn unit(measured: &Measured, known: &str) -> String {
     }
 }
 
-/// The run in segments, of half the length where a model is so wrong that the motion leaves the range of a double
-/// within one, and so on down to two steps of the integrator.
+/// Simulates the run in segments. If a model is so wrong that the motion leaves the range of a double within one, the
+/// length is halved, down to two steps of the integrator.
 fn in_segments(model: &Model, run: &Run, options: &CompareOptions) -> Result<(Simulated, f64), OutputErrorError> {
     let mut seconds = options.segment;
     loop {
@@ -236,10 +237,10 @@ fn in_segments(model: &Model, run: &Run, options: &CompareOptions) -> Result<(Si
     }
 }
 
-/// (measured, simulated) at the samples of one channel.
+/// Pairs (measured, simulated) at the samples of one channel.
 type Pairs = Vec<(f64, f64)>;
 
-/// A run simulated in one piece a stretch without gap, or in segments.
+/// A run simulated in one piece per stretch without a gap, or in segments.
 struct Simulated {
     track: Track,
     outputs: Vec<String>,
@@ -250,8 +251,8 @@ struct Simulated {
 }
 
 impl Simulated {
-    /// Initial states are estimated on the first `seconds` of each piece. With `segments` every piece is that long, and
-    /// where the motion cannot be followed at all it starts from the measured state.
+    /// Simulates the run, with initial states estimated on the first `seconds` of each piece. With `segments` every
+    /// piece is that long, and starts from the measured state if the estimate diverges or has too few samples.
     fn of(
         model: &Model,
         run: &Run,
@@ -306,7 +307,7 @@ impl Simulated {
             if segments {
                 simulated.stable &= trajectory.outputs.iter().all(|x| x.is_finite());
             } else {
-                // a start that is off by a millionth of the noise, in all states at once
+                // a start that differs by a millionth of the noise, in all states at once
                 let off: Vec<f64> = start.iter().map(|x| x + 1e-6 * small(sigma)).collect();
                 let other = free_run(dynamics, &track, &theta, &off, piece.first, last);
                 simulated.stable &= moves.iter().all(|k| {
@@ -323,8 +324,8 @@ impl Simulated {
         Ok(simulated)
     }
 
-    /// What tells of `measured` in this run, its output and its pairs: itself, or, of a velocity that is not logged, the
-    /// position or angle. `None` where neither is logged.
+    /// The quantity that shows `measured` in this run, its output and its pairs: itself, or, for a velocity that is
+    /// not logged, the position or angle. `None` if neither is logged.
     fn told(&self, measured: Measured) -> Option<(Measured, usize, Pairs)> {
         let pose = measured.dof().map(|dof| Measured::Function(dof.position().into()));
         let rotation = measured.dof().is_some_and(Dof::is_rotation);
@@ -336,15 +337,15 @@ impl Simulated {
         found(measured).or_else(|| {
             let (pose, column, mut pairs) = found(pose?)?;
             if rotation {
-                // a logged angle may be wrapped, the simulated one goes on
+                // a logged angle may be wrapped, the simulated one is not
                 pairs.iter_mut().for_each(|(y, x)| *y = *x + within_half_turn(*y - *x));
             }
             Some((pose, column, pairs))
         })
     }
 
-    /// (measured, simulated) of one output, where there is a sample. A segment's first instant belongs to it alone, and
-    /// what runs away counts as [`in_reach`] says.
+    /// Pairs (measured, simulated) of one output, at its samples. No instant counts twice; a value that runs away
+    /// counts as [`in_reach`] says.
     fn pairs(&self, column: usize) -> Vec<(f64, f64)> {
         let width = self.outputs.len();
         let mut pairs = Vec::new();
@@ -363,7 +364,7 @@ impl Simulated {
     }
 }
 
-/// The scale of a small change of the state: the least noise, or a millimetre a second where there is none.
+/// Scale of a small change of the state: the least noise, or 1 mm/s if there is none.
 fn small(sigma: &[f64]) -> f64 {
     let least = sigma.iter().copied().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 1e-3 }

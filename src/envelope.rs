@@ -1,12 +1,12 @@
-//! The envelope of a model: between which values its runs moved.
+//! Envelope of a model: the ranges of values that its runs covered.
 //!
 //! ```text
 //! envelope = { channel: [smallest, greatest] }      u … r, phi, theta, tau_u … tau_r, KC_u … KC_r
 //! KC = U_m T / L_c
 //! ```
 //!
-//! Speeds and rates (m/s, rad/s), roll and pitch (rad), forces that act (N, N·m) and Keulegan-Carpenter numbers of the
-//! runs of a fit. Beyond them the model extrapolates, and who uses it is told: [`beyond`].
+//! Speeds and rates (m/s, rad/s), roll and pitch (rad), forces that act (N, N·m) and Keulegan-Carpenter numbers of
+//! the runs of a fit. Beyond them the model extrapolates, and [`beyond`] warns the user.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,17 +34,17 @@ pub const OTHER_AMPLITUDE: Code = Code {
     meaning: "A run oscillates at a Keulegan-Carpenter number far from those at which the model was fitted. Added mass and drag of bluff bodies change several-fold with it: fit runs of that amplitude, or a model with added_mass_amplitude.",
 };
 
-/// All codes of this room, for `hydrosysid explain`.
+/// All codes of this module, for `hydrosysid explain`.
 pub const ALL: &[Code] = &[OUT_OF_ENVELOPE, OTHER_AMPLITUDE];
 
-/// Share of its width, or of its greatest value, by which a run may leave the envelope before it is said.
+/// Share of its width, or of its greatest absolute value, by which a run may leave the envelope before a finding.
 const MARGIN: f64 = 0.1;
 
-/// Ratio by which a Keulegan-Carpenter number may lie outside before it is said. In the table 5 of Avila et al. (2013) C_m
-/// doubles over a ratio of some 5 in KC.
+/// Ratio by which a Keulegan-Carpenter number may lie outside before a finding. In table 5 of Avila et al. (2013) C_m
+/// doubles over a ratio of about 5 in KC.
 pub const KC_RATIO: f64 = 2.0;
 
-/// Channels that an envelope holds, of the degrees of freedom `dofs`.
+/// Channels of an envelope, of all degrees of freedom.
 fn channels() -> impl Iterator<Item = String> {
     let speeds = Dof::ALL.map(|dof| dof.velocity().to_string());
     let angles = [Dof::Roll, Dof::Pitch].map(|dof| dof.position().to_string());
@@ -52,12 +52,12 @@ fn channels() -> impl Iterator<Item = String> {
     speeds.into_iter().chain(angles).chain(forces).chain(Dof::ALL.map(channel::keulegan_carpenter))
 }
 
-/// The envelope of these runs.
+/// Returns the envelope of these runs.
 pub fn of<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Envelope {
     of_channels(runs, &channels().collect())
 }
 
-/// The envelope of these runs in the channels of these `names`.
+/// Returns the envelope of these runs in the channels `names`.
 pub(crate) fn of_channels<'a>(runs: impl IntoIterator<Item = &'a Run>, names: &BTreeSet<String>) -> Envelope {
     let mut seen = Envelope::new();
     for run in runs {
@@ -70,7 +70,7 @@ pub(crate) fn of_channels<'a>(runs: impl IntoIterator<Item = &'a Run>, names: &B
     seen
 }
 
-/// Says where a run goes beyond an envelope.
+/// Findings where a run goes beyond an envelope.
 pub fn beyond(run: &Run, envelope: &Envelope) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, [low, high]) in envelope {
@@ -93,10 +93,10 @@ pub fn beyond(run: &Run, envelope: &Envelope) -> Vec<Finding> {
     findings
 }
 
-/// Says where a run oscillates at another amplitude than those of the fit; a run that does not has none.
+/// Finding for a run that oscillates at another amplitude than the runs of the fit; `None` if it does not oscillate.
 fn amplitude(run: &Run, dof: Dof, values: &[f64], low: f64, high: f64) -> Option<Finding> {
     let number = values.first().copied().filter(|kc| *kc > 0.0 && high > 0.0)?;
-    // a fit of runs that do not oscillate has a KC of 0 among its own
+    // a run of the fit that does not oscillate has KC = 0
     let far = number > high * KC_RATIO || (low > 0.0 && number < low / KC_RATIO);
     far.then(|| {
         let text = format!(

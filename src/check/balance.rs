@@ -4,11 +4,12 @@
 //! ν(b) − ν(a) = Σ gⱼ ∫ τⱼ(t − d) dt − k ∫ ν dt − k₂ ∫ ν|ν| dt + Σ c ∫ (product of two velocities) dt + s ∫ sin(angle) dt + β (b − a)
 //! ```
 //!
-//! over windows [a, b] by the trapezoid; all terms are accelerations: g = 1/m for a force. The velocity's noise stands on
-//! the left, where it does no harm; what is on the right is averaged. Of a control voltage the force is the power of it that fits
-//! best, V |V|ᵖ⁻¹ with p = 1, 1.5 or 2, as large as V at the greatest V: the curve of a thruster is not known here. It serves to see signs, lags and what a run can
-//! show; its estimates are not ones to use. Of commands that always go together, as those of two vertical thrusters, one
-//! stands for all.
+//! over windows [a, b] by the trapezoid; all terms are accelerations: g = 1/m for a force. The noise of the velocity enters the
+//! left-hand side, where it does no harm; the right-hand side is averaged. The curve of a thruster is not known here: the force of
+//! a control voltage is the power of it that fits best, V |V|ᵖ⁻¹ with p = 1, 1.5 or 2, scaled to V at the largest V, and a delay d is
+//! estimated with a free curve a V + b V |V| + c V² of each voltage. The balance shows signs, lags and the excitation of a run; its
+//! estimates are too rough for other uses. If commands always go together, as those of two vertical thrusters, one stands for
+//! all.
 
 use super::fit::{Fit, fit};
 use super::lag;
@@ -55,6 +56,8 @@ pub struct Balance {
     /// The velocity.
     pub nu: Samples,
     commands: Vec<Samples>,
+    /// V |V| and V² of the commands if these are voltages.
+    squares: Vec<Samples>,
     /// Which of the commands stand for others that always go with them.
     together: Vec<bool>,
     windows: Vec<(f64, f64)>,
@@ -105,9 +108,20 @@ impl Balance {
         if !straight.commands_are_voltages() {
             return Some(straight);
         }
+        let squares = straight.squares_of_commands();
         let curved = POWERS.into_iter().filter_map(|power| Balance::by_power(run, dof, width, power));
         let cost = |b: &Balance| b.fit(0.0).map_or(f64::INFINITY, |f| f.cost);
-        std::iter::once(straight).chain(curved).min_by(|a, b| cost(a).total_cmp(&cost(b)))
+        let best = std::iter::once(straight).chain(curved).min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+        Some(Balance { squares, ..best })
+    }
+
+    /// V |V| and V² of each command, unless one is a sum of the commands and the others: steps between two values show no curve.
+    fn squares_of_commands(&self) -> Vec<Samples> {
+        let signed = self.commands.iter().map(|c| c.map(|_, x| x * x.abs()));
+        let squares: Vec<Samples> = signed.chain(self.commands.iter().map(|c| c.map(|_, x| x * x))).collect();
+        let columns: Vec<Vec<f64>> = self.commands.iter().chain(&squares).map(|s| self.late(s, 0.0)).collect();
+        let (kept, _) = independent(&columns);
+        kept.iter().filter_map(|k| squares.get(k.checked_sub(self.commands.len())?).cloned()).collect()
     }
 
     /// Whether the commands are voltages or normalised commands that go both ways: pulses have their zero elsewhere.
@@ -161,18 +175,29 @@ impl Balance {
         terms.push(Term::Constant);
         others.push(windows.iter().map(|(a, b)| b - a).collect());
         let target = windows.iter().map(|(a, b)| nu.at(*b) - nu.at(*a)).collect();
-        Some(Balance { dof, terms, nu, commands, together, windows, others, target })
+        Some(Balance { dof, terms, nu, commands, squares: Vec::new(), together, windows, others, target })
     }
 
     /// The columns with the commands `delay` s late.
     fn columns(&self, delay: f64) -> Vec<Vec<f64>> {
-        let late = |s: &Samples| self.windows.iter().map(|(a, b)| s.integral(a - delay, b - delay)).collect();
-        self.commands.iter().map(late).chain(self.others.iter().cloned()).collect()
+        self.commands.iter().map(|s| self.late(s, delay)).chain(self.others.iter().cloned()).collect()
+    }
+
+    /// The integrals of `samples`, `delay` s late.
+    fn late(&self, samples: &Samples, delay: f64) -> Vec<f64> {
+        self.windows.iter().map(|(a, b)| samples.integral(a - delay, b - delay)).collect()
     }
 
     /// The fit with the commands `delay` s late.
     pub fn fit(&self, delay: f64) -> Option<Fit> {
         let columns = self.columns(delay);
+        fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
+    }
+
+    /// The same with a curve a V + b V |V| + c V² of its own for each voltage: beside drag, an error of the curve looks like a delay.
+    pub fn fit_with_any_curve(&self, delay: f64) -> Option<Fit> {
+        let mut columns = self.columns(delay);
+        columns.extend(self.squares.iter().map(|s| self.late(s, delay)));
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
     }
 
@@ -307,6 +332,38 @@ mod tests {
         assert_eq!(swings(&|k, _| if k < 400 { 0.0 } else { 1.0 }), 1);
         assert_eq!(swings(&|k, _| if (300..600).contains(&k) { 1.0 } else { 0.0 }), 2);
         assert!(swings(&|_, x| x) > 5);
+    }
+
+    /// u̇ = F(V) − 0.2 u − 0.5 u|u| with a dead band and weaker thrust astern, `late` s after the voltages.
+    fn driven_by_a_curve(late: f64) -> Option<lag::Lag> {
+        let ahead = |v: f64| if v > 0.0 { 1.0 } else { 0.75 };
+        let force = |v: f64| if v.abs() < 0.1 { 0.0 } else { ahead(v) * (v * v.abs() + 0.3 * v) };
+        let command = |t: f64| 0.8 * (0.3 * t).sin();
+        let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+        let mut noise = Noise::new(4, 1);
+        let (mut u, mut speed) = (Vec::new(), 0.0);
+        for t in time.iter() {
+            u.push(speed + 2e-3 * noise.normal());
+            for k in 0..100 {
+                let push = force(command(t + 1e-3 * f64::from(k) - late));
+                speed += 1e-3 * (push - 0.2 * speed - 0.5 * speed * speed.abs());
+            }
+        }
+        let mut run = Run::default();
+        let voltages = |sign: f64| time.iter().map(|t| sign * command(*t)).collect::<Vec<_>>();
+        for (name, values) in [("V1", voltages(1.0)), ("V2", voltages(-1.0)), ("u", u)] {
+            run.signals.insert(name.into(), Signal::new(time.clone(), values));
+        }
+        super::super::commands::measure(&Balance::new(&run, Dof::Surge).expect("a balance")).first()?.delay
+    }
+
+    /// A curve that is not known is no delay, and a delay is found beside it.
+    #[test]
+    fn a_curve_with_a_dead_band_is_no_delay() {
+        let told = |late| driven_by_a_curve(late).filter(|lag| lag.is_clear(8.0, 0.15));
+        assert_eq!(told(0.0), None);
+        let found = told(0.4).expect("a delay").seconds;
+        assert!((found - 0.4).abs() < 0.1, "{found}");
     }
 
     #[test]

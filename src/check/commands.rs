@@ -34,7 +34,7 @@ pub const MISPLACED: &str =
 pub fn measure(balance: &Balance) -> Vec<Answer> {
     let free = |f: &super::fit::Fit| f.rows - f.theta.len();
     let righting = balance.terms.contains(&Term::Restoring);
-    let least = || lag::least(0.05, |d| balance.fit(d).map(|f| (f.cost, free(&f))));
+    let least = || lag::least(0.05, |d| balance.fit_with_any_curve(d).map(|f| (f.cost, free(&f))));
     let delay = if righting { None } else { least() };
     let Some(fit) = balance.fit(delay.map_or(0.0, |d| d.seconds)) else { return Vec::new() };
     if balance.owed_to_commands(&fit) < OWED {

@@ -22,8 +22,8 @@ fn logged(drag: f64, noise: f64) -> Run {
     run
 }
 
-/// The true model leaves the noise alone: an alternating error of ± a has mean a, no spread, and rms a. The state from
-/// the first 5 s is off by some a/50.
+/// With the true model only the noise remains: an alternating error of ± a has mean a, no spread, and rms a. The
+/// state from the first 5 s is off by some a/50.
 #[test]
 fn exact_true_model_leaves_the_noise() {
     let run = logged(40.0, 0.01);
@@ -32,7 +32,7 @@ fn exact_true_model_leaves_the_noise() {
     let [one] = found.runs.as_slice() else { panic!("one run in one degree of freedom") };
     assert!((one.mean_abs - 0.01).abs() < 2e-4 && one.std_abs < 1e-3 && (one.rms - 0.01).abs() < 2e-4, "{one:?}");
     assert!(one.fit_percent > 90.0 && one.unit == "m/s" && one.role == Role::Validate);
-    // an alternating error is rougher than white noise, for which the estimate is made
+    // an alternating error is rougher than the white noise for which the estimate is made
     assert!(one.noise_floor > 0.005 && one.noise_floor < 0.03, "{one:?}");
     let noise = [("u".to_string(), 0.123)].into();
     let given = compare(&surge(40.0), &[run], &CompareOptions { noise, ..CompareOptions::default() }).unwrap();

@@ -1,4 +1,4 @@
-//! Step 6: names put to the test again, now that more is known.
+//! Step 6: names are tested again once more is known.
 //!
 //! ```text
 //! −2 ln L(without) − (−2 ln L(with))      beyond chance still, beside the others; and greater than with what came second
@@ -16,8 +16,8 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::{Model, Term};
 
-/// Puts what came second to each of the first `count` names in its stead, now that more is known: what a lone name has
-/// taken for its own may be of two others.
+/// Tries the runners-up to each of the first `count` names in its place once more is known: a lone name may have
+/// absorbed the effect of two others.
 pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Result<(), OutputErrorError> {
     for k in 0..count {
         for (rival, mut model) in std::mem::take(&mut found.added[k].rivals) {
@@ -25,7 +25,7 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
             if !later.all(|c| c.add_to(&mut model, c.probes.first().map_or(&[], Vec::as_slice)).is_ok()) {
                 continue;
             }
-            // names have come or gone since it was second
+            // names have been added or removed since it was a runner-up
             if !is_in_its_stead(&model, found.last_fit(), &found.added[k].candidate, &rival.candidate) {
                 continue;
             }
@@ -48,15 +48,15 @@ pub(super) fn rivalled(found: &mut Search, task: &Task<'_>, count: usize) -> Res
     Ok(())
 }
 
-/// Whether `model` is that of `last` with `rival` in the stead of a name.
+/// Whether `model` is that of `last` with `rival` in place of a name.
 fn is_in_its_stead(model: &Model, last: &FilterErrorFit, name: &Candidate, rival: &Candidate) -> bool {
     let expected = name.taken_out_of(&last.model);
     let stands = |term: &Term| model.term(&term.name()).is_some();
     expected.terms.iter().all(stands) && expected.terms.len() + rival.terms.len() == model.terms.len()
 }
 
-/// Puts the first `count` names to the test again, now that more is known; one that is not worth its parameters any more,
-/// or whose parameters are not what nature allows any more, has stood in for something else.
+/// Tests the first `count` names again once more is known. A name that is no longer worth its parameters, or whose
+/// parameters now break a rule of physics, has stood in for something else.
 pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
     let mut k = 0;
     while k < count {
@@ -76,7 +76,7 @@ pub(super) fn backward(found: &mut Search, task: &Task<'_>, mut count: usize) {
         let unknowns = |fit: &FilterErrorFit| fit.filtered.problem.unknowns.len();
         let parameters = without.as_ref().map_or(1, |without| unknowns(fit).saturating_sub(unknowns(without)));
         let needed = log_survival(gain, parameters) <= found.screen.threshold;
-        // beside the others a name needs physics still
+        // even beside the others a name still needs physics
         let flaw = broken(&model, fit, &found.added[k].candidate);
         match (needed && flaw.is_none(), without) {
             (false, Ok(without)) => {

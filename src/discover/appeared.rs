@@ -1,13 +1,13 @@
-//! What appears at an instant, or in one run alone, and is not in the model: a thruster that fails, a payload, a trim.
+//! Effects missing in the model that appear at an instant, or in one run alone: a failed thruster, a payload, a trim.
 //!
 //! ```text
 //! α(t) = α·1(t ≥ t₀)          (α, t₀) = argmin −2 ln L, begun where z² of all parts of the log is greatest ([`super::parts`])
 //! ```
 //!
-//! Asked where one part of the log tells more than the whole, and where the parameters of a last model make up for something with
-//! other values in one part of the log than in another. It is told where the same effect all along gains less by a tenth, where no
-//! parameter of the model changes that explains as much, and where it leaves nothing, or little of it: in the model with it no
-//! parameter changes any more, and no other effect is beyond chance.
+//! Searched if one part of the log tells more than the whole, or if the parameters of a last model make up for
+//! something with different values in different parts of the log. An effect is reported if the same effect all along
+//! gains less by a tenth, if no change of a parameter of the model explains as much, and if nothing or little
+//! remains: in the model with it no parameter changes any more, and no other effect is beyond chance.
 
 use std::sync::Arc;
 
@@ -29,29 +29,30 @@ use crate::symbolic::Graph;
 /// Channel of every run that is 1 where the effect acts.
 const SINCE: &str = "1(t ≥ t₀)";
 
-/// Effects that are refitted, the surest first: beside a model that is bent by what has begun the scores of two that act alike are
-/// near each other.
+/// Number of effects that are refitted, the most significant first: a model that is biased by the new effect gives two
+/// effects that act alike similar scores.
 const REFITS: usize = 3;
 
-/// Effects that are asked before anything is named, the least probable by chance first: what begins in the middle of a log shows over
-/// all of it, too.
+/// Number of effects that are tested before anything is named, the least probable by chance first: an effect that
+/// begins in the middle of a log also shows over all of it.
 const LIKELY: usize = 12;
 
-/// Share of what a beginning gains that may be left beside it, and that it has to gain more than the same all along: a thruster that
-/// is wired the wrong way round is not quite the opposite of one of which the forces astern are others than those ahead.
+/// Share of the gain of a beginning that may remain beside it, and by which it must exceed the gain of the same
+/// effect all along: a thruster wired the wrong way round is not exactly opposite if its forces astern differ from
+/// those ahead.
 const LEFT: f64 = 0.1;
 
-/// Instants that are tried within a block to each side of the one found.
+/// Number of instants that are tried within a block on each side of the one found.
 const INSTANTS: usize = 8;
 
-/// The model with what has begun in it.
+/// The model with the effect that has begun.
 struct Begun {
     part: Part,
     runs: Vec<Run>,
     fit: FilterErrorFit,
 }
 
-/// What has begun among the effects of `list`, which are not in the model of `fit`, and beside which nothing is beyond chance.
+/// The effect of `list`, not in the model of `fit`, that has begun, if nothing is beyond chance beside it.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
@@ -64,7 +65,8 @@ pub(super) fn appeared(
     begun(fit, &list, task, 0.0)
 }
 
-/// The same before anything is named: of the effects that show most over the whole log one that tells more from an instant on.
+/// The same before anything is named: among the effects that show most over the whole log, one that gains more from an
+/// instant on.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
@@ -78,13 +80,13 @@ pub(super) fn appeared_first(
     }
     let best = screen.best_probes().into_iter().map(|score| &list[score.candidate]);
     let best: Vec<Candidate> = best.filter(|c| may_begin(c, &fit.model)).take(LIKELY).cloned().collect();
-    // what has a value of its own in every run follows anything that comes and goes
+    // a value of its own in every run follows anything that comes and goes
     let same = screen.scores.iter().filter(|score| !list[score.candidate].has_own_values());
     let all_along = same.map(|score| score.statistic).fold(0.0, f64::max);
     begun(fit, &best, task, all_along)
 }
 
-/// What has begun among the effects of `list`, with a z² beyond `least`.
+/// The effect of `list` that has begun, with a z² beyond `least`.
 fn begun(
     fit: &FilterErrorFit,
     list: &[Candidate],
@@ -110,7 +112,7 @@ fn begun(
     all.sort_by(|a, b| a.2.fit.cost.total_cmp(&b.2.fit.cost));
     let mut all = all.into_iter();
     let Some((z2, candidate, begun)) = all.next() else { return Ok(None) };
-    // one of two that would do is none
+    // if two are equally good, neither is the answer
     if all.next().is_some_and(|(_, _, second)| second.fit.cost < begun.fit.cost + TIE) {
         return Ok(None);
     }
@@ -118,7 +120,7 @@ fn begun(
     let gain = fit.cost - begun.fit.cost;
     let tried = (log.parts.len() * list.len()) as f64;
     let by_chance = 2.0 * (tried / LEVEL).ln();
-    // beyond chance by as much again: near to it any effect takes up a little of what another one does
+    // twice the limit of chance: near to it any effect absorbs a little of another one
     if gain < 2.0 * by_chance || begun.more_than_all_along(task) < LEFT * gain + by_chance {
         return Ok(None);
     }
@@ -150,8 +152,8 @@ fn begun(
     }))
 }
 
-/// Whether an effect can begin at an instant: one number that it is proportional to, nothing that it remembers, and no matter of the
-/// hull's shape, which is there all along.
+/// Whether an effect can begin at an instant: it is proportional to one number, has no memory, and does not depend on
+/// the hull's shape, which is there all along.
 fn may_begin(candidate: &Candidate, model: &Model) -> bool {
     let [(effect, place)] = &candidate.terms[..] else { return false };
     if !matches!(nature_at(effect.as_ref(), *place, model), Nature::Other | Nature::Steady | Nature::Restoring) {
@@ -163,7 +165,7 @@ fn may_begin(candidate: &Candidate, model: &Model) -> bool {
 }
 
 impl Begun {
-    /// `candidate` in the model of `fit` where `part` is, from `by` on.
+    /// Fits `candidate`, added to the model of `fit` within `part`, from the start value `by`.
     fn at(part: Part, candidate: &Candidate, by: f64, fit: &FilterErrorFit, task: &Task<'_>) -> Option<Begun> {
         let mut model = fit.model.clone();
         let (effect, place) = &candidate.terms[0];
@@ -176,7 +178,7 @@ impl Begun {
         Some(Begun { part, runs, fit })
     }
 
-    /// By how much −2 ln L is less with it than with the same effect all along, of which the rest of the log may say nothing.
+    /// Fall of −2 ln L beyond that of the same effect all along, which may gain nothing in the rest of the log.
     fn more_than_all_along(&self, task: &Task<'_>) -> f64 {
         let all = Part { run: 0, from: Some(f64::NEG_INFINITY), ..self.part.clone() };
         let runs = marked(task.train, &all);
@@ -184,7 +186,7 @@ impl Begun {
         fit.map_or(f64::INFINITY, |fit| fit.cost - self.fit.cost)
     }
 
-    /// How much of −2 ln L is left beside it that is beyond chance: by a parameter that changes all the same, or by another effect.
+    /// Fall of −2 ln L, beyond chance, that remains beside it: by a parameter that still changes, or by another effect.
     fn left(&self, task: &Task<'_>) -> Result<f64, OutputErrorError> {
         let task = Task { train: &self.runs, ..*task };
         let changes = changed(&self.fit, &self.runs, task.options.seed, |_| true).map_or(0.0, |changed| changed.gain);
@@ -193,7 +195,7 @@ impl Begun {
         Ok(changes.max(best))
     }
 
-    /// The same from the likeliest instant within a block of the one that was found, or in its run alone where that is as likely.
+    /// The same from the likeliest instant within a block of the one found, or in its run alone if that is as likely.
     fn likeliest(self, parts: &[Part], task: &Task<'_>) -> Begun {
         let Some(here) = self.part.from else { return self };
         let apart = parts.iter().filter(|part| part.run == self.part.run).filter_map(|part| part.from);
@@ -208,7 +210,7 @@ impl Begun {
         let from = |k: usize| (here + block * (k as f64 / INSTANTS as f64 - 1.0)).max(start);
         let instants = (0..=2 * INSTANTS).map(|k| Part { from: Some(from(k)), ..self.part.clone() });
         let Some(likeliest) = instants.filter_map(costing).min_by(least) else { return self };
-        // near the end of a run it may be the next one
+        // near the end of a run it may be the next run
         let runs = self.part.run..task.train.len().min(self.part.run + 2);
         let of_run = runs.map(|run| Part { run, from: None, ..self.part.clone() }).filter_map(costing).min_by(least);
         let (_, part) = of_run.filter(|(cost, _)| *cost < likeliest.0 + TIE).unwrap_or(likeliest);
@@ -220,7 +222,7 @@ impl Begun {
     }
 }
 
-/// The runs with a channel that is 1 in a part of them: from its instant on, in all that follows; or in its run alone.
+/// The runs with a channel that is 1 in a part: from its instant on and in all later runs, or in its run alone.
 fn marked(runs: &[Run], part: &Part) -> Vec<Run> {
     /// Width of the edge, s.
     const EDGE: f64 = 1e-3;

@@ -1,8 +1,9 @@
-//! Candidates: every effect of the catalogue that is not in the model yet, at every place where it may stand.
+//! Candidates: every effect of the catalogue that is not in the model yet, at every place where it may act.
 //!
-//! An effect with shape parameters is probed at each point of its grid; a candidate is all its probes. Terms that
-//! share a parameter (the net weight in surge and sway) are one candidate. A row of −C(ν)ν of which the leading product is
-//! not all is asked for as a whole, its coefficients those of the momentum, beside that product alone.
+//! An effect with shape parameters is probed at each point of its grid; a candidate comprises all its probes. Terms
+//! that share a parameter (the net weight in surge and sway) are one candidate. If the leading product of a row of
+//! −C(ν)ν is not the whole row, the whole row, with the coefficients of the momentum, is a candidate beside that
+//! product alone.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,32 +17,32 @@ use crate::frame::Dof;
 use crate::model::{Model, name_of, places_of};
 use crate::run::{Run, Signal, greatest};
 
-/// Effects that no data can tell from the one that speaks for them, and that are therefore not asked: a late log is a late
-/// command.
+/// Pairs of effects that no data can distinguish: the second is not tested, as the first stands for both. A late log
+/// is a late command.
 const SPOKEN_FOR: [(&str, &str); 1] = [(id::THRUST_DELAY, id::SENSOR_DELAY)];
 
-/// Samples that a period has to hold: two are the same at every sample or its opposite, and so stand in for a constant.
+/// Minimum number of samples in a period: with two, all samples are equal up to the sign, and imitate a constant.
 const PERIOD: f64 = 3.0;
 
-/// Parts of two meshes of a grid when it is looked at more closely.
+/// Number of parts into which two meshes of a grid are divided when it is refined.
 const FINER: u8 = 8;
 
-/// Names for which a candidate speaks.
+/// Names of the effects that a candidate stands for.
 pub(super) fn spoken_for(name: &str) -> impl Iterator<Item = String> {
     SPOKEN_FOR.into_iter().filter(move |(speaker, _)| *speaker == name).map(|(_, other)| other.to_string())
 }
 
-/// One thing that may be missing.
+/// An effect that may be missing.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// The terms that are added together; the first one gives the name.
     pub terms: Vec<(Arc<dyn Effect>, Place)>,
-    /// Values of the shape parameters at which it is probed, in the order of the first term's shape parameters;
-    /// one empty probe for an effect without.
+    /// Values of the shape parameters at which it is probed, in the order of the first term's shape parameters; one
+    /// empty probe for an effect without any.
     pub probes: Vec<Vec<f64>>,
     /// Whether it is probed by blending it in, because its linear parameters alone cannot make it vanish.
     pub blended: bool,
-    /// The term in whose stead it comes: the same effect with one value for all runs.
+    /// The term that it replaces: the same effect with one value for all runs.
     pub in_stead_of: Option<(Arc<dyn Effect>, Place)>,
 }
 
@@ -56,7 +57,7 @@ impl Candidate {
         self.terms.iter().any(|(effect, place)| name_of(effect.about().id, *place) == term)
     }
 
-    /// Takes its terms out of a model that holds them; what it came in the stead of is there again, with the mean of the runs.
+    /// Removes its terms from a model that has them; the term that it replaced returns, with the mean of the runs.
     pub fn remove_from(&self, model: &mut Model) {
         for (effect, place) in self.terms.iter().rev() {
             let Some(term) = model.term(&name_of(effect.about().id, *place)) else { continue };
@@ -89,7 +90,7 @@ impl Candidate {
         !effect.parameters(*place).is_empty()
     }
 
-    /// Whether a parameter of it has a value of its own in every run.
+    /// Whether one of its parameters has a value of its own in every run.
     pub(super) fn has_own_values(&self) -> bool {
         self.terms.iter().any(|(effect, place)| effect.parameters(*place).iter().any(|spec| spec.per_run))
     }
@@ -103,14 +104,14 @@ impl Candidate {
         dofs
     }
 
-    /// Values of its one shape parameter; `None` for a candidate with none, or with several.
+    /// Values of its only shape parameter; `None` for a candidate with none, or with several.
     pub(super) fn grid(&self) -> Option<Vec<f64>> {
         let single = |p: &Vec<f64>| if let [x] = p.as_slice() { Some(*x) } else { None };
         self.probes.iter().map(single).collect()
     }
 
-    /// The candidate probed more finely about one of its probes, up to the neighbours on its grid; `None` for one without
-    /// a grid or with a grid of several shape parameters.
+    /// The candidate with a finer grid about one of its probes, up to the neighbours on its grid; `None` for a
+    /// candidate without a grid or with several shape parameters.
     pub fn nearer(&self, probe: usize) -> Option<Candidate> {
         let mut grid = self.grid()?;
         let at = grid[probe];
@@ -123,7 +124,7 @@ impl Candidate {
         Some(Candidate { probes: finer, ..self.clone() })
     }
 
-    /// A model with the candidate in it, started where its score says.
+    /// The model with the candidate added, its parameters started at the values of its score.
     pub fn started(&self, model: &Model, score: &Score) -> Option<Model> {
         let former =
             self.in_stead_of.as_ref().and_then(|(effect, place)| model.term(&name_of(effect.about().id, *place)));
@@ -138,7 +139,7 @@ impl Candidate {
         }
         let estimates = score.estimate.iter().filter(|_| !self.blended);
         let new = model.parameters.iter_mut().enumerate().filter(|(p, _)| new.contains(p)).map(|(_, p)| p);
-        // a shape that has no grid is its own direction
+        // the score's estimate also applies to a shape without a grid
         let single = self.probes.len() == 1;
         for (parameter, estimate) in new.filter(|p| !p.spec.per_run && (p.spec.is_linear() || single)).zip(estimates) {
             parameter.value = (parameter.spec.neutral + estimate).clamp(parameter.min, parameter.max);
@@ -146,8 +147,8 @@ impl Candidate {
         Some(model)
     }
 
-    /// The same with its one shape at the share of the probe that its score speaks of, as far as it may be: a little of a blend is
-    /// the effect at as little of the probe. `None` for a candidate that is not blended.
+    /// The same with its only shape at the estimated share of the probe, within its bounds: a small blend α of a
+    /// probe is the effect at α times the probe. `None` for a candidate that is not blended.
     pub fn started_in_part(&self, model: &Model, score: &Score) -> Option<Model> {
         let mut begun = self.started(model, score).filter(|_| self.blended)?;
         let ([new], [share]) = (&mut begun.parameters[model.parameters.len()..], &score.estimate[..]) else {
@@ -157,10 +158,11 @@ impl Candidate {
         Some(begun)
     }
 
-    /// Whether the shape that its score speaks of is one that it may have. A blend α of a probe is, for a small α, the effect
-    /// at α times the probe: a delay of −3 ms, or of 3 ms where 50 ms is the least that counts, is noise and needs no refit.
+    /// Whether the shape that the score estimates is allowed. A blend α of a probe is, for small α, the effect at α
+    /// times the probe: a delay of −3 ms, or of 3 ms where 50 ms is the least that counts, is noise and needs no
+    /// refit.
     pub fn is_possible(&self, score: &Score) -> bool {
-        /// The score is a straight line through what bends.
+        /// Margin on the lower bound, as the score is only a linear approximation.
         const MARGIN: f64 = 0.5;
         let (effect, place) = &self.terms[0];
         let probe = self.probes.get(score.probe).and_then(|probe| probe.first());
@@ -196,20 +198,20 @@ impl Candidate {
     }
 }
 
-/// The rows of −C(ν)ν of which one free coefficient does not tell the whole: nothing of them is left to find.
+/// Rows of −C(ν)ν that one free coefficient does not describe completely; they have no parameters to find.
 fn whole_rows(model: &Model) -> Vec<Arc<dyn Effect>> {
     let tied = (model.coriolis == Coriolis::Tied).then_some(&model.dofs);
     let rows = tied.into_iter().flatten().filter(|row| !leading_is_all(**row, &model.dofs));
     rows.map(|row| Arc::new(CoriolisRow { row: *row, coriolis: Coriolis::Tied }) as Arc<dyn Effect>).collect()
 }
 
-/// Whether a row of −C(ν)ν stands in a model.
+/// Whether the model has this row of −C(ν)ν.
 fn has_row(model: &Model, row: Dof) -> bool {
     let own = CoriolisRow { row, coriolis: model.coriolis };
     model.terms.iter().any(|term| term.effect.about().id == own.about().id)
 }
 
-/// All candidates for `model` on `runs`, those of users (`own`) included.
+/// All candidates for `model` on `runs`, including the user's effects (`own`).
 pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)]) -> Vec<Candidate> {
     let present: BTreeSet<String> = model.terms.iter().map(crate::model::Term::name).collect();
     let loudest = loudest_command(model, runs);
@@ -246,7 +248,7 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
             group.terms.push((effect, place));
             continue;
         }
-        // one run does not tell values of its own from one for all
+        // one run does not distinguish values of its own from one value for all runs
         if effect.same_in_all_runs().is_some() && runs.len() < 2 {
             continue;
         }
@@ -255,7 +257,7 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
         let scale = place.dof.map_or(0.0, |dof| loudest[dof.index()]);
         let parameters = effect.parameters(place);
         let mut probes = probes(effect.as_ref(), place, (scale, model.length));
-        // a wave of each run is of one period
+        // a wave has one period in all runs, which the slowest sensor must resolve
         if parameters.iter().any(|p| p.per_run) && parameters.iter().any(|p| !p.per_run) {
             probes.retain(|probe| probe.iter().all(|period| *period > PERIOD * slowest));
         }
@@ -271,8 +273,8 @@ pub fn candidates(model: &Model, runs: &[Run], own: &[(Arc<dyn Effect>, Place)])
     list
 }
 
-/// Places at which an effect is a candidate: a coupling with a motion that is not modelled only where that motion is
-/// logged and is more than noise; a symmetric one once.
+/// Places at which an effect is a candidate. A coupling with a motion that is not modelled counts only if that motion
+/// is logged and exceeds its noise; a symmetric coupling counts once.
 fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
     let mut places = places_of(effect, &model.dofs);
     let about = effect.about();
@@ -293,20 +295,20 @@ fn places_for(effect: &dyn Effect, model: &Model, runs: &[Run]) -> Vec<Place> {
     places
 }
 
-/// Whether every run has the channels that the effect reads, and a run one that it alters.
+/// Whether every run has the channels that the effect reads, and some run one that it alters.
 fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> bool {
     let logs = |run: &Run, name: &str| run.signal(name).is_some_and(|s| !s.is_empty());
     let has = |name: &str| runs.iter().all(|run| logs(run, name));
     let family = effect.about().family;
     let heard = match (family, place.other.or(place.dof)) {
-        // a loss of thrust needs a thrust
+        // an actuator effect needs a logged force
         (Family::Actuator, Some(dof)) => has(dof.force()),
         (Family::Actuator, None) => Dof::ALL.iter().any(|dof| has(dof.force())),
-        // what a sensor alters has to be logged
+        // a channel that a sensor effect alters must be logged
         (Family::Sensor, _) => alters(effect, place, model).iter().any(|name| runs.iter().any(|run| logs(run, name))),
         _ => true,
     };
-    // a memory listens to the log
+    // a memory effect follows logged velocities
     let listens = || follows(effect, place, model).into_iter().all(|dof| has(dof.velocity()));
     heard
         && listens()
@@ -314,7 +316,7 @@ fn readable(effect: &dyn Effect, place: Place, model: &Model, runs: &[Run]) -> b
         && effect.pose().iter().all(|name| has(name))
 }
 
-/// Whether a channel moves by more than its noise.
+/// Whether a channel varies by more than its noise.
 fn moves(runs: &[Run], channel: &str) -> bool {
     runs.iter().filter_map(|run| run.signal(channel)).any(|signal| {
         let (size, noise) = (deviation(signal.values()), sample_noise(signal));
@@ -328,7 +330,7 @@ fn deviation(x: &[f64]) -> f64 {
     (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-/// Standard deviation of the noise from one sample to the next, by third differences.
+/// Standard deviation of the noise between samples, from third differences.
 fn sample_noise(signal: &Signal) -> f64 {
     let x = signal.values();
     let sum: f64 = x.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
@@ -344,7 +346,7 @@ fn loudest_command(model: &Model, runs: &[Run]) -> [f64; 6] {
     loudest
 }
 
-/// Longest mean interval between samples of what the model predicts, s.
+/// Longest mean interval between samples of the model's outputs, s.
 fn slowest_sensor(model: &Model, runs: &[Run]) -> f64 {
     let of = |run: &Run| {
         let signals = model.measured().into_iter().filter_map(|m| run.signal(m.channel())).filter(|s| s.len() > 1);
@@ -354,7 +356,8 @@ fn slowest_sensor(model: &Model, runs: &[Run]) -> f64 {
     runs.iter().map(of).fold(0.0, f64::max)
 }
 
-/// Every combination of the grids of the shape parameters, those by the greatest command and the vehicle's length in their units.
+/// All combinations of the grids of the shape parameters. Grids in units of the greatest command or of the vehicle's
+/// length are scaled by these.
 fn probes(effect: &dyn Effect, place: Place, (loudest, length): (f64, f64)) -> Vec<Vec<f64>> {
     let mut all = vec![Vec::new()];
     for spec in effect.parameters(place) {
@@ -384,7 +387,8 @@ mod tests {
         rows.map(|c| (c.name(), c.has_parameters())).collect()
     }
 
-    /// −C(ν)ν has one product a row in the horizontal plane and two in space, where one coefficient does not tell the row.
+    /// −C(ν)ν has one product per row in the horizontal plane and two in space, where one coefficient is not the
+    /// whole row.
     #[test]
     fn a_row_of_two_products_is_asked_for_as_a_whole() {
         let planar = rows(&[Dof::Surge, Dof::Sway, Dof::Yaw], Coriolis::Tied);
@@ -402,7 +406,7 @@ mod tests {
         assert!(rows(&Dof::ALL, Coriolis::Free).iter().all(|(_, parameters)| *parameters));
     }
 
-    /// A finer grid spans both neighbours of a probe, or one at an end, and a candidate of no grid has none.
+    /// A finer grid spans both neighbours of a probe, or one at an end; a candidate without a grid has none.
     #[test]
     fn a_finer_grid_reaches_to_the_neighbours() {
         let list = candidates(&Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia"]).unwrap(), &[], &[]);

@@ -1,11 +1,11 @@
-//! What a little of every candidate would change of the innovations.
+//! Derivatives of the innovations with respect to the strength of every candidate.
 //!
 //! ```text
 //! [G g e]ᵀ[G g e]      G = ∂e/∂θ /√s of what is in the model,  g = ∂e/∂α /√s of the candidates at α = 0,  e: e/√s
 //! ```
 //!
-//! One pass of the filter carries the sensitivities of a model in which candidates stand with their parameters at zero.
-//! Products are summed stretch by stretch, so that no column is kept.
+//! One pass of the filter carries the sensitivities of a model that contains the candidates with their parameters at
+//! zero. Products are summed stretch by stretch, so that no column is stored.
 
 use std::ops::Range;
 
@@ -25,19 +25,19 @@ use crate::navigation::upright::with_quaternion;
 use crate::run::Run;
 use crate::simulate::{Track, values_in_run};
 
-/// Columns that are filtered together: as many as keep the sensitivities in the second-level cache.
+/// Maximum number of columns that are filtered together, so that the sensitivities fit into the second-level cache.
 const CHUNK: usize = 96;
 
-/// A model, its noise and the runs that it is filtered along: where columns are taken.
+/// A model, its noise and the runs along which it is filtered.
 #[derive(Debug, Clone, Copy)]
 pub struct ModelOnRuns<'a> {
-    /// The runs made ready.
+    /// The prepared runs.
     pub filtered: &'a Filtered,
     /// The model.
     pub model: &'a Model,
-    /// What is random.
+    /// Noise model.
     pub noise: &'a NoiseModel,
-    /// Innovations beyond so many deviations are held back.
+    /// Limit in standard deviations at which innovations are clipped.
     pub limit: f64,
 }
 
@@ -79,14 +79,14 @@ pub struct Columns {
 pub(super) struct Assembled<'a> {
     /// Square, priors included.
     pub total: DMatrix<f64>,
-    /// Number of unknowns of the fit, which stand first.
+    /// Number of unknowns of the fit, which come first.
     pub unknowns: usize,
-    /// Each probe, and where its columns stand: once, or once a run.
+    /// Each probe and the range of its columns: one set, or one per run.
     pub probes: Vec<(&'a Probe, Range<usize>)>,
 }
 
 impl Columns {
-    /// Of columns that were taken at `fit`.
+    /// Assembles the products of columns that were computed at `fit`.
     pub(super) fn assembled(&self, fit: &FilterErrorFit) -> Assembled<'_> {
         let problem = &fit.filtered.problem;
         let (own, unknowns) = (problem.dynamics.directions.len(), problem.unknowns.len());
@@ -118,7 +118,7 @@ impl Columns {
     }
 }
 
-/// Filters all candidates that `at` can carry, some at a time, and hands them to `take` with their place in the order.
+/// Filters all candidates that `at` can carry in chunks, and passes each chunk to `take` with its number.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
@@ -149,7 +149,7 @@ pub fn in_chunks<T: Send>(
     chunks.par_iter().enumerate().map(one).collect()
 }
 
-/// The runs with what the candidates remember in them, the model with all candidates in it, and those that `at` can carry.
+/// The runs with the candidates' memories, the model with all candidates, and those candidates that `at` can carry.
 fn prepared(
     at: ModelOnRuns<'_>,
     runs: &[Run],
@@ -173,8 +173,8 @@ pub(super) struct InBlocks {
     pub products: Vec<Vec<Mat<f64>>>,
 }
 
-/// Products of each so many `rows` of each stretch with all candidates that `at` can carry, each of one probe and one column, which
-/// stand behind the model's own directions in the order of the probes.
+/// Products of each block of `rows` samples of each stretch, with all candidates that `at` can carry. Each candidate
+/// has one probe and one column; these follow the model's own directions in the order of the probes.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
@@ -192,7 +192,7 @@ pub(super) fn in_blocks(
     Ok(InBlocks { probes: chunk.into_iter().map(Probe::from).collect(), products })
 }
 
-/// Products of each stretch, of the model with this chunk of the candidates in it; none where the inertia is singular.
+/// Products of each stretch for the model with this chunk of candidates; none if the inertia is singular.
 fn products(
     at: ModelOnRuns<'_>,
     runs: &[Run],
@@ -205,7 +205,7 @@ fn products(
     Ok(filtered.products(&model, at.noise, &mobilities, at.limit))
 }
 
-/// The runs made ready for the model with this chunk of the candidates in it, and that model.
+/// The runs prepared for the model with this chunk of candidates, and that model.
 fn with_chunk(
     at: ModelOnRuns<'_>,
     runs: &[Run],

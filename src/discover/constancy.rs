@@ -1,18 +1,18 @@
-//! Step 7, second half: a parameter of nature is the same at all times.
+//! Step 7, second half: a physical parameter is constant in time.
 //!
 //! ```text
 //! S = Σ Gᵀe,  A = Σ GᵀG over a part of the log,   C = A_jj − A_j· (Σ A)⁻¹ A·j       G = ∂e/∂θ /√s at the estimate
 //! z² = S_j²/C,   δ = −S_j/C                        what θ_j is more there than elsewhere; δ ± 1/√C
 //! ```
 //!
-//! A part is all that comes after an instant (weed, a payload, a motor that fails), or one run (a wrong sign, another
-//! trim); of a value that a run has for itself, what comes after an instant of that run (a current that turns with the
-//! tide). Over the whole log S is nothing, because the estimate is the likelihood's greatest. The greatest z² of all parts
-//! and parameters is compared with what chance makes of the greatest one, drawn from N(0, A) of every block. A name that
-//! stands in for something else may follow the whole log on average, but not every part of it. Where it is one parameter
-//! that changes once, nothing is left beside that change as an unknown of its own; where the equations are of another shape
-//! than nature, every part wants other values, and none of them is told as a change. Nyblom, *Journal of the American
-//! Statistical Association* 84 (1989) 223-230; Hansen, *Journal of Policy Modeling* 14 (1992) 517-533.
+//! A part is everything after an instant (weed, a payload, a motor that fails), or one run (a wrong sign, another
+//! trim); for a per-run value, everything after an instant of that run (a current that turns with the tide). Over the
+//! whole log S is zero, because the estimate maximises the likelihood. The greatest z² of all parts and parameters is
+//! compared with the greatest one by chance, drawn from N(0, A) of every block. A name that stands in for something
+//! else may follow the whole log on average, but not every part of it. If one parameter changes once, nothing remains
+//! beside that change when it is an unknown of its own. If the equations have the wrong form, every part requires
+//! other values, and none of them is reported as a change. Nyblom, *Journal of the American Statistical Association*
+//! 84 (1989) 223-230; Hansen, *Journal of Policy Modeling* 14 (1992) 517-533.
 
 use serde::Serialize;
 
@@ -22,39 +22,40 @@ use crate::estimate::filter_error::FilterErrorFit;
 use crate::run::Run;
 use crate::wording::digits;
 
-/// A parameter that is not the same at all times.
+/// A parameter that changes with time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChangedParameter {
     /// Effect and symbol.
     pub parameter: String,
-    /// Run in which it is another, or from which on.
+    /// Run in which it differs, or in which the change begins.
     pub run: String,
-    /// Instant from which on it is another, s of the run, to a block of samples; `None` where it is of this run alone.
+    /// Instant from which it differs, s of the run, to a block of samples; `None` if it differs in this run alone.
     pub from: Option<f64>,
-    /// What it is more there than elsewhere.
+    /// Difference of the value there from the value elsewhere.
     pub change: f64,
-    /// Deviation of that.
+    /// Standard deviation of the difference.
     pub std: f64,
     /// Its unit.
     pub unit: String,
-    /// Probability of as much by chance, of all parameters and parts.
+    /// Probability of such a change by chance, over all parameters and parts.
     pub p_value: f64,
-    /// By how much −2 ln L falls, beyond chance, with values of their own for all parameters in that part.
+    /// Fall of −2 ln L, beyond chance, if all parameters have values of their own in that part.
     pub gain: f64,
-    /// Whether this change is all: beside it no other parameter or part wants another value, and no effect that stands in raises
-    /// the likelihood by more. Where it is not, no value has changed: the equations have another shape than what acts there; of an
-    /// effect that is not in the model, less than a tenth of what it makes up for is left beside it.
+    /// Whether this change explains everything: beside it no other parameter or part requires another value, and no
+    /// stand-in effect raises the likelihood by more. If not, no value has changed, but the equations have the wrong
+    /// form. For an effect that is not in the model, false means that something remains beside it, less than a tenth
+    /// of its gain.
     pub alone: bool,
-    /// Whether the effect is not in the model: elsewhere it is nothing.
+    /// Whether the effect is not in the model: elsewhere it is zero.
     pub absent: bool,
-    /// Value at which its effect is nothing, 1 of a scale.
+    /// Value at which its effect vanishes, 1 for a scale.
     #[serde(skip)]
     pub(super) neutral: f64,
 }
 
 impl ChangedParameter {
-    /// `Not the same at all times: k_r of linear_drag@yaw is 0.83 ± 0.03 kg*m2/s more from 31 s of run04 on.`, or where it shows
-    /// most that no one value fits.
+    /// `Not the same at all times: k_r of linear_drag@yaw is 0.83 ± 0.03 kg*m2/s more from 31 s of run04 on.`, or, if
+    /// no one value fits, the part of the log where this shows most.
     pub fn told(&self) -> String {
         if self.absent {
             return format!("Not the same at all times: {}.", self.beginning_in_words());
@@ -69,13 +70,13 @@ impl ChangedParameter {
         )
     }
 
-    /// A change that raises the likelihood by less than some stand-in, `gains` the fall of −2 ln L with each, is but another one.
+    /// Marks a change as not alone if some stand-in gains more; `gains`: fall of −2 ln L with each stand-in.
     pub(super) fn stand_beside(&mut self, gains: impl Iterator<Item = f64>) {
         self.alone &= gains.fold(0.0, f64::max) < self.gain;
     }
 
-    /// `from 36 s of run04 on there is a weak thruster, T2 (thruster_loss@T2), k_loss = 0.70 ± 0.0037`, of an effect that is not in
-    /// the model.
+    /// Description of an effect that is not in the model: `from 36 s of run04 on there is a weak thruster, T2
+    /// (thruster_loss@T2), k_loss = 0.70 ± 0.0037`.
     pub(super) fn beginning_in_words(&self) -> String {
         let (effect, symbol) = self.parameter.split_once(' ').unwrap_or((&self.parameter, ""));
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
@@ -104,7 +105,8 @@ impl ChangedParameter {
     }
 }
 
-/// The parameter of `fit` that is surely not the same at all times, the surest of those whose effect `asked` wants.
+/// The most significant change of a parameter of `fit` in the terms that satisfy `asked`; `None` if none is
+/// significant.
 pub(super) fn changed(
     fit: &FilterErrorFit,
     runs: &[Run],
@@ -114,7 +116,7 @@ pub(super) fn changed(
     most_changed(fit, runs, seed, asked).filter(|found| found.p_value < LEVEL)
 }
 
-/// The parameter of `fit` that changes by most between parts of `runs`, with how probable as much is by chance.
+/// The parameter of `fit` that changes most between parts of `runs`, with the p-value of the change.
 fn most_changed(
     fit: &FilterErrorFit,
     runs: &[Run],
@@ -184,7 +186,7 @@ mod tests {
         (filter_error(&model, &runs, &FilterErrorOptions::default()).unwrap(), runs)
     }
 
-    /// The drag, the instant to a block (256 samples, 12.8 s), and by how much to three deviations.
+    /// Finds the drag, the instant to a block (256 samples, 12.8 s), and the change to three standard deviations.
     #[test]
     fn a_drag_that_changes_at_an_instant_is_told_with_the_instant() {
         let (fit, runs) = fitted(1.2, 5);
@@ -197,13 +199,13 @@ mod tests {
             found.stand_beside(std::iter::once(gain));
             found.alone
         };
-        // two parameters, of which the other one takes no part: less than its one of chance
+        // two parameters, and the other one is not involved: the gain is less by its one of chance
         assert!(found.gain > (found.change / found.std).powi(2) - 2.0, "{found:?}");
         assert!(beside(0.9 * found.gain) && !beside(1.1 * found.gain));
         assert!(found.alone && found.told().contains(": k_u of linear_drag@surge is 1."), "{}", found.told());
     }
 
-    /// A scale of thrust that is 0.3 less is told by its value.
+    /// A thrust scale that is 0.3 less is reported with its value.
     #[test]
     fn what_begins_is_told_by_its_value() {
         let (fit, runs) = fitted(1.2, 5);
@@ -235,7 +237,7 @@ mod tests {
         assert!(told.told().contains("make up for it with other values"), "{}", told.told());
     }
 
-    /// Ten campaigns in which nothing changes: their p are spread over (0, 1), and none is so small that it is told.
+    /// Ten campaigns without a change: their p are spread over (0, 1), and none is small enough to be reported.
     #[test]
     fn where_nothing_changes_p_is_spread() {
         let p: Vec<f64> = (0..10)
@@ -246,7 +248,7 @@ mod tests {
             .collect();
         assert!(p.iter().all(|p| *p >= LEVEL), "{p:?}");
         let mean = p.iter().sum::<f64>() / 10.0;
-        // 0.5 ± 0.09 of ten uniform numbers, to three deviations
+        // mean of ten uniform numbers: 0.5 ± 0.09, to three standard deviations
         assert!((mean - 0.5).abs() < 0.27, "{p:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! Where model and data disagree: in which run and degree of freedom, from when to when, under which conditions.
 //!
-//! A stretch of windows in which the free run errs more than the best model expects is one place; the condition is the quantity whose size goes best with theirs (Pearson's correlation over all
-//! windows).
+//! A place is a stretch of windows in which the free run errs more than the best model expects. The condition is the
+//! quantity whose size correlates best with that of the error (Pearson's correlation over all windows).
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use crate::frame::Measured;
 use crate::model::Model;
 use crate::run::Run;
 
-/// A residual counts as above the noise from this multiple of it on.
+/// Ratio to the noise from which a residual counts as above it.
 const ABOVE: f64 = 1.5;
 
 /// A place of disagreement.
@@ -26,14 +26,14 @@ pub struct Where {
     pub to: f64,
     /// Root mean square of the residual there over the noise.
     pub times_noise: f64,
-    /// Under which condition, in one sentence.
+    /// Condition under which they disagree, in one sentence.
     pub condition: String,
 }
 
-/// Length of the windows in which innovations are looked at, s: that of the longest prediction.
+/// Length of the windows, s: that of the longest prediction.
 const WINDOW: f64 = 8.0;
 
-/// A window of a run, with the size of the innovations in it.
+/// A window of a run, with the size of its normalised errors.
 struct Window {
     run: usize,
     from: f64,
@@ -41,8 +41,8 @@ struct Window {
     size: f64,
 }
 
-/// Places at which the model disagrees with `runs`, as its filter sees them: `forecasts` of `runs`, in units of what the
-/// `best` model expects, whose noise is not inflated by what is missing. The worst first.
+/// Places at which the model disagrees with `runs`, the worst first. The errors are those of its `forecasts` of
+/// `runs`, in units of the error that the `best` model expects, whose noise is not inflated by missing effects.
 pub fn disagreement(
     model: &Model,
     outputs: &[String],
@@ -87,7 +87,7 @@ pub fn disagreement(
     found
 }
 
-/// Deviation that free runs of an output have on average.
+/// Mean expected error of the free runs of an output.
 fn expected(forecasts: &[Forecast], output: usize) -> f64 {
     let points = || forecasts.iter().flat_map(|f| &f.channels).filter(|c| c.output == output).flat_map(|c| &c.free);
     (points().map(|p| p.std * p.std).sum::<f64>() / points().count().max(1) as f64).sqrt()
@@ -112,7 +112,7 @@ fn windows(forecasts: &[Forecast], output: usize, runs: &[Run], expected: f64) -
     all
 }
 
-/// The sentence that says with what the residual goes.
+/// Sentence that names the quantity with which the residual grows.
 fn condition(model: &Model, runs: &[Run], dof: &Measured, windows: &[Window]) -> String {
     let sizes: Vec<f64> = windows.iter().map(|w| w.size).collect();
     let mut best: Option<(f64, String)> = None;
@@ -133,7 +133,7 @@ fn condition(model: &Model, runs: &[Run], dof: &Measured, windows: &[Window]) ->
 /// Mean size of states, commands and their products in each window, and the time.
 fn quantities(model: &Model, runs: &[Run], windows: &[Window]) -> Vec<(String, Vec<f64>)> {
     let dofs = &model.dofs;
-    /// Instants of a window that are looked at.
+    /// Number of instants of a window that are evaluated.
     const INSTANTS: usize = 32;
     let mean = |f: &dyn Fn(&Run, f64) -> Option<f64>| -> Vec<f64> {
         let of = |w: &Window| {

@@ -1,4 +1,5 @@
-//! The answer: what is missing, how sure, what it changes on runs that took no part, and what to do next.
+//! Result of the discovery: what is missing, how certain it is, its effect on held-out predictions, and what to do
+//! next.
 
 use serde::Serialize;
 
@@ -26,29 +27,29 @@ use crate::progress;
 use crate::run::Run;
 use crate::wording::digits;
 
-/// What a check of the log says that could look like missing physics.
+/// Finding of a check of the log that could look like missing physics.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogFinding {
     /// `unit`, `sign`, `frame` or `delay`.
     pub kind: String,
     /// Channel.
     pub channel: String,
-    /// Factor between what is logged and what is consistent; of a frame −1 or the angle, rad; of a delay the time, s.
+    /// Ratio of the logged to the consistent value; for a frame −1 or the angle, rad; for a delay the time, s.
     pub factor: f64,
-    /// What it is and what to do, in one sentence.
+    /// Description and remedy, in one sentence.
     pub message: String,
 }
 
-/// The answer of the discovery.
+/// Result of the discovery.
 #[derive(Debug, Clone, Serialize)]
 pub struct Discovery {
-    /// Version of this form.
+    /// Version of this format.
     pub format: u32,
-    /// The answer in a word.
+    /// Verdict in a word.
     pub verdict: Verdict,
-    /// The answer in a sentence.
+    /// Verdict in a sentence.
     pub sentence: String,
-    /// What was added, in order.
+    /// Effects that were added, in order.
     pub effects: Vec<FoundEffect>,
     /// Where the baseline disagrees with the data.
     #[serde(rename = "where")]
@@ -57,49 +58,50 @@ pub struct Discovery {
     pub residuals: Vec<Residual>,
     /// The gap before and after each step.
     pub gap: Vec<GapStep>,
-    /// The parameter of the last model that is not the same at all times, if there is one.
+    /// Parameter of the last model that changes with time, if there is one.
     pub changed_parameter: Option<ChangedParameter>,
-    /// What helped and broke a rule of physics or of held-out runs: no names.
+    /// Effects that improve the fit but break a rule of physics or fail on held-out runs: they are not named.
     pub behaves_like: Vec<BehavesLike>,
-    /// What to add to the `effects` of the campaign's table `model` for all that was named.
+    /// Entries to add to `effects` in the campaign's table `model` for all effects that were named.
     pub adopt: Vec<String>,
-    /// Runs of the role `validate` that took part in the fit, because those of the role `train` alone did not explain the others.
+    /// Runs of the role `validate` that joined the fit, because the `train` runs alone did not explain the others.
     pub took_part: Vec<String>,
-    /// What was added and dropped again.
+    /// Effects that were added and removed again.
     pub removed: Vec<String>,
-    /// What looks like a fault of the log.
+    /// Findings that look like a fault of the log.
     pub log_findings: Vec<LogFinding>,
-    /// What this data could have shown.
+    /// Smallest size at which each absent effect would have shown in this data.
     pub smallest_visible: Vec<SmallestVisible>,
-    /// The run that would tell more.
+    /// Run that would tell more.
     pub next_experiment: Option<String>,
-    /// Seed of anything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
-    /// The fits of baseline and steps, for whoever goes on working with them.
+    /// Fits of the baseline and of each step, for further work.
     #[serde(skip)]
     pub steps: Vec<Step>,
-    /// Degrees of freedom that a random force moves and not the commands, where that left nothing to be named.
+    /// Degrees of freedom that are moved by a random force instead of the commands, if nothing could be named because
+    /// of it.
     #[serde(skip)]
     pub moved_otherwise: Vec<Dof>,
-    /// Runs that took no part and on which the last model fails, the worst first.
+    /// Held-out runs on which the last model fails, the worst first.
     #[serde(skip)]
     pub erring: Vec<String>,
 }
 
 impl Discovery {
-    /// Whether nothing is left beside the effects that are named.
+    /// Whether the named effects explain everything.
     pub fn names_are_all(&self) -> bool {
         self.verdict != Verdict::PartlyExplained
     }
 
-    /// What helped and broke a rule, save what the sentence says already.
+    /// Effects of `behaves_like` that the sentence does not mention already.
     pub fn resemblances(&self) -> impl Iterator<Item = &BehavesLike> {
         self.behaves_like.iter().filter(|like| !self.sentence.contains(&format!("({})", like.id)))
     }
 
-    /// The model with everything that was added.
+    /// The model with all added effects.
     pub fn model(&self) -> Option<&Model> {
         self.steps.last().map(|step| &step.fit.model)
     }
@@ -167,7 +169,7 @@ pub(super) const TOOK_PART: Code = Code {
               before the model is fitted.",
 };
 
-/// Searches once for what `baseline` lacks, by the runs of `task` as they are divided.
+/// Searches once for effects that `baseline` lacks, with the runs of `task` divided as they are.
 pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, OutputErrorError> {
     let Task { train, held, own, options, .. } = *task;
     let mut found = search(baseline, task)?;
@@ -178,7 +180,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     let mut judged = Judged::new(&found, task)?;
     progress::tell("whether parameters are the same at all times", 0, 0);
     let fit = found.last_fit().clone();
-    // what a parameter does beside a force that is all there is means nothing
+    // beside a random force that dominates everything a change of a parameter means nothing
     let mut changed_parameter = match &found.appeared {
         Some(appeared) => Some(appeared.clone()),
         None if found.hopeless => None,
@@ -187,14 +189,14 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     let passes = judged.failing.is_empty() && changed_parameter.is_none() && !found.is_cut_short(options);
     if !passes {
         let fallen = surrogates(&mut found, &judged.gap);
-        // what is told is told of the model with the names that stand
+        // everything reported refers to the model with the names that remain
         if !fallen.is_empty() {
             let among = |term: &str| fallen.iter().any(|candidate| candidate.holds(term));
             if changed_parameter.is_some() {
                 changed_parameter = changed(&fit, train, options.seed, |term| !among(term));
             }
             leave_out(&mut found, &fallen, task)?;
-            // how large it is the stand-ins do not hide
+            // test without an exclusion: the stand-ins are gone and do not hide the size of the change any more
             let plain = changed_parameter.is_some().then(|| changed(found.last_fit(), train, options.seed, |_| true));
             changed_parameter = plain.flatten().or(changed_parameter);
             let failing = std::mem::take(&mut judged.failing);
@@ -296,7 +298,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         changed_parameter,
         residuals,
         places,
-        // a line that is read as a line has no delay to add
+        // commands read as straight lines by mistake have no delay to add
         adopt: if as_lines.is_some() { Vec::new() } else { names_to_list(&found, own) },
         effects,
         gap,
@@ -312,7 +314,7 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     })
 }
 
-/// The delay, s, where it is the one name and half of the commands' sample time: they are held.
+/// The delay, s, if it is the only name and equals half of the commands' sample time: the commands are held.
 fn half_a_sample(effects: &[FoundEffect], runs: &[Run]) -> Option<f64> {
     let [only] = effects else { return None };
     let delay = only.parameters.first().filter(|_| only.id == id::THRUST_DELAY)?;

@@ -1,6 +1,6 @@
-//! The model with every candidate in it, each at zero.
+//! The model with all candidates added, each with zero strength.
 //!
-//! At zero strength a candidate's memory listens to the motion but does not act on it: it is computed from the log
+//! At zero strength a candidate's memory follows the motion but does not act on it. It is computed from the log
 //! beforehand and read as a channel, so that no candidate adds a state.
 
 use super::Candidate;
@@ -21,7 +21,7 @@ pub(super) struct Planned {
     pub parameters: Vec<usize>,
 }
 
-/// The model with every probe of every candidate in it, its linear parameters at their neutral values.
+/// The model with every probe of every candidate, its linear parameters at their neutral values.
 pub(super) fn enlarge(model: &Model, candidates: &[Candidate]) -> (Model, Vec<Planned>) {
     let mut big = model.clone();
     for parameter in &mut big.parameters {
@@ -93,11 +93,11 @@ fn memory_channels(
     (0..count).map(|i| format!("memory {candidate}.{probe} {name} {i}")).collect()
 }
 
-/// The runs with the memory of every probe computed from the log: at zero strength a candidate's memory listens to the
+/// The runs with the memory of every probe, computed from the log: at zero strength a candidate's memory follows the
 /// motion but does not act on it.
 ///
-/// What a sensor may do to its channel is asked of the samples before: a memory that knew the noise of the sample which it
-/// is to explain would explain it.
+/// Memories of sensor effects are computed from the previous samples: a memory that contains the noise of the sample
+/// which it is to explain would explain it.
 pub(super) fn remembered(
     model: &Model,
     runs: &[Run],
@@ -118,7 +118,7 @@ pub(super) fn remembered(
     Ok(remembered)
 }
 
-/// The run in which every measured velocity and position is that of the sample before.
+/// The run with every measured velocity and position delayed by one sample.
 fn a_sample_late(run: &Run) -> Run {
     let mut late = run.clone();
     for name in Dof::ALL.iter().flat_map(|dof| [dof.velocity(), dof.position()]) {
@@ -132,7 +132,7 @@ fn a_sample_late(run: &Run) -> Run {
     late
 }
 
-/// The memory of every probe of the candidates that are `asked`, by its channel, for each run.
+/// The memory of every probe of the candidates that satisfy `asked`, by its channel, for each run.
 fn listened(
     model: &Model,
     runs: &[Run],

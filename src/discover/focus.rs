@@ -1,12 +1,13 @@
-//! Where a refit begins: shapes from a grid eight times as fine about their best probe.
+//! Start of a refit: shape parameters from a grid eight times as fine about their best probe.
 //!
 //! ```text
 //! probe ← argmin p(probe)   on the grid, then between its neighbours        under Q, and under Q with forces at a tenth
 //! ```
 //!
-//! An instant, a time constant or a threshold that starts a mesh away from the truth may end on another hill of the
-//! likelihood. A random force that has taken up what is missing blurs the hills, so they are seen under a small one, too,
-//! and where that tells otherwise there are two starts, unless the second is worse than the first and than the last model.
+//! An instant, a time constant or a threshold that starts one mesh away from the truth may end in another local
+//! maximum of the likelihood. A random force that has absorbed the missing effect blurs the maxima, so they are also
+//! computed with a small force. If that gives another maximum there are two starts, unless the second is worse than
+//! the first and than the last model.
 
 use super::candidate::Candidate;
 use super::rules::is_new;
@@ -16,11 +17,11 @@ use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, cost_of,
 use crate::model::{Model, Parameter};
 use crate::run::Run;
 
-/// Share of the forces under which the hills are seen a second time, a hundredth of their power. Chosen in simulation: the
-/// instant at which a thruster fails stood out under it where the whole force hid it.
+/// Factor on the forces for the second search of maxima, a hundredth of their power. Chosen in simulation: with it the
+/// instant at which a thruster fails stood out, while the full force hid it.
 const QUIET: f64 = 0.1;
 
-/// Steps of a profile from one value of a grid to the next: of instants of a minute two in a second, as many as commands turn in.
+/// Steps of a profile between two values of a grid: for instants in a minute two per second, as often as commands turn.
 const PROFILE: u32 = 8;
 
 /// A candidate, and the score of the probe at which it starts.
@@ -31,18 +32,18 @@ pub(super) struct Start {
 }
 
 impl Start {
-    /// Value of its one shape parameter.
+    /// Value of its only shape parameter.
     fn shape(&self) -> f64 {
         self.candidate.probes[self.score.probe][0]
     }
 
-    /// Length between two neighbours on the grid before it was made finer: the finer one spans two.
+    /// Distance of two neighbours on the grid before refinement: the finer one spans two such distances.
     fn mesh(&self) -> f64 {
         let ends = self.candidate.probes.first().zip(self.candidate.probes.last());
         ends.map_or(0.0, |(first, last)| 0.5 * (last[0] - first[0]).abs())
     }
 
-    /// The better one of itself and another start of the same candidate.
+    /// The better of this start and another one of the same candidate.
     fn or_better(self, other: Option<Start>) -> Start {
         match other {
             Some(other) if other.score.log_p < self.score.log_p => other,
@@ -51,7 +52,7 @@ impl Start {
     }
 }
 
-/// Starts of the candidates that `best` scores (indices are those of `list`), in its order; a shape may have two.
+/// Starts of the candidates that `best` scores (indices refer to `list`), in its order; a shape may have two starts.
 pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], task: &Task<'_>) -> Vec<Start> {
     let start = |score: &Score| Start { candidate: list[score.candidate].clone(), score: score.clone() };
     let usual: Vec<Start> = best.iter().map(start).collect();
@@ -75,9 +76,9 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
         };
         match has_grid(&one).then(|| fine.next()).flatten() {
             Some((loud, mut quiet)) => {
-                // closer than half a mesh they lead to one hill
+                // closer than half a mesh they lead to the same maximum
                 let differs = (quiet.shape() - loud.shape()).abs() > 0.5 * quiet.mesh();
-                // under a tenth of the forces a score says where the hill is, and not how high
+                // with a tenth of the forces a score locates the maximum but does not give its height
                 (quiet.score.statistic, quiet.score.log_p) = (loud.score.statistic, loud.score.log_p);
                 let lost = differs && cost(&quiet) > cost(&loud).max(cost_here(&here.model, here, task));
                 of_list(loud);
@@ -91,8 +92,8 @@ pub(super) fn starts(here: &FilterErrorFit, best: &[Score], list: &[Candidate], 
     all
 }
 
-/// The last model with a candidate begun at its probe, or at the share of it that its score speaks of, whichever is likelier: far from
-/// the probe that is the better half of the way, and a climb the longer of the two.
+/// The last model with a candidate started at its probe, or at the share of it that its score estimates, whichever is
+/// likelier: if the truth is far from the probe, the share saves the longer part of the climb.
 pub(super) fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Score, task: &Task<'_>) -> Option<Model> {
     let at_probe = candidate.started(&here.model, score)?;
     let Some(in_part) = candidate.started_in_part(&here.model, score) else { return Some(at_probe) };
@@ -100,19 +101,19 @@ pub(super) fn nearest(candidate: &Candidate, here: &FilterErrorFit, score: &Scor
     Some(if cost(&in_part) < cost(&at_probe) { in_part } else { at_probe })
 }
 
-/// −2 ln L of the runs of the fit with another model under the noise of `here`; infinite where it runs away.
+/// −2 ln L of the runs of the fit for another model with the noise of `here`; infinite if it diverges.
 fn cost_here(model: &Model, here: &FilterErrorFit, task: &Task<'_>) -> f64 {
     cost_of(model, task.train, (&here.noise, here.limit), task.fitting).unwrap_or(f64::INFINITY)
 }
 
-/// The model of `with`, a fit that has `candidate` beyond `before`, with its one shape where the likelihood is highest along the grid,
-/// all else as it is; `None` where that is where it is. A model that lacks the name has values that are bent, and so is where the
-/// name seems to be: an instant may have come to rest on the slope of a command.
+/// The model of `with`, a fit that contains `candidate` beyond `before`, with its only shape moved to the maximum of
+/// the likelihood along the grid and all else kept; `None` if it is there already. A model without the name has
+/// biased values, and so seems the place of the name: an instant may have settled on the slope of a command.
 fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Option<Model> {
     let is_shape = |p: &Parameter| is_new(before, p) && !p.spec.is_linear();
     let shape = with.model.parameters.iter().position(is_shape)?;
-    // of a delay or a lag the likelihood bends evenly, and what it reads is read anew at each; phases of their own in every run fit one
-    // period alone
+    // a delay or a lag has one smooth maximum, and its inputs would have to be read anew at each value; per-run
+    // phases fit one period only
     let is_asked = !candidate.blended && !candidate.has_own_values();
     let mut grid = candidate.grid().filter(|grid| grid.len() > 1 && is_asked)?;
     grid.sort_by(f64::total_cmp);
@@ -135,7 +136,7 @@ fn elsewhere(before: &Model, with: &FilterErrorFit, candidate: &Candidate) -> Op
     (costs[least] < *costs.last()?).then(|| models.swap_remove(least))
 }
 
-/// A fit with `candidate` beyond `before` from where its shape is likeliest once it is known; `None` where that is no higher.
+/// A fit with `candidate` beyond `before`, restarted where its shape is likeliest; `None` if it is no better.
 pub(super) fn higher(
     before: &Model,
     fit: &FilterErrorFit,
@@ -155,7 +156,7 @@ fn scored(fit: &FilterErrorFit, candidates: Vec<Candidate>, task: &Task<'_>) -> 
     }
     let (options, base) = (task.options, &task.fitting.base);
     let scores = screen(fit, task.train, &candidates, base, (options.level, options.seed)).map(|s| s.scores);
-    // of each candidate the first score is the best one
+    // the first score of each candidate is its best one
     let scores = scores.unwrap_or_default();
     let of = |(k, candidate)| Some(Start { candidate, score: scores.iter().find(|s| s.candidate == k)?.clone() });
     candidates.into_iter().enumerate().map(of).collect()

@@ -1,4 +1,4 @@
-//! What was found, and how small it might have been: effects with their parameters, sizes from which on others would show.
+//! Effects that were found, with their parameters, and the smallest size at which others would have shown.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,24 +17,24 @@ use crate::wording::{by_run, digits, range};
 pub struct FoundParameter {
     /// Symbol.
     pub name: String,
-    /// Value, SI; where each run has its own, their mean.
+    /// Value, SI; the mean if each run has its own.
     pub value: f64,
-    /// Standard deviation, SI; the greatest, where each run has its own.
+    /// Standard deviation, SI; the greatest if each run has its own value.
     pub std: f64,
     /// Unit.
     pub unit: String,
-    /// Values in each run, where each has its own.
+    /// Values in each run, if each has its own.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub per_run: Vec<f64>,
 }
 
 impl FoundParameter {
-    /// Least and greatest value of the runs, where each has its own.
+    /// Least and greatest value of the runs, if each has its own.
     pub fn range(&self) -> Option<(f64, f64)> {
         range(self.per_run.iter().copied())
     }
 
-    /// `least to greatest by run`, where each has its own; `told`: a value in words.
+    /// `least to greatest by run`, if each run has its own value; `told` formats a value.
     pub(crate) fn by_run(&self, told: impl Fn(f64) -> String) -> Option<String> {
         by_run(self.per_run.iter().copied(), told)
     }
@@ -45,17 +45,17 @@ impl FoundParameter {
 pub struct FoundEffect {
     /// `id`, `id@dof` or `id@dof:other`.
     pub id: String,
-    /// What practitioners call it.
+    /// Name that practitioners use.
     pub common_name: String,
     /// Degrees of freedom in which it acts.
     pub dofs: Vec<Dof>,
     /// Its parameters in the final fit.
     pub parameters: Vec<FoundParameter>,
-    /// Probability of as much by chance, over all candidates.
+    /// Probability of such a gain by chance, over all candidates.
     pub p_value: f64,
-    /// The rest of its class: other names that this data allow.
+    /// Other names of its class, which this data allows as well.
     pub also_possible: Vec<String>,
-    /// One sentence.
+    /// Evidence, in one sentence.
     pub evidence: String,
 }
 
@@ -71,18 +71,18 @@ impl FoundEffect {
 pub struct SmallestVisible {
     /// `id`, `id@dof` or `id@dof:other`.
     pub id: String,
-    /// Size of its first parameter; of what has none the share of it.
+    /// Size of its first parameter; the share of the effect if it has none.
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// Whether it has no parameter, as the whole row of −C(ν)ν with the coefficients of the inertias, or two thrusters that are
-    /// exchanged: `value` 1 is all of it.
+    /// Whether it has no parameter, as the whole row of −C(ν)ν with the coefficients of the inertias, or two
+    /// thrusters that are swapped: `value` 1 is the whole effect.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub tied: bool,
 }
 
 impl SmallestVisible {
-    /// Name, size and unit for people: what has no parameter is told as a whole, its size in per cent.
+    /// Name, size and unit in words: an effect without a parameter counts as a whole, its size in per cent.
     pub fn told(&self) -> (String, f64, &str) {
         match self.tied {
             true => (format!("{}, as a whole", named(&self.id)), 100.0 * self.value, "% of it"),
@@ -91,7 +91,7 @@ impl SmallestVisible {
     }
 }
 
-/// What stands for the value of an effect that has no parameter.
+/// Text in place of the value of an effect that has no parameter.
 pub const AS_A_WHOLE: &str = "as a whole";
 
 pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
@@ -138,13 +138,13 @@ pub(super) fn found_effects(found: &Search) -> Vec<FoundEffect> {
         .collect()
 }
 
-/// Names under which a campaign lists what was added.
+/// Names under which a campaign lists the added effects.
 pub(super) fn names_to_list(found: &Search, own: &[(Arc<dyn Effect>, Place)]) -> Vec<String> {
     found.added.iter().flat_map(|a| listed(&a.candidate, own)).collect()
 }
 
-/// Names under which a campaign lists the terms of a candidate, every one: of a user's effect (`own`), which has one place,
-/// the id.
+/// Names under which a campaign lists every term of a candidate; for a user's effect (`own`), which has one place,
+/// its id.
 fn listed(candidate: &Candidate, own: &[(Arc<dyn Effect>, Place)]) -> Vec<String> {
     let of_user = |id: &str| own.iter().any(|(effect, _)| effect.about().id == id);
     let name = |(effect, place): &(Arc<dyn Effect>, Place)| match effect.about().id {
@@ -154,10 +154,10 @@ fn listed(candidate: &Candidate, own: &[(Arc<dyn Effect>, Place)]) -> Vec<String
     candidate.terms.iter().map(name).collect()
 }
 
-/// Of each candidate the smallest size that this data would have shown, as a rule in half of the cases: its deviation
-/// times the threshold of the search.
+/// For each candidate the smallest size that this data would have shown in about half of the cases: its standard
+/// deviation times the threshold of the search.
 pub(super) fn smallest_visible(found: &Search) -> Vec<SmallestVisible> {
-    // z at which a candidate of one parameter is as improbable as the threshold asks
+    // z at which a candidate of one parameter reaches the p-value of the threshold
     let z = (-2.0 * found.screen.threshold).max(1.0).sqrt();
     let mut best: BTreeMap<(String, bool), (f64, String)> = BTreeMap::new();
     for score in &found.screen.scores {
@@ -185,7 +185,7 @@ pub(super) fn smallest_visible(found: &Search) -> Vec<SmallestVisible> {
 mod tests {
     use super::*;
 
-    /// The net weight acts in surge and heave by one parameter: without either term the model would be another.
+    /// The net weight acts in surge and heave by one parameter: without either term the model would be a different one.
     #[test]
     fn every_term_of_a_group_is_listed() {
         let effects = ["inertia", "linear_drag"];

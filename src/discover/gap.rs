@@ -1,4 +1,4 @@
-//! The gap: how predictions of the runs that took no part err, before and after each name.
+//! The gap: errors of the predictions of held-out runs, before and after each name.
 
 use std::collections::BTreeMap;
 
@@ -15,20 +15,20 @@ use crate::run::Run;
 /// The gap on held-out runs after one step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GapStep {
-    /// What was added; `None` for the refitted baseline.
+    /// Name of the added effect; `None` for the refitted baseline.
     pub added: Option<String>,
-    /// Whether it was dropped again: what came later does without it.
+    /// Whether it was removed again by a later step.
     pub dropped: bool,
-    /// Root mean square of simulated less measured velocity over the free run, by degree of freedom, and of observed
-    /// channels.
+    /// Root mean square of simulated minus measured velocity over the free run, per degree of freedom and observed
+    /// channel.
     pub held_out_rms: BTreeMap<Measured, f64>,
-    /// Sensor noise of the same.
+    /// Sensor noise of the same quantities.
     pub noise_floor: BTreeMap<Measured, f64>,
     /// The same for each run.
     pub runs: Vec<GapOfRun>,
-    /// The random force at this step: a name that is true makes it fall.
+    /// Random force at this step: a true name reduces it.
     pub force: Vec<GapForce>,
-    /// How held-out runs are predicted at this step.
+    /// Accuracy of the predictions of held-out runs at this step.
     pub prediction: Vec<GapPrediction>,
 }
 
@@ -45,7 +45,7 @@ pub struct GapForce {
     pub correlation_time: f64,
 }
 
-/// How one channel of a held-out run is predicted.
+/// Accuracy of the predictions of one channel of a held-out run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GapPrediction {
     /// Name of the run.
@@ -69,7 +69,7 @@ pub struct GapOfRun {
     pub held_out_rms: BTreeMap<Measured, f64>,
 }
 
-/// How a fit predicts the runs that took no part; those of the fit where there are none.
+/// Predictions of the held-out runs by a fit; of the runs of the fit if none is held out.
 pub(super) fn predictions(
     fit: &FilterErrorFit,
     held: &[Run],
@@ -85,8 +85,8 @@ pub(super) fn predictions(
     Ok((outputs, filtered.forecast(&model, &noise, fit.limit)))
 }
 
-/// What a channel measures, of those that are compared: velocities and observed functions, and a pose whose velocity no
-/// sensor gives.
+/// Quantity that an output measures, if it is compared: a velocity, an observed function, or a pose whose velocity is
+/// not measured.
 fn measured(model: &Model, outputs: &[String], output: usize) -> Option<Measured> {
     let name = &outputs[output];
     let of_pose = || {
@@ -97,7 +97,7 @@ fn measured(model: &Model, outputs: &[String], output: usize) -> Option<Measured
     model.measured().into_iter().find(|m| m.channel() == name).or_else(of_pose)
 }
 
-/// Noise of the sensor of each quantity that is compared.
+/// Sensor noise of each quantity that is compared.
 pub(super) fn noise_floor(fit: &FilterErrorFit) -> BTreeMap<Measured, f64> {
     let outputs = &fit.filtered.problem.dynamics.outputs;
     let of = |output: usize| {
@@ -150,11 +150,11 @@ pub(super) fn gap_step(
     }
 }
 
-/// Times that predictions have to be better for it to be worth a word.
+/// Least factor of improvement of predictions that is reported.
 const BETTER: f64 = 1.1;
 
-/// The quantity whose held-out predictions 8 s ahead have become better by most, and how many times: of those in which
-/// `effects` act, where one has become better.
+/// The quantity whose held-out predictions 8 s ahead have improved most, and the factor; one in which `effects` act,
+/// if any of those has improved.
 pub(super) fn improvement(gap: &[GapStep], effects: &[FoundEffect]) -> Option<(Measured, f64)> {
     let (first, last) = (gap.first()?, gap.last()?);
     let of = |step: &GapStep, measured: &Measured| {
@@ -168,14 +168,14 @@ pub(super) fn improvement(gap: &[GapStep], effects: &[FoundEffect]) -> Option<(M
     all().filter(|(m, _)| acts_in(m)).max_by(greatest).or_else(|| all().max_by(greatest))
 }
 
-/// What free runs leave beyond the noise of the sensors: Σ (E²/σ² − 1)₊ over what is compared.
+/// Error of free runs beyond the sensor noise: Σ (E²/σ² − 1)₊ over the compared quantities.
 pub(super) fn excess(step: &GapStep) -> f64 {
     let of =
         |(dof, rms): (&Measured, &f64)| step.noise_floor.get(dof).map(|noise| ((rms / noise).powi(2) - 1.0).max(0.0));
     step.held_out_rms.iter().filter_map(of).sum()
 }
 
-/// Whether what came in step `k` is not in the final model, or came again later.
+/// Whether the effect of step `k` is not in the final model, or was added again later.
 fn dropped(found: &Search, k: usize) -> bool {
     let name = found.steps[k].name.as_ref();
     name.is_some_and(|name| {

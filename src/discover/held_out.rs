@@ -1,30 +1,30 @@
-//! Step 4: runs that took no part must agree.
+//! Step 4: held-out runs must agree.
 //!
 //! ```text
 //! Δ = −2 ln L(held out; θ̂, η̂) without the name less that with it       a name is confirmed where Δ > 1
 //! d = E²_with − E²_without, 8 s ahead, of those that share no time    and no E is worse: d̄ √n / s_d ≤ t of n − 1, Pr(t) = 0.01/channels
 //! ```
 //!
-//! Under the noise of the fit, and where that says no, under a noise that is estimated on those runs for either model: another
-//! day has other gusts, and a model with half of what is missing has the narrow noise of the runs it could follow, beside
-//! which it would be worse than one that follows none.
+//! The test uses the noise of the fit. If a name fails it, the test uses a noise that is estimated on the held-out
+//! runs for each model: another day has other gusts, and a model with half of the missing effects has the narrow
+//! noise of the runs it could follow, under which it would look worse than a model that follows none.
 //!
-//! What held-out runs do not show at all (an asymmetry of the drag, and none goes astern) they neither confirm nor refuse, and the answer
-//! says that.
+//! Held-out runs that do not show an effect at all (an asymmetry of the drag, and none goes astern) neither confirm
+//! nor refuse it, and the answer says so.
 //!
-//! Where no run has the role `validate` each run is predicted by what the others say of the parameters
-//! ([`FilterErrorFit::left_out_cost`]). What has a value of its own in every run (the
-//! phase of a wave) takes it from the first half of a run and is judged on the second:
+//! If no run has the role `validate`, each run is predicted with the parameters that the others give
+//! ([`FilterErrorFit::left_out_cost`]). A parameter with its own value in every run (the phase of a wave) is
+//! estimated on the first half of a run and judged on the second:
 //!
 //! ```text
 //! −2 ln L(second half | first half) = −2 ln L(run; θ of the first half) + 2 ln L(first half; θ of the first half)
 //! Δ > −2 ln 0.025 = 7.4        under the noise of the fit, or one that is estimated on the first halves
 //! ```
 //!
-//! There no other run bears the name out, and a slow random force begins every run like a wave: the second halves alone have
-//! to. A likelihood ratio of data that took no part in either fit is 1 in the mean where the name is wrong, so exp(Δ/2)
-//! passes 1/0.025 in five of two hundred at most, under each of the two noises (Wasserman, Ramdas and Balakrishnan 2020,
-//! *Universal inference*).
+//! No other run can confirm such a name, and a slow random force begins every run like a wave: the second halves
+//! alone must confirm it. The likelihood ratio of data that took no part in either fit has the mean 1 if the name is
+//! wrong, so exp(Δ/2) exceeds 1/0.025 at most five times in two hundred, under each of the two noises (Wasserman,
+//! Ramdas and Balakrishnan 2020, *Universal inference*).
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -38,37 +38,37 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::model::Model;
 use crate::run::Run;
 
-/// Seconds ahead at which predictions are compared.
+/// Horizon at which predictions are compared, s.
 const AHEAD: f64 = 8.0;
 
-/// Share of names that are wrong and yet borne out by second halves alone, at most.
+/// Maximum probability that a wrong name is confirmed by second halves alone.
 const BY_HALVES: f64 = 0.05;
 
-/// An error that grows by less than this share is the same.
+/// Relative growth of the error up to which it counts as unchanged.
 const SAME: f64 = 0.05;
 
-/// Share of names that predict as well as before and yet seem to predict some channel worse, at most.
+/// Maximum probability that a name which predicts as well as before seems to predict some channel worse.
 const WORSE: f64 = 0.01;
 
-/// Fall of −2 ln L that a name is worth on held-out runs below which they do not show it: chance makes as much, and confirms nothing.
+/// Fall of −2 ln L on held-out runs below which they do not show a name: chance gives as much, and confirms nothing.
 const UNSEEN: f64 = 1.0;
 
-/// What stands against a name that held-out runs do not show.
+/// Objection to a name that held-out runs do not show.
 pub(super) const NOT_SHOWN: &str = "no run that took no part shows it: hold one out that does";
 
-/// What held-out runs say of a name.
+/// Result of the test of a name on held-out runs.
 #[derive(Debug, Clone)]
 pub(super) struct HeldOut {
-    /// Fall of −2 ln L on them; infinite where the model without the name runs away there.
+    /// Fall of −2 ln L on them; infinite if the model without the name diverges there.
     pub gain: f64,
-    /// −2 ln L of them with the name.
+    /// Their −2 ln L with the name.
     pub cost: f64,
-    /// Why they do not agree, if they do not.
+    /// Objection, if they do not agree.
     pub against: Option<String>,
 }
 
-/// −2 ln L of runs that took no part; of their second halves where a value of their own is taken from the first. Infinite where
-/// the model runs away there.
+/// −2 ln L of held-out runs; with `halved`, of their second halves, per-run values being estimated on the first.
+/// Infinite if the model diverges there.
 fn others_cost(
     fit: &FilterErrorFit,
     runs: &[Run],
@@ -96,7 +96,7 @@ fn second_halves(
     Ok(cost_of(model, runs, under, fitting)? - cost_of(model, &first_halves(runs), under, fitting)?)
 }
 
-/// Whether runs that took no part show a candidate: without it, all else as it was fitted beside it, they are predicted otherwise.
+/// Whether held-out runs show a candidate: removing it, with all other parameters kept, changes their −2 ln L.
 fn is_shown(candidate: &Candidate, with: &FilterErrorFit, task: &Task<'_>) -> Result<bool, OutputErrorError> {
     let model = with.on_others(task.held, task.fitting)?;
     let noise = with.noise.elsewhere(&model, task.held);
@@ -104,7 +104,7 @@ fn is_shown(candidate: &Candidate, with: &FilterErrorFit, task: &Task<'_>) -> Re
     Ok((cost(&candidate.taken_out_of(&model))? - cost(&model)?).abs() >= UNSEEN)
 }
 
-/// Asks the held-out runs whether `with`, which has `candidate` in it, predicts them better than `without`.
+/// Tests whether `with`, which contains `candidate`, predicts the held-out runs better than `without`.
 pub(super) fn agree(
     candidate: &Candidate,
     without: &FilterErrorFit,
@@ -113,7 +113,7 @@ pub(super) fn agree(
 ) -> Result<HeldOut, OutputErrorError> {
     let (before, cost) = costs(without, with, task)?;
     let mut gain = before - cost;
-    // under either of two noises, each of which may pass as often as half of it
+    // a name may pass under either of two noises, so each gets half of the probability
     let least = if own_values(with) > own_values(without) { -2.0 * (0.5 * BY_HALVES).ln() } else { UNSEEN };
     if gain.is_nan() || gain <= least {
         gain = fall_under_own_noise(without, with, task).unwrap_or(gain);
@@ -136,9 +136,9 @@ pub(super) fn agree(
     Ok(HeldOut { gain, cost, against: against.map(told) })
 }
 
-/// By how much −2 ln L of the runs that took no part falls, the noise of either model estimated on them; at least as much, as
-/// soon as the model without the name has no hope of coming near. Where runs are judged by halves, it is estimated on the first
-/// ones. `None` where no run is held out, or where a fit of the noise fails.
+/// Fall of −2 ln L of the held-out runs, with the noise of each model estimated on them; a lower bound if the fit
+/// without the name is given up because it cannot come near any more. If runs are judged by halves, the noise is
+/// estimated on the first ones. `None` if no run is held out, or if a fit of the noise fails.
 fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
     if judged_by_halves(without, with) {
         let cost = |fit: &FilterErrorFit| second_halves_under_own_noise(fit, without, task);
@@ -160,7 +160,7 @@ fn fall_under_own_noise(without: &FilterErrorFit, with: &FilterErrorFit, task: &
     }
 }
 
-/// [`second_halves`] under a noise that is estimated on the first ones.
+/// [`second_halves`] under a noise that is estimated on the first halves.
 fn second_halves_under_own_noise(fit: &FilterErrorFit, without: &FilterErrorFit, task: &Task<'_>) -> Option<f64> {
     let runs = others(task);
     let model = fit.on_others(runs, task.fitting).ok()?;
@@ -169,27 +169,27 @@ fn second_halves_under_own_noise(fit: &FilterErrorFit, without: &FilterErrorFit,
     second_halves(&model, runs, (&noise, fit.limit), task.fitting).ok()
 }
 
-/// Runs that took no part; where there is none, those that did, as far as they have a value of their own.
+/// The held-out runs; if there are none, the runs of the fit, which are then judged by halves.
 fn others<'a>(task: &Task<'a>) -> &'a [Run] {
     if task.held.is_empty() { task.train } else { task.held }
 }
 
-/// Whether runs are judged by halves: a value of its own in every run is taken from the first one.
+/// Whether runs are judged by halves: a per-run value is estimated on the first one.
 fn judged_by_halves(one: &FilterErrorFit, other: &FilterErrorFit) -> bool {
     [one, other].into_iter().any(|fit| own_values(fit) > 0)
 }
 
-/// How many parameters have a value of their own in every run.
+/// Number of parameters with a value of their own in every run.
 fn own_values(fit: &FilterErrorFit) -> usize {
     fit.model.parameters.iter().filter(|p| p.spec.per_run).count()
 }
 
-/// By how much −2 ln L of the runs that took no part falls from one fit to another.
+/// Fall of −2 ln L of the held-out runs from one fit to another.
 pub(super) fn fall(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<f64, OutputErrorError> {
     costs(from, to, task).map(|(from, to)| from - to)
 }
 
-/// −2 ln L of the runs that took no part with either fit.
+/// −2 ln L of the held-out runs with either fit.
 fn costs(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<(f64, f64), OutputErrorError> {
     let halved = judged_by_halves(from, to);
     if task.held.is_empty() && !halved {
@@ -200,7 +200,7 @@ fn costs(from: &FilterErrorFit, to: &FilterErrorFit, task: &Task<'_>) -> Result<
     Ok((cost(from)?, cost(to)?))
 }
 
-/// The channel that is predicted worse beyond chance, if there is one.
+/// The channel that is predicted significantly worse, if there is one.
 fn worse(
     without: &FilterErrorFit,
     with: &FilterErrorFit,
@@ -228,7 +228,7 @@ fn worse(
     Ok(None)
 }
 
-/// Whether squares have grown, by more than chance makes of so many in a share `level` of cases.
+/// Whether squares have grown, by more than chance produces in a share `level` of cases.
 fn grows(before: &[f64], after: &[f64], level: f64) -> bool {
     let difference: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
     let n = difference.len() as f64;
@@ -243,7 +243,7 @@ fn grows(before: &[f64], after: &[f64], level: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// Three runs of seven errors each: half as large again in one of twelve channels is chance as often as not.
+    /// Three runs of seven errors each: half as large again in one of twelve channels is as likely as not by chance.
     #[test]
     fn a_square_has_grown_where_chance_makes_no_such_thing() {
         let before: Vec<f64> = (0..21).map(|k| 1.0 + 0.5 * f64::from(k % 7)).collect();

@@ -1,12 +1,12 @@
-//! Step 7: how the fits of the search predict the runs that took no part, and where the last one fails.
+//! Step 7: how the fits of the search predict the held-out runs, and where the last one fails.
 //!
 //! ```text
 //! E(2 s), E(8 s)  against what the filter, and draws of all that is open, expect;      innovations white
 //! σ_F ≤ 10 rms τ,  and σ_F ≤ 0.2 rms τ where T > 10 s                                   σ_F, T: random force, τ: commands
 //! ```
 //!
-//! A run that took no part may go where no run of the fit went: astern, faster. What fails on such runs alone is missing all
-//! the same, and the runs of the fit do not show what it is.
+//! A held-out run may leave the range of the runs of the fit: astern, or faster. If the model fails on such runs alone,
+//! something is still missing, but the runs of the fit do not show what it is.
 
 use super::gap::{GapStep, gap_step, noise_floor, predictions};
 use super::pushed::{lasting, overwhelmed, pushed_hard};
@@ -20,24 +20,24 @@ use crate::finding::Finding;
 use crate::progress;
 use crate::run::Run;
 
-/// What predictions say of the fits of a search.
+/// Quality of the predictions of a search's fits.
 pub(super) struct Judged {
     /// The gap before and after each step.
     pub gap: Vec<GapStep>,
-    /// How the last fit predicts the runs of the fit.
+    /// Predictions of the runs of the fit by the last fit.
     pub training: Vec<Forecast>,
-    /// Channels in which the last fit fails, with how far its predictions err.
+    /// Channels in which the last fit fails, with the ratio of actual to expected error.
     pub failing: Vec<(String, f64)>,
-    /// Where runs that took no part go beyond those of the fit, if the last fit fails on such runs alone.
+    /// Where held-out runs go beyond those of the fit, if the last fit fails on such runs alone.
     pub beyond: Vec<Finding>,
-    /// Runs that took no part and on which the last fit fails, the worst first.
+    /// Held-out runs on which the last fit fails, the worst first.
     pub erring: Vec<String>,
-    /// Whether it predicts the runs of the fit as it should where it fails on others: they show nothing of that.
+    /// Whether the fit predicts its own runs well but fails on others: its runs then do not show what is missing.
     pub follows_training: bool,
 }
 
-/// Whether the runs of the fit show that something is missing: innovations that follow a candidate, or a random force that is
-/// more than turbulence.
+/// Whether the runs of the fit show that something is missing: innovations correlate with a candidate, or a random
+/// force is too large for turbulence.
 fn is_shown(found: &Search, task: &Task<'_>) -> bool {
     found.screen.asks() || !pushed_hard(&found.last_fit().noise.forces, task.train).is_empty()
 }
@@ -90,7 +90,7 @@ impl Judged {
     }
 }
 
-/// Whether a fit predicts the runs that it was made of as it should, by what is open of its parameters where motions are unstable.
+/// Whether a fit predicts its own runs as expected, including the parameters' uncertainty where motions are unstable.
 fn predicts_training(
     outputs: &[String],
     fit: &FilterErrorFit,
@@ -106,7 +106,7 @@ fn predicts_training(
     Ok(failing(outputs, &allowed, training).is_empty())
 }
 
-/// Names of the runs on which predictions fail, that with the greatest error over the expected one first.
+/// Names of the runs on which predictions fail, in descending order of the ratio of actual to expected error.
 fn erring_most(outputs: &[String], forecasts: &[Forecast], held: &[Run]) -> Vec<String> {
     let times = |forecast: &Forecast| {
         let failing = failing(outputs, std::slice::from_ref(forecast), &[]);

@@ -1,12 +1,13 @@
-//! Whether a fit lacks an effect of the catalogue at all, without its name.
+//! Test whether a fit lacks any effect of the catalogue, without naming it.
 //!
 //! ```text
 //! p = level · exp(ln p − ln p_threshold)        of the first of the best few scores, step 2 of the search, that a refit bears out
 //! ```
 //!
-//! Predictions seconds ahead are a coarse test: a gyro that is 50 ms late passes it, and moves the yaw inertia by five of its
-//! deviations. The scores see it. They also see what the unknown beginnings of the runs make of a friction near rest, and the
-//! refit does not ([`super::refit::merit`]). Which effect it is they do not say: a name has to pass the rest of the search.
+//! Predictions seconds ahead are a coarse test: a gyro that is 50 ms late passes it, and shifts the yaw inertia by
+//! five of its standard deviations. The scores detect it. They also respond to the unknown initial states of the
+//! runs, which look like friction near rest, but the refit does not ([`super::refit::merit`]). They do not tell which
+//! effect it is: a name must pass the rest of the search.
 
 use std::sync::Arc;
 
@@ -21,25 +22,25 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
 use crate::run::Run;
 
-/// Candidates that are refitted before a fit is said to lack none.
+/// Number of candidates that are refitted before a fit counts as complete.
 const REFITS: usize = 3;
 
 /// An effect that a fit lacks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lacking {
-    /// Probability of such a gain by chance, of all candidates.
+    /// Probability of such a gain by chance, over all candidates.
     pub p_value: f64,
-    /// How many candidates were asked.
+    /// Number of candidates that were tested.
     pub candidates: usize,
-    /// What kind of effect the refit bears out.
+    /// Family of the effect that the refit confirms.
     pub family: Family,
-    /// By how much each parameter of the model moves where the effect that the refit bears out is in it: what the parameters are
-    /// off by as long as it is not.
+    /// Change of each parameter of the model when the confirmed effect is added: the bias of the parameters as long
+    /// as it is missing.
     pub moves: Vec<f64>,
 }
 
 impl Lacking {
-    /// δδᵀ, δ: [`Lacking::moves`]: what it adds to the covariance of the parameters.
+    /// δδᵀ, δ: [`Lacking::moves`]: its contribution to the covariance of the parameters.
     pub fn covariance(&self) -> Vec<Vec<f64>> {
         self.moves.iter().map(|a| self.moves.iter().map(|b| a * b).collect()).collect()
     }
@@ -57,7 +58,7 @@ pub fn lacking(
     options: &SearchOptions,
 ) -> Result<Option<Lacking>, OutputErrorError> {
     let task = Task { train: runs, held: &[], own, fitting, options };
-    // what has a value of its own in every run follows anything that comes and goes
+    // a value of its own in every run follows anything that comes and goes
     let list: Vec<Candidate> = asked(&fit.model, &task).into_iter().filter(|c| !c.has_own_values()).collect();
     let screen = screened(fit, &list, &task)?;
     let mut best: Vec<&Score> = Vec::new();
@@ -81,7 +82,7 @@ pub fn lacking(
     Ok(best.iter().take(REFITS).find_map(borne_out))
 }
 
-/// How far a parameter is from here to where another model has it: of one with a value in every run the farthest.
+/// Change of a parameter from this model to another; for per-run values the greatest one.
 fn moved(p: &Parameter, other: &Model) -> f64 {
     let there = other.parameters.iter().find(|o| o.term == p.term && o.spec.name == p.spec.name);
     there.map_or(0.0, |there| {

@@ -1,4 +1,4 @@
-//! Finding what is missing: where simulation and data disagree, which effect closes the gap, and how far.
+//! Search for missing effects: where simulation and data disagree, which effect closes the gap, and by how much.
 
 mod again;
 mod appeared;
@@ -54,7 +54,7 @@ pub use verdict::Verdict;
 use crate::run::Run;
 pub use crate::wording::LEAST_P;
 
-/// Channels that every run has.
+/// Channels that every run logs.
 pub(crate) fn common_channels(runs: &[Run]) -> BTreeSet<String> {
     let mut all: BTreeSet<String> = runs.first().map(|r| r.signals.keys().cloned().collect()).unwrap_or_default();
     all.retain(|name| runs.iter().all(|run| run.signal(name).is_some_and(|s| !s.is_empty())));

@@ -1,4 +1,4 @@
-//! Steps 3 to 5 for one name: the best few of a screen are refitted, and the best that survives everything is it.
+//! Steps 3 to 5 for one name: the best few of a screen are refitted, and the best that passes all tests gets the name.
 //!
 //! ```text
 //! p(−2 ln L(without) + 2 ln L(with)) ≤ level over all candidates;   held-out runs agree;   no rule of nature is broken
@@ -25,19 +25,19 @@ use crate::progress;
 use crate::units::Dimension;
 use crate::wording::LEAST_P;
 
-/// Candidates that are refitted in full: the truth was among the best four in simulation, and the fifth of a real glider.
+/// Number of candidates refitted in full: in simulation the truth was among the best four, for a real glider fifth.
 const REFITS: usize = 6;
 
-/// A screened p-value that is this many times too great may be right in full: ln 20.
+/// ln of the factor (20) by which a screened p-value may exceed the threshold: a full refit may still bring it below.
 const NEARLY: f64 = 3.0;
 
-/// Rivals of a name that are asked again once another name is known.
+/// Number of rivals of a name that are tested again once another name is known.
 const RIVALS: usize = 2;
 
-/// The next name that survives everything, with its fit.
+/// Returns the next name that passes all tests, with its fit.
 ///
-/// What has a value of its own in every run follows anything that comes and goes: it is asked when nothing else is left. But whether
-/// what was named is another one in every run is asked at once, before other names stand in for what it then lacks.
+/// A candidate with its own value in every run follows anything that comes and goes, so it is tested last. But whether
+/// a named effect differs from run to run is tested at once, before other names stand in for the difference.
 pub(super) fn next_name(
     found: &mut Search,
     task: &Task<'_>,
@@ -51,10 +51,10 @@ pub(super) fn next_name(
     Ok(None)
 }
 
-/// Which candidates are asked together.
+/// Groups of candidates that are tested together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Asked {
-    /// Those that would take the stead of a name, with values of their own in every run.
+    /// Those that would replace a name, with values of their own in every run.
     InStead,
     /// Those with one value for all runs.
     Common,
@@ -73,10 +73,10 @@ impl Asked {
     }
 }
 
-/// The best name that survives everything, of the candidates that are `asked`.
+/// The best name that passes all tests, among the candidates that are `asked`.
 ///
-/// The runs of the fit and those that took no part are asked together: a random force that has taken up most of what is
-/// missing leaves the first undecided between a name and its like.
+/// The runs of the fit and the held-out runs decide together: if a random force has absorbed most of the missing
+/// effect, the runs of the fit alone cannot decide between a name and similar ones.
 fn name_among(
     found: &mut Search,
     task: &Task<'_>,
@@ -91,7 +91,7 @@ fn name_among(
         of_kind && candidate.is_possible(score)
     };
     best.retain(|score| score.log_p < threshold + NEARLY && is_asked(score));
-    // two thrusters that are exchanged leave a baseline of which scores say little: each two of them are asked
+    // two swapped thrusters leave a baseline whose scores mean little: every pair is refitted
     let (first, later) = best.split_at(best.len().min(REFITS));
     let exchanged = later.iter().copied().filter(|score| is_exchange(&found.candidates[score.candidate]));
     let mut best: Vec<Score> = first.iter().copied().chain(exchanged).cloned().collect();
@@ -183,8 +183,9 @@ fn name_among(
     Ok(None)
 }
 
-/// A contender at its maximum, its shape where that is likeliest once the name is known; or why it is no name there: what the rough refit
-/// has left between its neighbours may be nothing, and a higher hill is judged like the first one.
+/// Refits a contender to convergence, with its shape where it is likeliest once the name is known, or returns the
+/// reason why it is no name there. A parameter that the rough refit left may vanish, and a higher maximum is judged
+/// like the first one.
 fn at_the_top(
     rough: &Contender,
     here: &FilterErrorFit,
@@ -208,8 +209,8 @@ fn at_the_top(
     })
 }
 
-/// Takes out names that gain less than `best`, of which no held-out run knows, and are not missing beside it: they stand in for it, and
-/// are confirmed by what the rest of the model is no longer bent by.
+/// Removes names that gain less than `best`, which no held-out run shows, and that are not missing beside it. They
+/// stand in for it, and held-out runs confirm them only because they bias the rest of the model less.
 fn without_stand_ins(
     names: &mut Vec<Contender>,
     best: &Contender,
@@ -226,9 +227,9 @@ fn without_stand_ins(
     names.retain(|c| c.gain >= best.gain || missing.next().unwrap_or(true));
 }
 
-/// Puts before the first name one that has fewer parameters and explains the runs of the fit as well, where what the first has more
-/// is nothing: the offset of a compass before a deviation that does not hang on the heading. By what those parameters are off it
-/// may stand first on a held-out run of a vehicle that turns by itself.
+/// Puts first a name that has fewer parameters and explains the runs of the fit as well, if the extra parameters of
+/// the first name are insignificant: the offset of a compass before a deviation that does not depend on the heading.
+/// The errors of those parameters may have put the other first, on a held-out run of a vehicle that turns by itself.
 fn simplest_first(names: &mut [Contender], before: &Model, level: f64) {
     let Some((first, others)) = names.split_first() else { return };
     let counts = brought(before, &first.fit.model).into_iter().filter(|p| is_apart(p)).count();
@@ -241,10 +242,10 @@ fn simplest_first(names: &mut [Contender], before: &Model, level: f64) {
     }
 }
 
-/// Whether a scale of the thrust that a name brings is above one, or a share of one thruster (`of_thruster`) that is lost below
-/// nothing, beyond three deviations. Thrust is lost on its way to the water more often than made; in a model whose inertias are
-/// open the scale of one degree of freedom is what any of them lacks, and of two thrusters one that has lost a third leaves the
-/// other half as strong again: of names for one signal it comes last.
+/// Whether a thrust scale that a name adds is above one, or the lost share of one thruster (`of_thruster`) below
+/// zero, by more than three standard deviations. Thrust is lost on its way to the water more often than gained. If
+/// the inertias are free, a scale of one degree of freedom makes up for a loss in any other; if one of two thrusters
+/// has lost a third, the other looks half as strong again. Such a name comes last among names for one signal.
 fn makes_thrust(before: &Model, after: &Model, of_thruster: bool) -> bool {
     let is_share = |p: &&Parameter| p.spec.is_linear() && p.spec.dimension == Dimension::ONE;
     let made = |p: &Parameter| match (p.spec.neutral > 0.0, of_thruster) {
@@ -256,8 +257,8 @@ fn makes_thrust(before: &Model, after: &Model, of_thruster: bool) -> bool {
     new.into_iter().any(|p| made(p) > BEYOND * p.std.unwrap_or(f64::INFINITY))
 }
 
-/// The probability over all candidates: as many independent ones as the threshold stands for. Never 0, which no data can
-/// say: [`LEAST_P`] stands for all that is below it.
+/// Probability over all candidates, counted as the number of independent ones that the threshold implies. Never 0,
+/// which no data can show: [`LEAST_P`] replaces everything below it.
 pub(super) fn p_of_all(log_p: f64, threshold: f64, level: f64) -> f64 {
     (level * (log_p - threshold).exp()).clamp(LEAST_P, 1.0)
 }
@@ -281,7 +282,7 @@ mod tests {
         assert!(with(2.0, 0.02));
         assert!(!with(1.05, 0.02), "chance");
         assert!(!with(0.7, 0.02));
-        // the share of a thruster that is lost: below nothing it is made
+        // lost share of a thruster: below zero thrust is gained
         after.parameters[scale].spec.neutral = 0.0;
         let mut lost = |share: f64, of_thruster: bool| {
             after.parameters[scale].value = share;

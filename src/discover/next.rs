@@ -1,12 +1,13 @@
-//! The run that would tell more: what separates names that are tied, where to look for what has no name, and what a
-//! campaign in which nothing is missing could not have shown.
+//! The most informative next run: it separates tied names, shows where to look for an effect without a name, or
+//! reveals what a campaign in which nothing is missing could not have shown.
 
 use super::residual::Residual;
 use super::{ChangedParameter, FoundEffect, Verdict};
 use crate::effects::{Coriolis, catalogue, id, separating};
 use crate::frame::{Dof, Measured};
 
-/// The next experiment in one sentence; `open` is where a gap is left, `unseen` what this campaign cannot show.
+/// The next experiment in one sentence; `open`: outputs with a remaining gap, `unseen`: effects that this campaign
+/// cannot show.
 pub(super) fn experiment(
     verdict: Verdict,
     effects: &[FoundEffect],
@@ -31,13 +32,13 @@ fn id_of(name: &str) -> &str {
     name.split('@').next().unwrap_or(name)
 }
 
-/// Which data show a catalogue effect.
+/// Data that show a catalogue effect.
 fn shown_by(name: &str) -> Option<String> {
     let known = catalogue(Coriolis::Free);
     known.iter().find(|e| e.about().id == id_of(name)).map(|e| e.about().shown_by.to_string())
 }
 
-/// The run that tells a name from the others of its class.
+/// The run that distinguishes a name from the others of its class.
 fn separate(tied: &FoundEffect) -> String {
     if tied.id == id::THRUST_DELAY && tied.also_possible == [id::SENSOR_DELAY] {
         return "No run of the vehicle can tell a late thrust from a late log: compare the clocks of command and \
@@ -60,7 +61,7 @@ fn separate(tied: &FoundEffect) -> String {
     }
 }
 
-/// Where to look for what no effect of the catalogue explains: along what the missing force goes with.
+/// Where to look for an effect that is not in the catalogue: along the quantity that the missing force correlates with.
 fn look(open: &[Measured], residuals: &[Residual]) -> String {
     let of = |residual: &&Residual| open.is_empty() || open.iter().any(|m| *m == residual.dof);
     let best = residuals.iter().filter(of).filter_map(|r| Some((r, r.goes_with.first()?)));
@@ -93,7 +94,7 @@ fn look(open: &[Measured], residuals: &[Residual]) -> String {
     }
 }
 
-/// What to do where the commands do not move the vehicle in `dofs`; `None` where they do.
+/// Advice if the commands do not move the vehicle in `dofs`; `None` if `dofs` is empty.
 pub(super) fn driven(dofs: &[Dof]) -> Option<String> {
     let names: Vec<String> = dofs.iter().map(ToString::to_string).collect();
     (!dofs.is_empty()).then(|| {
@@ -106,7 +107,7 @@ pub(super) fn driven(dofs: &[Dof]) -> Option<String> {
     })
 }
 
-/// What to do where the model fails on `runs` alone, which go beyond the range of those of the fit. `None` where it is not so.
+/// Advice if the model fails only on `runs` beyond the range of the runs of the fit. `None` if there are no such runs.
 pub(super) fn take_part(runs: &[&str]) -> Option<String> {
     let one = runs.first()?;
     Some(format!(
@@ -116,7 +117,7 @@ pub(super) fn take_part(runs: &[&str]) -> Option<String> {
     ))
 }
 
-/// The worst of the runs on which alone the model fails takes part.
+/// Advice to let the worst of the runs on which alone the model fails take part in the fit.
 pub(super) fn show(runs: &[String]) -> Option<String> {
     let one = runs.first()?;
     Some(format!(
@@ -125,7 +126,7 @@ pub(super) fn show(runs: &[String]) -> Option<String> {
     ))
 }
 
-/// What to do where a parameter is not the same at all times.
+/// Advice for a parameter that changes with time.
 fn apart(changed: &ChangedParameter) -> String {
     if !changed.alone && !changed.absent {
         return format!(
@@ -159,10 +160,10 @@ fn apart(changed: &ChangedParameter) -> String {
     }
 }
 
-/// What a campaign in which nothing is missing could not have shown, and the data that would.
+/// Effects that a campaign in which nothing is missing could not have shown, and the data that would show them.
 fn reveal(unseen: &[String]) -> Option<String> {
     const NAMED: usize = 3;
-    // what no run can show is no reason for another run
+    // an effect that no run can show is no reason for another run
     let names: Vec<&str> = unseen.iter().map(String::as_str).filter(|name| !name.contains(':')).take(NAMED).collect();
     let data = shown_by(names.first()?)?;
     Some(format!(

@@ -1,11 +1,11 @@
-//! Parts of a log, and what their scores say: the sums and the test of [`super::constancy`].
+//! Parts of a log and their scores: the sums and the test of [`super::constancy`].
 //!
 //! ```text
 //! z² = S_j²/C,   C = A_jj − A_j· (Σ A)⁻¹ A·j          over a part;  the greatest of all parts and parameters counts
 //! ```
 //!
-//! A parameter that is not estimated, of an effect that is not in the model, has its columns in S and A, and none in (Σ A)⁻¹: what
-//! the estimated ones take up of it is the same, and it takes up nothing.
+//! A parameter that is not estimated, because its effect is not in the model, has columns in S and A but none in (Σ
+//! A)⁻¹: the estimated parameters absorb part of it, and it absorbs nothing.
 
 use std::collections::BTreeSet;
 
@@ -17,24 +17,24 @@ use crate::estimate::filter_error::FilterErrorFit;
 use crate::noise::Noise;
 use crate::run::Run;
 
-/// Samples of a block.
+/// Number of samples of a block.
 pub(super) const BLOCK: usize = 256;
 
-/// Blocks into which a log is divided at most: instants are told to one of them.
+/// Maximum number of blocks of a log: instants are resolved to one block.
 const MOST_BLOCKS: usize = 256;
 
-/// Draws of the greatest z² by chance.
+/// Number of draws of the greatest z² by chance.
 const DRAWS: usize = 1000;
 
-/// The draws are of this stream of the seed.
+/// Stream of the seed for the draws.
 const STREAM: u64 = 0xc057;
 
-/// Probability of a change by chance, of all parameters and parts, below which it is told: with whiteness and predictions, at
-/// one in a thousand each, a model that is right is doubted less than once in a hundred times.
+/// Probability of a change by chance, over all parameters and parts, below which it is reported. With whiteness and
+/// predictions, at one in a thousand each, a correct model is doubted less than once in a hundred times.
 pub(super) const LEVEL: f64 = 5e-3;
 
-/// A part of the log that holds less than this share of a parameter's information says nothing of it: its z² is that of a
-/// few samples, which the correlation of what is left decides.
+/// Least share of a parameter's information that a part of the log must hold: below it, z² depends on a few samples,
+/// and on the correlation of their residuals.
 const LEAST_SHARE: f64 = 0.02;
 
 /// Sums of a part of the log.
@@ -45,7 +45,7 @@ pub(super) struct Sums {
     pub(super) a: DMatrix<f64>,
 }
 
-/// A part of the log, as blocks, and how it is told.
+/// A part of the log, as blocks, and its run and first instant.
 #[derive(Clone)]
 pub(super) struct Part {
     pub(super) blocks: std::ops::Range<usize>,
@@ -53,19 +53,19 @@ pub(super) struct Part {
     pub(super) from: Option<f64>,
 }
 
-/// The log in blocks over the unknowns, one run after the other, and what is asked of it.
+/// The log in blocks over the unknowns, one run after the other, with the tested parts and unknowns.
 pub(super) struct Log {
     blocks: Vec<Sums>,
     pub(super) parts: Vec<Part>,
     /// The unknowns that are estimated: all but those of effects that are not in the model.
     estimated: Vec<usize>,
-    /// The unknowns that are asked.
+    /// The unknowns that are tested.
     asked: Vec<usize>,
     /// Information of the priors.
     priors: Vec<(usize, f64)>,
     /// (Σ A)⁻¹ over the estimated, priors included; 0 elsewhere.
     inverse: DMatrix<f64>,
-    /// C of each part: unknowns and what the others' change leaves of their information.
+    /// C of each part: unknowns and their information after projection on the others.
     left: Vec<Vec<(usize, f64)>>,
 }
 
@@ -79,7 +79,7 @@ pub(super) struct Greatest {
 }
 
 impl Log {
-    /// Over blocks, one run after the other, of which the unknowns `estimated` are and `asked` may change.
+    /// Builds the log from blocks, one run after the other; `estimated` are the estimated unknowns, `asked` may change.
     pub(super) fn of(
         blocks: Vec<Sums>,
         parts: Vec<Part>,
@@ -110,8 +110,8 @@ impl Log {
         Some(Log { blocks, parts, estimated, asked, priors, inverse, left })
     }
 
-    /// The same with all that is estimated and asked as unknowns of their own in the part of what was `found`: what happens at an
-    /// instant may change more than one parameter.
+    /// The log with all estimated and tested unknowns freed in the part that was `found`: an event may change more
+    /// than one parameter.
     pub(super) fn apart(&self, found: &Greatest) -> Option<Apart> {
         let part = self.parts[found.part].blocks.clone();
         let own = self.left[found.part].iter().map(|(unknown, _)| *unknown);
@@ -130,7 +130,7 @@ impl Log {
         let p = self.inverse.nrows();
         let estimated = self.estimated.iter().copied().chain(p..p + own.len()).collect();
         let log = Log::of(blocks, self.parts.clone(), (estimated, self.asked.clone()), self.priors.clone())?;
-        // chance gives one a parameter
+        // chance gives one per parameter
         let gain = fall(&log) - fall(self) - own.len() as f64;
         Some(Apart { log, part, freed: own, gain })
     }
@@ -140,32 +140,32 @@ impl Log {
         self.greatest(self.blocks.iter().map(|block| block.s.clone()).collect()).pop().flatten()
     }
 
-    /// What chance makes of S, block by block, a column a draw.
+    /// Draws of S under chance, block by block, one column per draw.
     pub(super) fn by_chance(&self, seed: u64) -> Vec<DMatrix<f64>> {
         let mut noise = Noise::new(seed, STREAM);
         let drawn = |block: &Sums| {
-            // roundings may leave a block without a root: its columns are then drawn each by itself
+            // rounding may leave a block without a root: its columns are then drawn independently
             let alone = || DMatrix::from_diagonal(&block.a.diagonal().map(|a| a.max(0.0).sqrt()));
             root(&block.a).unwrap_or_else(alone) * DMatrix::from_fn(block.a.nrows(), DRAWS, |_, _| noise.normal())
         };
         self.blocks.iter().map(drawn).collect()
     }
 
-    /// What it makes of the greatest z², smallest first.
+    /// The greatest z² of each draw, smallest first.
     pub(super) fn drawn(&self, scores: Vec<DMatrix<f64>>) -> Vec<f64> {
         let mut drawn: Vec<f64> = self.greatest(scores).into_iter().flatten().map(|g| g.z2).collect();
         drawn.sort_by(f64::total_cmp);
         drawn
     }
 
-    /// The greatest z² of each column of the blocks' S, less what a step of the estimate takes out over all.
+    /// The greatest z² of each column of the blocks' S, after removing the effect of a step of the estimate.
     fn greatest(&self, scores: Vec<DMatrix<f64>>) -> Vec<Option<Greatest>> {
         let until = self.centred(scores);
         let of = |column: usize| self.of_column(&until, column).max_by(|a, b| a.z2.total_cmp(&b.z2));
         (0..until[0].ncols()).map(of).collect()
     }
 
-    /// The greatest z² of each unknown of the log itself, that first of which it is greatest.
+    /// The greatest z² of each unknown of the log itself, in descending order.
     pub(super) fn own_of_each(&self) -> Vec<Greatest> {
         let until = self.centred(self.blocks.iter().map(|block| block.s.clone()).collect());
         let mut all: Vec<Greatest> = self.of_column(&until, 0).collect();
@@ -175,7 +175,7 @@ impl Log {
         all
     }
 
-    /// What the blocks' S sum to, less what a step of the estimate takes out over all.
+    /// Cumulative sums of the blocks' S, after removing the effect of a step of the estimate.
     fn centred(&self, scores: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
         let none = DMatrix::zeros(self.inverse.nrows(), scores.first().map_or(0, DMatrix::ncols));
         let step = &self.inverse * scores.iter().fold(none.clone(), |sum, s| sum + s);
@@ -184,7 +184,7 @@ impl Log {
         sums(centred.iter(), none)
     }
 
-    /// z² of every part and every unknown that it tells of.
+    /// z² of every part and every unknown on which it holds information.
     fn of_column<'a>(&'a self, until: &'a [DMatrix<f64>], column: usize) -> impl Iterator<Item = Greatest> + 'a {
         self.left.iter().enumerate().flat_map(move |(part, left)| {
             let blocks = &self.parts[part].blocks;
@@ -197,7 +197,7 @@ impl Log {
     }
 }
 
-/// `rows` of a block with those of the unknowns `own` once more below, which are 0 outside of the part.
+/// `rows` of a block, with those of the unknowns `own` repeated below; the copies are 0 outside of the part.
 fn with_own(rows: &DMatrix<f64>, own: &[usize], is_in_part: bool) -> DMatrix<f64> {
     let (p, more) = (rows.nrows(), own.len());
     let mut all = rows.clone().resize_vertically(p + more, 0.0);
@@ -207,36 +207,37 @@ fn with_own(rows: &DMatrix<f64>, own: &[usize], is_in_part: bool) -> DMatrix<f64
     all
 }
 
-/// A log in a part of which parameters have values of their own.
+/// A log in a part of which some parameters have values of their own.
 pub(super) struct Apart {
     log: Log,
     part: std::ops::Range<usize>,
-    /// The unknowns that have.
+    /// The unknowns with values of their own.
     freed: Vec<usize>,
-    /// By how much −2 ln L falls with them, beyond chance.
+    /// Fall of −2 ln L with them, beyond chance.
     pub(super) gain: f64,
 }
 
 impl Apart {
-    /// Whether nothing that is beyond chance changes beside it; `of` is the log without them.
+    /// Whether nothing else changes beyond chance beside it; `of` is the log without the freed unknowns.
     pub(super) fn is_alone(&self, of: &Log, seed: u64) -> Option<bool> {
         let beside = self.log.own()?;
         let drawn = of.by_chance(seed).into_iter().enumerate();
         let drawn = drawn.map(|(k, s)| with_own(&s, &self.freed, self.part.contains(&k))).collect();
-        // an instant is told to a block: of m blocks the first may be as before, and the rest differ from their mean by 1/m
+        // an instant is resolved to a block: of m blocks the first may be unchanged, and the rest differ from their
+        // mean by 1/m
         Some(beside.z2 * self.part.len() as f64 <= self.gain || beyond(beside.z2, &self.log.drawn(drawn)) >= LEVEL)
     }
 }
 
-/// What the first k of a series sum to, for every k from 0 on.
+/// Cumulative sums of a series, from the empty sum on.
 fn sums<'a>(series: impl Iterator<Item = &'a DMatrix<f64>>, none: DMatrix<f64>) -> Vec<DMatrix<f64>> {
     let mut until = vec![none];
     series.for_each(|next| until.push(&until[until.len() - 1] + next));
     until
 }
 
-/// The probability that the greatest z² is beyond `z2`: counted, and where none is beyond, by the tail of as many independent
-/// parts as the draws stand for.
+/// Probability that the greatest z² exceeds `z2`: counted from the draws, or, if none exceeds it, from the tail of
+/// the number of independent parts that the draws imply.
 pub(super) fn beyond(z2: f64, drawn: &[f64]) -> f64 {
     let count = drawn.iter().filter(|d| **d > z2).count();
     if count > 0 || drawn.is_empty() {
@@ -247,8 +248,8 @@ pub(super) fn beyond(z2: f64, drawn: &[f64]) -> f64 {
     (independent * log_survival(z2, 1).exp()).min(1.0 / drawn.len() as f64)
 }
 
-/// The log in blocks over the unknowns and `more` that are not in the model, one run after the other, and the parts of it that are
-/// asked; `products` are those of each stretch, block by block.
+/// Divides the log into blocks over the unknowns and `more` that are not in the model, one run after the other, and
+/// returns them with the parts to be tested; `products` are those of each stretch, block by block.
 pub(super) fn divided(
     fit: &FilterErrorFit,
     runs: &[Run],
@@ -293,8 +294,8 @@ pub(super) fn divided(
 mod tests {
     use super::*;
 
-    /// Eight blocks that tell one parameter alike, with S of ±10: it changes once, or there and back again and again as where a
-    /// linear drag is fitted to a bent one in a log that is slow and fast by turns.
+    /// Eight blocks with equal information on one parameter and S of ±10: it changes once, or repeatedly there and
+    /// back, as if a linear drag is fitted to a nonlinear one in a log of alternating slow and fast motion.
     #[test]
     fn equations_of_another_shape_are_no_change_of_a_parameter() {
         let is_alone = |signs: [f64; 8]| {
@@ -308,13 +309,13 @@ mod tests {
         assert!(!is_alone([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0]));
     }
 
-    /// Two columns that are the same signal from the fifth block on, and of which the first is estimated and was before, too: what
-    /// is not estimated begins there.
+    /// Two columns that are the same signal from the fifth block on. The first is estimated and also present before;
+    /// the second is not estimated and begins there.
     #[test]
     fn what_is_not_in_the_model_may_begin_at_an_instant() {
         let block = |k: usize| {
             let late = f64::from(u8::from(k >= 4));
-            // of a drag of which 0.2 was missing from there on, 0.1 of it is estimated over all
+            // a drag of which 0.2 is missing from there on: over the whole log 0.1 of it is estimated
             let (s, a) = (if late > 0.0 { -10.0 } else { 10.0 }, 100.0);
             Sums {
                 s: DMatrix::from_column_slice(2, 1, &[s, s * late]),
@@ -327,7 +328,7 @@ mod tests {
         assert_eq!(log.parts[found.part].from, Some(4.0));
         // δ = −S/C with S = −40 and C = 400 − 400²/800
         assert!((-found.s / found.c - 0.2).abs() < 1e-12, "{} {}", found.s, found.c);
-        // what is estimated would have to change there by as much
+        // the estimated parameter would have to change there by as much
         let of_each = log.own_of_each();
         assert!(of_each.len() == 2 && (of_each[0].z2 - of_each[1].z2).abs() < 1e-9);
         assert!(of_each.iter().any(|of| of.unknown == 1));

@@ -1,4 +1,4 @@
-//! Step 3: a candidate refitted in full, from where the last model is and, where that leads nowhere, from the log.
+//! Step 3: a candidate is refitted in full, from the last model and, if that leads nowhere, from the log.
 //!
 //! ```text
 //! −2 ln L(θ, noise)  →  min        from θ̂ of the last model and its half of the forces;  from the log
@@ -19,16 +19,16 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::estimate::started;
 use crate::model::{Model, Parameter};
 
-/// Share of the gain of the best candidate so far, below which another one is given up: neither runs that took no part nor a
+/// Share of the best candidate's gain so far below which another candidate is given up: neither held-out runs nor a
 /// second effect beside it make up for half.
 const HOPEFUL: f64 = 0.5;
 
-/// Share of the fall of −2 ln L that its score promised, below which a refit has ended on another hill and is begun anew
-/// from the log: where the baseline is far from the truth its values are no start.
+/// Share of the fall of −2 ln L predicted by its score below which a refit has ended in another maximum and is
+/// restarted from the log: if the baseline is far from the truth, its values are no good start.
 const PROMISE: f64 = 0.5;
 
-/// Fall of −2 ln L that a parameter has to be worth beside another name's: Akaike's two, doubled because names are
-/// chosen after looking.
+/// Fall of −2 ln L that a parameter must be worth when names are compared: Akaike's two, doubled because names are
+/// chosen after looking at the data.
 const PENALTY: f64 = 4.0;
 
 /// A candidate refitted in full.
@@ -36,48 +36,48 @@ pub(super) struct Contender {
     pub score: Score,
     pub fit: FilterErrorFit,
     pub gain: f64,
-    /// Fall of −2 ln L on runs that took no part, and what it is there.
+    /// Fall of −2 ln L on held-out runs.
     pub held_out: f64,
     pub held_out_cost: f64,
 }
 
-/// What names are compared by.
+/// Criterion by which names are compared.
 #[derive(Clone, Copy)]
 pub(super) struct Standing {
-    /// Fall of −2 ln L, that of runs that took no part included, less the price of the parameters.
+    /// Fall of −2 ln L, including that of held-out runs, minus the penalty for the parameters.
     pub worth: f64,
-    /// The same with −2 ln L of those runs itself in place of its fall, which is infinite where the last model runs away there.
+    /// The same with −2 ln L of those runs in place of its fall, which is infinite if the last model diverges there.
     likely: f64,
 }
 
 impl Standing {
-    /// Which of two comes first: the one that is worth more, and of two that are worth any amount the likelier one.
+    /// Order of two: the one worth more comes first; of two that are both worth infinitely much, the likelier one.
     pub fn before(&self, other: &Standing) -> Ordering {
         other.worth.total_cmp(&self.worth).then_with(|| other.likely.total_cmp(&self.likely))
     }
 }
 
 impl Contender {
-    /// Where it stands, less what `off` takes.
+    /// Standing of the contender, reduced by `off`.
     pub fn standing(&self, off: f64) -> Standing {
         let own = self.gain - PENALTY * self.score.parameters as f64 - off;
         Standing { worth: own + self.held_out, likely: own - self.held_out_cost }
     }
 }
 
-/// By how much −2 ln L falls from one fit to another, less what the unknown beginnings of the runs make of it
+/// Fall of −2 ln L from one fit to another, minus the part due to the unknown initial states of the runs
 /// ([`FilterErrorFit::of_beginnings`]).
 pub(super) fn merit(from: &FilterErrorFit, to: &FilterErrorFit, gain: f64) -> f64 {
     gain - (from.of_beginnings() - to.of_beginnings())
 }
 
-/// A candidate refitted from where the last model is; and from the log, where that leads less far than its score promised, to
-/// a name that is within three deviations of nothing, or two thrusters are exchanged, beside which nothing of the last model
-/// is true. From the log alone where the last model is of a vehicle that its commands do not move. What promised less than
-/// `best` has already gained from the last model, or than chance makes, is not begun anew: that model is a start, and what is left comes
-/// up again. Nor is what has been begun anew in vain beside fewer names.
-/// `None` where it has no hope of half of what `best`, the best one so far, has gained, nor, where its score promises
-/// no more, of more than chance makes.
+/// Refits a candidate from the last model. It is also refitted from the log in three cases: the first refit falls
+/// short of what the score promised; the score is significant, but the refitted parameters are within three standard
+/// deviations of zero; or two thrusters are swapped, so that the last model is wrong throughout. If the last model is
+/// of a vehicle that its commands do not move, it is refitted from the log alone. A candidate that promises less than
+/// `best` has gained, or less than chance gives, is not restarted: the last model is a good start, and what remains
+/// is scored again. Nor is one whose restart was in vain beside fewer names. `None` if its gain cannot reach half of
+/// that of `best`, the best one so far, or, unless its score is significant, cannot exceed chance.
 pub(super) fn refitted(
     found: &mut Search,
     here: &FilterErrorFit,
@@ -87,7 +87,7 @@ pub(super) fn refitted(
 ) -> Option<Contender> {
     let Start { candidate, score } = start;
     let is_sure = score.log_p < found.screen.threshold;
-    // what its score is sure of may have far to go
+    // a candidate whose score is significant may have far to go
     let needed = if is_sure { f64::NEG_INFINITY } else { beyond_chance(found.screen.threshold, score.parameters) };
     let rough = FilterErrorOptions { tolerance: ROUGH, bar: bar(here, best, needed), ..beside(here, task) };
     let mut model = nearest(&candidate, here, &score, task)?;
@@ -101,8 +101,8 @@ pub(super) fn refitted(
     let given_up = matches!(&near, Some(Err(OutputErrorError::GivenUp { .. })));
     let outdone = given_up && best.map_or(needed, |best| best.gain.max(needed)) > score.statistic;
     let near = near.and_then(Result::ok);
-    // what the score is sure of and the refit is not hangs on something that runs away, as the scale of all forces does where
-    // the last model makes no use of the commands
+    // if the score is significant and the refit is not, something runs away, as the scale of all forces does if the
+    // last model makes no use of the commands
     let lost = is_sure && near.as_ref().is_some_and(|fit| is_nothing(&here.model, &fit.model));
     let mut best = near.map(won);
     let falls_short = (far < PROMISE * score.statistic && !outdone) || lost || is_exchange(&candidate);
@@ -112,7 +112,7 @@ pub(super) fn refitted(
                 found.astray |= anew.0 > far + TIE;
                 best = Some(anew);
             }
-            // beside another best one it might have gone on
+            // beside another best candidate it might have continued
             Err(OutputErrorError::GivenUp { .. }) => {}
             _ => found.vain.push((candidate.clone(), found.steps.len())),
         }
@@ -121,7 +121,7 @@ pub(super) fn refitted(
     Some(Contender { score, fit, gain, held_out: 0.0, held_out_cost: 0.0 })
 }
 
-/// `model`, which has a candidate in it, fitted from where the last one is. Where nothing is left of a name that stands, that goes.
+/// Fits `model`, which contains a candidate, from the last one. A name of which nothing remains beside it is removed.
 fn from_here(
     found: &Search,
     here: &FilterErrorFit,
@@ -140,7 +140,7 @@ fn from_here(
     }
 }
 
-/// The name that stands of which nothing is left beside a candidate whose refit failed with `error`: it has stood in for that.
+/// The name that is no longer identified beside a candidate whose refit failed with `error`: it has stood in for that.
 fn nothing_beside<'a>(found: &'a Search, error: &OutputErrorError) -> Option<&'a Candidate> {
     let OutputErrorError::NotIdentified { parameters, .. } = error else { return None };
     let model = &found.last_fit().model;
@@ -149,38 +149,39 @@ fn nothing_beside<'a>(found: &'a Search, error: &OutputErrorError) -> Option<&'a
     found.added.iter().map(|added| &added.candidate).find(|candidate| lost.iter().any(|p| candidate.holds(&p.term)))
 }
 
-/// The model of `fit` fitted from the log; `None` where that is no better. A fit that began at the values of a model that lacked
-/// a name may end on a hill of its own, and what is left there is given other names: asked where a random force is left that is
-/// no turbulence, or a candidate.
+/// The model of `fit` fitted from the log; `None` if that is no better. A fit that started at the values of a model
+/// without a name may end in a local maximum of its own, where the rest is given wrong names. It is used if a
+/// candidate remains beyond chance, or a random force that is too large for turbulence.
 pub(super) fn anew(fit: &FilterErrorFit, task: &Task<'_>) -> Option<FilterErrorFit> {
     let anew = filter_error(&started(&fit.model, task.train), task.train, &level(task)).ok()?;
     (anew.plain < fit.plain - TIE).then_some(anew)
 }
 
-/// −2 ln L that a candidate has to come below, which has to gain as much as `needed`.
+/// −2 ln L below which a candidate must come; its gain must be at least `needed`.
 fn bar(here: &FilterErrorFit, best: Option<&Contender>, needed: f64) -> f64 {
     let hopeful = best.filter(|b| b.gain > 0.0).map(|best| HOPEFUL * (here.cost - best.fit.cost));
     here.cost - hopeful.unwrap_or(f64::NEG_INFINITY).max(needed)
 }
 
-/// Whether two thrusters are exchanged.
+/// Whether the candidate swaps two thrusters.
 pub(super) fn is_exchange(candidate: &Candidate) -> bool {
     !candidate.has_parameters() && candidate.terms[0].0.about().scope == Scope::Thrusters
 }
 
-/// How a fit is done that is held against another one: as that was, with the same innovations held back.
+/// Options of a fit that is compared with another one: as that one, with the same limit for innovations.
 pub(super) fn beside(other: &FilterErrorFit, task: &Task<'_>) -> FilterErrorOptions {
     FilterErrorOptions { limit: Some(other.limit), ..level(task) }
 }
 
-/// Both sides of a ratio of likelihoods have the same noise, every force and no colour, converge as tightly, and take their steps
-/// in turns: what a baseline has taken up of what is missing at its top is slow to go.
+/// Options for both sides of a likelihood ratio: the same noise, with every force and no coloured part, the same
+/// tolerance, and steps in turns, since whatever a baseline at its maximum has absorbed of the missing effect is slow
+/// to leave again.
 pub(super) fn level(task: &Task<'_>) -> FilterErrorOptions {
     FilterErrorOptions { refine: false, higher: f64::INFINITY, ..task.fitting.clone() }
 }
 
-/// Noise from which a fit with another name starts: forces at half of what they were without it, because a name that is
-/// true takes most of them away.
+/// Noise from which a fit with another name starts: forces at half of their value without it, because a true name
+/// removes most of them.
 pub(super) fn afresh(noise: &NoiseModel) -> NoiseModel {
     let mut fresh = noise.clone();
     fresh.forces.iter_mut().for_each(|f| f.rms *= 0.5);

@@ -1,14 +1,14 @@
-//! What force is missing: the balance of momentum of the fitted baseline, held against the log second by second.
+//! The missing force: the residual of the momentum balance of the fitted baseline, along the log.
 //!
 //! ```text
 //! Fᵢ = (Δπᵢ − ∫(wᵢ + τᵢ) dt)/Δt          over windows of about a second, N and N·m
 //! ```
 //!
-//! Velocities are those of the log, so that F is the force of that moment, wherever the simulation would have drifted
-//! to. F is held against each velocity, command and product of two velocities (Pearson's r over all windows), against
-//! the heading by its first harmonic (multiple R), against depth, time and the amplitude of the run; and run by run
-//! against the sum of its own deviations, which wanders off where its mean changes (Ploberger and Krämer,
-//! *Econometrica* 60 (1992) 271, with the long-run variance of Newey and West).
+//! Velocities are those of the log, so that F is the force at that moment even where the simulation would have
+//! drifted. F is correlated with each velocity, command and product of two velocities (Pearson's r over all windows),
+//! with the heading by its first harmonic (multiple R), and with depth, time and the amplitude of the run. Within
+//! each run a change of its mean is detected from the cumulative sum of its deviations, which drifts where the mean
+//! changes (Ploberger and Krämer, *Econometrica* 60 (1992) 271, with the long-run variance of Newey and West).
 
 use serde::Serialize;
 
@@ -19,16 +19,16 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
 
-/// Length of the windows, s: long beside the noise of a sample, short beside the motion.
+/// Length of the windows, s: long enough to average the noise of a sample, short compared with the motion.
 const WINDOW: f64 = 1.0;
-/// A correlation from here on is told.
+/// Least correlation that is reported.
 const TOLD: f64 = 0.3;
-/// Most conditions that are told.
+/// Maximum number of dependences that are reported.
 const MOST: usize = 4;
-/// Fewest windows of a run in which a change can be told.
+/// Minimum number of windows of a run for the detection of a change.
 const FEWEST: usize = 20;
-/// Of the sum of deviations over its spread: beyond it by chance in one of a thousand runs of 120 windows whose noise is
-/// AR(1) with 0.5, by simulation; the law for long series of white noise has 1.95 there.
+/// Threshold of the sum of deviations over its spread. By simulation chance exceeds it in one of a thousand runs of 120
+/// windows whose noise is AR(1) with 0.5; for long series of white noise the threshold would be 1.95.
 const CHANGED: f64 = 3.0;
 
 /// The missing force of one degree of freedom.
@@ -38,24 +38,24 @@ pub struct Residual {
     pub dof: Dof,
     /// Root mean square of the missing force, in `unit`.
     pub rms: f64,
-    /// What the noise of the velocity makes of it, in `unit`.
+    /// Part that the noise of the velocity causes, in `unit`.
     pub noise: f64,
     /// `N` or `N*m`.
     pub unit: &'static str,
-    /// What it goes with, the closest first.
+    /// Quantities that it correlates with, the closest first.
     pub goes_with: Vec<Dependence>,
-    /// Where its mean changes.
+    /// Instants at which its mean changes.
     pub changes: Vec<Change>,
-    /// All of that in one sentence.
+    /// Summary in one sentence.
     pub sentence: String,
 }
 
-/// What a missing force goes with.
+/// A quantity that a missing force correlates with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dependence {
     /// A channel, a product of two, `heading`, `depth`, `time`, `amplitude`.
     pub quantity: String,
-    /// Correlation, −1 to 1; of the heading 0 to 1.
+    /// Correlation, −1 to 1; for the heading 0 to 1.
     pub correlation: f64,
     /// The quantity and the force, window by window, for a figure.
     #[serde(skip)]
@@ -82,7 +82,7 @@ struct Window {
     force: f64,
 }
 
-/// The missing force of each degree of freedom whose balance the log can be put into; others are left out.
+/// The missing force of each degree of freedom whose momentum balance the log allows; others are left out.
 pub fn residuals(fit: &FilterErrorFit, runs: &[Run]) -> Vec<Residual> {
     fit.model.dofs.iter().filter_map(|dof| of(fit, runs, *dof)).collect()
 }
@@ -104,7 +104,7 @@ fn of(fit: &FilterErrorFit, runs: &[Run], dof: Dof) -> Option<Residual> {
     Some(Residual { dof, rms, noise, unit, goes_with, changes, sentence })
 }
 
-/// The missing force in windows; `None` where the balance cannot be put together from the log.
+/// The missing force in windows; `None` if the log does not allow the momentum balance.
 fn windows(model: &Model, runs: &[Run], dof: Dof) -> Option<Vec<Window>> {
     let mut held = model.clone();
     let inertia = held.inertia(dof)?;
@@ -155,7 +155,7 @@ fn dependences(model: &Model, runs: &[Run], windows: &[Window]) -> Vec<Dependenc
     all
 }
 
-/// The heading by its first harmonic: R of F = a cos ψ + b sin ψ + c.
+/// Dependence on the heading by its first harmonic: R of F = a cos ψ + b sin ψ + c.
 fn heading(runs: &[Run], windows: &[Window]) -> Option<Dependence> {
     let psi: Vec<f64> = windows.iter().map(|w| value(&runs[w.run], "psi", w.time)).collect::<Option<_>>()?;
     let pair = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
@@ -166,7 +166,7 @@ fn heading(runs: &[Run], windows: &[Window]) -> Option<Dependence> {
     let cross: Vec<(f64, f64)> = c.iter().zip(&s).map(|(a, b)| (a.0, b.0)).collect();
     let rcs = correlation(&cross);
     let spare = 1.0 - rcs * rcs;
-    // a heading that hardly changes cannot be told from a constant
+    // a heading that hardly changes is indistinguishable from a constant
     if spare < 0.05 {
         return None;
     }
@@ -175,7 +175,7 @@ fn heading(runs: &[Run], windows: &[Window]) -> Option<Dependence> {
     Some(Dependence { quantity: "heading".into(), correlation: r, points: pair(&turn) })
 }
 
-/// The instant in each run at which the mean of the force changes, where one does.
+/// The instant in each run at which the mean of the force changes, if it does.
 fn changes(runs: &[Run], windows: &[Window]) -> Vec<Change> {
     let of_run = |k: usize| -> Vec<&Window> { windows.iter().filter(|w| w.run == k).collect() };
     let change = |k: usize| {
@@ -189,7 +189,7 @@ fn changes(runs: &[Run], windows: &[Window]) -> Vec<Change> {
     (0..runs.len()).filter_map(change).collect()
 }
 
-/// Index at which the mean of a series changes; `None` where it wanders no more than by chance.
+/// Index at which the mean of a series changes; `None` if it varies no more than by chance.
 fn change_of_mean(x: &[f64]) -> Option<usize> {
     let n = x.len();
     if n < FEWEST {
@@ -205,7 +205,7 @@ fn change_of_mean(x: &[f64]) -> Option<usize> {
         })
         .collect();
     let split = (0..n - 1).max_by(|a, b| walk[*a].abs().total_cmp(&walk[*b].abs()))? + 1;
-    // the variance about both means: a step must not hide in its own variance
+    // the variance about both means: a step must not raise the variance that it is compared with
     let part = |k: usize| if k < split { &x[..split] } else { &x[split..] };
     let centred: Vec<f64> = (0..n).map(|k| x[k] - part(k).iter().sum::<f64>() / part(k).len() as f64).collect();
     let lags = (4.0 * (n as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize;
@@ -229,7 +229,7 @@ fn sentence(dof: Dof, (rms, noise, unit): (f64, f64, &str), goes_with: &[Depende
         [one] => format!(", and changes from {:.2} to {:.2} at {:.1} s of {}", one.before, one.after, one.at, one.run),
         [one, ..] => format!(", and changes within {} runs, as at {:.1} s of {}", changes.len(), one.at, one.run),
     };
-    // a sensor whose noise the fit has taken for nothing makes no number of this
+    // if the fit has taken the sensor noise for zero, the ratio is meaningless
     let times = match rms / noise {
         times if times < 1000.0 => format!("{times:.1} times"),
         _ => "far beyond".to_string(),
@@ -237,7 +237,7 @@ fn sentence(dof: Dof, (rms, noise, unit): (f64, f64, &str), goes_with: &[Depende
     format!("{dof}: a force of {rms:.2} {unit} is missing, {times} what noise makes{with}{when}")
 }
 
-/// Value of a channel at an instant, on the straight line between its samples.
+/// Value of a channel at an instant, by linear interpolation.
 fn value(run: &Run, channel: &str, t: f64) -> Option<f64> {
     let signal = run.signal(channel).filter(|s| !s.is_empty())?;
     let (time, x) = (signal.time(), signal.values());
@@ -248,7 +248,7 @@ fn value(run: &Run, channel: &str, t: f64) -> Option<f64> {
     })
 }
 
-/// Pearson's correlation; 0 where one of the two does not vary.
+/// Pearson's correlation; 0 if one of the two does not vary.
 fn correlation(points: &[(f64, f64)]) -> f64 {
     let n = points.len().max(1) as f64;
     let (mx, my) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
@@ -270,7 +270,7 @@ mod tests {
         let found = change_of_mean(&step).unwrap();
         assert!((66..=74).contains(&found), "{found}");
         let alarms = (0..200).filter(|seed| change_of_mean(&Noise::new(*seed, 2).coloured(120, 0.5)).is_some()).count();
-        // one in a thousand: two of two hundred are met by chance in one of fifty sets of seeds
+        // one in a thousand: by chance two of two hundred exceed it in one of fifty sets of seeds
         assert!(alarms <= 2, "{alarms}");
     }
 

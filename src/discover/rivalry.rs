@@ -1,14 +1,14 @@
-//! Which candidates may stand in the place of the best one so far.
+//! Candidates that may replace the best one so far.
 //!
 //! ```text
 //! A, A':  information on the parameters β that the best one brought, beside the model's others; beside the rival's α too
 //! 1 − λ_min(A⁻¹ A'):  the most of a direction of β that α can take over                     all at the fit with the best one in
 //! ```
 //!
-//! A rival that could be the truth in the place of the best one takes over most of β's signal, or is still missing with the best
-//! one in. What does neither, and promised less than the best one has gained, is not refitted: after some twenty passes the refit
-//! would have been given up, as one that gains less than half. And what is not missing beside one that gains more is no name in its stead,
-//! where the runs that judge show nothing of that one.
+//! A rival that could be the truth instead of the best one takes over most of the signal of β, or is still missing
+//! with the best one in the model. A candidate that does neither, and promised less than the best one has gained, is
+//! not refitted: the refit would be given up after some twenty passes, as it gains less than half. And a candidate
+//! that is not missing beside one that gains more does not replace it if the judging runs do not show that one.
 
 use nalgebra::DMatrix;
 
@@ -20,11 +20,11 @@ use super::screen::{log_survival, project};
 use super::task::Task;
 use crate::estimate::filter_error::FilterErrorFit;
 
-/// Share of the signal of the best one that a rival has to take over.
+/// Share of the signal of the best one that a rival must take over.
 const TAKES_OVER: f64 = 0.5;
 
-/// For each of `candidates`, whether it may stand in the place of `best`, which was added to `here`, or is missing beside it:
-/// beyond chance as the logarithm of a probability below `threshold` is. Where it cannot be judged, it may.
+/// For each of `candidates`, whether it may replace `best`, which was added to `here`, or is missing beside it, that
+/// is, its ln p is below `threshold`. True if it cannot be judged.
 pub(super) fn may_replace(
     best: &Contender,
     here: &FilterErrorFit,
@@ -44,14 +44,14 @@ pub(super) fn may_replace(
     })
 }
 
-/// For each of `candidates`, whether it is missing beside `best`: beyond chance as the logarithm of a probability below `threshold` is.
-/// Where it cannot be judged, it is.
+/// For each of `candidates`, whether it is missing beside `best`, that is, its ln p is below `threshold`. True if it
+/// cannot be judged.
 pub(super) fn missing_beside(best: &Contender, candidates: &[Candidate], threshold: f64, task: &Task<'_>) -> Vec<bool> {
     of_a_probe(&best.fit, candidates, task, |total, unknowns, at| Some(log_p(total, unknowns, at)? <= threshold))
 }
 
-/// For each of `candidates`, whether `judge` says so of one of its probes, of the products beside a fit, how many unknowns stand first in
-/// them, and the probe's columns; where it cannot be judged, it does.
+/// For each of `candidates`, whether `judge` is true for one of its probes. Its arguments are the products beside a
+/// fit, the number of unknowns, which come first in them, and the probe's columns. True if it cannot be judged.
 fn of_a_probe(
     fit: &FilterErrorFit,
     candidates: &[Candidate],
@@ -71,7 +71,7 @@ fn of_a_probe(
     all.into_iter().map(|says| says.unwrap_or(true)).collect()
 }
 
-/// 1 − λ_min(A⁻¹ A'), of the first `unknowns` columns those that were `brought`, and α the columns `at`.
+/// 1 − λ_min(A⁻¹ A'); β are those of the first `unknowns` columns that were `brought`, α the columns `at`.
 fn taken_over(total: &DMatrix<f64>, unknowns: usize, brought: &[usize], at: &[usize]) -> Option<f64> {
     let others: Vec<usize> = (0..unknowns).filter(|k| !brought.contains(k)).collect();
     let beside = |more: &[usize]| {
@@ -83,7 +83,7 @@ fn taken_over(total: &DMatrix<f64>, unknowns: usize, brought: &[usize], at: &[us
     Some(1.0 - l.solve_lower_triangular(&half.transpose())?.symmetric_eigenvalues().min())
 }
 
-/// ln of the probability that what neither knows shows α as much by chance; the last column holds the innovations.
+/// ln p of α in the residual of the model; the last column holds the innovations.
 fn log_p(total: &DMatrix<f64>, unknowns: usize, at: &[usize]) -> Option<f64> {
     let order: Vec<usize> = (0..unknowns).chain(at.iter().copied()).chain([total.nrows() - 1]).collect();
     let (own, m) = (project(&picked(total, &order), unknowns)?, at.len());
@@ -101,8 +101,8 @@ fn picked(total: &DMatrix<f64>, order: &[usize]) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// Columns: one of the model, what was brought, two rivals of it, and innovations that are three times the second rival. The
-    /// first rival is what was brought at 30°, and some of the model's.
+    /// Columns: one of the model, one that was brought, two rivals of it, and innovations that are three times the
+    /// second rival. The first rival is at 30° to the column that was brought, plus a share of the model's column.
     #[test]
     fn a_rival_takes_over_the_square_of_the_cosine() {
         let x = DMatrix::from_fn(4, 5, |i, j| match (i, j) {

@@ -1,11 +1,12 @@
-//! A run that took no part takes part, where the runs of the fit do not show what is missing.
+//! Held-out runs join the fit if the runs of the fit do not show what is missing.
 //!
 //! ```text
 //! fails on held-out runs H, |H| ≥ 2:   fit + the worse half of H  →  search again;   an answer where that leaves nothing open
 //! ```
 //!
-//! A campaign that moves each degree of freedom alone shows no Coriolis force, and its zig-zags, held out to judge, do. What is
-//! found then is an answer where it mends the other half, too: runs on which the model failed and that took no part.
+//! A campaign that moves each degree of freedom alone shows no Coriolis force, but its held-out zig-zags do. An
+//! effect that is found with half of them is the answer if it also corrects the other half: runs on which the model
+//! failed and that took no part.
 
 use std::sync::Arc;
 
@@ -19,9 +20,9 @@ use crate::finding::Finding;
 use crate::model::Model;
 use crate::run::{Role, Run};
 
-/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; where
-/// there are none, each run judges an estimate without it. Where only they show what is missing, the worse half of them takes
-/// part and the others judge.
+/// Finds what `baseline` lacks on `runs`. Runs with the role `validate` take no part in the search and judge it; if
+/// there are none, each run judges an estimate without it. If only held-out runs show what is missing, the worse half
+/// of them joins the fit and the others judge.
 ///
 /// # Errors
 /// [`OutputErrorError`] when the baseline cannot be fitted or a run lacks what it reads.
@@ -51,13 +52,13 @@ pub fn discover(
             found.with_runs_that_took_part(part, "the runs of the fit alone do not explain the runs held out");
             Ok(found)
         }
-        // what it does not explain to the end the first search tells better: by the runs as they were divided
+        // without a complete explanation the first search is the better answer, with the runs as the user divided them
         _ => Ok(first),
     }
 }
 
 impl Discovery {
-    /// Says which runs took part although held out, and why.
+    /// Records which held-out runs took part, and why.
     pub(crate) fn with_runs_that_took_part(&mut self, part: Vec<String>, why: &str) {
         let text = format!(
             "{} took part in the fit of this search, although held out: {why}; give {} role = \"train\" before the model is fitted",

@@ -16,27 +16,27 @@ use crate::model::{Interpolation, Model, Parameter};
 use crate::units::Dimension;
 use crate::wording::measured;
 
-/// Deviations from what it is without the effect. The ratio of likelihoods asks for more than three of a lone parameter at
-/// one per cent over all candidates; where the parameter itself has fewer, its size hangs on something else that is open (the
-/// mass, the scale of all forces), and it is no name.
+/// Standard deviations by which a parameter must differ from its value without the effect. At one per cent over all
+/// candidates the likelihood ratio asks a lone parameter for more than three. If the parameter itself has fewer, its
+/// size depends on something undetermined (the mass, the scale of all forces), and the effect gets no name.
 pub(super) const BEYOND: f64 = 3.0;
 
-/// Deviation of a shape over its value from which on it is not determined.
+/// Ratio of standard deviation to value from which a shape parameter counts as not determined.
 const DETERMINED: f64 = 0.5;
 
-/// Share of the time between samples below which a delay or a lag is none that samples show: the errors of a step of the
-/// integrator and of a clock are as large.
+/// Share of the sample time below which samples cannot show a delay or a lag: the errors of one integrator step and
+/// of a clock are as large.
 const RESOLVED: f64 = 0.05;
 
-/// An amplitude of a wave below this share of the greatest counts as none: a wave is there in every run.
+/// Share of the greatest wave amplitude below which a run counts as having no wave: a real wave is there in every run.
 const FAINT: f64 = 0.2;
 
-/// Which rule the parameters that `candidate` brought to `before` break, in words; `None` where they break none.
+/// Rule that the parameters which `candidate` added to `before` break, in words; `None` if they break none.
 pub(super) fn broken(before: &Model, fit: &FilterErrorFit, candidate: &Candidate) -> Option<String> {
     rule(before, &fit.model, candidate, (fit.filtered.sample_time(), || are_together_something(before, fit)))
 }
 
-/// The rule, for samples that are so many seconds apart; `together`: whether the parameters are something together.
+/// The same for a sample time `sample`, s; `together`: whether the parameters are jointly significant.
 fn rule(
     before: &Model,
     after: &Model,
@@ -56,7 +56,7 @@ fn rule(
             return Some(format!("{} stands at its bound", told(p)));
         }
         if p.spec.dimension == Dimension::TIME && p.value < 0.0 {
-            // read as held, a command that changes between two rows comes at the later one
+            // with held input, a command that changes between two rows takes effect at the later one
             if after.input == Interpolation::Hold && -p.value < sample {
                 return Some(format!(
                     "{} is negative, by less than a sample: where commands change between their rows and are not sent at them, \
@@ -80,7 +80,7 @@ fn rule(
             new.iter().map(|p| told(p)).collect::<Vec<_>>().join(", ")
         ));
     }
-    // a wave has a period; a current that each run has for itself may rest in some
+    // a wave has a period; a current with its own value in each run may be zero in some
     if candidate.grid().is_some() { faint(&new) } else { None }
 }
 
@@ -93,25 +93,26 @@ pub(super) fn is_new(before: &Model, parameter: &Parameter) -> bool {
     before.parameters.iter().all(|p| p.term != parameter.term || p.spec.name != parameter.spec.name)
 }
 
-/// Whether a parameter is beyond three deviations from what it is without the effect, in some run where each has its own.
+/// Whether a parameter is more than three standard deviations from its value without the effect, in some run if each
+/// has its own.
 pub(super) fn is_apart(p: &Parameter) -> bool {
     let values = if p.per_run.is_empty() { std::slice::from_ref(&p.value) } else { &p.per_run[..] };
     let std = p.std.unwrap_or(f64::INFINITY);
     values.iter().any(|v| (v - p.spec.neutral).abs() > BEYOND * std)
 }
 
-/// Whether all that `after` has beyond `before` is within three deviations of nothing.
+/// Whether all that `after` has beyond `before` is within three standard deviations of its value without the effect.
 pub(super) fn is_nothing(before: &Model, after: &Model) -> bool {
     let new = brought(before, after);
     let apart = |p: &&Parameter| is_apart(p);
-    // where there is a strength, an instant or a time constant alone says nothing
+    // if there is a strength, an instant or a time constant alone proves nothing
     let strengths: Vec<&Parameter> = new.iter().copied().filter(|p| p.spec.is_linear()).collect();
     let judged = if strengths.is_empty() { &new } else { &strengths };
     !judged.is_empty() && !judged.iter().any(apart)
 }
 
-/// Whether the strengths that `fit` has beyond `before` are something together, though each may be nothing: the deviation of a
-/// compass and its constant part, of which runs without a position show the sum.
+/// Whether the strengths that `fit` has beyond `before` are jointly significant, though each alone may not be: for
+/// example the deviation of a compass and its constant part, of which runs without a position show only the sum.
 fn are_together_something(before: &Model, fit: &FilterErrorFit) -> bool {
     let unknowns = &fit.filtered.problem.unknowns;
     let of = |k: usize| &fit.model.parameters[unknowns[k].parameter];
@@ -126,7 +127,7 @@ fn are_together_something(before: &Model, fit: &FilterErrorFit) -> bool {
     log_survival(off.dot(&factor.solve(&off)), at.len()) < log_survival(BEYOND * BEYOND, 1)
 }
 
-/// A wave that is there in some runs only follows something else that comes and goes.
+/// Refuses a wave that is present in some runs only: it follows something else that comes and goes.
 fn faint(new: &[&Parameter]) -> Option<String> {
     let parts: Vec<&[f64]> = new.iter().map(|p| p.per_run.as_slice()).filter(|v| !v.is_empty()).collect();
     let runs = parts.first()?.len();
@@ -170,7 +171,7 @@ mod tests {
         assert!(told("bias@surge", &[(2.5, 1.0)]).unwrap().contains("within three deviations"));
         assert_eq!(told("thrust_delay", &[(0.3, 0.05)]), None);
         assert!(told("thrust_delay", &[(-0.3, 0.05)]).unwrap().contains("negative"));
-        // by less than a sample where commands are held: they may change between their rows
+        // negative by less than a sample, with held commands: they may change between their rows
         let held = |late: f64| told_of(Interpolation::Hold, "thrust_delay", &[(late, 0.001)]).unwrap();
         assert!(held(-0.05).contains("negative") && held(-0.05).contains("input = \"linear\""));
         assert!(held(-0.3).contains("negative") && !held(-0.3).contains("linear"));

@@ -6,10 +6,10 @@
 //! α̂ = C⁻¹ b,   z² = bᵀC⁻¹b ~ χ²(k) if nothing is missing
 //! ```
 //!
-//! A name needs the least p-value of all candidates to be below what chance makes of the least one: its quantile is
-//! drawn from N(0, C), the candidates' own correlation. Candidates are scored in chunks, and each chunk is drawn by itself: what
-//! two chunks have in common would make the threshold lower. Rao, *Proceedings of the Cambridge Philosophical
-//! Society* 44 (1948) 50-57.
+//! A name is accepted only if the least p-value of all candidates lies below the least p-value that chance produces.
+//! The quantile of the latter is drawn from N(0, C), the candidates' own correlation. Candidates are scored in
+//! chunks, and each chunk is drawn by itself: correlation between two chunks is neglected, which makes the threshold
+//! lower. Rao, *Proceedings of the Cambridge Philosophical Society* 44 (1948) 50-57.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,42 +26,43 @@ use crate::estimate::output_error::{OutputErrorError, OutputErrorOptions};
 use crate::noise::Noise;
 use crate::run::Run;
 
-/// Below this share of its signal after projection onto the columns of the model, a candidate is indistinguishable from it.
+/// Share of signal after projection onto the columns of the model below which a candidate is indistinguishable from
+/// the model.
 pub(super) const INDISTINGUISHABLE: f64 = 0.003;
 
-/// Draws of the least p-value by chance: the quantile at 1 % is then known to a fifth.
+/// Number of draws of the least p-value by chance: the quantile at 1 % is then known to a fifth.
 const DRAWS: usize = 2000;
 
-/// Least p-values are drawn from this stream of the seed.
+/// Stream of the seed from which least p-values are drawn.
 const STREAM: u64 = 0x5c0e;
 
-/// What one pass says of a probe of a candidate.
+/// Score of one probe of a candidate.
 #[derive(Debug, Clone)]
 pub struct Score {
     /// Index of the candidate.
     pub candidate: usize,
     /// Index of the probe in the candidate.
     pub probe: usize,
-    /// Number of its parameters, all runs together.
+    /// Number of the candidate's parameters, all runs together.
     pub parameters: usize,
     /// z².
     pub statistic: f64,
-    /// ln of the probability of as much by chance, of this candidate alone.
+    /// ln of the p-value of this candidate alone.
     pub log_p: f64,
-    /// α̂: how much of it there seems to be.
+    /// α̂: estimated strength of the candidate.
     pub estimate: Vec<f64>,
-    /// Deviation of α̂.
+    /// Standard deviation of α̂.
     pub std: Vec<f64>,
-    /// Share of its signal that a refit of the model leaves, 0 to 1.
+    /// Share of the candidate's signal that a refit of the model cannot absorb, 0 to 1.
     pub left: f64,
 }
 
-/// All candidates scored.
+/// Scores of all candidates.
 #[derive(Debug, Clone)]
 pub struct Screen {
     /// Scores, the least probable by chance first.
     pub scores: Vec<Score>,
-    /// ln of the p-value that the best candidate is below by chance as often as the level says.
+    /// Threshold of ln p: by chance the best candidate lies below it with the probability `level`.
     pub threshold: f64,
 }
 
@@ -71,7 +72,7 @@ impl Screen {
         self.scores.first().is_some_and(|best| best.log_p < self.threshold)
     }
 
-    /// Of each candidate its best probe, the least probable by chance first.
+    /// The best probe of each candidate, the least probable by chance first.
     pub(super) fn best_probes(&self) -> Vec<&Score> {
         let mut best: Vec<&Score> = Vec::new();
         for score in &self.scores {
@@ -83,20 +84,21 @@ impl Screen {
     }
 }
 
-/// ln of the probability that χ² of `k` degrees of freedom exceeds `x`, far beyond where the probability itself is 0.
+/// ln of the probability that χ² of `k` degrees of freedom exceeds `x`; also valid where the probability underflows
+/// to 0.
 pub(super) fn log_survival(x: f64, k: usize) -> f64 {
     let half = 0.5 * k.max(1) as f64;
     let p = ChiSquared::new(2.0 * half).map_or(1.0, |chi| chi.sf(x.max(0.0)));
     if p > 1e-200 { p.ln() } else { -0.5 * x + (half - 1.0) * (0.5 * x).ln() - ln_gamma(half) }
 }
 
-/// χ² of `k` degrees of freedom of which `log_p` is [`log_survival`], as far as 1 − p is not 1.
+/// χ² of `k` degrees of freedom whose [`log_survival`] is `log_p`, as far as 1 − p differs from 1.
 pub(super) fn beyond_chance(log_p: f64, k: usize) -> f64 {
     let chance = log_p.exp().max(f64::EPSILON);
     ChiSquared::new(k.max(1) as f64).map_or(0.0, |chi| chi.inverse_cdf(1.0 - chance))
 }
 
-/// Scores `candidates` at a fit to `runs`; `level` is the probability of a name where nothing is missing.
+/// Scores `candidates` at a fit to `runs`; `level` is the probability of a false name where nothing is missing.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what a candidate reads.
@@ -122,7 +124,7 @@ pub fn screen(
     Ok(Screen { scores, threshold: least[at] })
 }
 
-/// Scores of one chunk, and draws of its least ln p by chance.
+/// Scores of one chunk, and draws of its least ln p under chance.
 fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Score>, Vec<f64>) {
     let Assembled { total, unknowns, probes } = columns.assembled(fit);
     let e = total.nrows() - 1;
@@ -140,7 +142,7 @@ fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Sco
         if left < INDISTINGUISHABLE {
             continue;
         }
-        // a column of a run that the candidate does not touch, or that its other columns are, says nothing
+        // drop a column of a run that the candidate does not affect, or that depends on the candidate's other columns
         let Some((at, factor)) = independent(&c, at, |k| INDISTINGUISHABLE * INDISTINGUISHABLE * raw[k]) else {
             continue;
         };
@@ -163,8 +165,8 @@ fn judged(fit: &FilterErrorFit, columns: &Columns, mut noise: Noise) -> (Vec<Sco
     (scores, by_chance(&c, &factors, &mut noise))
 }
 
-/// Those of the columns `at` of which the ones before leave more than `least`, and the factor of their products; `None` where
-/// none is left.
+/// Those of the columns `at` whose part independent of the earlier ones exceeds `least`, and the Cholesky factor of
+/// their products; `None` if no column remains.
 fn independent(
     c: &DMatrix<f64>,
     at: Vec<usize>,
@@ -188,7 +190,7 @@ fn independent(
     Some((kept, factor?))
 }
 
-/// The system less its projection on the first `own` columns.
+/// The system minus its projection on the first `own` columns.
 pub(super) fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> {
     let n = total.nrows();
     let rest = total.view((own, own), (n - own, n - own)).into_owned();
@@ -202,13 +204,13 @@ pub(super) fn project(total: &DMatrix<f64>, own: usize) -> Option<DMatrix<f64>> 
     Some(rest - solved.transpose() * solved)
 }
 
-/// A root R of a covariance C = R Rᵀ, of which rows may be nothing, or others'; `None` where it holds what is no number.
+/// A root R of a covariance C = R Rᵀ, whose rows may be zero or depend on others; `None` if C is not finite.
 ///
-/// Triangular where rounding allows it; else by eigenvalues, of which those below 0 are rounding.
+/// Triangular where rounding allows it; otherwise by eigenvalues, of which negative ones are rounding errors.
 pub(super) fn root(c: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let m = c.nrows();
     let scale: Vec<f64> = (0..m).map(|k| c[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
-    // columns that are others' are drawn as these but for a millionth of their own
+    // a millionth on the diagonal lets dependent columns be drawn too
     let correlation =
         DMatrix::from_fn(m, m, |i, j| c[(i, j)] / (scale[i] * scale[j]) + 1e-6 * f64::from(u8::from(i == j)));
     let root = match correlation.clone().cholesky() {
@@ -229,15 +231,16 @@ fn by_eigenvalues(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 
 /// ln of the least p-value of all scores, drawn from N(0, C).
 ///
-/// Of scores with as many parameters the greatest z² is the least p-value: one probability a draw and number of them.
+/// Among scores with equally many parameters the greatest z² has the least p-value: one probability per draw and number
+/// of parameters is enough.
 fn by_chance(c: &DMatrix<f64>, factors: &[(Vec<usize>, Cholesky<f64, Dyn>)], noise: &mut Noise) -> Vec<f64> {
-    // what the model's own columns leave of a column that no score reads is rounding
+    // what remains of a column that no score reads, after projection on the model's columns, is rounding
     let read: BTreeSet<usize> = factors.iter().flat_map(|(at, _)| at.iter().copied()).collect();
     let place: BTreeMap<usize, usize> = read.iter().enumerate().map(|(to, from)| (*from, to)).collect();
     let read: Vec<usize> = read.into_iter().collect();
     let m = read.len();
     let c = DMatrix::from_fn(m, m, |i, j| c[(read[i], read[j])]);
-    // where nothing can be drawn, nothing is beyond chance
+    // if nothing can be drawn, no candidate is beyond chance
     let Some(root) = root(&c) else { return vec![f64::NEG_INFINITY; DRAWS] };
     let root = Mat::from_fn(m, m, |i, j| root[(i, j)]);
     let normal = Mat::from_fn(m, DRAWS, |_, _| noise.normal());
@@ -280,7 +283,7 @@ mod tests {
         assert!(beyond_chance(-500.0, 1).is_finite());
     }
 
-    /// Columns that are others', one that is nothing and one that rounding has made a little less than nothing.
+    /// Columns that depend on others, one that is zero, and one that rounding has made slightly indefinite.
     #[test]
     fn a_root_of_what_is_hardly_a_covariance() {
         let mut x = DMatrix::from_fn(6, 5, |i, j| ((3 * i + 7 * j) as f64).sin());
@@ -290,12 +293,12 @@ mod tests {
         let mut c = x.transpose() * &x;
         c[(3, 3)] *= 1.0 - 1e-4;
         let found = root(&c).unwrap();
-        // as far as it is none, to a part in 10⁴ of its greatest, and to the millionth of its own
+        // exact but for the indefinite part, 10⁻⁴ of the greatest element, and the millionth on the diagonal
         assert!((&found * found.transpose() - &c).norm() < 2e-4 * c.norm());
         assert_eq!(root(&DMatrix::from_element(2, 2, f64::NAN)), None);
     }
 
-    /// Where columns cannot be told from one another the threshold is still that of one score: ln 0.01 at the level of 1 %.
+    /// If columns are indistinguishable the threshold is still that of one score: ln 0.01 at the level of 1 %.
     #[test]
     fn chance_of_columns_that_are_the_same_is_that_of_one() {
         let c = DMatrix::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 1.0 + 1e-4 });
@@ -303,11 +306,11 @@ mod tests {
         let mut drawn = by_chance(&c, &factors, &mut Noise::new(1, 1));
         drawn.sort_by(f64::total_cmp);
         let at = drawn[DRAWS / 100];
-        // of 1000 draws the first hundredth is known to some 30 %
+        // of 2000 draws the first hundredth is known to some 20 %
         assert!((at - 0.01f64.ln()).abs() < 0.5, "{at}");
     }
 
-    /// Of four columns, the second twice the first and the last the sum of first and third, two say something.
+    /// Of four columns, the second is twice the first and the last the sum of first and third: two are independent.
     #[test]
     fn columns_that_others_are_say_nothing() {
         let mut x = DMatrix::from_fn(6, 4, |i, j| ((3 * i + 7 * j) as f64).sin());
@@ -322,7 +325,7 @@ mod tests {
         assert!(independent(&c, vec![0, 1], |_| f64::INFINITY).is_none());
     }
 
-    /// What is left of a column that is a multiple of the model's is nothing; of one at right angles everything.
+    /// Projection leaves nothing of a column that is a multiple of the model's, and all of an orthogonal one.
     #[test]
     fn law_projection_takes_out_what_the_model_has() {
         let x = DMatrix::from_row_slice(4, 3, &[1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 1.0, 1.0, 2.0, -1.0]);

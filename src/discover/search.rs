@@ -1,16 +1,16 @@
-//! The search, as a section of a paper:
+//! The search, step by step as in a paper:
 //!
 //! 1. the baseline is fitted by filter error, its noise included;
 //! 2. one pass scores every absent effect ([`super::screen`]);
-//!    where one that begins at an instant tells more than any would all along, and leaves nothing, that is the answer
-//!    ([`super::appeared`]);
-//! 3. the best few are refitted with the noise free ([`super::naming`], [`super::refit`]); the likelihood ratio decides, against the
-//!    same chance of a false name;
-//! 4. runs that took no part must agree ([`super::held_out`]);
-//! 5. a name needs physics ([`super::rules`]): what helps but breaks a rule is told as "behaves like";
-//! 6. each name is put to the test again once another is known ([`super::again`]), and against those that came second to it;
-//!    the noise starts afresh with every name, because a random force that was estimated without it would stay inflated and
-//!    bend the parameters;
+//!    if an effect that begins at an instant explains more than any effect present throughout, and nothing remains, it
+//!    is the answer ([`super::appeared`]);
+//! 3. the best few are refitted with the noise free ([`super::naming`], [`super::refit`]); the likelihood ratio
+//!    decides, at the same probability of a false name;
+//! 4. held-out runs must agree ([`super::held_out`]);
+//! 5. a name needs physics ([`super::rules`]): an effect that helps but breaks a rule is reported as "behaves like";
+//! 6. each name is tested again once another is known ([`super::again`]), and against its runners-up; the noise starts
+//!    afresh with every name, because a random force that was estimated without it would stay inflated and bias the
+//!    parameters;
 //!
 //! and again from 2 until no candidate is beyond chance.
 
@@ -31,7 +31,7 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, name_of};
 use crate::progress;
 
-/// Steps a name, at most: names that come and go.
+/// Maximum number of steps per allowed name: a name may be added and removed again.
 const TURNS: usize = 4;
 
 /// Searches for what `baseline` lacks.
@@ -44,7 +44,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     let bounded = moved_by_thrust(baseline, task.train);
     let fit = match fitted(baseline) {
         Err(OutputErrorError::NotIdentified { .. }) => fitted(&bounded)?,
-        // whether one that has run away is seen to be not identified, its rounding decides
+        // rounding decides whether a fit that has run away is reported as not identified
         Ok(fit) if is_beyond(&fit.model, &bounded) => fitted(&bounded).unwrap_or(fit),
         fit => fit?,
     };
@@ -72,7 +72,8 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         progress::tell(format!("found {}", added.candidate.name()), found.added.len() + 1, 0);
         let removed = found.removed.len();
         found.take(added, fit);
-        // beside a baseline that is still on its way any name gains; without it the fit has come farther since
+        // beside a baseline that has not converged any name gains: test the newest too, as the fit without it has
+        // improved since
         let earlier = found.added.len() - usize::from(found.steps[0].fit.converged);
         rivalled(&mut found, task, earlier)?;
         backward(&mut found, task, earlier);
@@ -101,7 +102,7 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     found.behaves_like.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.behaves_like.dedup_by(|a, b| a.id == b.id);
     let named: Vec<String> = found.added.iter().map(|a| a.candidate.name()).collect();
-    // what has a name in the same shape, or with values of its own in every run, is no other thing
+    // an effect that is named already, in the same form or with its own value in every run, is not reported as another
     let same = found
         .added
         .iter()
@@ -113,10 +114,10 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
     Ok(found)
 }
 
-/// The fit of the baseline where it has come to rest, or as far as some more climbs lead: what it would still gain by itself would
-/// be the gain of the first name.
+/// Continues the fit of the baseline until it converges or a few further climbs bring no gain: what the baseline could
+/// still gain by itself would otherwise count as the gain of the first name.
 fn at_rest(mut fit: FilterErrorFit, task: &Task<'_>) -> FilterErrorFit {
-    /// Climbs that a fit goes on for.
+    /// Maximum number of climbs by which a fit is continued.
     const CLIMBS: usize = 4;
     for _ in 0..CLIMBS {
         if fit.converged {
@@ -130,22 +131,22 @@ fn at_rest(mut fit: FilterErrorFit, task: &Task<'_>) -> FilterErrorFit {
     fit
 }
 
-/// What is asked beside the names that stand, and its scores.
+/// Candidates beside the names found so far, and their scores.
 fn asked_beside(found: &Search, task: &Task<'_>) -> Result<(Vec<Candidate>, Screen), OutputErrorError> {
     let fit = found.last_fit();
     let mut list = asked(&fit.model, task);
-    // what broke a rule beside the others would come again, and go again
+    // a name that broke a rule beside the others would be added and removed again
     list.retain(|c| !found.removed.contains(&c.name()) || found.behaves_like.iter().all(|b| b.id != c.name()));
     let screen = screened(fit, &list, task)?;
     Ok((list, screen))
 }
 
-/// The last fit with its noise refined: forces that are none taken out, sensors coloured where they are. Where there are
-/// colours, or a name is not what nature allows any more, every name is put to the test again.
+/// Refines the noise of the last fit: removes random forces that are none, and makes sensor noise coloured where it
+/// is. If some noise is coloured, or a name now breaks a rule of physics, every name is tested again.
 fn refine(found: &mut Search, task: &Task<'_>) {
     progress::tell("the noise of the last model", 0, 0);
     let last = found.last_fit();
-    // where a parameter is lost among the colours the noise stays as plain as it was
+    // if a parameter is no longer identified with coloured noise, the noise stays as it was
     let Ok(refined) = filter_error_from(&last.model, task.train, last.noise.clone(), task.fitting) else { return };
     let coloured = refined.noise.coloured().next().is_some();
     if let Some(step) = found.steps.last_mut() {
@@ -158,8 +159,8 @@ fn refine(found: &mut Search, task: &Task<'_>) {
     }
 }
 
-/// Lists with the effect that was added last those that it has made impossible to tell from the model: what had a signal
-/// of its own before and has none any more is the same effect to this data.
+/// Adds to the newest effect's alternatives those candidates that it has made indistinguishable from the model: a
+/// candidate that had a signal of its own before and has none now is the same effect to this data.
 fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
     let scored = |screen: &Screen, list: &[Candidate]| -> Vec<String> {
         screen.scores.iter().filter(|s| s.left >= INDISTINGUISHABLE).map(|s| list[s.candidate].name()).collect()
@@ -174,7 +175,7 @@ fn same_signal(found: &mut Search, list: &[Candidate], now: &Screen) {
     }
 }
 
-/// Whether a parameter of `model` is beyond what it is kept below in `bounded`.
+/// Whether a parameter of `model` exceeds its upper bound in `bounded`.
 fn is_beyond(model: &Model, bounded: &Model) -> bool {
     model.parameters.iter().zip(&bounded.parameters).any(|(p, bounded)| p.value > bounded.max)
 }

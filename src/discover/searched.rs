@@ -1,4 +1,4 @@
-//! What a search has found: the steps it took, the names that stand, and what helped and is no name.
+//! Result of a search: its steps, the names that remain, and the effects that help but get no name.
 
 use super::candidate::Candidate;
 use super::constancy::ChangedParameter;
@@ -8,7 +8,7 @@ use crate::effects::named;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::model::Model;
 
-/// Names that broke a rule and are told.
+/// Maximum number of reported names that broke a rule.
 pub(super) const BEHAVES: usize = 2;
 
 /// An effect that was added.
@@ -16,26 +16,26 @@ pub(super) const BEHAVES: usize = 2;
 pub struct Added {
     /// The candidate.
     pub candidate: Candidate,
-    /// Names of the others that the data allow.
+    /// Names of other effects that the data allow.
     pub also_possible: Vec<String>,
     /// Fall of −2 ln L by the refit.
     pub gain: f64,
-    /// Probability of as much by chance, of all candidates.
+    /// Probability of such a gain by chance, over all candidates.
     pub p_value: f64,
-    /// Fall of −2 ln L on the runs that took no part.
+    /// Fall of −2 ln L on held-out runs.
     pub held_out_gain: f64,
-    /// Share of its signal that a refit of the model leaves.
+    /// Share of its signal that a refit of the model cannot absorb.
     pub left: f64,
-    /// What came second to it and broke no rule, each with the model that held it in its stead.
+    /// Runners-up that broke no rule, each with the model that contained it instead.
     pub(super) rivals: Vec<(Added, Model)>,
 }
 
-/// What helped and broke a rule.
+/// An effect that improves the fit but broke a rule.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BehavesLike {
     /// `id`, `id@dof` or `id@dof:other`.
     pub id: String,
-    /// Which rule, in words.
+    /// The broken rule, in words.
     pub why: String,
     /// Fall of −2 ln L.
     pub gain: f64,
@@ -51,30 +51,32 @@ impl BehavesLike {
 /// One state of the search.
 #[derive(Debug, Clone)]
 pub struct Step {
-    /// Name of what was added; `None` for the baseline.
+    /// Name of the added effect; `None` for the baseline.
     pub name: Option<String>,
     /// The fit.
     pub fit: FilterErrorFit,
 }
 
-/// What the search found.
+/// Result of the search.
 #[derive(Debug, Clone)]
 pub struct Search {
-    /// Baseline, then one entry an effect added.
+    /// The baseline, then one entry per added effect.
     pub steps: Vec<Step>,
-    /// Effects that stand in the final model, in the order in which they came.
+    /// Effects in the final model, in the order in which they were added.
     pub added: Vec<Added>,
-    /// Names of effects that were added and dropped again.
+    /// Names of effects that were added and removed again.
     pub removed: Vec<String>,
-    /// What helped and broke a rule, the most helpful first.
+    /// Effects that help but broke a rule, the greatest gain first.
     pub behaves_like: Vec<BehavesLike>,
-    /// Whether a fit from the log was better than one from the last model: that one was far from the truth.
+    /// Whether a fit started from the log was better than one started from the last model, which was thus far from
+    /// the truth.
     pub astray: bool,
-    /// What has begun at an instant, where that is all that is missing: nothing is named then.
+    /// Effect that begins at an instant, if it is all that is missing: nothing is named then.
     pub appeared: Option<ChangedParameter>,
-    /// Whether what moves the vehicle is not its commands: nothing is named then.
+    /// Whether something other than the commands moves the vehicle: nothing is named then.
     pub hopeless: bool,
-    /// Candidates whose fit from the log has led no farther than that from the last model, and after how many steps.
+    /// Candidates whose fit from the log was no better than that from the last model, with the number of steps at
+    /// that time.
     pub(super) vain: Vec<(Candidate, usize)>,
     /// Candidates at the last step.
     pub candidates: Vec<Candidate>,
@@ -83,12 +85,13 @@ pub struct Search {
 }
 
 impl Search {
-    /// Whether the greatest number of names has ended it while another candidate was beyond chance.
+    /// Whether the maximum number of names ended the search while another candidate was beyond chance.
     pub fn is_cut_short(&self, options: &SearchOptions) -> bool {
         self.added.len() >= options.most && self.screen.asks()
     }
 
-    /// Takes a name, and the fit with it. Names that stand and are not in that go, and what they had gained it gains.
+    /// Adds a name and the fit with it. Names that this fit does not contain are removed, and their gain is added to
+    /// its gain.
     pub(super) fn take(&mut self, mut name: Added, fit: FilterErrorFit) {
         let stands = |a: &Added| fit.model.term(&a.candidate.name()).is_some();
         for lost in self.added.extract_if(.., |a| !stands(a)) {

@@ -1,5 +1,5 @@
-//! Whether a fit carries what a candidate reads: an angle that no run logs and no term reads is not simulated, and
-//! neither is a candidate that would turn with it.
+//! Whether a fit simulates the states that a candidate reads: an angle that no run logs and no term reads is not
+//! simulated, so a candidate that depends on it cannot be scored.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::dynamics::Dynamics;
 use crate::estimate::output_error::Problem;
 use crate::model::Model;
 
-/// Whether each candidate can stand in `model` without a state that `problem` does not carry.
+/// Whether each candidate can be added to `model` without a state that `problem` does not simulate.
 pub(super) fn carried(problem: &Problem, model: &Model, list: &[Candidate], channels: &BTreeSet<String>) -> Vec<bool> {
     let own = &problem.dynamics;
     let angles = model.dofs.iter().filter(|d| d.is_rotation());
@@ -30,7 +30,7 @@ pub(super) fn carried(problem: &Problem, model: &Model, list: &[Candidate], chan
     list.iter().map(stays).collect()
 }
 
-/// What the equations may read as those of `problem` do: whether the position is simulated, how the attitude is carried.
+/// Inputs available to equations like those of `problem`: whether position is simulated, and the form of the attitude.
 pub(super) fn available_of(problem: &Problem) -> Available {
     let position = problem.dynamics.states.iter().any(|s| matches!(s, StateId::Position(dof) if !dof.is_rotation()));
     let attitude = if problem.dynamics.quaternion().is_some() { Attitude::Quaternion } else { Attitude::Angles };

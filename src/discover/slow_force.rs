@@ -1,13 +1,14 @@
-//! A slow random force that has taken up what is missing.
+//! A slow random force that has absorbed a missing effect.
 //!
 //! ```text
 //! (σ, T) → (σ √(T₁/T), T₁)     where T > 10 s, 5 s for what each run has for itself,  T₁ = 1 s: over a second it pushes as it did
 //! ```
 //!
-//! Water pushes for a second or three. A force that stays for tens of seconds follows a trim, a tide or a snagged tether as
-//! well as any effect does, and under it what is constant has no score: a pitch moment of 75 deviations was "a random force
-//! (correlation 35 s)". The candidates are scored a second time under a force that is as strong from one second to the next
-//! and forgets as water does. The likelihood ratio of a refit decides as it does for all others.
+//! Forces of water last for a second or three. A force that lasts for tens of seconds follows a trim, a tide or a
+//! snagged tether as well as any effect does, and with it a constant effect has no score: a pitch moment of 75
+//! standard deviations was reported as "a random force (correlation 35 s)". The candidates are therefore scored again
+//! with a force that is as strong from one second to the next but decays as forces of water do. The likelihood ratio
+//! of a refit decides as for all others.
 
 use super::screen::{Score, screen};
 use super::searched::Search;
@@ -15,13 +16,13 @@ use super::task::Task;
 use crate::estimate::filter_error::{FilterErrorFit, RandomForce};
 use crate::estimate::output_error::OutputErrorError;
 
-/// Correlation time under which the candidates are scored instead, s.
+/// Correlation time with which the candidates are scored again, s.
 const USUAL: f64 = 1.0;
 
-/// Candidates that are refitted because of it.
+/// Maximum number of candidates that are refitted because of it.
 const MOST: usize = 3;
 
-/// The fit with its slow forces at the usual correlation time; `None` where none is slow.
+/// The fit with its slow forces at the usual correlation time; `None` if none is slow.
 fn quickened(fit: &FilterErrorFit, is_slow: impl Fn(&RandomForce) -> bool) -> Option<FilterErrorFit> {
     if !fit.noise.forces.iter().any(&is_slow) {
         return None;
@@ -34,8 +35,8 @@ fn quickened(fit: &FilterErrorFit, is_slow: impl Fn(&RandomForce) -> bool) -> Op
     Some(quick)
 }
 
-/// Scores of candidates that a slow force of the last fit hides, the best probe of each, beside those in `known`; those that
-/// are `wanted`; `is_slow` says which forces are.
+/// Scores of candidates that a slow force of the last fit hides, the best probe of each. Only candidates that are not
+/// in `known` and that are `wanted`; `is_slow` decides which forces are slow.
 ///
 /// # Errors
 /// As [`screen`].

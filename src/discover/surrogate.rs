@@ -1,4 +1,4 @@
-//! Names of a model that fails: what stands in for something else is no name, and not in the model that is told.
+//! Names in a model that fails: an effect that stands in for something else is no name, and is left out of the result.
 //!
 //! ```text
 //! a name stands where   −2 ln L fell by it by half of all that it fell by,   and half of the gap that it met is closed
@@ -12,11 +12,11 @@ use super::task::{Task, asked, screened};
 use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
 use crate::estimate::output_error::OutputErrorError;
 
-/// Least share of the fall of the likelihood, and of the gap, for a name that stands in a model that fails: most of what is
-/// missing is its own.
+/// Least share of the fall of −2 ln L, and of the gap, for a name to remain in a model that fails: most of the
+/// missing effect must be its own.
 const MOST: f64 = 0.5;
 
-/// Takes the names that stand in for something else out of what was added, told as what it behaves like; returns them.
+/// Removes the names that stand in for something else, reports them as "behaves like", and returns them.
 pub(super) fn surrogates(found: &mut Search, gap: &[GapStep]) -> Vec<Candidate> {
     let total: f64 = found.added.iter().map(|a| a.gain).sum();
     let closes = |id: &str| {
@@ -38,7 +38,7 @@ pub(super) fn surrogates(found: &mut Search, gap: &[GapStep]) -> Vec<Candidate> 
     fallen.into_iter().map(|added| added.candidate).collect()
 }
 
-/// Leaves `fallen` out of the model: it is the baseline's, or that of the names that stand, fitted again; and scores the
+/// Removes `fallen` from the model, which becomes the baseline, or that of the remaining names refitted; and scores the
 /// candidates beside it.
 ///
 /// # Errors
@@ -48,7 +48,7 @@ pub(super) fn leave_out(found: &mut Search, fallen: &[Candidate], task: &Task<'_
     found.steps.truncate(1);
     match (found.added.last(), fit) {
         (Some(added), Some(fit)) => found.steps.push(Step { name: Some(added.candidate.name()), fit }),
-        // where the rest cannot be fitted any more no name is left to tell of
+        // if the rest cannot be fitted any more, no name remains
         _ => found.added.clear(),
     }
     let fit = found.last_fit();
@@ -58,7 +58,7 @@ pub(super) fn leave_out(found: &mut Search, fallen: &[Candidate], task: &Task<'_
     Ok(())
 }
 
-/// The last fit again without the terms of `fallen`.
+/// The last fit repeated without the terms of `fallen`.
 fn without(last: &FilterErrorFit, fallen: &[Candidate], task: &Task<'_>) -> Option<FilterErrorFit> {
     let mut model = last.model.clone();
     fallen.iter().for_each(|candidate| candidate.remove_from(&mut model));

@@ -1,4 +1,4 @@
-//! What a search works on: the runs, how they are fitted, and what is asked of them.
+//! Input of a search: the runs, the options of the fit and of the search.
 
 use std::sync::Arc;
 
@@ -11,22 +11,22 @@ use crate::model::Model;
 use crate::progress;
 use crate::run::Run;
 
-/// Names within this of −2 ln L are both possible: three deviations of the difference of two names for one signal.
+/// Difference in −2 ln L within which two names are both possible: three standard deviations of it for one signal.
 pub(super) const TIE: f64 = 9.0;
 
-/// Fall of −2 ln L below which the refits of rivals are no longer improved: little beside what tells them apart.
+/// Fall of −2 ln L below which refits of rivals stop: small beside the differences that decide between them.
 pub(super) const ROUGH: f64 = 0.5;
 
-/// How the search is done.
+/// Options of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchOptions {
-    /// Probability of a name where nothing is missing, before held-out runs are asked.
+    /// Probability of a name where nothing is missing, before the test on held-out runs.
     pub level: f64,
-    /// Greatest number of effects to add.
+    /// Maximum number of effects to add.
     pub most: usize,
-    /// Families of the catalogue that are searched; users' own effects always are.
+    /// Families of the catalogue that are searched; users' own effects are always searched.
     pub families: Vec<Family>,
-    /// Seed of what is drawn by chance.
+    /// Seed of all random draws.
     pub seed: u64,
 }
 
@@ -37,7 +37,7 @@ impl Default for SearchOptions {
     }
 }
 
-/// What the search works on.
+/// Input of the search.
 pub(super) struct Task<'a> {
     pub train: &'a [Run],
     pub held: &'a [Run],
@@ -55,10 +55,10 @@ pub(super) fn screened(fit: &FilterErrorFit, list: &[Candidate], task: &Task<'_>
     screen(fit, task.train, list, &task.fitting.base, (task.options.level, task.options.seed))
 }
 
-/// The candidates of the families that are searched, and the user's own.
+/// Candidates of the searched families, and the user's own.
 pub(super) fn asked(model: &Model, task: &Task<'_>) -> Vec<Candidate> {
     let mut list = candidates(model, task.train, task.own);
-    // thrusters come with the campaign, too, but their effects are those of the catalogue
+    // a campaign also defines its thrusters, but their effects are those of the catalogue
     let of_user = |c: &Candidate| {
         let about = c.terms[0].0.about();
         about.scope != Scope::Thrusters && task.own.iter().any(|(effect, _)| effect.about().id == about.id)

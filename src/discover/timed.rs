@@ -1,11 +1,12 @@
-//! Where a fit begins whose model holds a period or an instant: a wave, a thruster that fails.
+//! Start of a fit whose model contains a period or an instant: a wave, a thruster that fails.
 //!
 //! ```text
 //! T ← argmin p(T)        of the innovations of the model without it, step 2 of the search, on its grid and between
 //! ```
 //!
-//! −2 ln L has a hill at every period that keeps step with the motion for a part of a run, and at every instant from which on the
-//! model errs. From a period that is off by a tenth a fit ends beside the highest one, with a random force in the place of the wave.
+//! The likelihood has a local maximum at every period that is in step with the motion for a part of a run, and at
+//! every instant from which the model errs. From a period that is off by a tenth a fit ends beside the highest one,
+//! with a random force in place of the wave.
 
 use std::collections::BTreeSet;
 
@@ -20,14 +21,14 @@ use crate::estimate::started;
 use crate::model::{Model, Parameter, Term};
 use crate::run::Run;
 
-/// `model` started from `runs` ([`started`]), periods and instants whose start nobody gave where the innovations of the model without
-/// them say.
+/// `model` started from `runs` ([`started`]). Periods and instants without a given start begin where the innovations
+/// of the model without them indicate.
 pub fn begun(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options: &SearchOptions) -> Model {
     started(&with_times(model, runs, fitting, options).unwrap_or_else(|| model.clone()), runs)
 }
 
-/// `model` fitted to `runs` from where it is [`begun`], and from where an instant is likeliest along its grid once it is known: in the
-/// innovations of a model that errs elsewhere, too, it may seem to be on another hill.
+/// `model` fitted to `runs` from its start ([`begun`]), and again from the likeliest instant along its grid once the
+/// rest is known: the innovations of a model that also errs elsewhere may indicate another local maximum.
 ///
 /// # Errors
 /// [`OutputErrorError`].
@@ -46,7 +47,7 @@ pub fn fitted(
     Ok(fit)
 }
 
-/// A term of a model as the candidate that it would be without it.
+/// The candidate that a term of a model would be if it were not in it.
 fn known(model: &Model, name: &str, runs: &[Run]) -> Option<Candidate> {
     let term = &model.terms[model.term(name)?];
     let own = [(term.effect.clone(), term.place)];
@@ -55,12 +56,12 @@ fn known(model: &Model, name: &str, runs: &[Run]) -> Option<Candidate> {
     candidates(&without, runs, &own).into_iter().find(|candidate| candidate.name() == name)
 }
 
-/// Whether a parameter is a shape that is free and whose start nobody gave.
+/// Whether a parameter is a free shape without a given start.
 fn is_sought(p: &Parameter) -> bool {
     !p.spec.is_linear() && !p.fixed && !p.given
 }
 
-/// Whether what a term does hangs on the time, by a shape that somebody has to look for.
+/// Whether a term depends on time, by a shape parameter that must be searched.
 fn is_timed(model: &Model, term: &Term) -> bool {
     term.parameters.iter().any(|p| is_sought(&model.parameters[*p]))
         && reads_time(term.effect.as_ref(), term.place, model)
@@ -77,7 +78,7 @@ fn with_times(model: &Model, runs: &[Run], fitting: &FilterErrorOptions, options
     let fit = filter_error(&started(&without, runs), runs, &rough).ok()?;
     let own: Vec<_> = timed.iter().map(|k| (model.terms[*k].effect.clone(), model.terms[*k].place)).collect();
     let mut list: Vec<Candidate> = candidates(&fit.model, runs, &own);
-    // those of the catalogue stand in it twice
+    // effects of the catalogue are in the list twice
     let mut terms: BTreeSet<String> = timed.iter().map(|k| model.terms[*k].name()).collect();
     list.retain(|c| terms.remove(&c.name()));
     let found = screen(&fit, runs, &list, &fitting.base, (options.level, options.seed)).ok()?;

@@ -1,8 +1,8 @@
-//! Step 7: the verdict, and the sentence that says it.
+//! Step 7: the verdict, and its sentence.
 //!
-//! The noise model itself is put to the test: predictions 2 and 8 s ahead have to err as the filter expects, and
-//! innovations have to be white. Where they do, what is left is the sensors' noise and a random force; where they do not,
-//! something is left that has no name.
+//! The noise model itself is tested: the errors of predictions 2 and 8 s ahead must be as large as the filter
+//! expects, and innovations must be white. If so, the residual is sensor noise and a random force. If not, something
+//! is missing that has no name.
 
 use serde::Serialize;
 
@@ -14,22 +14,22 @@ use crate::estimate::filter_error::{AHEAD, Channel, Forecast, RandomForce, White
 use crate::frame::{Dof, Measured};
 use crate::wording::{digits, times};
 
-/// The four answers.
+/// The four possible answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The baseline predicts the data down to the sensors' noise and a random force.
+    /// The baseline predicts the data down to the sensor noise and a random force.
     NothingMissing,
-    /// With what was added the model does.
+    /// With the added effects the model predicts the data as well as that.
     Explained,
-    /// Something was found, and something is left that no effect of the catalogue explains.
+    /// Effects were found, but something remains that no effect of the catalogue explains.
     PartlyExplained,
     /// Something is missing that no effect of the catalogue explains.
     Unexplained,
 }
 
-/// Channels in which the noise model fails the test, with how far predictions err; empty where it passes. Predictions are
-/// those of the runs that took no part, innovations those of the runs of the fit (`own`).
+/// Channels in which the noise model fails the test, with the ratio of actual to expected prediction error; empty if it
+/// passes. Predictions are those of the held-out runs, innovations those of the runs of the fit (`own`).
 pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecast]) -> Vec<(String, f64)> {
     fn channels(of: &[Forecast], output: usize) -> impl Iterator<Item = &Channel> {
         of.iter().filter_map(move |f| f.channels.iter().find(|c| c.output == output))
@@ -52,7 +52,7 @@ pub(super) fn failing(outputs: &[String], forecasts: &[Forecast], own: &[Forecas
     failing
 }
 
-/// What there is to say where nothing can be named for `overwhelmed`.
+/// Sentence for a search that can name nothing because of the random forces in `overwhelmed`.
 pub(super) fn moved_otherwise(overwhelmed: &[(Dof, f64)]) -> String {
     let most = overwhelmed.iter().max_by(|a, b| a.1.total_cmp(&b.1));
     let most = most.map_or(String::new(), |(dof, ratio)| {
@@ -61,7 +61,7 @@ pub(super) fn moved_otherwise(overwhelmed: &[(Dof, f64)]) -> String {
     format!("Nothing can be named: what moves the vehicle is not its commands{most}.")
 }
 
-/// The verdict.
+/// Returns the verdict.
 pub(super) fn verdict(named: bool, passes: bool) -> Verdict {
     match (named, passes) {
         (false, true) => Verdict::NothingMissing,
@@ -71,7 +71,7 @@ pub(super) fn verdict(named: bool, passes: bool) -> Verdict {
     }
 }
 
-/// `0.8 N in surge (correlation 1.1 s)`.
+/// Random forces in words: `0.8 N in surge (correlation 1.1 s)`.
 fn force_in_words(forces: &[RandomForce]) -> String {
     let one = |f: &RandomForce| {
         let unit = if f.dof.is_rotation() { "N m" } else { "N" };
@@ -80,7 +80,7 @@ fn force_in_words(forces: &[RandomForce]) -> String {
     forces.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// ` This data does not tell the first name from …`; nothing where each name is alone.
+/// ` This data does not tell the first name from …`; empty if no effect has an alternative.
 pub(super) fn alike(effects: &[FoundEffect]) -> String {
     let of = |e: &FoundEffect| {
         let others: Vec<String> = e.also_possible.iter().map(|other| named(other)).collect();
@@ -89,8 +89,8 @@ pub(super) fn alike(effects: &[FoundEffect]) -> String {
     effects.iter().filter(|e| !e.also_possible.is_empty()).map(of).collect()
 }
 
-/// `` `run04`, `run05`, which took no part ``: runs on which alone a model fails, and whether that is where they go `beyond` the
-/// range of those of the fit; nothing where there are none.
+/// `` `run04`, `run05`, which took no part ``: the runs on which alone a model fails. Those in `beyond` exceed the
+/// range of the runs of the fit. Empty if there are none.
 pub(super) fn apart(beyond: &[&str], elsewhere: &[String]) -> String {
     let (others, run) = (elsewhere.join("`, `"), beyond.join("`, `"));
     match (beyond.len(), elsewhere.len()) {
@@ -101,8 +101,8 @@ pub(super) fn apart(beyond: &[&str], elsewhere: &[String]) -> String {
     }
 }
 
-/// The verdict in plain words. `better` says how much better held-out predictions 8 s ahead are with the names, and in which
-/// degree of freedom; `apart` are the runs on which alone the model fails ([`apart`]).
+/// The verdict in plain words. `better`: the factor by which the names improve held-out predictions 8 s ahead, and in
+/// which degree of freedom; `apart`: the runs on which alone the model fails ([`apart`]).
 pub(super) fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
@@ -134,9 +134,9 @@ pub(super) fn sentence(
     let changes = changed.map_or(String::new(), |s| format!(" {}", s.told()));
     let begun = changed.filter(|changed| changed.absent).map(ChangedParameter::beginning_in_words);
     let alike = alike(effects);
-    // what the runs of the fit show and those that judge cannot
+    // an effect that the runs of the fit show and the held-out runs cannot judge
     let unjudged = behaves_like.iter().find(|b| b.why == NOT_SHOWN).map(BehavesLike::told);
-    // what is beyond chance in the runs of the fit is said, whatever stands against it
+    // an effect beyond chance in the runs of the fit is always mentioned, whatever speaks against it
     let besides = unjudged.clone().or(behaves_like.first().map(BehavesLike::told));
     let besides = besides.map_or(String::new(), |told| format!(" In the runs of the fit something {told}."));
     match verdict {
@@ -187,7 +187,7 @@ mod tests {
     use crate::discover::pushed::overwhelmed;
     use crate::run::Run;
 
-    /// A yaw of 2 N·m is commanded: 21 N·m by chance is no disturbance of it, 19 may be; nobody commands sway.
+    /// Commanded yaw moment 2 N·m: a random 21 N·m is too much for a disturbance, 19 N·m is not. Sway is not commanded.
     #[test]
     fn a_random_force_far_beyond_the_command_explains_nothing() {
         let mut run = Run::default();

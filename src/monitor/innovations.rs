@@ -1,35 +1,35 @@
-//! Innovations in windows, against what they were where the model was fitted.
+//! Innovations in windows, compared with those where the model was fitted.
 //!
 //! ```text
 //! Λ = n (m² + s² − 1 − ln s²) / (1 + 11/12n)  ~  χ²(2)      m, s²: mean and variance of z = e/√s in a window
 //! S_k = max(0, S_{k−1} + Λ_k/c − κ),   1 − 2ρ = e^{−ρκ}     P(S passes h within N windows) ≤ N e^{−ρh}
 //! ```
 //!
-//! Λ: twice the logarithm of the likelihood ratio of a mean and a variance of their own against 0 and 1, with Bartlett's
-//! factor; c: mean of Λ/2 on the runs of the fit, where innovations need not be quite white. A change shifts the mean, a
-//! rougher sea the variance. h = ln(N/α)/ρ keeps the rate α of false alarms: Lundberg's inequality. Page, *Biometrika* 41
-//! (1954) 100-115; Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), ch. 2, 7 and 9.
+//! Λ: twice the logarithm of the likelihood ratio of free mean and variance against 0 and 1, with Bartlett's factor;
+//! c: mean of Λ/2 on the runs of the fit, where innovations need not be quite white. A change shifts the mean, a
+//! rougher sea increases the variance. h = ln(N/α)/ρ keeps the rate α of false alarms (Lundberg's inequality). Page,
+//! *Biometrika* 41 (1954) 100-115; Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), ch. 2, 7 and 9.
 
 use super::{Change, Window};
 use crate::estimate::filter_error::Channel;
 
-/// κ: twice the mean of Λ where nothing has changed.
+/// κ: twice the mean of Λ without a change.
 const SLACK: f64 = 4.0;
 
-/// ρ of κ.
+/// ρ that belongs to κ.
 const EXPONENT: f64 = 0.398;
 
-/// Part of the threshold beyond which the sum does not grow: what passes is forgotten within a few windows.
+/// Upper limit of the sum, in thresholds: a passing disturbance is forgotten within a few windows.
 const CAP: f64 = 1.25;
 
-/// Least mean shift of z, and least ratio of deviations, that are a change of the vehicle: sensors and models are never
-/// quite what they are taken for, and many samples show the least of it.
+/// Least mean of z, and least standard deviation of z, that count as a change of the vehicle: sensors and models are
+/// never exactly as assumed, and with many samples even the smallest deviation is significant.
 const LARGE: (f64, f64) = (0.25, 1.15);
 
-/// Fewest innovations of a window that say anything.
+/// Minimum number of innovations of a window that is judged.
 pub(super) const FEWEST: usize = 4;
 
-/// Normalised innovations of a channel in one window. The first one is spent on the state.
+/// Normalised innovations of a channel in one window. The first one is omitted: it determines the initial state.
 pub(super) fn normalised(channel: &Channel) -> Vec<f64> {
     channel.next.iter().skip(1).map(|p| (p.measured - p.mean) / p.std).collect()
 }
@@ -44,18 +44,18 @@ fn moments(z: &[f64]) -> (f64, f64) {
 pub fn ratio(z: &[f64]) -> f64 {
     let n = z.len() as f64;
     let (mean, variance) = moments(z);
-    // equal innovations have no variance: that of a rounding
+    // equal innovations have zero variance: use one of the size of rounding
     let variance = variance.max(1e-12);
     n * (mean * mean + variance - 1.0 - variance.ln()) / (1.0 + 11.0 / (12.0 * n))
 }
 
-/// Whether a window differs by enough to be a change of the vehicle.
+/// Whether a window differs enough to indicate a change of the vehicle.
 pub(super) fn is_large(z: &[f64]) -> bool {
     let (mean, variance) = moments(z);
     mean.abs() > LARGE.0 || variance.sqrt() > LARGE.1
 }
 
-/// c of a channel: mean of Λ/2 in windows of so many seconds, at least 1.
+/// c of a channel: mean of Λ/2 in windows of `window` seconds, at least 1.
 pub fn restlessness<'a>(channels: impl Iterator<Item = &'a Channel>, window: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for channel in channels {
@@ -72,8 +72,8 @@ pub fn restlessness<'a>(channels: impl Iterator<Item = &'a Channel>, window: f64
     if count > 0.0 { f64::max(sum / count, 1.0) } else { 1.0 }
 }
 
-/// Fills in the sums of the change detector and returns where they pass the threshold and stay there. `z` holds the
-/// innovations of each window.
+/// Fills in the sums of the change detector and returns the changes where they exceed the threshold up to the end.
+/// `z` holds the innovations of each window.
 pub(super) fn changes(windows: &mut [Window], z: &[Vec<f64>], level: f64) -> Vec<Change> {
     let threshold = (windows.len().max(1) as f64 / level).ln() / EXPONENT;
     let mut found = Vec::new();
@@ -83,12 +83,12 @@ pub(super) fn changes(windows: &mut [Window], z: &[Vec<f64>], level: f64) -> Vec
         let end = begin + windows[begin..].iter().take_while(|w| same(w)).count();
         let (mut sum, mut since): (f64, usize) = (0.0, begin);
         for k in begin..end {
-            // a mean window takes away half of κ
+            // an average window lowers the sum by half of κ
             let excess = if windows[k].large { windows[k].likelihood_ratio } else { 2.0 } - SLACK;
             if sum <= 0.0 {
                 since = k;
             }
-            // one window alone must not carry the sum over the threshold; an overflow is as much as can be
+            // one window alone must not carry the sum over the threshold; an overflow counts as the maximum
             let excess = if excess.is_nan() { threshold } else { excess.min(threshold) };
             sum = (sum + excess).clamp(0.0, CAP * threshold);
             windows[k].cusum = sum;
@@ -103,15 +103,15 @@ pub(super) fn changes(windows: &mut [Window], z: &[Vec<f64>], level: f64) -> Vec
     found
 }
 
-/// The change whose first window is `since`, dated to the sample from which on the innovations differ most.
+/// The change whose first window is `since`, dated to the sample from which on the innovations deviate most.
 fn change(windows: &[Window], z: &[Vec<f64>], begin: usize, since: usize, end: usize) -> Change {
     let before = since.saturating_sub(1).max(begin);
     let instants = |k: usize| {
         let (from, to, count) = (windows[k].from, windows[k].to, z[k].len() as f64);
-        // innovations of one sensor are evenly spread but for drop-outs; the first one was spent
+        // innovations of one sensor are evenly spaced except for drop-outs; the first one is omitted
         (0..z[k].len()).map(move |i| from + (to - from) * (i as f64 + 1.0) / count)
     };
-    // chance may have begun the sum a window early
+    // by chance the sum may have begun a window early
     let after = (since + 2).min(end - 1);
     let near: Vec<(f64, f64)> = (before..=after).flat_map(|k| instants(k).zip(z[k].iter().copied())).collect();
     let values: Vec<f64> = near.iter().map(|(_, z)| *z).collect();
@@ -135,7 +135,7 @@ mod tests {
     use crate::frame::Dof;
     use crate::noise::Noise;
 
-    /// A log of windows of 80 innovations each, with so much more mean and deviation in each of them.
+    /// A log of windows of 80 innovations each, with the given mean and standard deviation in each window.
     fn log(parts: &[(f64, f64)], seed: u64) -> (Vec<Window>, Vec<Vec<f64>>) {
         let mut noise = Noise::new(seed, 1);
         let z: Vec<Vec<f64>> =
@@ -164,7 +164,7 @@ mod tests {
         changes(&mut windows, &z, 0.01)
     }
 
-    /// Of χ²(2) the mean is 2; of 4000 windows it is known to 2·√(1/4000) = 0.03, and Bartlett's factor to 1/n².
+    /// The mean of χ²(2) is 2; from 4000 windows it is known to 2·√(1/4000) = 0.03, and Bartlett's factor to 1/n².
     #[test]
     fn law_of_the_ratio_without_a_change() {
         let mut noise = Noise::new(7, 1);
@@ -174,7 +174,7 @@ mod tests {
         }
     }
 
-    /// The bound is on the safe side: 500 logs at 1 % give five at most, and chance two more in a hundred cases.
+    /// The bound is on the safe side: 500 logs at 1 % give at most five alarms, by chance two more in a hundred cases.
     #[test]
     fn law_false_alarms_keep_their_rate() {
         let alarms = (0..500).filter(|seed| !found(&[(0.0, 1.0); 30], *seed).is_empty()).count();
@@ -188,7 +188,7 @@ mod tests {
             let all = found(&[&calm[..], &[changed; 6][..]].concat(), 3);
             assert_eq!(all.len(), 1);
             assert!((all[0].from - 48.0).abs() < 2.0, "{all:?}");
-            // of 480 innovations: three deviations of their mean
+            // 480 innovations: three standard deviations of their mean
             assert!((all[0].times_noise - times).abs() < 0.2 && (all[0].shift - shift).abs() < 0.3, "{all:?}");
         }
     }

@@ -1,13 +1,13 @@
-//! A model run along a new log: does it still fit, and if not, since when, where, and why most likely.
+//! Monitoring of a model on a new log: does it still fit, and if not, since when, where, and for which likely reason.
 //!
 //! ```text
 //! e = y − ŷ(t | samples before t),   z = e/√s         a change: z is no longer what it was where the model was fitted
 //! ```
 //!
-//! The Kalman filter of the model predicts each sample from those before it, all parameters held, in windows that begin
-//! with an unknown state each, so that what is left in a window is made in it. How windows are judged stands in
-//! `innovations`, the search for the reason in `reason`. Willsky and Jones, *IEEE Transactions on Automatic Control* 21
-//! (1976) 108-112.
+//! The Kalman filter of the model predicts each sample from those before it, with all parameters held. It works in
+//! windows that begin with an unknown state each, so that the residual of a window arises within it. `innovations`
+//! describes the test of the windows, `reason` the search for the reason. Willsky and Jones, *IEEE Transactions on
+//! Automatic Control* 21 (1976) 108-112.
 
 mod innovations;
 mod reason;
@@ -33,7 +33,7 @@ codes! {
     PASSING = "W002" "passing-disagreement" Note "The model disagrees with the log in some windows and agrees again afterwards: a touch, a wave, a gust of current, rather than a change of the vehicle.";
 }
 
-/// How a log is watched.
+/// Options of the monitoring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MonitorOptions {
     /// Length of a window, s.
@@ -49,36 +49,37 @@ impl Default for MonitorOptions {
     }
 }
 
-/// Deviations beyond which an innovation moves the state as one at this limit: one outlier must not carry it away.
+/// Limit in standard deviations at which an innovation is clipped when it corrects the state: one outlier must not
+/// carry it away.
 const LIMIT: f64 = 5.0;
 
-/// What is random in the logs, as far as it is known beforehand.
+/// Noise of the logs, as far as it is known beforehand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownNoise {
-    /// Random force and noise of the sensors, by the outputs of the model.
+    /// Random force and sensor noise, in the order of the model's outputs.
     pub noise: NoiseModel,
-    /// How much more the windows of each output differ from white innovations than chance makes them, where the model was
+    /// Factor by which the windows of each output differ from white innovations more than chance, where the model was
     /// fitted: [`restlessness`].
     pub restless: Vec<f64>,
 }
 
-/// What watching has found.
+/// Result of the monitoring.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Watch {
     /// Whether the model still fits everywhere.
     pub fits: bool,
-    /// Lasting changes, one a run and degree of freedom at most.
+    /// Lasting changes, at most one per run and degree of freedom.
     pub changes: Vec<Change>,
     /// Likely reasons, the best first; empty where the model fits.
     pub reasons: Vec<Reason>,
     /// All windows.
     pub windows: Vec<Window>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
-/// Runs `model`, all parameters held, along `runs`. Without a noise that goes with it there is no random force, and sensors
-/// have the noise that is seen in the runs.
+/// Runs `model` along `runs` with all parameters held. Without `noise` there is no random force, and the sensor noise
+/// is estimated from the runs.
 ///
 /// # Errors
 /// [`OutputErrorError`] when a run lacks what the model reads.
@@ -135,7 +136,7 @@ pub fn watch(
     Ok(Watch { fits: changes.is_empty(), changes, reasons, windows, warnings })
 }
 
-/// Windows of each degree of freedom in each run, in their order, and their normalised innovations.
+/// Windows of each degree of freedom in each run, in order, and their normalised innovations.
 fn windows(
     held: &Model,
     filtered: &Filtered,
@@ -149,7 +150,7 @@ fn windows(
     let column = |name: &str| outputs.iter().position(|o| o == name);
     let of = |dof: &Dof| Some((*dof, column(dof.velocity()).or_else(|| column(dof.position()))?));
     let columns: Vec<(Dof, usize)> = held.dofs.iter().filter_map(of).collect();
-    // all windows together may give a false alarm with this probability
+    // probability of a false alarm in one window, so that all windows together have `level`
     let least = level / (problem.segments.len() * columns.len()).max(1) as f64;
     let (mut all, mut innovations) = (Vec::new(), Vec::new());
     for (dof, output) in columns {
@@ -180,7 +181,7 @@ fn windows(
                 p_value,
                 cusum: 0.0,
                 large,
-                // an overflow of the simulation is off as well
+                // a simulation that overflows is off as well
                 off: likelihood_ratio.is_nan() || (large && p_value < least),
             });
             innovations.push(z);
@@ -191,7 +192,7 @@ fn windows(
 
 /// Segments that lie in a lasting change.
 fn segments_off(problem: &Problem, windows: &[Window], changes: &[Change]) -> Vec<bool> {
-    // a window that holds the instant counts
+    // a window that contains the instant of the change counts
     let lasts = |run: &str, to: f64| changes.iter().any(|c| c.run == run && to > c.from);
     let known = |run: &str, from: f64| windows.iter().any(|w| w.run == run && w.from.to_bits() == from.to_bits());
     problem

@@ -1,13 +1,13 @@
-//! Why a model no longer fits: what each change could explain of the innovations.
+//! Reason why a model no longer fits: how much of the innovations each change could explain.
 //!
 //! ```text
 //! S = −Σ gᵀe,   I = Σ gᵀg   over the windows that are off       δ = I⁻¹ S,   explained = Sᵀ I⁻¹ S / (Σ eᵀe − n)
 //! ```
 //!
-//! e: innovations over their deviations, n of them, of which a model that fits leaves n on the average; g: what a little
-//! change of a parameter, or a little of an absent effect, adds to them. The columns are those by which the discovery scores
-//! its candidates, but nothing of the model is refitted: here its parameters are known, and a change of one of them is a
-//! reason like any other.
+//! e: innovations over their standard deviations, n of them, whose sum of squares is n on average for a model that
+//! fits; g: derivative of the innovations with respect to a parameter, or to the strength of an absent effect. The
+//! columns are those by which the discovery scores its candidates, but the model is not refitted: here its parameters
+//! are known, and a change of one of them is a reason like any other.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -23,14 +23,14 @@ use crate::run::Run;
 /// A change that would explain the disagreement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reason {
-    /// Term whose parameter has changed, or effect that has come: `inertia@surge`, `thruster_fault@surge`; several
+    /// Term whose parameter has changed, or effect that has appeared: `inertia@surge`, `thruster_fault@surge`; several
     /// terms that change together are joined by ` + `.
     pub id: String,
     /// Whether the term is in the model.
     pub known: bool,
     /// Symbol of the first parameter.
     pub parameter: String,
-    /// Its value in the model; `null` for an effect that has come.
+    /// Its value in the model; `null` for an effect that has appeared.
     pub before: Option<f64>,
     /// Its value after the change, to first order; `null` for the shape of an effect.
     pub after: Option<f64>,
@@ -38,17 +38,17 @@ pub struct Reason {
     pub unit: String,
     /// Share of the disagreement that it explains, 0 to 1.
     pub explained: f64,
-    /// What has happened most likely, in words.
+    /// Most likely cause, in words.
     pub meaning: String,
 }
 
-/// Number of reasons that are told.
+/// Maximum number of reasons that are reported.
 const TOLD: usize = 6;
 
-/// A reason explains at least this share.
+/// Least share that a reason must explain.
 const LEAST: f64 = 0.05;
 
-/// What a parameter has to explain to be worth it, in units of the noise: as in the search for missing effects.
+/// Amount that each parameter must explain, in units of the noise: as in the search for missing effects.
 const WORTH: f64 = 4.0;
 
 /// Ranks the changes that would explain the innovations of `model` under `noise` in the windows that are `off`.
@@ -70,7 +70,7 @@ pub fn reasons(
         (p.min, p.max) = (f64::NEG_INFINITY, f64::INFINITY);
     }
     let filtered = Filtered::in_windows(&free, runs, fitting)?;
-    // what a changed vehicle does is what is looked for: nothing of it is held back
+    // the search is for the behaviour of a changed vehicle: no innovation is clipped
     let at = ModelOnRuns { filtered: &filtered, model: &free, noise, limit: f64::INFINITY };
     let list = candidates(&free, runs, &[]);
     let chunks = in_chunks(at, runs, &list, fitting, |_, columns| Off::new(columns, off))?;
@@ -85,7 +85,7 @@ pub fn reasons(
     for k in 0..directions.len() {
         found.extend(known(&[k]).map(|r| (r, 1)));
     }
-    // what changes together: all inertias, all drags
+    // parameters that change together: all inertias, all drags
     for kinds in [&[Nature::Inertia][..], &[Nature::Drag, Nature::CrossDrag]] {
         let of = |p: usize| model.term_of(p).is_some_and(|term| kinds.contains(&nature(model, term)));
         let columns: Vec<usize> = (0..directions.len()).filter(|k| of(directions[*k])).collect();
@@ -123,7 +123,7 @@ pub fn reasons(
     }
     found.extend(best.into_iter().flatten());
     let most = found.iter().map(|(r, _)| r.explained).fold(0.0, f64::max);
-    // the noise of the innovations as the best reason leaves them
+    // variance of the innovations that the best reason leaves
     let noise = ((innovations - most) / samples.max(1.0)).max(1.0);
     let worth = |(reason, parameters): &(Reason, usize)| reason.explained - WORTH * noise * *parameters as f64;
     found.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
@@ -152,7 +152,7 @@ impl Off {
         Off { probes: columns.probes, sum }
     }
 
-    /// δ = I⁻¹ S of these columns together and Sᵀ I⁻¹ S; `None` where the windows say nothing of them.
+    /// δ = I⁻¹ S of these columns together and Sᵀ I⁻¹ S; `None` if the windows hold no information on them.
     fn explained(&self, columns: &[usize]) -> Option<(DVector<f64>, f64)> {
         let e = self.sum.nrows().checked_sub(1)?;
         let of = |k: usize| columns[k];
@@ -170,7 +170,7 @@ impl Off {
     }
 }
 
-/// A change of the parameters at these columns of the model's own sensitivities.
+/// A change of the model's own parameters at these columns of its sensitivities.
 fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], off: &Off) -> Option<Reason> {
     let (delta, explained) = off.explained(columns)?;
     let first = &model.parameters[directions[columns[0]]];
@@ -189,7 +189,7 @@ fn of_parameters(model: &Model, directions: &[usize], columns: &[usize], off: &O
     })
 }
 
-/// What a change of an effect most likely means.
+/// Most likely cause of a change of an effect.
 fn meaning(nature: Nature, family: Family) -> &'static str {
     match (family, nature) {
         (Family::Actuator, _) => {

@@ -1,4 +1,4 @@
-//! What innovations say window by window, and of the whole.
+//! Results of the innovations window by window, and lasting changes.
 
 use serde::Serialize;
 
@@ -23,17 +23,17 @@ pub struct Window {
     pub mean: f64,
     /// Root mean square that the filter expects: random force and noise of the sensor.
     pub noise: f64,
-    /// Σ of the squared innovations over their variances.
+    /// Sum of the squared innovations over their variances.
     pub chi_squared: f64,
-    /// Likelihood ratio Λ over what it was where the model was fitted: 2 on the average where nothing has changed.
+    /// Likelihood ratio Λ over its value where the model was fitted: 2 on average without a change.
     pub likelihood_ratio: f64,
-    /// Probability of so much where nothing has changed.
+    /// Probability of such a ratio without a change.
     pub p_value: f64,
     /// The sum S of the change detector after this window.
     pub cusum: f64,
-    /// Whether the difference is large enough to be one of the vehicle.
+    /// Whether the difference is large enough to be a change of the vehicle.
     pub large: bool,
-    /// Whether the window is off: large, and beyond chance in the whole log.
+    /// Whether the model disagrees in this window: large, and beyond chance in the whole log.
     pub off: bool,
 }
 
@@ -44,9 +44,9 @@ pub struct Change {
     pub run: String,
     /// Degree of freedom.
     pub dof: Dof,
-    /// When it began, s: the sample from which on the innovations differ most.
+    /// Instant at which it began, s: the sample from which on the innovations deviate most.
     pub from: f64,
-    /// Root mean square of the innovations over what is expected, from there on.
+    /// Root mean square of the innovations from there on, over the expected one.
     pub times_noise: f64,
     /// Mean of the innovations from there on, in the unit of the windows.
     pub shift: f64,

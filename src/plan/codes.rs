@@ -1,4 +1,4 @@
-//! The codes of this room: what planning can find.
+//! Codes of the findings of planning.
 
 use crate::finding::codes;
 

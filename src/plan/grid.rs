@@ -1,7 +1,7 @@
 //! Candidate runs: each degree of freedom alone, pairs of them, zig-zags, everything at once.
 //!
-//! Forces are shares of the limit of thrust. Constant runs show drag, short periods inertia, long ones drag against
-//! speed; offsets and reversals tell one-sided effects; pairs and zig-zags show what couples degrees of freedom.
+//! Forces are shares of the limit of thrust. Constant runs show drag, short periods inertia, long periods the
+//! dependence of drag on speed. Offsets and reversals reveal one-sided effects; pairs and zig-zags show couplings.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::RunKind;
 
-/// What the candidates are made of.
+/// Options of the grid of candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GridOptions {
     /// Length of each run, s.
@@ -34,15 +34,15 @@ impl Default for GridOptions {
     }
 }
 
-/// Share of the limit that a sine about an offset and the offset itself have.
+/// Share of the limit of an offset and of the sine about it.
 const HALF: f64 = 0.45;
-/// Share of the limit with which the other degree of freedom of a pair is pushed.
+/// Share of the limit for the sine in the other degree of freedom of a pair.
 const BESIDE: f64 = 0.6;
 /// Periods of the multi-sines, s, in units of the longest period of the grid: no two in a simple ratio.
 const TOGETHER: [f64; 9] = [0.94, 0.58, 0.34, 0.82, 0.49, 0.28, 0.70, 0.43, 0.22];
 
 /// All candidates for `model` within the `limits` of thrust (N, N·m), in a fixed order. A degree of freedom without a
-/// limit is not pushed; where heave is modelled and can be pushed, runs in other directions hold their depth.
+/// limit is not pushed; if heave is modelled and can be pushed, runs in other directions hold their depth.
 pub fn grid(model: &Model, limits: &BTreeMap<Dof, f64>, options: &GridOptions) -> Vec<Manoeuvre> {
     let pushed: Vec<(Dof, f64)> =
         model.dofs.iter().filter_map(|dof| Some((*dof, *limits.get(dof).filter(|l| **l > 0.0)?))).collect();
@@ -107,7 +107,7 @@ fn multi_sine(pushed: &[(Dof, f64)], share: f64, options: &GridOptions) -> Vec<P
     sines
 }
 
-/// `surge_sine_12s`, `surge_yaw_zigzag`: degrees of freedom, law, period.
+/// Name of a run from its degrees of freedom, law and period: `surge_sine_12s`, `surge_yaw_zigzag`.
 fn name_of(kind: RunKind, pushes: &[Push]) -> String {
     let mut dofs: Vec<&str> = pushes.iter().filter(|p| p.hold.is_none()).map(|p| p.dof.name()).collect();
     dofs.dedup();

@@ -1,12 +1,13 @@
-//! The information that runs hold on the free parameters of a model, as a triangular factor.
+//! Information of runs on the free parameters of a model, as a triangular factor.
 //!
 //! ```text
 //! F = RᵀR = JᵀJ        [R₁; R₂] = Q R   for two sets of runs        Σ = F⁻¹ = R⁻¹R⁻ᵀ
 //! ```
 //!
-//! J is the Jacobian of the logged samples over their noise, by the parameters that all runs share; initial states and
-//! parameters with a value in each run are projected out. F is never formed. Where a random force pushes the vehicle, J is
-//! that of the innovations of a Kalman filter over their deviations: what the force hides is not counted.
+//! J is the Jacobian of the logged samples over their noise, with respect to the parameters that all runs share;
+//! initial states and per-run parameters are projected out. F is never formed. If a random force acts on the vehicle,
+//! J is that of the innovations of a Kalman filter over their standard deviations: information that the force hides
+//! does not count.
 
 use crate::estimate::filter_error::{Filtered, NoiseModel, RandomForce, SensorNoise};
 use crate::estimate::output_error::{Fold, Linearised, OutputErrorError, OutputErrorOptions, Problem, normal_factor};
@@ -16,13 +17,13 @@ use crate::run::Run;
 /// Information on `parameters`.
 #[derive(Debug, Clone)]
 pub struct Information {
-    /// Indices in the model of the parameters that it is about: the free ones that all runs share.
+    /// Indices of its parameters in the model: the free ones that all runs share.
     pub parameters: Vec<usize>,
     /// Upper triangle R, row-major.
     r: Vec<f64>,
 }
 
-/// Mean square of the residual, in units of the noise, below which a linearisation about a simulated run stands.
+/// Mean square of the residual, in units of the noise, up to which a linearisation about a simulated run is valid.
 const NEAR: f64 = 0.1;
 
 /// Free parameters of `model` that all runs share.
@@ -31,15 +32,15 @@ pub(super) fn shared(model: &Model) -> Vec<usize> {
 }
 
 impl Information {
-    /// None at all.
+    /// No information.
     pub fn none(parameters: Vec<usize>) -> Information {
         let p = parameters.len();
         Information { parameters, r: vec![0.0; p * p] }
     }
 
-    /// What a fit with these options would know from `run`, which is logged without noise by what `model` says: by filter
-    /// error with the random `forces` that will push the vehicle (the Cramér-Rao bound with the force), which may be none; by
-    /// output error where they are `None`.
+    /// Information that a fit with these options would gain from `run`, a noise-free log simulated by `model`. The
+    /// fit is by filter error with the random `forces` that will act on the vehicle, possibly none (the Cramér-Rao
+    /// bound with the force); by output error if they are `None`.
     ///
     /// # Errors
     /// [`OutputErrorError`] when the run lacks what the model reads or logs nothing that the model predicts.
@@ -68,7 +69,7 @@ impl Information {
         };
         let (mut problem, mut segments) = linearised(options)?;
         if options.join {
-            // a fit that joins its segments has one initial state a run, where the motion is not unstable
+            // a fit that joins its segments has one initial state per run, unless the motion is unstable
             let whole = linearised(&OutputErrorOptions { segment: f64::INFINITY, ..options.clone() })?;
             let cost: f64 = whole.1.iter().map(Linearised::cost).sum();
             let samples: usize = whole.1.iter().map(|s| s.samples).sum();
@@ -79,9 +80,9 @@ impl Information {
         Ok(Information::beside_own(&model, &problem, &normal_factor(&problem, &model, &segments)))
     }
 
-    /// What a factor of the information on all unknowns of a run says of the shared ones, the others unknown.
+    /// Information on the shared parameters, from a factor for all unknowns of a run, the others being unknown.
     fn beside_own(model: &Model, problem: &Problem, factor: &Fold<1>) -> Information {
-        // those of this run alone come first, so that the lower rows are what is left beside them
+        // this run's own unknowns come first, so that the lower rows hold the information on the others beside them
         let own = |k: &usize| problem.unknowns[*k].run.is_some();
         let all = problem.unknowns.len();
         let order: Vec<usize> = (0..all).filter(own).chain((0..all).filter(|k| !own(k))).collect();
@@ -97,7 +98,7 @@ impl Information {
         Information { r: (0..p * p).map(at).collect(), parameters }
     }
 
-    /// What a covariance of `parameters` (row-major) knows; `None` when it is no covariance: not positive definite.
+    /// Information of a covariance of `parameters` (row-major); `None` if the covariance is not positive definite.
     pub fn of_covariance(parameters: Vec<usize>, covariance: &[f64]) -> Option<Information> {
         let p = parameters.len();
         let std: Vec<f64> = (0..p).map(|k| covariance[k * p + k].sqrt()).collect();
@@ -114,14 +115,14 @@ impl Information {
         Some(Information { r: upper(&fold, p), parameters })
     }
 
-    /// What independent knowledge with these standard deviations holds.
+    /// Information of independent knowledge with these standard deviations.
     pub(super) fn of_deviations(parameters: Vec<usize>, std: &[f64]) -> Information {
         let p = parameters.len();
         let r = (0..p * p).map(|k| if k / p == k % p { 1.0 / std[k % p] } else { 0.0 }).collect();
         Information { parameters, r }
     }
 
-    /// All of these together. They are about the same parameters.
+    /// Sum of these pieces of information, which must be about the same parameters.
     pub fn together<'a>(parts: impl IntoIterator<Item = &'a Information>, parameters: &[usize]) -> Information {
         let p = parameters.len();
         let mut fold = Fold::<1>::new(p.max(1));
@@ -134,7 +135,7 @@ impl Information {
         Information { r: upper(&fold, p), parameters: parameters.to_vec() }
     }
 
-    /// Covariance of the parameters, row-major; `None` when some combination of them is not shown at all.
+    /// Covariance of the parameters, row-major; `None` if some combination of them is not identifiable.
     pub fn covariance(&self) -> Option<Vec<f64>> {
         let p = self.parameters.len();
         let inverse = self.inverse()?;
@@ -142,7 +143,7 @@ impl Information {
         Some((0..p * p).map(|k| sum(k / p, k % p)).collect())
     }
 
-    /// Standard deviations; `None` when some combination of the parameters is not shown at all.
+    /// Standard deviations; `None` if some combination of the parameters is not identifiable.
     pub fn deviations(&self) -> Option<Vec<f64>> {
         let p = self.parameters.len();
         let inverse = self.inverse()?;

@@ -1,4 +1,4 @@
-//! The instruments of a campaign that is planned: what they log, how often, and how well.
+//! Instruments of a planned campaign: the channels that they log, their rate and their noise.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub struct Instrument {
     pub rate: f64,
 }
 
-/// Instruments by the channel that they log: `u`, `psi`, and `x`, `y`, `z` only where position is measured apart.
+/// Instruments by the channel that they log: `u`, `psi`; `x`, `y`, `z` only if position is measured independently.
 pub type Instruments = BTreeMap<String, Instrument>;
 
 /// An ordinary DVL, gyro and compass, for every velocity and angle that `model` simulates: 5 mm/s, 3 mrad/s and 0.5° at
@@ -41,7 +41,7 @@ pub(super) fn position(instruments: &Instruments, model: &Model) -> bool {
     translations.peek().is_some() && translations.all(|dof| instruments.contains_key(dof.position()))
 }
 
-/// `fitting` with the noise of these instruments and what they measure.
+/// `fitting` with the noise and the measured channels of these instruments.
 pub(super) fn fitting(fitting: &OutputErrorOptions, instruments: &Instruments, model: &Model) -> OutputErrorOptions {
     let sigma = instruments.iter().map(|(channel, i)| (channel.clone(), i.noise)).collect();
     OutputErrorOptions { sigma: Some(sigma), position: position(instruments, model), ..fitting.clone() }

@@ -1,4 +1,4 @@
-//! One run as a pilot can be told it: who pushes where, how hard, how often, how long.
+//! One run as an instruction to a pilot: which degree of freedom is pushed, how hard, how often, and for how long.
 //!
 //! ```text
 //! push     τ = B + A sin(2πt/P)          constant without a period
@@ -20,7 +20,7 @@ use crate::tank::{Law, Measured, Pilot, Sine, Trial};
 /// Depth at which runs begin, m: deep enough for a heave run.
 const DEPTH: f64 = 5.0;
 
-/// Control law of one degree of freedom. Several in one degree of freedom add up.
+/// Control law of one degree of freedom. Several pushes in one degree of freedom add up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Push {
@@ -35,10 +35,10 @@ pub struct Push {
     /// Period P of a sine, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub period: Option<f64>,
-    /// Angle at which a zig-zag turns back, rad from that of the start.
+    /// Angle at which a zig-zag turns back, rad from the initial one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bound: Option<f64>,
-    /// Stiffness k with which the pose of the start is held, N/m or N·m/rad; the damping is as large, per m/s or rad/s.
+    /// Stiffness k that holds the initial pose, N/m or N·m/rad; the damping has the same number, per m/s or rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hold: Option<f64>,
 }
@@ -54,45 +54,45 @@ impl Push {
         Push { amplitude, period: Some(period), ..Push::constant(dof, offset) }
     }
 
-    /// ±A, flipped where the angle is `bound` from that of the start.
+    /// ±A, flipped where the angle is `bound` from the initial one.
     pub const fn zigzag(dof: Dof, amplitude: f64, bound: f64) -> Push {
         Push { amplitude, bound: Some(bound), ..Push::constant(dof, 0.0) }
     }
 
-    /// Holds the pose of the start.
+    /// Holds the initial pose.
     pub const fn hold(dof: Dof, stiffness: f64) -> Push {
         Push { hold: Some(stiffness), ..Push::constant(dof, 0.0) }
     }
 }
 
-/// One run to be sailed.
+/// One planned run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manoeuvre {
-    /// Name of the run, from which its file is named.
+    /// Name of the run, also used for its file.
     pub name: String,
     /// Kind of experiment.
     #[serde(default)]
     pub kind: RunKind,
     /// Length, s.
     pub length: f64,
-    /// Who pushes where.
+    /// Control laws.
     pub pushes: Vec<Push>,
 }
 
-/// A run that cannot be sailed as it is told.
+/// Error of a run that cannot be carried out as specified.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ManoeuvreError {
-    /// A number that cannot be.
+    /// A number out of its range.
     #[error("run `{run}`: {key} = {value}: must be {right}")]
     Number {
         /// Name of the run.
         run: String,
-        /// Which number.
+        /// Key of the number.
         key: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What would be right.
+        /// Allowed values.
         right: &'static str,
     },
     /// A push in a degree of freedom that the model does not simulate.
@@ -103,7 +103,7 @@ pub enum ManoeuvreError {
         /// The degree of freedom.
         dof: Dof,
     },
-    /// A push that is two things at once.
+    /// A push with more than one law.
     #[error("run `{run}`: the push in {dof} has more than one of `period`, `bound` and `hold`")]
     TwoLaws {
         /// Name of the run.
@@ -111,16 +111,16 @@ pub enum ManoeuvreError {
         /// The degree of freedom.
         dof: Dof,
     },
-    /// More thrust than there is.
+    /// More thrust than the vehicle has.
     #[error("run `{run}`: asks {asked:.3} of {dof}, the vehicle gives {limit:.3}")]
     TooStrong {
         /// Name of the run.
         run: String,
         /// The degree of freedom.
         dof: Dof,
-        /// Greatest force asked, N or N·m.
+        /// Greatest force requested, N or N·m.
         asked: f64,
-        /// Greatest force there is, N or N·m.
+        /// Greatest force available, N or N·m.
         limit: f64,
     },
     /// No push at all.
@@ -132,7 +132,7 @@ pub enum ManoeuvreError {
 }
 
 impl Manoeuvre {
-    /// Refuses what `model` cannot sail within the `limits` of thrust (N, N·m; no limit where one is absent).
+    /// Checks that `model` can carry it out within the `limits` of thrust (N, N·m; unlimited where one is absent).
     ///
     /// # Errors
     /// [`ManoeuvreError`].
@@ -174,7 +174,7 @@ impl Manoeuvre {
         Ok(())
     }
 
-    /// The trial in the virtual tank, from rest. A supply voltage, where the model reads one, is that of the reference.
+    /// The trial in the virtual tank, from rest. A supply voltage, if the model reads one, has its reference value.
     pub(super) fn trial(&self) -> Trial {
         let mut start = Measured::default();
         start.pose[2] = DEPTH;

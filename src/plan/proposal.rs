@@ -1,4 +1,4 @@
-//! A plan: chosen runs, and what they will give.
+//! A plan: selected runs, and the standard deviations that they will give.
 
 use std::collections::BTreeMap;
 
@@ -19,32 +19,33 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::tank::TankError;
 
-/// A wanted standard deviation.
+/// Wanted standard deviation of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wish {
     /// Index of the parameter in the model.
     pub parameter: usize,
-    /// Wanted deviation, SI.
+    /// Wanted standard deviation, SI.
     pub std: f64,
 }
 
-/// How runs are proposed.
+/// Options of a plan.
 #[derive(Debug, Clone, Default)]
 pub struct PlanOptions {
-    /// Greatest force of each degree of freedom, N and N·m; one without is not pushed.
+    /// Greatest force of each degree of freedom, N and N·m; a degree of freedom without one is not pushed.
     pub limits: BTreeMap<Dof, f64>,
-    /// Most runs.
+    /// Maximum number of runs.
     pub most: usize,
-    /// Greatest horizontal distance from the start of a run, m; any when absent.
+    /// Greatest horizontal distance from the start of a run, m; unlimited when absent.
     pub room: Option<f64>,
-    /// What the candidates are made of.
+    /// Options of the grid of candidates.
     pub grid: GridOptions,
-    /// How the data will be fitted.
+    /// Options of the fit that the data will be used for.
     pub fitting: OutputErrorOptions,
-    /// The random force that will push the vehicle, maybe none, where the data will be fitted by filter error; `None` where
-    /// by output error.
+    /// Random force that will act on the vehicle, possibly none, if the data will be fitted by filter error; `None`
+    /// if by output error.
     pub forces: Option<Vec<RandomForce>>,
-    /// Covariance of the shared free parameters (row-major, SI) that other data leaves, which will be fitted together.
+    /// Covariance of the shared free parameters (row-major, SI) from other data that will be fitted together with
+    /// these runs.
     pub known: Option<Vec<f64>>,
 }
 
@@ -53,73 +54,74 @@ pub struct PlanOptions {
 pub struct Proposal {
     /// The runs, the most valuable first.
     pub runs: Vec<ProposedRun>,
-    /// What they give together.
+    /// Predicted accuracy of each parameter with all runs together.
     pub parameters: Vec<Predicted>,
-    /// Predicted covariance of `parameters`, row-major, SI; `None` when the runs do not show all of them.
+    /// Predicted covariance of `parameters`, row-major, SI; `None` if the runs do not identify all of them.
     pub covariance: Option<Vec<f64>>,
     /// Number of candidates that were judged.
     pub candidates: usize,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
 /// A run of a plan.
 #[derive(Debug, Clone)]
 pub struct ProposedRun {
-    /// How it goes, with the command history and what perfect instruments would log.
+    /// The simulated run, with the command history and the log of perfect instruments.
     pub sailed: Sailed,
-    /// Greatest std/wanted once this run and those before it are sailed; `None` while something wanted is not shown.
+    /// Greatest ratio of predicted to wanted standard deviation after this run and those before it; `None` while a
+    /// wanted parameter is not identifiable.
     pub worst: Option<f64>,
 }
 
-/// What a plan gives for one parameter.
+/// Predicted accuracy of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Predicted {
     /// Index in the model.
     pub parameter: usize,
     /// Value in the model, SI.
     pub value: f64,
-    /// Wanted deviation, SI.
+    /// Wanted standard deviation, SI.
     pub wanted: Option<f64>,
-    /// Predicted deviation, SI; `None` when the runs do not show the parameter apart from others.
+    /// Predicted standard deviation, SI; `None` if the runs do not distinguish the parameter from others.
     pub std: Option<f64>,
 }
 
-/// Why nothing can be planned.
+/// Error of planning.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanError {
     /// No parameter is free.
     #[error("the model has no free parameter that all runs share: there is nothing to plan for")]
     NothingFree,
-    /// A degree of freedom has no limit of thrust anywhere.
+    /// No degree of freedom has a limit of thrust.
     #[error("no degree of freedom has a limit of thrust: give at least one, such as --limit surge=100")]
     NoLimit,
-    /// No candidate can be sailed.
+    /// No candidate can be carried out.
     #[error("none of the {candidates} candidate runs can be sailed: {reason}")]
     NoCandidate {
-        /// How many there were.
+        /// Number of candidates.
         candidates: usize,
-        /// Why the last one cannot.
+        /// Reason why the last one was left out.
         reason: String,
     },
-    /// A run that was told cannot be.
+    /// A given run is invalid.
     #[error(transparent)]
     Manoeuvre(#[from] ManoeuvreError),
-    /// A run that was told cannot be sailed.
+    /// A given run cannot be simulated.
     #[error(transparent)]
     Sail(#[from] TankError),
-    /// A run shows nothing that the model predicts.
+    /// A run logs nothing that the model predicts.
     #[error(transparent)]
     Information(#[from] OutputErrorError),
 }
 
-/// Greatest |θ| of a run that is proposed, rad: beyond, Euler angles and trim are no longer ordinary.
+/// Greatest |θ| of a proposed run, rad: beyond it, Euler angles and trim are no longer ordinary.
 const STEEPEST: f64 = 1.2;
 
-/// Proposes runs that fulfil `wishes`: the fewest that do, at most `options.most`.
+/// Proposes the smallest number of runs that fulfils `wishes`, at most `options.most`.
 ///
 /// # Errors
-/// [`PlanError`] when there is nothing to plan for or to push with.
+/// [`PlanError`] when no parameter is free, no limit of thrust is given, or no candidate can be carried out.
 pub fn propose(course: &Course, wishes: &[Wish], options: &PlanOptions) -> Result<Proposal, PlanError> {
     let parameters = shared(&course.model);
     if parameters.is_empty() {
@@ -160,10 +162,10 @@ pub fn propose(course: &Course, wishes: &[Wish], options: &PlanOptions) -> Resul
     Ok(plan)
 }
 
-/// What these runs will give.
+/// Predicts the accuracy that these runs will give.
 ///
 /// # Errors
-/// [`PlanError`] when a run cannot be, asks for more than the vehicle gives, or cannot be sailed.
+/// [`PlanError`] when a run is invalid, asks for more thrust than the vehicle has, or cannot be simulated.
 pub fn predict(
     course: &Course,
     runs: &[Manoeuvre],
@@ -180,7 +182,7 @@ pub fn predict(
     predicted(course, sailed, wishes, options)
 }
 
-/// Sails a candidate; why it is left out otherwise.
+/// Simulates a candidate and computes its information; the error is the reason why it is left out.
 fn judge(
     course: &Course,
     manoeuvre: &Manoeuvre,
@@ -217,7 +219,7 @@ fn wanted(parameters: &[usize], wishes: &[Wish]) -> Vec<Option<f64>> {
     parameters.iter().map(of).collect()
 }
 
-/// Runs of one name get a number behind it.
+/// Appends a number to the names of runs that share one.
 fn number_names(chosen: &mut [Sailed]) {
     let names: Vec<String> = chosen.iter().map(|run| run.manoeuvre.name.clone()).collect();
     for (k, run) in chosen.iter_mut().enumerate() {
@@ -229,7 +231,7 @@ fn number_names(chosen: &mut [Sailed]) {
     }
 }
 
-/// A deviation of this many times the size of the parameter, or of what is wanted of it, is none.
+/// Ratio of a standard deviation to the parameter's size, or to the wanted deviation, from which it counts as unknown.
 const UNKNOWN: f64 = 1e3;
 
 fn predicted(
@@ -247,7 +249,7 @@ fn predicted(
     let known = known(&parameters, options);
     let wanted = wanted(&parameters, wishes);
     let size = |k: usize| course.model.parameters[parameters[k]].value.abs().max(wanted[k].unwrap_or(0.0)).max(1e-9);
-    // what is not shown stays as vague as this, which its deviation then tells
+    // weak prior: a parameter that the runs do not identify keeps this deviation and is recognised by it
     let vague: Vec<f64> = (0..parameters.len()).map(|k| 10.0 * UNKNOWN * size(k)).collect();
     let vague = Information::of_deviations(parameters.clone(), &vague);
     let deviations = |runs: &[Information]| -> Vec<Option<f64>> {
@@ -283,7 +285,7 @@ fn predicted(
     Ok(Proposal { runs, parameters, covariance, candidates: 0, warnings })
 }
 
-/// Says what the plan does not show, or not well enough.
+/// Findings for parameters that the plan does not identify, or not accurately enough.
 fn findings(course: &Course, parameters: &[Predicted]) -> Vec<Finding> {
     let mut warnings = Vec::new();
     for p in parameters {
@@ -306,7 +308,7 @@ fn findings(course: &Course, parameters: &[Predicted]) -> Vec<Finding> {
     warnings
 }
 
-/// What shows the effect of a term, in the words of the catalogue.
+/// Kind of run that shows the effect of a term, in the words of the catalogue.
 fn shown_by(course: &Course, term: &str) -> String {
     let found = course.model.terms.iter().find(|t| t.name() == term);
     found.map_or_else(String::new, |t| format!("it is shown by {}", t.effect.about().shown_by))

@@ -1,5 +1,5 @@
-//! A plan rehearsed: campaigns of its runs are simulated with noise and fitted, and the scatter of the estimates is held
-//! against what was predicted.
+//! Rehearsal of a plan: campaigns of its runs are simulated with noise and fitted, and the scatter of the estimates is
+//! compared with the prediction.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -14,16 +14,16 @@ use crate::estimate::started;
 use crate::finding::Finding;
 use crate::run::Run;
 
-/// What a rehearsal found.
+/// Result of a rehearsal.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rehearsal {
-    /// Campaigns that were simulated.
+    /// Number of simulated campaigns.
     pub campaigns: usize,
-    /// Fits that did not converge or could not be made; they do not count in what follows.
+    /// Number of fits that failed or did not converge; they are not counted below.
     pub failed: usize,
     /// Seed of the noise.
     pub seed: u64,
-    /// The parameters that the plan shows.
+    /// Parameters that the plan identifies.
     pub parameters: Vec<RehearsedParameter>,
 }
 
@@ -32,29 +32,29 @@ pub struct Rehearsal {
 pub struct RehearsedParameter {
     /// Index in the model.
     pub parameter: usize,
-    /// Predicted deviation, SI.
+    /// Predicted standard deviation, SI.
     pub predicted: f64,
     /// Root mean square of estimate − truth, SI: scatter and bias.
     pub reached: f64,
     /// Mean of estimate − truth, SI.
     pub bias: f64,
-    /// Share of the fits whose own 95 % interval holds the truth.
+    /// Share of the fits whose 95 % confidence interval contains the truth.
     pub covered: f64,
 }
 
 impl RehearsedParameter {
-    /// Reached over predicted deviation.
+    /// Ratio of the reached to the predicted deviation.
     pub fn ratio(&self) -> f64 {
         self.reached / self.predicted
     }
 }
 
-/// Ratio of reached to predicted deviation from which on a plan is said not to hold.
+/// Ratio of reached to predicted deviation from which a finding warns that the plan does not hold.
 const WORSE: f64 = 1.2;
 
-/// Simulates `campaigns` campaigns of `plan` with the noise of the instruments, drawn from `seed`, and fits each from its
-/// own start by least squares. `progress` is called after each fit. What the plan predicts from knowledge beside its own
-/// runs is not what this reaches: rehearse a plan that stands alone.
+/// Simulates `campaigns` campaigns of `plan` with the noise of the instruments, drawn from `seed`, and fits each from
+/// its own least-squares start. `progress` is called after each fit. A prediction that uses knowledge from other runs
+/// cannot be reached here: rehearse a plan that stands alone.
 pub fn rehearse(
     course: &Course,
     plan: &Proposal,
@@ -91,7 +91,7 @@ pub fn rehearse(
             bias: errors.iter().sum::<f64>() / n,
             covered: held as f64 / n,
         };
-        // three standard errors of a deviation beyond the fifth, so that chance alone does not warn
+        // three standard errors of the ratio beyond WORSE, so that chance alone does not warn
         if one.ratio() > WORSE + 3.0 * WORSE / (2.0 * n).sqrt() {
             let p = &course.model.parameters[told.parameter];
             let text = format!(

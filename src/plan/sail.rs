@@ -1,4 +1,4 @@
-//! The run that a manoeuvre would give: sailed by the model in the virtual tank, without noise.
+//! Simulation of a manoeuvre by the model in the virtual tank, without noise.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,23 +10,23 @@ use crate::model::Model;
 use crate::run::{Run, Signal};
 use crate::tank::{Basin, Noise, Sensor, TankError, amplitudes};
 
-/// What a plan is made for: the model as the truth, what logs it, and its length for Keulegan-Carpenter numbers.
+/// Basis of a plan: the model as the truth, the instruments, and the vehicle's length for Keulegan-Carpenter numbers.
 #[derive(Debug, Clone)]
 pub struct Course {
     /// The model whose values count as true.
     pub model: Model,
-    /// What is logged, and how well.
+    /// Logged channels, with rate and noise.
     pub instruments: Instruments,
-    /// Characteristic length, m; 1 m where it is unknown and no effect asks for it.
+    /// Characteristic length, m; 1 m if it is unknown and no effect needs it.
     pub length: f64,
 }
 
-/// A manoeuvre that was sailed.
+/// A simulated manoeuvre.
 #[derive(Debug, Clone)]
 pub struct Sailed {
-    /// What was sailed.
+    /// The manoeuvre.
     pub manoeuvre: Manoeuvre,
-    /// The log of perfect instruments, with the command that was given.
+    /// Log of perfect instruments, with the commands.
     pub run: Run,
     /// Greatest |ν| of each modelled degree of freedom, m/s and rad/s.
     pub greatest: BTreeMap<Dof, f64>,
@@ -36,14 +36,14 @@ pub struct Sailed {
     pub pitch: f64,
 }
 
-/// Rate at which the extent of the motion is watched, and commands are given, Hz.
+/// Rate of the commands and of the samples from which the extent of the motion is taken, Hz.
 const RATE: f64 = 10.0;
 
-/// Step of the integration, s: half of the tank's own accuracy, for nothing here is compared with a log.
+/// Integration step, s: half of the tank's own accuracy, as nothing here is compared with a log.
 const STEP: f64 = 0.02;
 
 impl Course {
-    /// Sails a manoeuvre.
+    /// Simulates a manoeuvre.
     ///
     /// # Errors
     /// [`TankError`] when the motion diverges or the model reads a channel that a plan cannot foresee.
@@ -75,8 +75,7 @@ impl Course {
         Ok(Sailed { manoeuvre: manoeuvre.clone(), run, greatest, reach, pitch })
     }
 
-    /// The log of `sailed` as the instruments would tell it: white noise of the run number `index` of a campaign drawn
-    /// from `seed`.
+    /// Log of `sailed` by the real instruments: white noise for run number `index` of a campaign, drawn from `seed`.
     pub(super) fn logged(&self, sailed: &Sailed, index: usize, seed: u64) -> Run {
         let mut run = sailed.run.clone();
         for (number, (channel, instrument)) in self.instruments.iter().enumerate() {

@@ -1,37 +1,37 @@
-//! Which of the candidates to sail: greedy choice, then exchange.
+//! Selection of runs from the candidates: greedy choice, then exchange.
 //!
 //! ```text
 //! min over sets of runs of   Σ_k max(0, ln std_k/wanted_k)          while a wish is open
 //!                            ε Σ_k min(0, ln std_k/wanted_k)        once all are fulfilled
 //! ```
 //!
-//! The second, which is negative, prefers the better of two sets that fulfil every wish.
-//! Runs are added one at a time, the best first; then each is exchanged for a better one, and left out where the wishes
-//! are fulfilled without it. A run may be sailed twice: its noise is new. Fedorov, *Theory of Optimal Experiments*
-//! (1972), ch. 3. Nothing is random: the same candidates give the same set.
+//! The second cost, which is negative, prefers the better of two sets that fulfil every wish. Runs are added one at a
+//! time, the best first; then each is exchanged for a better one, and dropped if the wishes are fulfilled without it.
+//! A run may be selected twice: its noise is new. Fedorov, *Theory of Optimal Experiments* (1972), ch. 3. Nothing is
+//! random: the same candidates give the same set.
 
 use super::information::Information;
 
-/// Weight of what goes beyond the wishes.
+/// Weight ε of accuracy beyond the wishes.
 const BEYOND: f64 = 1e-3;
-/// Deviation, in units of the wanted one, that the parameters have beforehand while runs are chosen: weak enough to count
-/// for nothing at the end, and what makes the first runs comparable.
+/// Prior standard deviation of the parameters during the selection, in units of the wanted one: weak enough not to
+/// matter at the end, it makes the first runs comparable.
 const VAGUE: f64 = 1e4;
-/// Sweeps of exchange; a sweep that changes nothing ends them.
+/// Maximum number of sweeps of exchange; a sweep that changes nothing is the last.
 const SWEEPS: usize = 4;
 
-/// A wish, in the order of the parameters of the information: the wanted deviation; `None` where there is none.
+/// Wanted standard deviations, in the order of the parameters of the information; `None` without a wish.
 pub(super) type Wanted = [Option<f64>];
 
-/// A set of candidates and what it costs.
+/// A set of candidates and its cost.
 #[derive(Debug, Clone)]
 struct Set {
     chosen: Vec<usize>,
     cost: f64,
 }
 
-/// Indices of the chosen candidates, in the order in which they were found to be worth most. At most `most`; `known` is
-/// there without any run.
+/// Indices of at most `most` chosen candidates, the most valuable first; `known` is the information available without
+/// any run.
 pub(super) fn select(candidates: &[Information], known: &Information, wanted: &Wanted, most: usize) -> Vec<usize> {
     let vague = vague(known, wanted);
     let cost = |chosen: &[usize]| {
@@ -48,7 +48,7 @@ pub(super) fn select(candidates: &[Information], known: &Information, wanted: &W
     }
     exchange(&mut set, candidates.len(), &cost);
     while fulfilled(set.cost) && !set.chosen.is_empty() {
-        // one run less, and the others rearranged
+        // one run less, and the others exchanged
         let Some(mut less) = best(set.chosen.len(), |k| without(&set.chosen, k), &cost) else { break };
         exchange(&mut less, candidates.len(), &cost);
         if !fulfilled(less.cost) {
@@ -59,7 +59,7 @@ pub(super) fn select(candidates: &[Information], known: &Information, wanted: &W
     in_order(&set.chosen, &cost)
 }
 
-/// Whether the cost is that of wishes that are all fulfilled: what is left is negative.
+/// Whether the cost is that of a set that fulfils all wishes: only the negative part remains.
 fn fulfilled(cost: f64) -> bool {
     cost <= 0.0
 }
@@ -75,14 +75,14 @@ fn cost_of(information: &Information, wanted: &Wanted) -> f64 {
     if open > 0.0 { open } else { BEYOND * beyond }
 }
 
-/// Vague beforehand knowledge: of each parameter, far worse than what is wanted of it.
+/// Weak prior information: for each parameter far less accurate than wanted.
 fn vague(known: &Information, wanted: &Wanted) -> Information {
     let fallback = wanted.iter().flatten().fold(1.0, |m: f64, w| m.max(*w));
     let std: Vec<f64> = wanted.iter().map(|w| VAGUE * w.unwrap_or(fallback)).collect();
     Information::of_deviations(known.parameters.clone(), &std)
 }
 
-/// The cheapest of `count` sets; of equal ones the first.
+/// The cheapest of `count` sets; the first of equal ones.
 fn best(
     count: usize,
     set: impl Fn(usize) -> Vec<usize> + Sync,
@@ -135,7 +135,8 @@ fn in_order(chosen: &[usize], cost: &(impl Fn(&[usize]) -> f64 + Sync)) -> Vec<u
 mod tests {
     use super::*;
 
-    /// Runs that show one parameter each with deviation 1: four of one are needed for half, one of the other.
+    /// Each run identifies one parameter with deviation 1: for half of it four runs are needed, for 1 of the other
+    /// one run.
     #[test]
     fn exact_number_of_runs_for_independent_parameters() {
         let of = |a: f64, b: f64| Information::of_deviations(vec![0, 1], &[a, b]);

@@ -365,7 +365,7 @@ fn blind_an_effect_outside_the_catalogue_is_not_explained_by_a_stranger() {
 /// more: no stand-in is left in its gap, among its terms, or in what is to be adopted.
 #[test]
 fn blind_stand_ins_are_not_in_the_model_that_is_told() {
-    let sea = sea("small", 0.02, &["drag_step"], 207);
+    let sea = sea("laurs", 0.02, &["drag_step"], 207);
     let found = answer("step", &sea);
     assert!(matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained), "{}", found.sentence);
     assert!(

@@ -9,10 +9,10 @@ use crate::effects::Family;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DiscoverTable {
-    /// Chance of a false name that is accepted, over all candidates together. 0.01, that of the search: a false name is worse
-    /// than none.
+    /// Accepted probability of a false discovery, over all candidates together. 0.01, as in the search: a false name is
+    /// worse than none.
     pub level: f64,
-    /// Most effects that may be added. 5, that of the search: a longer chain of names is no explanation.
+    /// Maximum number of effects added. 5, as in the search: a longer chain of names explains nothing.
     pub max_effects: usize,
     /// Families that are searched; all by default.
     pub families: Vec<Family>,

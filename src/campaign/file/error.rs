@@ -1,4 +1,4 @@
-//! What can be wrong with a campaign file, and where it stands.
+//! Errors of a campaign file, and their places in it.
 
 use std::fmt;
 use std::ops::Range;
@@ -27,7 +27,7 @@ pub struct CampaignErrors {
 }
 
 impl CampaignErrors {
-    /// Most errors that are listed: beyond it the file is better looked at as a whole.
+    /// Maximum number of errors listed: with more, the file is better reviewed as a whole.
     pub const MOST: usize = 20;
 }
 
@@ -94,7 +94,7 @@ pub enum Problem {
     /// The campaign file cannot be read.
     #[error("cannot be read: {}", io_text(*.kind))]
     CannotRead {
-        /// Why.
+        /// Reason for the failure.
         kind: std::io::ErrorKind,
     },
     /// The file is no text.
@@ -109,7 +109,7 @@ pub enum Problem {
          from it (pip install 'hydrosysid[{extra}]')"
     )]
     OtherLog {
-        /// What it is.
+        /// Name of the format.
         name: &'static str,
         /// The extra of the Python package that reads it.
         extra: &'static str,
@@ -286,7 +286,7 @@ pub enum Problem {
     UnreadableFile {
         /// Where it is.
         path: PathBuf,
-        /// Why.
+        /// Reason for the failure.
         kind: std::io::ErrorKind,
     },
     /// A folder or a device where a log should be.

@@ -8,7 +8,7 @@ use crate::estimate::output_error::{Loss, OutputErrorOptions};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// Maximum likelihood of a model that is pushed by a random force.
+    /// Maximum likelihood of a model with a random force.
     FilterError,
     /// Output error on segments: simulation against measurement.
     OutputError,

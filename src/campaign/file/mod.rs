@@ -1,8 +1,8 @@
-//! The campaign file: TOML in, checked plain data out, and back.
+//! The campaign file: reads TOML into checked plain data, and writes it back.
 //!
-//! One struct a table; an unknown key is refused. Everything that is wrong is told at once, each with line, column,
-//! key, value and what would be right. Nothing is fitted here, and formulas stay text: the rooms that read them find
-//! their place by [`Source::locate`].
+//! Each table is one struct; an unknown key is refused. All errors are reported at once, each with line, column, key,
+//! value and the correction. Nothing is fitted here, and formulas stay text: the modules that parse them find their
+//! place by [`Source::locate`].
 
 mod check;
 mod discover;
@@ -40,7 +40,7 @@ use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
 use report::Report;
 
-/// The format this version reads and writes.
+/// Format that this version reads and writes.
 pub const FORMAT: i64 = 1;
 
 /// A campaign as its file says it.

@@ -1,4 +1,4 @@
-//! The tables that say what the model holds: `[model]`, `[[parameter]]`, `[[effect]]`, `[[observe]]`.
+//! The tables that define the model: `[model]`, `[[parameter]]`, `[[effect]]`, `[[observe]]`.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ pub struct ModelTable {
     /// parameters, and the terms then do no work.
     #[serde(default)]
     pub coriolis: Coriolis,
-    /// What inputs do between samples, unless a run says otherwise. Linear by default: logs mostly hold filtered or
+    /// Hold of the inputs between samples, unless a run says otherwise. Linear by default: logs mostly hold filtered or
     /// slowly changing commands, and the trapezoids of the integral regression assume the same.
     #[serde(default)]
     pub input: Interpolation,

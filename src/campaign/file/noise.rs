@@ -1,4 +1,4 @@
-//! The `[noise]` table: what is known of the sensors' noise and of the random force beforehand.
+//! The `[noise]` table: prior knowledge of the sensors' noise and of the random force.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub enum ForceWord {
 const CORRELATION_TIME: &str = "correlation_time";
 
 impl NoiseTable {
-    /// Whether nothing is known.
+    /// Whether the table is empty.
     pub fn is_empty(&self) -> bool {
         *self == NoiseTable::default()
     }

@@ -37,7 +37,7 @@ pub struct RunTable {
     /// Rate to which the log is resampled, Hz; left as logged when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resample: Option<f64>,
-    /// What inputs do between samples; that of `[model]` when absent.
+    /// Hold of the inputs between samples; that of `[model]` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input: Option<Interpolation>,
     /// Reading options of this run, those of the campaign's `[log]` already taken over where it says nothing; `None`

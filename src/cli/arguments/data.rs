@@ -16,10 +16,10 @@ fn positive(text: &str) -> Result<f64, String> {
     after_help = "Examples:\n  hydrosysid init dive.csv --vehicle bluerov2 -o dive\n  hydrosysid init surge*.csv yaw*.csv --name LAURS --mass 189 --volume 0.19 -o campaign.toml\n  hydrosysid init imu.csv dvl.csv thrusters.csv -o dive --log 'columns.t = \"time\"'\n\nEvery guess stands in the file as a comment that begins with `# guessed:`. Logs outside the campaign's folder are\ncopied into it. With the Python package the logs may be ROS bags, .mcap, .BIN, .tlog, .ulg, .mat or .parquet too."
 )]
 pub(in crate::cli) struct Init {
-    /// Logs; several of one dive are put together.
+    /// Logs; several logs of one dive are merged.
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
-    /// Folder to write, or campaign file (.toml); standard output when absent.
+    /// Output folder or campaign file (.toml); standard output when absent.
     #[arg(short, long, value_name = "FOLDER|FILE")]
     pub output: Option<PathBuf>,
     /// Vehicle that comes with the program (`hydrosysid vehicles`), or a vehicle file.
@@ -43,7 +43,7 @@ pub(in crate::cli) struct Init {
     /// Characteristic length, m.
     #[arg(long, value_name = "M", value_parser = positive)]
     pub length: Option<f64>,
-    /// Definition of a ROS message that a bag does not hold (.msg), or a folder of such; with the Python package.
+    /// Definition of a ROS message that the bag does not contain (.msg), or a folder of them; needs the Python package.
     #[arg(long, value_name = "FILE|FOLDER")]
     pub msg: Vec<PathBuf>,
     /// What the reader of another format has learned from the log (TOML); written by the Python package.
@@ -61,7 +61,7 @@ pub(in crate::cli) struct Check {
     /// A campaign (.toml, or the folder that holds campaign.toml), or logs.
     #[arg(required = true, value_name = "CAMPAIGN|LOG")]
     pub files: Vec<PathBuf>,
-    /// Columns that a bare log must have, separated by commas.
+    /// Columns that a log without a campaign must have, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "COLUMNS", default_value = "t,u,v,r,tau_u,tau_v,tau_r")]
     pub columns: Vec<String>,
     #[command(flatten)]
@@ -86,7 +86,7 @@ pub(in crate::cli) struct Convert {
     /// TOML file with the reading options, columns among them.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// Definition of a ROS message that a bag does not hold (.msg), or a folder of such; with the Python package.
+    /// Definition of a ROS message that the bag does not contain (.msg), or a folder of them; needs the Python package.
     #[arg(long, value_name = "FILE|FOLDER")]
     pub msg: Vec<PathBuf>,
     #[command(flatten)]

@@ -40,7 +40,7 @@ pub(super) struct Shared {
     /// Write the result as JSON to FILE, or to standard output with `-` (then no table).
     #[arg(long, value_name = "FILE", global = true)]
     pub json: Option<PathBuf>,
-    /// Take warnings as errors.
+    /// Treat warnings as errors.
     #[arg(long, global = true)]
     pub strict: bool,
     /// Replace output files that exist.
@@ -52,10 +52,10 @@ pub(super) struct Shared {
     /// Print the long tables too.
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
-    /// No colours; the environment variable NO_COLOR does the same.
+    /// Disable colours, as the environment variable NO_COLOR does.
     #[arg(long, global = true)]
     pub no_color: bool,
-    /// Number of threads, at most that of the cores; all cores when absent.
+    /// Number of threads, at most the number of cores; all cores when absent.
     #[arg(short, long, value_name = "N", global = true, value_parser = threads)]
     pub jobs: Option<usize>,
 }
@@ -69,11 +69,11 @@ fn threads(text: &str) -> Result<usize, String> {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Verb {
-    /// Show the whole procedure on a virtual tank, and an effect that was hidden found again.
+    /// Run the whole procedure on a virtual tank, including the discovery of a hidden effect.
     Demo(Demo),
     /// Write a commented campaign file from a set of logs.
     Init(Init),
-    /// Look at logs or a campaign before anything is fitted: green, amber or red.
+    /// Check logs or a campaign before fitting: green, amber or red.
     Check(Check),
     /// Read a log with its options and write it as plain CSV in SI units.
     Convert(Convert),
@@ -81,25 +81,25 @@ pub(super) enum Verb {
     Fit(Fit),
     /// Simulate the runs with a model.
     Simulate(Simulate),
-    /// Hold a model against every run, those of the fit and those that took no part.
+    /// Compare a model with every run, training and held-out.
     Compare(Compare),
-    /// Find what the model lacks, and show it on runs that took no part.
+    /// Find what the model lacks, and confirm it on held-out runs.
     Discover(Discover),
-    /// Propose the runs that bring parameters to wanted deviations, or say what given runs will bring.
+    /// Propose runs that reach wanted standard deviations, or predict those of given runs.
     Plan(Plan),
-    /// Run a model along a new log and say when it no longer fits.
+    /// Compare new logs with a model and report when and why it no longer fits.
     Monitor(Monitor),
-    /// Write everything about a campaign as one HTML page.
+    /// Write all results of a campaign as one HTML page.
     Report(Report),
-    /// Work on a campaign in the browser: logs, columns, stretches, effects, discovery, report.
+    /// Work on a campaign in the browser: logs, columns, time ranges, effects, discovery, report.
     View(View),
-    /// Write a model for a simulator, for control design or as a table; without arguments list the targets.
+    /// Export a model to a simulator, for control design or as a table; without arguments list the targets.
     Export(Export),
-    /// List the effects that a model may hold, or tell all of one.
+    /// List the effects that a model can contain, or describe one in full.
     Effects(Effects),
     /// List the vehicles that come with the program.
     Vehicles,
-    /// Tell what the code of a warning or an error means.
+    /// Explain the code of a warning or an error.
     Explain(Explain),
     /// Write completions for a shell.
     Completions(Completions),
@@ -118,7 +118,7 @@ pub(super) struct Reading {
 /// How a campaign is loaded.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Loading {
-    /// Let logs lie outside the campaign's folder.
+    /// Allow logs outside the campaign's folder.
     #[arg(long)]
     pub allow_outside: bool,
 }

@@ -18,9 +18,9 @@ fn refits(text: &str) -> Result<usize, String> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub(in crate::cli) enum EstimatorName {
-    /// Maximum likelihood of a model that is pushed by a random force.
+    /// Maximum likelihood with a random force in the model (Kalman filter).
     FilterError,
-    /// Simulation against measurement on segments.
+    /// Maximum likelihood of free simulation on segments, sensor noise only.
     OutputError,
     /// The paper's procedure, stage by stage.
     Staged,
@@ -46,28 +46,30 @@ impl From<EstimatorName> for Estimator {
 pub(in crate::cli) struct Fit {
     /// Campaign file.
     pub campaign: PathBuf,
-    /// Estimator; that of the campaign's [fit] table, else staged where bollard or towing runs take part beside runs
-    /// that show every drag at constant speed, and filter error otherwise.
+    /// Estimator. Default: that of the campaign's [fit] table; else staged if there are bollard or towing
+    /// runs and runs that show every drag at constant speed, and filter error otherwise.
     #[arg(long, value_enum)]
     pub estimator: Option<EstimatorName>,
-    /// Fit by integral least squares without keeping the logs, as `--estimator integral` does of itself beyond 64 MiB.
+    /// Fit by integral least squares without keeping the logs in memory; `--estimator integral` does so above 64 MiB.
     #[arg(long, conflicts_with_all = ["bootstrap", "monte_carlo", "estimator", "thorough", "filters", "plot"])]
     pub stream: bool,
-    /// Refit on N resamplings of stretches of the training runs (of whole runs, kind by kind, where the estimator is
-    /// staged), and show the scatter.
+    /// Refit on N bootstrap samples of stretches of the training runs (staged estimator: of whole runs, kind
+    /// by kind), and show the scatter.
     #[arg(long, value_name = "N", value_parser = refits, conflicts_with = "monte_carlo")]
     pub bootstrap: Option<usize>,
-    /// Refit on N data sets that the fitted model makes, and show the scatter.
+    /// Refit on N data sets simulated with the fitted model, and show the scatter.
     #[arg(long, value_name = "N", value_parser = refits)]
     pub monte_carlo: Option<usize>,
-    /// Look closer at what the data can tell: profile likelihoods of doubtful parameters, segments of other lengths, the
-    /// run that would tell most (some ten fits); of fits by rows, halves of the runs and longer windows.
+    /// Test identifiability more closely (some ten fits): profile likelihoods of doubtful parameters, other
+    /// segment lengths, the most informative next run; for fits by rows, halves of the runs and longer
+    /// windows.
     #[arg(long)]
     pub thorough: bool,
-    /// Write the fitted model to FILE (TOML, or JSON where it ends in .json); of bench runs a vehicle file, see --vehicle.
+    /// Write the fitted model to FILE (TOML, or JSON if it ends in .json); for bench runs a vehicle file, see
+    /// --vehicle.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Of bench runs: the vehicle, a name from `hydrosysid vehicles` or a file, that the vehicle file extends.
+    /// For bench runs: the vehicle that the vehicle file extends, a name from `hydrosysid vehicles` or a file.
     #[arg(long, value_name = "NAME", requires = "model")]
     pub vehicle: Option<String>,
     /// Repeat the staged and the all-at-once fit with polynomial filters of several windows and degrees.
@@ -89,10 +91,10 @@ pub(in crate::cli) struct Simulate {
     /// Model to simulate; the campaign is fitted when absent.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Folder in which each run is written as CSV.
+    /// Folder for the simulated runs, one CSV file each.
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
-    /// Folder in which the forces of each run and degree of freedom are written as CSV, a column a term.
+    /// Folder for the forces of each run and degree of freedom, CSV with one column per term.
     #[arg(long, value_name = "FOLDER")]
     pub forces: Option<PathBuf>,
     #[command(flatten)]
@@ -106,7 +108,7 @@ pub(in crate::cli) struct Simulate {
 /// Curves in the terminal.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Plotting {
-    /// Draw measured and simulated velocities in the terminal: of the runs that took no part, or of RUN.
+    /// Plot measured and simulated velocities in the terminal: of the held-out runs, or of RUN.
     #[arg(long, value_name = "RUN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     pub plot: Option<String>,
 }
@@ -114,8 +116,8 @@ pub(in crate::cli) struct Plotting {
 /// Series for a plotting tool.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Series {
-    /// Write measured, simulated and residual series of all runs side by side to FILE, for PlotJuggler or Foxglove: .csv,
-    /// or .mcap with the Python package.
+    /// Write measured, simulated and residual series of all runs side by side to FILE, for PlotJuggler or Foxglove:
+    /// .csv, or .mcap with the Python package.
     #[arg(long, value_name = "FILE")]
     pub series: Option<PathBuf>,
 }
@@ -137,8 +139,8 @@ pub(in crate::cli) struct Compare {
     /// Fit each run alone and simulate its model on every other run: the cross-validation matrix.
     #[arg(long, conflicts_with_all = ["other", "model", "params", "series", "plot"])]
     pub cross: bool,
-    /// Published parameters to hold against the runs and the own model: TOML with format, convention, [parameters]; or a
-    /// vehicle of `hydrosysid vehicles`.
+    /// Published parameters to compare with the runs and the fitted model: TOML with format, convention,
+    /// [parameters]; or a vehicle of `hydrosysid vehicles`.
     #[arg(long, value_name = "FILE", conflicts_with = "series")]
     pub params: Option<PathBuf>,
     #[command(flatten)]
@@ -159,8 +161,8 @@ pub(in crate::cli) struct Discover {
     /// Families of effects to search; those of the campaign's [discover] table when absent.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FAMILY")]
     pub families: Vec<FamilyName>,
-    /// Write the effects that are named into the campaign, comments kept; or into FILE, another campaign in the same folder,
-    /// a copy of this one where it does not exist.
+    /// Write the named effects into the campaign and keep its comments; or into FILE, a campaign in the same
+    /// folder, which starts as a copy of this one if it does not exist.
     #[arg(long, value_name = "FILE")]
     #[allow(clippy::option_option)] // absent, alone, with a file
     pub adopt: Option<Option<PathBuf>>,
@@ -174,9 +176,9 @@ pub(in crate::cli) enum FamilyName {
     Body,
     /// Changes of the force between command and water.
     Actuator,
-    /// What the water does, and what pulls from outside.
+    /// Motion of the water, and external forces.
     Environment,
-    /// Changes of what is logged.
+    /// Errors of what is logged.
     Sensor,
 }
 

@@ -17,10 +17,11 @@ pub(in crate::cli) struct Plan {
     /// Wanted standard deviation, as TERM=STD (SI), TERM=5%, or 5% for all; may be repeated. 5% when absent.
     #[arg(long = "want", value_name = "WANT")]
     pub wants: Vec<crate::campaign::Want>,
-    /// Greatest force or moment of a degree of freedom, N or N*m; may be repeated. A campaign's thrusters are known.
+    /// Maximum force or moment of a degree of freedom, N or N*m; may be repeated. Known if the campaign
+    /// describes its thrusters.
     #[arg(long = "limit", value_name = "DOF=FORCE", value_parser = pair)]
     pub limits: Vec<(String, f64)>,
-    /// Noise of a sensor, as CHANNEL=STD (SI); may be repeated. A model knows that of its own runs.
+    /// Noise of a sensor, as CHANNEL=STD (SI); may be repeated. A fitted model holds that of its own runs.
     #[arg(long = "noise", value_name = "CHANNEL=STD", value_parser = pair)]
     pub noise: Vec<(String, f64)>,
     /// Rate of the sensors, Hz, or of one as CHANNEL=HZ; may be repeated.
@@ -29,13 +30,13 @@ pub(in crate::cli) struct Plan {
     /// Length of each run, s.
     #[arg(long, value_name = "S", default_value_t = 90.0)]
     pub length: f64,
-    /// Most runs.
+    /// Maximum number of runs.
     #[arg(long, value_name = "N", default_value_t = 12)]
     pub most: usize,
-    /// Greatest horizontal distance from the start of a run, m.
+    /// Maximum horizontal distance from the start of a run, m.
     #[arg(long, value_name = "M")]
     pub room: Option<f64>,
-    /// Leave out the data that the model comes from: the new runs will be fitted alone.
+    /// Ignore the data of the earlier fit: the new runs will be fitted alone.
     #[arg(long)]
     pub without_known: bool,
     /// Judge the [[run]] tables of FILE instead of proposing runs.
@@ -47,7 +48,7 @@ pub(in crate::cli) struct Plan {
     /// Seed of the rehearsal.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Folder in which the plan (plan.toml) and the command history of each run (CSV) are written.
+    /// Folder for the plan (plan.toml) and the command history of each run (CSV).
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
@@ -75,7 +76,7 @@ pub(in crate::cli) struct Monitor {
     /// Length of a window, s.
     #[arg(long, value_name = "S", default_value_t = 8.0)]
     pub window: f64,
-    /// Probability of a false alarm in the whole log, by white noise.
+    /// Probability of a false alarm in the whole log, for white innovations.
     #[arg(long, value_name = "P", default_value_t = 0.01)]
     pub level: f64,
     #[command(flatten)]

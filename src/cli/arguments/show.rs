@@ -10,16 +10,16 @@ use crate::demo::HIDDEN;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  hydrosysid demo\n  hydrosysid demo --hide current --seed 7")]
 pub(in crate::cli) struct Demo {
-    /// Folder to write; an earlier demo's is replaced, nobody else's.
+    /// Output folder; only the folder of an earlier demo is replaced.
     #[arg(long, value_name = "FOLDER", default_value = "demo")]
     pub folder: PathBuf,
     /// Seed of the tank.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Noise of the sensors, in units of the ordinary one.
+    /// Sensor noise, as a multiple of the default.
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub noise: f64,
-    /// Effect that the second campaign hides: any id of `hydrosysid effects`.
+    /// Effect hidden in the second campaign: any id of `hydrosysid effects`.
     #[arg(long, value_name = "EFFECT", default_value = HIDDEN)]
     pub hide: String,
 }
@@ -49,9 +49,9 @@ pub(in crate::cli) struct Report {
     after_help = "Examples:\n  hydrosysid view dive\n  hydrosysid view campaign.toml --port 8080 --no-browser\n\nThe page is served to this machine alone, under the address that is printed, until Ctrl-C. Every change is written into the campaign file, comments kept."
 )]
 pub(in crate::cli) struct View {
-    /// Campaign file, or a folder for one: without a campaign it begins with the logs that are dropped.
+    /// Campaign file, or a folder; in a folder without a campaign the dropped logs make one.
     pub campaign: PathBuf,
-    /// Port of 127.0.0.1; any that is free when absent.
+    /// Port of 127.0.0.1; a free one when absent.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub port: u16,
     /// Print the address and open no browser.
@@ -84,13 +84,13 @@ pub(in crate::cli) struct Export {
     /// Dry moments of inertia about the body origin in roll, pitch, yaw, kg*m2.
     #[arg(long, value_name = "IXX,IYY,IZZ", value_delimiter = ',')]
     pub inertia: Vec<f64>,
-    /// Operating point of a linear model: u=0.5,r=0.1 and forces tau_u=... where they are not those that hold it.
+    /// Operating point of a linear model: u=0.5,r=0.1, and forces tau_u=... unless the equilibrium forces are meant.
     #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = pair, allow_hyphen_values = true)]
     pub at: Vec<(String, f64)>,
-    /// Forces in the target are those that act: losses of thrust ([efficiency]) are counted by what makes them.
+    /// The target's inputs are effective forces: thrust losses ([efficiency]) are left to whatever commands it.
     #[arg(long)]
     pub acting: bool,
-    /// Version of the simulator that is to read the file, such as 8 or 7.2: refused where it would not.
+    /// Version of the simulator that will read the file, such as 8 or 7.2; refused if it cannot.
     #[arg(long, value_name = "VERSION")]
     pub target_version: Option<String>,
 }
@@ -99,7 +99,7 @@ pub(in crate::cli) struct Export {
 pub(in crate::cli) struct Effects {
     /// Id of one effect; all of them when absent.
     pub id: Option<String>,
-    /// Only effects that hold these words in their id, common name or meaning.
+    /// Only effects with these words in their id, common name or description.
     #[arg(long, value_name = "TEXT", conflicts_with = "id")]
     pub search: Option<String>,
 }
