@@ -56,8 +56,8 @@ pub struct Balance {
     /// The velocity.
     pub nu: Samples,
     commands: Vec<Samples>,
-    /// V |V| and V² of the commands if these are voltages.
-    squares: Vec<Samples>,
+    /// The commands, of which the delay is estimated: of a voltage V, V |V| and V², whose sum is any curve.
+    curves: Vec<Samples>,
     /// Which of the commands stand for others that always go with them.
     together: Vec<bool>,
     windows: Vec<(f64, f64)>,
@@ -108,20 +108,21 @@ impl Balance {
         if !straight.commands_are_voltages() {
             return Some(straight);
         }
-        let squares = straight.squares_of_commands();
+        let curves = straight.powers_of_commands();
         let curved = POWERS.into_iter().filter_map(|power| Balance::by_power(run, dof, width, power));
         let cost = |b: &Balance| b.fit(0.0).map_or(f64::INFINITY, |f| f.cost);
         let best = std::iter::once(straight).chain(curved).min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-        Some(Balance { squares, ..best })
+        Some(Balance { curves, ..best })
     }
 
-    /// V |V| and V² of each command, unless one is a sum of the commands and the others: steps between two values show no curve.
-    fn squares_of_commands(&self) -> Vec<Samples> {
-        let signed = self.commands.iter().map(|c| c.map(|_, x| x * x.abs()));
-        let squares: Vec<Samples> = signed.chain(self.commands.iter().map(|c| c.map(|_, x| x * x))).collect();
-        let columns: Vec<Vec<f64>> = self.commands.iter().chain(&squares).map(|s| self.late(s, 0.0)).collect();
+    /// V, V |V| and V² of each command, without those that are sums of the others: steps between two values show no curve.
+    fn powers_of_commands(&self) -> Vec<Samples> {
+        let powers: [fn(f64) -> f64; 3] = [|v| v, |v| v * v.abs(), |v| v * v];
+        let all = powers.iter().flat_map(|power| self.commands.iter().map(|c| c.map(|_, v| power(v))));
+        let all: Vec<Samples> = all.collect();
+        let columns: Vec<Vec<f64>> = all.iter().map(|s| self.late(s, 0.0)).collect();
         let (kept, _) = independent(&columns);
-        kept.iter().filter_map(|k| squares.get(k.checked_sub(self.commands.len())?).cloned()).collect()
+        kept.into_iter().map(|k| all[k].clone()).collect()
     }
 
     /// Whether the commands are voltages or normalised commands that go both ways: pulses have their zero elsewhere.
@@ -175,12 +176,12 @@ impl Balance {
         terms.push(Term::Constant);
         others.push(windows.iter().map(|(a, b)| b - a).collect());
         let target = windows.iter().map(|(a, b)| nu.at(*b) - nu.at(*a)).collect();
-        Some(Balance { dof, terms, nu, commands, squares: Vec::new(), together, windows, others, target })
+        Some(Balance { dof, terms, nu, curves: commands.clone(), commands, together, windows, others, target })
     }
 
-    /// The columns with the commands `delay` s late.
-    fn columns(&self, delay: f64) -> Vec<Vec<f64>> {
-        self.commands.iter().map(|s| self.late(s, delay)).chain(self.others.iter().cloned()).collect()
+    /// The columns of `commands`, `delay` s late, and of the other terms.
+    fn columns(&self, commands: &[Samples], delay: f64) -> Vec<Vec<f64>> {
+        commands.iter().map(|s| self.late(s, delay)).chain(self.others.iter().cloned()).collect()
     }
 
     /// The integrals of `samples`, `delay` s late.
@@ -190,21 +191,23 @@ impl Balance {
 
     /// The fit with the commands `delay` s late.
     pub fn fit(&self, delay: f64) -> Option<Fit> {
-        let columns = self.columns(delay);
-        fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
+        self.fit_to(&self.commands, delay)
     }
 
     /// The same with a curve a V + b V |V| + c V² of its own for each voltage: beside drag, an error of the curve looks like a delay.
     pub fn fit_with_any_curve(&self, delay: f64) -> Option<Fit> {
-        let mut columns = self.columns(delay);
-        columns.extend(self.squares.iter().map(|s| self.late(s, delay)));
+        self.fit_to(&self.curves, delay)
+    }
+
+    fn fit_to(&self, commands: &[Samples], delay: f64) -> Option<Fit> {
+        let columns = self.columns(commands, delay);
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
     }
 
     /// The fit with all commands as one, each as strong beside the others as `each` has it, and the root mean square of every
     /// column: the first is that of the commands. What thrusters that push together do apart no run has to show.
     pub fn with_commands_as_one(&self, each: &Fit) -> Option<(Fit, Vec<f64>)> {
-        let columns = self.columns(0.0);
+        let columns = self.columns(&self.commands, 0.0);
         let (commands, others) = columns.split_at(self.commands.len());
         let push = |k: usize| commands.iter().zip(&each.theta).map(|(column, gain)| gain * column[k]).sum();
         let together: Vec<f64> = (0..self.windows.len()).map(push).collect();
