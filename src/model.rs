@@ -250,6 +250,17 @@ impl Model {
         Ok(self.terms.len() - 1)
     }
 
+    /// Puts `effect` in the place of that of a term whose parameters it has, and adds those that it has besides.
+    pub(crate) fn change(&mut self, term: usize, effect: Arc<dyn Effect>) {
+        let (name, place, known) = (self.terms[term].name(), self.terms[term].place, self.terms[term].parameters.len());
+        for spec in effect.parameters(place).into_iter().skip(known) {
+            let shared = self.parameters.iter().position(|p| spec.shared.is_some() && p.spec.shared == spec.shared);
+            let added = shared.unwrap_or_else(|| self.push_parameter(&name, effect.about().id, place, spec));
+            self.terms[term].parameters.push(added);
+        }
+        self.terms[term].effect = effect;
+    }
+
     /// Adds a parameter that belongs to the term `name`; returns its index.
     pub(crate) fn push_parameter(&mut self, name: &str, effect: &str, place: Place, spec: ParameterSpec) -> usize {
         let (value, min, max) = match &spec.kind {

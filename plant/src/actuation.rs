@@ -64,6 +64,8 @@ pub struct Actuation {
     pub delay: f64,
     /// Amplitude, share, and frequency, Hz, of a ripple on all thrust.
     pub ripple: (f64, f64),
+    /// Share of all thrust that is lost from an instant of the campaign's clock on, s: a weak battery.
+    pub weakened: (f64, f64),
 }
 
 /// What the actuators see of an instant.
@@ -114,6 +116,9 @@ impl Actuation {
         }
         if self.ripple.0 > 0.0 {
             tau *= 1.0 + self.ripple.0 * (std::f64::consts::TAU * self.ripple.1 * at.time).sin();
+        }
+        if at.clock + at.middle >= self.weakened.1 {
+            tau *= 1.0 - self.weakened.0;
         }
         let tau = self.losses.apply(tau, &lags.0, at, &mut rates.0, &mut sides);
         (tau, rates, sides)

@@ -24,11 +24,12 @@ use crate::water::{Current, Sea, Wave};
 
 /// What can be hidden that no catalogue has; `power_drag` stands at a degree of freedom, `thruster_failure`
 /// at a thruster.
-pub const OUTSIDE: [&str; 17] = [
+pub const OUTSIDE: [&str; 18] = [
     "power_drag",
     "thrust_hysteresis",
     "drag_step",
     "mass_step",
+    "thrust_step",
     "tidal_current",
     "ground_effect",
     "swapped_wire",
@@ -105,8 +106,9 @@ impl Setup {
         let actuation = &self.plant.actuation;
         let own = actuation.losses.fault.iter().filter(|(k, _)| *k != 0.0).map(|(_, from)| *from);
         let outside = self.plant.outside.iter().filter_map(Outside::event);
-        let thrusters = actuation.thrusters.iter().map(|t| t.loss.1).filter(|from| from.is_finite());
-        own.chain(outside.chain(thrusters).map(|from| from - clock)).collect()
+        let thrusters = actuation.thrusters.iter().map(|t| t.loss.1);
+        let thrust = thrusters.chain([actuation.weakened.1]).filter(|from| from.is_finite());
+        own.chain(outside.chain(thrust).map(|from| from - clock)).collect()
     }
 }
 
@@ -263,6 +265,7 @@ fn special(setup: &mut Setup, name: &Name<'_>, size: f64, campaign: &Campaign) -
             let (mass, place) = (0.15 * size * plant.inertia()[(0, 0)], Vector3::new(0.2 * length, 0.0, 0.0));
             plant.outside.push(Outside::MassStep { mass, place, from: instant });
         }
+        ("thrust_step", Place::Whole) => plant.actuation.weakened = (0.25 * size, instant),
         ("tidal_current", Place::Whole) => {
             let period = 0.8 * campaign.runs as f64 * (campaign.duration + PAUSE);
             let direction = random.between(0.0, TAU);

@@ -20,12 +20,12 @@ use super::parts::{BLOCK, LEVEL, Log, beyond, divided};
 use crate::effects::common_name_at;
 use crate::estimate::filter_error::FilterErrorFit;
 use crate::run::Run;
-use crate::wording::digits;
+use crate::wording::{digits, measured};
 
 /// A parameter that changes with time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChangedParameter {
-    /// Effect and symbol.
+    /// Effect and symbol, or a property of the vehicle: `drag`, `thrust`, `mass`.
     pub parameter: String,
     /// Run in which it differs, or in which the change begins.
     pub run: String,
@@ -48,6 +48,8 @@ pub struct ChangedParameter {
     pub alone: bool,
     /// Whether the effect is not in the model: elsewhere it is zero.
     pub absent: bool,
+    /// Whether `change` is a share of the value elsewhere: of all parameters of the drag, or of all thrust.
+    pub relative: bool,
     /// Value at which its effect vanishes, 1 for a scale.
     #[serde(skip)]
     pub(super) neutral: f64,
@@ -57,8 +59,8 @@ impl ChangedParameter {
     /// `Not the same at all times: k_r of linear_drag@yaw is 0.83 ± 0.03 kg*m2/s more from 31 s of run04 on.`, or, if
     /// no one value fits, the part of the log where this shows most.
     pub fn told(&self) -> String {
-        if self.absent {
-            return format!("Not the same at all times: {}.", self.beginning_in_words());
+        if self.is_event() {
+            return format!("Not the same at all times: {}.", self.event_in_words());
         }
         if self.alone {
             return format!("Not the same at all times: {}.", self.change_in_words());
@@ -75,9 +77,32 @@ impl ChangedParameter {
         self.alone &= gains.fold(0.0, f64::max) < self.gain;
     }
 
-    /// Description of an effect that is not in the model: `from 36 s of run04 on there is a weak thruster, T2
-    /// (thruster_loss@T2), k_loss = 0.70 ± 0.0037`.
-    pub(super) fn beginning_in_words(&self) -> String {
+    /// Whether it is a property of the vehicle rather than one parameter: its drag, its thrust, its mass.
+    pub(super) fn is_of_vehicle(&self) -> bool {
+        !self.parameter.contains(' ')
+    }
+
+    /// Whether it is an event: an effect that begins, or a property of the vehicle that changes.
+    pub(super) fn is_event(&self) -> bool {
+        self.absent || self.is_of_vehicle()
+    }
+
+    /// Description of an event: `from 36 s of run04 on there is a weak thruster, T2 (thruster_loss@T2), k_loss = 0.70 ±
+    /// 0.0037`, or `from 36 s of run04 on the drag is 1.402 ± 0.012 times as large`.
+    pub(super) fn event_in_words(&self) -> String {
+        if self.is_of_vehicle() {
+            let what = &self.parameter;
+            let size = if self.relative {
+                format!("{} times as large", measured(1.0 + self.change, self.std))
+            } else {
+                let more = if self.change < 0.0 { "less" } else { "more" };
+                format!("{} {} {more}", measured(self.change.abs(), self.std), self.unit)
+            };
+            return match self.from {
+                Some(from) => format!("from {from:.0} s of {} on the {what} is {size}", self.run),
+                None => format!("in {} alone the {what} is {size}", self.run),
+            };
+        }
         let (effect, symbol) = self.parameter.split_once(' ').unwrap_or((&self.parameter, ""));
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
         let value = self.neutral + self.change;
@@ -146,6 +171,7 @@ fn most_changed(
         alone: apart.as_ref().and_then(|apart| apart.is_alone(&log, seed)).unwrap_or(false),
         absent: false,
         neutral: of.spec.neutral,
+        relative: false,
     })
 }
 

@@ -14,7 +14,8 @@ use super::next;
 use super::pushed::overwhelmed;
 use super::residual::{Residual, residuals};
 use super::search::search;
-use super::searched::{BehavesLike, Step};
+use super::searched::{BehavesLike, Search, Step};
+use super::stepped::stepped;
 use super::surrogate::{leave_out, surrogates};
 use super::task::Task;
 use super::verdict::{Verdict, alike, apart, moved_otherwise, sentence, verdict};
@@ -108,7 +109,8 @@ impl Discovery {
 }
 
 /// Codes of the discovery's findings.
-pub const CODES: &[Code] = &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT, ELSEWHERE, TOOK_PART];
+pub const CODES: &[Code] =
+    &[HELD_OUT_IN_TURN, TIED, COMMANDS_HELD, NO_NAME, BEYOND_THE_FIT, ELSEWHERE, TOOK_PART, CHANGED];
 
 const HELD_OUT_IN_TURN: Code = Code {
     code: "D101",
@@ -169,6 +171,15 @@ pub(super) const TOOK_PART: Code = Code {
               before the model is fitted.",
 };
 
+/// Something begins or changes within the runs of the fit, or acts in one of them alone.
+const CHANGED: Code = Code {
+    code: "D111",
+    kind: "changed",
+    severity: Severity::Warning,
+    meaning: "Something changed within the runs of the fit, or acts in one of them alone: parameters that are fitted to all of them hold \
+              neither before nor after it. Fit the two apart.",
+};
+
 /// Searches once for effects that `baseline` lacks, with the runs of `task` divided as they are.
 pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, OutputErrorError> {
     let Task { train, held, own, options, .. } = *task;
@@ -209,8 +220,8 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
     if let Some(changed) = &mut changed_parameter {
         changed.stand_beside(found.behaves_like.iter().map(|like| like.gain));
     }
-    if changed_parameter.as_ref().is_some_and(|changed| !changed.absent) {
-        changed_parameter = appeared(found.last_fit(), &found.candidates, task)?.or(changed_parameter);
+    if changed_parameter.as_ref().is_some_and(|changed| !changed.is_event()) {
+        changed_parameter = event(&found, task)?.or(changed_parameter);
     }
     let effects = found_effects(&found);
     let Judged { gap, training, failing, mut beyond, mut erring, follows_training } = judged;
@@ -237,6 +248,8 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         warnings.extend(beyond.iter().cloned());
     } else if !elsewhere.is_empty() {
         warnings.push(Finding::new(&ELSEWHERE, ELSEWHERE.meaning));
+    } else if changed_parameter.as_ref().is_some_and(ChangedParameter::is_event) {
+        warnings.push(Finding::new(&CHANGED, CHANGED.meaning));
     } else if !passes && !is_hopeless {
         warnings.push(Finding::new(&NO_NAME, NO_NAME.meaning));
     }
@@ -312,6 +325,17 @@ pub(super) fn searched(baseline: &Model, task: &Task<'_>) -> Result<Discovery, O
         steps: found.steps,
         erring,
     })
+}
+
+/// What has begun or changed beside the names that were found.
+fn event(found: &Search, task: &Task<'_>) -> Result<Option<ChangedParameter>, OutputErrorError> {
+    // beside the baseline alone it was asked before anything was named
+    let asked = found.steps.len() == 1 && found.screen.asks();
+    let stepped = if asked { None } else { stepped(found.last_fit(), task, 0.0)? };
+    match stepped {
+        Some(stepped) => Ok(Some(stepped)),
+        None => appeared(found.last_fit(), &found.candidates, task),
+    }
 }
 
 /// The delay, s, if it is the only name and equals half of the commands' sample time: the commands are held.

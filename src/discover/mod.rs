@@ -2,6 +2,7 @@
 
 mod again;
 mod appeared;
+mod begun;
 mod candidate;
 mod columns;
 mod constancy;
@@ -28,6 +29,7 @@ mod search;
 mod searched;
 mod simulated_states;
 mod slow_force;
+mod stepped;
 mod surrogate;
 mod task;
 mod timed;

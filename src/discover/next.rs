@@ -128,7 +128,7 @@ pub(super) fn show(runs: &[String]) -> Option<String> {
 
 /// Advice for a parameter that changes with time.
 fn apart(changed: &ChangedParameter) -> String {
-    if !changed.alone && !changed.absent {
+    if !changed.alone && !changed.is_event() {
         return format!(
             "Repeat {} with smaller commands, step by step: the model fits it with other values than the rest, and where they \
              begin to differ shows what it lacks.",
@@ -137,12 +137,12 @@ fn apart(changed: &ChangedParameter) -> String {
     }
     let (effect, _) = changed.parameter.split_once(' ').unwrap_or((&changed.parameter, ""));
     match changed.from {
-        Some(from) if changed.absent => format!(
+        Some(from) if changed.is_event() => format!(
             "Look at what happened at {from:.0} s of {} (weed, a payload, a tether that caught, a thruster that failed), and fit what was \
              sailed before it apart from what was sailed after it.",
             changed.run
         ),
-        None if changed.absent => format!(
+        None if changed.is_event() => format!(
             "Look at what was different in {} (trim, payload, supply, water, a sign or a scale of its log), and leave that run out of \
              the fit.",
             changed.run

@@ -78,6 +78,18 @@ pub(super) struct Greatest {
     pub(super) c: f64,
 }
 
+/// A change of several unknowns: how much each changes with it.
+pub(super) type Direction = Vec<(usize, f64)>;
+
+/// The changes that raise the likelihood most in a part.
+pub(super) struct Together {
+    pub(super) part: usize,
+    /// Fall of −2 ln L, beyond chance.
+    pub(super) gain: f64,
+    /// Each direction on which the part holds information, and how far along it the unknowns are there.
+    pub(super) changes: Vec<(usize, f64)>,
+}
+
 impl Log {
     /// Builds the log from blocks, one run after the other; `estimated` are the estimated unknowns, `asked` may change.
     pub(super) fn of(
@@ -138,6 +150,31 @@ impl Log {
     /// The greatest z² of the log itself.
     pub(super) fn own(&self) -> Option<Greatest> {
         self.greatest(self.blocks.iter().map(|block| block.s.clone()).collect()).pop().flatten()
+    }
+
+    /// The part in which the likelihood gains most if the unknowns change along `directions`, along the first in any case.
+    pub(super) fn together(&self, directions: &[Direction]) -> Option<Together> {
+        let p = self.inverse.nrows();
+        let mut d = DMatrix::zeros(p, directions.len());
+        for (column, direction) in directions.iter().enumerate() {
+            direction.iter().for_each(|(unknown, weight)| d[(*unknown, column)] += weight);
+        }
+        let scores = self.centred(self.blocks.iter().map(|block| block.s.clone()).collect());
+        let information = sums(self.blocks.iter().map(|block| &block.a), DMatrix::zeros(p, p));
+        let all = d.transpose() * &information[self.blocks.len()] * &d;
+        let of = |(part, Part { blocks, .. }): (usize, &Part)| {
+            let columns = (&information[blocks.end] - &information[blocks.start]) * &d;
+            let s = d.transpose() * (&scores[blocks.end] - &scores[blocks.start]);
+            let c = d.transpose() * &columns - columns.transpose() * &self.inverse * &columns;
+            let own: Vec<usize> = (0..d.ncols()).filter(|k| c[(*k, *k)] > LEAST_SHARE * all[(*k, *k)]).collect();
+            let s = s.select_rows(&own);
+            let change = -c.select_rows(&own).select_columns(&own).cholesky()?.solve(&s);
+            // chance gives one per direction
+            let gain = -s.dot(&change) - own.len() as f64;
+            let changes: Vec<(usize, f64)> = own.into_iter().zip(change.iter().copied()).collect();
+            changes.first().is_some_and(|(first, _)| *first == 0).then_some(Together { part, gain, changes })
+        };
+        self.parts.iter().enumerate().filter_map(of).max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
     /// Draws of S under chance, block by block, one column per draw.

@@ -15,7 +15,7 @@
 //! and again from 2 until no candidate is beyond chance.
 
 use super::again::{backward, rivalled};
-use super::appeared::appeared_first;
+use super::appeared::{all_along, appeared_first};
 use super::candidate::Candidate;
 use super::naming::next_name;
 use super::pushed::is_hopeless;
@@ -23,6 +23,7 @@ use super::refit::{anew, beside, level};
 use super::rules::broken;
 use super::screen::{INDISTINGUISHABLE, Screen};
 use super::searched::{Added, BEHAVES, Search, Step};
+use super::stepped::stepped;
 use super::task::{Task, asked, screened};
 use super::timed;
 use crate::estimate::filter_error::{FilterErrorFit, filter_error_from};
@@ -64,6 +65,9 @@ pub(super) fn search(baseline: &Model, task: &Task<'_>) -> Result<Search, Output
         screen,
     };
     found.appeared = appeared_first(found.last_fit(), (&found.candidates, &found.screen), task)?;
+    if found.appeared.is_none() && found.screen.asks() {
+        found.appeared = stepped(found.last_fit(), task, all_along(&found.candidates, &found.screen))?;
+    }
     if found.appeared.is_some() {
         return Ok(found);
     }

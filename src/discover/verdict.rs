@@ -132,7 +132,7 @@ pub(super) fn sentence(
         _ => format!("{word} `{}`", channels.join("`, `")),
     };
     let changes = changed.map_or(String::new(), |s| format!(" {}", s.told()));
-    let begun = changed.filter(|changed| changed.absent).map(ChangedParameter::beginning_in_words);
+    let begun = changed.filter(|changed| changed.is_event()).map(ChangedParameter::event_in_words);
     let alike = alike(effects);
     // an effect that the runs of the fit show and the held-out runs cannot judge
     let unjudged = behaves_like.iter().find(|b| b.why == NOT_SHOWN).map(BehavesLike::told);
@@ -233,6 +233,7 @@ mod tests {
             alone: true,
             absent: false,
             neutral: 0.0,
+            relative: false,
         };
         assert_eq!(
             sentence(Verdict::Unexplained, &[], &[], &[], None, (&[], ""), Some(&changed)),

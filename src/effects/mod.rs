@@ -90,7 +90,7 @@ pub use name::{EffectName, EffectNameError};
 pub use observer::Observer;
 pub use parameter::{GridUnit, ParameterKind, ParameterSpec};
 pub use search::{meant, search};
-pub use since::Since;
+pub use since::{Event, Since};
 pub use single_thruster::SingleThruster;
 pub use thruster_advance_loss::ThrusterAdvanceLoss;
 pub use thruster_loss::ThrusterLoss;

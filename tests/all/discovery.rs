@@ -286,6 +286,31 @@ fn blind_a_thruster_that_changes_is_told_with_run_and_instant() {
     }
 }
 
+/// What changes the whole vehicle at an instant is told as one change with its instant: weed, a weak battery, a payload. Three
+/// standard deviations of it, and a second: the plant changes between two samples, of 0.2 s each.
+#[test]
+fn blind_a_property_that_changes_is_told_with_its_instant() {
+    for (hidden, property, share) in
+        [("drag_step", "drag", Some(0.4)), ("thrust_step", "thrust", Some(-0.25)), ("mass_step", "mass", None)]
+    {
+        let sea = Sea { commands: Commands::Thrusters, ..sea("laurs", 0.02, &[hidden], 215) };
+        let found = answer(&format!("property-{property}"), &sea);
+        assert_eq!((names(&found), found.verdict), (vec![], Verdict::Unexplained), "{}", found.sentence);
+        let changed = found.changed_parameter.as_ref().expect("it is told");
+        assert!(changed.alone && changed.parameter == property && changed.relative == share.is_some(), "{changed:?}");
+        let truth = sea.sail().expect("the plant sails").truth;
+        // a payload of 0.15 times the inertia in surge
+        let expected = share.or(truth.value("inertia@surge").map(|m| 0.15 * m)).expect("it has a mass");
+        assert!((changed.change - expected).abs() < 3.0 * changed.std, "{changed:?}, {expected}");
+        assert!(changed.std < 0.1 * expected.abs(), "{changed:?}");
+        let words = format!(" on the {property} is ");
+        assert!(found.sentence.starts_with("Something has changed: from "), "{}", found.sentence);
+        assert!(found.sentence.contains(&words), "{}", found.sentence);
+        let codes: Vec<&str> = found.warnings.iter().map(|w| w.code.as_str()).collect();
+        assert!(codes.contains(&"D111") && !codes.contains(&"D107"), "{codes:?}");
+    }
+}
+
 /// A force of the opposite sign in one log is a fault of that log, and is mended there alone.
 #[test]
 fn blind_a_force_that_is_turned_in_one_log_is_told() {

@@ -1,0 +1,214 @@
+//! A model in which something begins or changes in one part of the log: from an instant on, or in one run.
+//!
+//! ```text
+//! (θ, s, t₀) = argmin −2 ln L          s: what begins or changes ([`Since`]), from a block of samples to one of them
+//! ```
+
+use std::sync::Arc;
+
+use super::constancy::changed;
+use super::parts::Part;
+use super::refit::{afresh, beside};
+use super::task::{ROUGH, TIE, Task, asked, screened};
+use crate::effects::{Effect, Event, Place, Since};
+use crate::estimate::filter_error::{FilterErrorFit, FilterErrorOptions, cost_of, filter_error_from};
+use crate::estimate::output_error::OutputErrorError;
+use crate::model::Model;
+use crate::run::{Run, Signal};
+
+/// Channel of every run that is 1 where the effects act.
+const SINCE: &str = "1(t ≥ t₀)";
+
+/// Number of instants that are tried within a block on each side of the one found.
+const INSTANTS: usize = 8;
+
+/// What begins or changes, with the value from which its parameter is fitted, as a difference from that at which nothing
+/// does.
+pub(super) struct Beginning {
+    pub what: What,
+    pub start: f64,
+    /// Key of a parameter that is one for several effects.
+    pub tie: Option<&'static str>,
+}
+
+/// What begins or changes.
+pub(super) enum What {
+    /// An effect that is not in the model.
+    Effect(Arc<dyn Effect>, Place),
+    /// A term of the model.
+    Term(usize, Event),
+}
+
+/// The model with what has begun or changed.
+pub(super) struct Begun {
+    pub part: Part,
+    pub runs: Vec<Run>,
+    pub fit: FilterErrorFit,
+    /// Index of the first parameter that is new.
+    pub parameter: usize,
+}
+
+impl Beginning {
+    /// Adds it to a model; `None` if it cannot stand there.
+    fn add_to(&self, model: &mut Model) -> Option<()> {
+        let known = model.parameters.len();
+        let since = |effect: &Arc<dyn Effect>, event| {
+            let since = Since::of(effect.clone(), event, SINCE);
+            Arc::new(if let Some(key) = self.tie { since.tied(key) } else { since })
+        };
+        match &self.what {
+            What::Effect(effect, place) => {
+                model.add(since(effect, Event::Begins), *place).ok()?;
+            }
+            What::Term(k, event) => model.change(*k, since(&model.terms[*k].effect, *event)),
+        }
+        for parameter in &mut model.parameters[known..] {
+            parameter.value = (parameter.spec.neutral + self.start).clamp(parameter.min, parameter.max);
+        }
+        Some(())
+    }
+}
+
+impl Begun {
+    /// Fits the model of `fit` with `beginnings` within `part`; `None` if it cannot be fitted.
+    pub fn at(part: Part, beginnings: &[Beginning], fit: &FilterErrorFit, task: &Task<'_>) -> Option<Begun> {
+        let (mut model, parameter) = (fit.model.clone(), fit.model.parameters.len());
+        beginnings.iter().try_for_each(|beginning| beginning.add_to(&mut model))?;
+        let runs = marked(task.train, &part);
+        let rough = FilterErrorOptions { tolerance: ROUGH, told: false, ..beside(fit, task) };
+        let fit = filter_error_from(&model, &runs, afresh(&fit.noise), &rough).ok()?;
+        Some(Begun { part, runs, fit, parameter })
+    }
+
+    /// Fall of −2 ln L beyond that of the same effects all along, which may gain nothing in the rest of the log.
+    pub fn more_than_all_along(&self, task: &Task<'_>) -> f64 {
+        let all = Part { run: 0, from: Some(f64::NEG_INFINITY), ..self.part.clone() };
+        let runs = marked(task.train, &all);
+        let fit = filter_error_from(&self.fit.model, &runs, self.fit.noise.clone(), &beside(&self.fit, task));
+        fit.map_or(f64::INFINITY, |fit| fit.cost - self.fit.cost)
+    }
+
+    /// Fall of −2 ln L, beyond chance, that remains beside it: by a parameter that still changes, or by another effect.
+    pub fn left(&self, task: &Task<'_>) -> Result<f64, OutputErrorError> {
+        let task = Task { train: &self.runs, ..*task };
+        let changes = changed(&self.fit, &self.runs, task.options.seed, |_| true).map_or(0.0, |changed| changed.gain);
+        let beside = screened(&self.fit, &asked(&self.fit.model, &task), &task)?;
+        let best = beside.scores.first().filter(|_| beside.asks()).map_or(0.0, |score| score.statistic);
+        Ok(changes.max(best))
+    }
+
+    /// The same from the likeliest instant within a block of the one found, to a sample, or in its run alone if that is
+    /// as likely.
+    pub fn likeliest(self, parts: &[Part], task: &Task<'_>) -> Begun {
+        let Some(here) = self.part.from else { return self };
+        let apart = parts.iter().filter(|part| part.run == self.part.run).filter_map(|part| part.from);
+        let apart = apart.map(|from| (from - here).abs()).filter(|apart| *apart > 0.0);
+        let Some(mut within) = apart.reduce(f64::min) else { return self };
+        // near the end of a run it may be the next run
+        let runs = self.part.run..task.train.len().min(self.part.run + 2);
+        let alone: Vec<Part> = runs.map(|run| Part { run, from: None, ..self.part.clone() }).collect();
+        let mut begun = self.nearer((here, within), &alone, task);
+        let sample = begun.sample_time();
+        while let Some(from) = begun.part.from.filter(|_| within > sample) {
+            within /= INSTANTS as f64;
+            begun = begun.nearer((from, within), &[], task);
+        }
+        begun
+    }
+
+    /// The same in another part; `None` if it cannot be fitted.
+    fn moved(&self, part: Part, task: &Task<'_>) -> Option<Begun> {
+        let runs = marked(task.train, &part);
+        let fit = filter_error_from(&self.fit.model, &runs, self.fit.noise.clone(), &beside(&self.fit, task)).ok()?;
+        Some(Begun { part, runs, fit, parameter: self.parameter })
+    }
+
+    /// Mean time between the rows of the part's run, s.
+    fn sample_time(&self) -> f64 {
+        let tracks = self.fit.filtered.problem.tracks.iter().filter(|track| track.run == self.part.run);
+        let spans = tracks.filter_map(|track| Some((track.time.last()? - track.time.first()?, track.time.len() - 1)));
+        let (seconds, steps) = spans.fold((0.0, 0), |(t, n), (span, count)| (t + span, n + count));
+        seconds / steps.max(1) as f64
+    }
+
+    /// The same from the likeliest of the instants within `within` of `from`, or in one of the parts `alone`; as it is
+    /// if none can be fitted better.
+    fn nearer(self, (from, within): (f64, f64), alone: &[Part], task: &Task<'_>) -> Begun {
+        let costing = |part: Part| {
+            let (known, runs) = ((&self.fit.noise, self.fit.limit), marked(task.train, &part));
+            cost_of(&self.fit.model, &runs, known, task.fitting).ok().map(|cost| (cost, part))
+        };
+        let least = |a: &(f64, Part), b: &(f64, Part)| a.0.total_cmp(&b.0);
+        let start = task.train[self.part.run].span().map_or(from, |(first, _)| first);
+        let at = |k: usize| (from + within * (k as f64 / INSTANTS as f64 - 1.0)).max(start);
+        let instants = (0..=2 * INSTANTS).map(|k| Part { from: Some(at(k)), ..self.part.clone() });
+        let Some(likeliest) = instants.filter_map(costing).min_by(least) else { return self };
+        let of_run = alone.iter().cloned().filter_map(costing).min_by(least);
+        let (_, part) = of_run.filter(|(cost, _)| *cost < likeliest.0 + TIE).unwrap_or(likeliest);
+        if (part.run, part.from) == (self.part.run, self.part.from) {
+            return self;
+        }
+        match self.moved(part, task) {
+            Some(moved) if moved.fit.cost < self.fit.cost + TIE => moved,
+            _ => self,
+        }
+    }
+}
+
+/// The runs with a channel that is 1 in a part: from its instant on and in all later runs, or in its run alone.
+fn marked(runs: &[Run], part: &Part) -> Vec<Run> {
+    /// Width of the edge, s.
+    const EDGE: f64 = 1e-3;
+    let of = |(k, run): (usize, &Run)| {
+        let ends = run.signals.values().filter(|s| !s.is_empty()).map(|s| (s.time()[0], s.time()[s.len() - 1]));
+        let (first, last) =
+            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (from, to)| (a.min(from), b.max(to)));
+        let constant = |value: f64| Signal::new(vec![first, last].into(), vec![value; 2]);
+        let signal = match part.from {
+            Some(from) if k == part.run && from > first && from + EDGE < last => {
+                Signal::new(vec![first, from, from + EDGE, last].into(), vec![0.0, 0.0, 1.0, 1.0])
+            }
+            Some(_) => constant(f64::from(u8::from(k >= part.run))),
+            None => constant(f64::from(u8::from(k == part.run))),
+        };
+        let mut marked = run.clone();
+        marked.signals.insert(SINCE.into(), signal);
+        marked
+    };
+    runs.iter().enumerate().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn runs() -> Vec<Run> {
+        let of = |name: &str| {
+            let mut run = Run { name: name.into(), ..Run::default() };
+            for channel in ["u", "tau_u"] {
+                run.signals.insert(channel.into(), Signal::new(vec![0.0, 5.0, 10.0].into(), vec![0.0, 1.0, 0.0]));
+            }
+            run
+        };
+        ["a", "b", "c"].map(of).to_vec()
+    }
+
+    #[test]
+    fn a_part_is_marked_in_every_run() {
+        let at = |part: &Part, k: usize, t: f64| {
+            let marked = marked(&runs(), part);
+            let signal = marked[k].signal(SINCE).unwrap();
+            signal.values()[signal.time().partition_point(|time| *time <= t) - 1]
+        };
+        let part = |run, from| Part { blocks: 0..1, run, from };
+        let begun = part(1, Some(4.0));
+        assert_eq!(
+            [at(&begun, 0, 9.0), at(&begun, 1, 3.9), at(&begun, 1, 4.1), at(&begun, 2, 0.0)],
+            [0.0, 0.0, 1.0, 1.0]
+        );
+        let alone = part(1, None);
+        assert_eq!([at(&alone, 0, 5.0), at(&alone, 1, 5.0), at(&alone, 2, 5.0)], [0.0, 1.0, 0.0]);
+        let all = part(0, Some(f64::NEG_INFINITY));
+        assert!((0..3).all(|k| at(&all, k, 0.0) > 0.5));
+    }
+}
