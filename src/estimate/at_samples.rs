@@ -1,7 +1,8 @@
-//! Forces of a balance at the samples of a log, as they stand: nothing integrated.
+//! Forces of a balance at the samples of a log, without integration.
 //!
-//! For forces over time (Fig. 11 of Avila et al., 2013), and for the direct fit (30) whose acceleration comes from
-//! differentiating the velocity. Every channel is read at the stamps of the balance's own velocity.
+//! For forces over time (Fig. 11 of Avila et al., 2013), and for the direct fit (30) whose
+//! acceleration comes from differentiating the velocity. Every channel is read at the stamps of the
+//! balance's own velocity.
 
 use super::balance::{Balance, Source, compiled_components};
 use super::nodes::{Nodes, Reader, stretches};
@@ -23,8 +24,8 @@ pub struct Components {
     pub time: Vec<f64>,
     /// Velocity of the degree of freedom, m/s or rad/s.
     pub velocity: Vec<f64>,
-    /// Name of each term that acts in the balance (`thrust` for what the actuators make of the command), with its force
-    /// at each time stamp, N or N·m.
+    /// Name of each term that acts in the balance (`thrust` for what the actuators make of the
+    /// command), with its force at each time stamp, N or N·m.
     pub terms: Vec<(String, Vec<f64>)>,
 }
 
@@ -41,10 +42,10 @@ impl Components {
     }
 }
 
-/// Forces of `model` in `dof` along the log of `run`, number `index`.
+/// Forces of `model` in `dof` along the log of `run`, whose number is `index`.
 ///
 /// # Errors
-/// [`RegressorError`] where the balance reads what is not logged, or hangs on memory.
+/// [`RegressorError`] if the balance reads what is not logged, or depends on memory.
 pub fn force_components(dof: Dof, run: &Run, index: usize, model: &Model) -> Result<Components, RegressorError> {
     let (names, plan, sources) = compiled_components(model, dof, run)?;
     let values = values_in_run(model, index);
@@ -53,8 +54,9 @@ pub fn force_components(dof: Dof, run: &Run, index: usize, model: &Model) -> Res
     Ok(Components { time, velocity, terms: names.into_iter().zip(rows).collect() })
 }
 
-/// Regressors of the direct fit (30): the forces per unit of each free parameter at each sample, with the column of the
-/// own inertia the derivative of the velocity by `filter`. Other momenta (couplings) must be fixed at 0.
+/// Regressors of the direct fit (30): the forces per unit of each free parameter at each sample.
+/// The column of the own inertia has the derivative of the velocity by `filter`. Other momenta
+/// (couplings) must be fixed at 0.
 ///
 /// # Errors
 /// As [`super::regressors_of`]; [`FilterError`] inside [`DirectError`].
@@ -101,10 +103,10 @@ pub fn direct_columns(
     Ok(columns)
 }
 
-/// Why there is no direct regressor.
+/// Reason why there is no direct regressor.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DirectError {
-    /// The balance has none.
+    /// The balance has no regressor.
     #[error(transparent)]
     Regressor(#[from] RegressorError),
     /// The velocity cannot be differentiated.
@@ -112,10 +114,10 @@ pub enum DirectError {
     Filter(#[from] FilterError),
 }
 
-/// Instants evaluated side by side.
+/// Number of instants evaluated side by side.
 const LANES: usize = 8;
 
-/// Time stamps, and the outputs of `plan` there, one list an output.
+/// The time stamps, and the outputs of `plan` there, one list for each output.
 fn evaluate(
     plan: &Plan,
     sources: &[Source],

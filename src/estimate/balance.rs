@@ -1,11 +1,12 @@
-//! The balance of momentum of one degree of freedom, split into what each free parameter multiplies.
+//! The balance of momentum of one degree of freedom, separated by free parameter.
 //!
 //! ```text
 //! Δπᵢ − ∫(wᵢ + τᵢ) dt = e₀ + Σ θⱼ cⱼ = 0        cⱼ = Δ(∂πᵢ/∂θⱼ) − ∫ ∂(wᵢ + τᵢ)/∂θⱼ dt
 //! ```
 //!
-//! The derivatives are symbolic, so every effect of the catalogue has its column without writing one. What is not
-//! affine in the free parameters, or hangs on a state that no sensor logs, is refused by name: that needs output error.
+//! The derivatives are symbolic, so that every effect of the catalogue has its column without extra
+//! code. What is not affine in the free parameters, or depends on a state that no sensor logs, is
+//! refused by name: it needs output error.
 
 use std::collections::BTreeSet;
 
@@ -19,7 +20,7 @@ use crate::run::{Run, Signal};
 use crate::symbolic::{Expr, Graph, Leaf, Plan};
 use crate::units::Dimension;
 
-/// Why a balance has no regressor.
+/// Reason why a balance has no regressor.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RegressorError {
     /// The degree of freedom is not in the model.
@@ -31,7 +32,7 @@ pub enum RegressorError {
     /// Terms whose state no sensor logs, sensors that change the log, free parameters that enter by a shape.
     #[error("no regressor for {}: memory, sensors and free shape parameters need output error", .terms.join(", "))]
     NeedsOutputError {
-        /// The terms, each with its parameter where one is to blame.
+        /// The terms, each with its parameter if that is the cause.
         terms: Vec<String>,
     },
     /// Two free parameters multiply each other.
@@ -39,7 +40,7 @@ pub enum RegressorError {
     Product {
         /// One of them.
         first: String,
-        /// The other; the same one where it enters as a power.
+        /// The other; the same one if it enters as a power.
         second: String,
     },
     /// The balance reads a channel that the run does not have.
@@ -49,7 +50,7 @@ pub enum RegressorError {
         run: String,
         /// The channel.
         channel: String,
-        /// Whose balance.
+        /// Degree of freedom of the balance.
         dof: Dof,
     },
     /// No parameter of the balance is free.
@@ -58,7 +59,8 @@ pub enum RegressorError {
         /// The degree of freedom.
         dof: Dof,
     },
-    /// Every force in the balance is multiplied by a free parameter, so any multiple of a solution is one.
+    /// Every force in the balance is multiplied by a free parameter, so that any multiple of a
+    /// solution is a solution.
     #[error("the balance of {dof} has no known force: fix an inertia or the scale of thrust")]
     NoScale {
         /// The degree of freedom.
@@ -66,12 +68,12 @@ pub enum RegressorError {
     },
 }
 
-/// Where the value of a leaf of the plan comes from.
+/// The source of the value of a leaf of the plan.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Source {
     /// Time of the run.
     Time,
-    /// A channel of the log, read earlier by the value of a parameter where there is one.
+    /// A channel of the log, read earlier by the value of a parameter if it has a delay.
     Channel {
         /// Its name.
         name: String,
@@ -87,7 +89,7 @@ pub(super) enum Source {
 pub(super) struct Balance {
     /// Formulas: π, its derivatives by `free`, then w + τ, its derivatives by `free`.
     pub plan: Plan,
-    /// For each leaf of the plan, where it comes from.
+    /// The source of each leaf of the plan.
     pub sources: Vec<Source>,
     /// Free parameters of the model in this balance, sorted.
     pub free: Vec<usize>,
@@ -119,7 +121,8 @@ impl Balance {
     }
 }
 
-/// Names, formulas and sources of the forces in the balance of `dof`, each term apart; its velocity comes last.
+/// Names, formulas and sources of the forces in the balance of `dof`, separated by term; the
+/// velocity comes last.
 pub(super) fn compiled_components(
     model: &Model,
     dof: Dof,
@@ -159,7 +162,8 @@ struct Formulas<'g> {
     free: Vec<usize>,
 }
 
-/// π and w + τ with their derivatives by the free parameters that they hold; refuses what is not affine.
+/// π and w + τ, and their derivatives by the free parameters that they contain; refuses what is not
+/// affine.
 fn columns<'g>(
     model: &Model,
     equations: &Equations<'g>,
@@ -174,14 +178,14 @@ fn columns<'g>(
             blame.insert(model.terms[usize::from(term)].name());
         }
     }
-    // a sensor at its neutral value says what is so
+    // a sensor with neutral parameters does not change the log
     let changes_log = |p: &usize| !model.parameters[*p].fixed || !is_neutral(model, *p);
     for term in model.terms.iter().filter(|t| t.effect.about().family == Family::Sensor) {
         if term.parameters.iter().any(changes_log) {
             blame.insert(term.name());
         }
     }
-    // the balance takes what is logged for the velocity over ground
+    // the balance takes the logged velocity for that over ground
     if model.through_water {
         blame.extend(equations.waters.iter().map(|k| model.terms[*k].name()));
     }

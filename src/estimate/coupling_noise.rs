@@ -1,18 +1,21 @@
-//! What the noise of the velocities does to balances that share their inertias, and how it is taken away.
+//! The effect of velocity noise on balances that share their inertias, and its removal.
 //!
 //! ```text
-//! κ = (E Σ c′² − Σ c²) / Σ c²        c′: the column c of the same run with as much noise on its velocities once more
+//! κ = (E Σ c′² − Σ c²) / Σ c²
+//! c′: the column c of the same run with as much noise added once more to its velocities
 //! c ← (1 − κ) c                      columns of shared inertias, run by run, 0 ≤ κ ≤ 1
-//! θ ← θ − (E θ′ − θ)                 θ′: the estimates from runs with as much noise once more
+//! θ ← θ − (E θ′ − θ)       θ′: the estimates from runs with as much noise added once more
 //! ```
 //!
-//! Under tied Coriolis terms an inertia stands in the balances of others with the product of two velocities. Where a run
-//! moves one degree of freedom alone, that product is the noise of another one: κ is near 1, and least squares pulls what
-//! the column multiplies towards zero, in all balances that share it (m_v − m_u = 0.3 for 4.9 kg). The part that is no
-//! noise is the best that is known of the true column: regression calibration (Carroll, Ruppert, Stefanski and Crainiceanu,
-//! *Measurement Error in Nonlinear Models*, 2nd ed. 2006, chapter 4). What bias is left grows with the variance of the
-//! noise: noise added once more shows it once more, and it is taken off (chapter 5, simulation extrapolation). Without
-//! noise nothing changes.
+//! With tied Coriolis terms, an inertia stands in the balances of other degrees of freedom,
+//! multiplied by the product of two velocities. If a run moves one degree of freedom alone, that
+//! product is the noise of another one: κ is near 1, and least squares pulls the coefficient of the
+//! column towards zero, in all balances that share it (m_v − m_u = 0.3 for 4.9 kg). The part of a
+//! column that is not noise is the best estimate of the true column: regression calibration
+//! (Carroll, Ruppert, Stefanski and Crainiceanu, *Measurement Error in Nonlinear Models*, 2nd ed.
+//! 2006, chapter 4). The remaining bias grows with the variance of the noise: adding the noise once
+//! more shows the bias once more, and it is subtracted (chapter 5, simulation extrapolation).
+//! Without noise nothing changes.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -27,14 +30,15 @@ use crate::model::Model;
 use crate::noise::Noise;
 use crate::run::{Run, Signal};
 
-/// Draws of the noise: a mean of squares over some hundred rows, and of estimates that lie within their deviations of each
-/// other, is known well enough by few.
+/// Number of draws of the noise. A few are enough for a mean of squares over some hundred rows, and
+/// for estimates that lie within their standard deviations of each other.
 const DRAWS: u64 = 3;
 
 /// Balances that share free parameters, each with its rows.
 pub(super) type Members = Vec<(Dof, Columns)>;
 
-/// The rows of balances from runs with as much noise once more, one for each draw; none where the runs show no noise.
+/// The rows of balances from runs to which as much noise is added once more, one for each draw;
+/// empty if the runs show no noise.
 ///
 /// # Errors
 /// Those of the rows.
@@ -56,16 +60,16 @@ pub(super) fn shaken(
     (0..DRAWS).into_par_iter().map(one).collect()
 }
 
-/// Rows of one column, and how much of the sum of their squares is noise.
+/// Rows of one column, and the part of the sum of their squares that is noise.
 pub(super) struct Noisy {
     column: usize,
     rows: Range<usize>,
     noise: f64,
 }
 
-/// What the columns of shared inertias hold of noise, balance by balance and run by run, as the `shaken` rows show it; `own`
-/// is the inertia of each balance. A parameter that no balance has as its own inertia keeps its columns: nothing else tells
-/// it.
+/// The noise in the columns of shared inertias, by balance and run, as the `shaken` rows show it;
+/// `own` is the inertia of each balance. A parameter that is no balance's own inertia keeps its
+/// columns, because nothing else determines it.
 pub(super) fn noise_of(members: &[(Dof, Columns)], own: &[Option<usize>], shaken: &[Members]) -> Vec<Vec<Noisy>> {
     let inertias: BTreeSet<usize> = own.iter().copied().flatten().collect();
     let of = |k: usize| -> Vec<Noisy> {
@@ -86,7 +90,8 @@ pub(super) fn noise_of(members: &[(Dof, Columns)], own: &[Option<usize>], shaken
     (0..members.len()).map(of).collect()
 }
 
-/// Scales the columns by what is no noise in them, of rows that hold `times` as much of it as [`noise_of`] has seen.
+/// Scales the columns by the part of them that is not noise; the rows hold `times` as much noise as
+/// [`noise_of`] has found.
 pub(super) fn calibrate(members: &mut [(Dof, Columns)], noise: &[Vec<Noisy>], times: f64) {
     for ((_, columns), noisy) in members.iter_mut().zip(noise) {
         for Noisy { column, rows, noise } in noisy {
@@ -101,13 +106,15 @@ fn squares(columns: &Columns, column: usize, rows: &Range<usize>) -> f64 {
     columns.columns[column][rows.clone()].iter().map(|c| c * c).sum()
 }
 
-/// Noise of the velocity of each degree of freedom of the model, as the run's own samples show it; 0 where none is logged.
+/// Noise of the velocity of each degree of freedom of the model, estimated from the run's own
+/// samples; 0 if it is not logged.
 fn sigmas(run: &Run, model: &Model) -> Vec<f64> {
     let of = |dof: &Dof| run.signal(dof.velocity()).and_then(Samples::of).map_or(0.0, |samples| samples.noise());
     model.dofs.iter().map(of).collect()
 }
 
-/// The run with white noise of these deviations on the velocities of the model, by the number of the draw and of the run.
+/// The run with white noise of these standard deviations on the velocities of the model; `draw` and
+/// `number` (of the run) choose the noise.
 fn with_noise(run: &Run, model: &Model, sigmas: &[f64], (draw, number): (u64, usize)) -> Run {
     let mut with = run.clone();
     for (dof, sigma) in model.dofs.iter().zip(sigmas).filter(|(_, sigma)| **sigma > 0.0) {

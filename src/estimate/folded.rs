@@ -1,4 +1,5 @@
-//! Rows of the regression folded as they are made: no column is kept, and memory is that of the run.
+//! Rows of the regression folded as they are made: no column is kept, and the memory needed is that
+//! of the run.
 //!
 //! ```text
 //! [H | y] = Q [R z; 0 ρ]
@@ -23,11 +24,12 @@ pub struct Folded {
     pub tall: StreamingQr,
 }
 
-/// The rows of [`regressors_of`](super::regressors_of) for one run, folded into their factor, in parts of fixed borders.
+/// The rows of [`regressors_of`](super::regressors_of) for one run, folded into their factor, in
+/// parts with fixed borders.
 ///
 /// # Errors
-/// [`IntegralError`] where the balance is not linear in the free parameters, reads what is not logged, or a value is not
-/// finite.
+/// [`IntegralError`] if the balance is not linear in the free parameters, reads what is not logged,
+/// or a value is not finite.
 pub fn folded(dof: Dof, run: &Run, model: &Model, options: RegressorOptions) -> Result<Folded, IntegralError> {
     let balance = Balance::compile(model, dof, run)?;
     if balance.free.is_empty() {

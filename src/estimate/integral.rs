@@ -1,14 +1,14 @@
 //! Least squares on integral regressors.
 //!
 //! ```text
-//! per unit inertia (4):   Δνᵢ = (1/m) [y − Σ θⱼ cⱼ]        θⱼ = −aⱼ/a_y,  m = 1/a_y,  deviations by the delta method
+//! per unit inertia (4):   Δνᵢ = (1/m) [y − Σ θⱼ cⱼ]      θⱼ = −aⱼ/a_y,  m = 1/a_y,  std by the delta method
 //! as a force:             Σ θⱼ cⱼ = y
 //! ```
 //!
-//! The paper's form is the first: the noise of the velocity's increment then stands on the left, where least squares
-//! expects it. As a regressor it would pull the inertia towards zero. Where several degrees of freedom share a free
-//! parameter (tied Coriolis terms) they are solved together, weighed by their residuals, and the increment on the left as
-//! well: see [`super::shared`].
+//! The first form is the paper's: the noise of the velocity increment then stands on the left,
+//! where least squares expects it. As a regressor it would pull the inertia towards zero. Degrees
+//! of freedom that share a free parameter (tied Coriolis terms) are solved together, weighted by
+//! their residuals, also with the increment on the left: see [`super::shared`].
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ use crate::least_squares::LeastSquaresError;
 use crate::model::{Model, Parameter};
 use crate::run::Run;
 
-/// Why a fit by integral least squares is not possible.
+/// Reason why a fit by integral least squares is not possible.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum IntegralError {
     /// There is no linear regressor.
@@ -46,7 +46,7 @@ pub enum IntegralError {
         /// Degrees of freedom that share them.
         dofs: String,
     },
-    /// Inertias that several balances share cannot be told from the noise.
+    /// Inertias that several balances share cannot be distinguished from the noise.
     #[error(
         "{dofs}: integral least squares finds no inertias that these balances can share: in a row the velocities change by \
          less than their noise, or an inertia would be negative; use estimator = \"filter_error\", longer rows \
@@ -64,11 +64,12 @@ struct Group {
     members: Vec<(Dof, Columns)>,
 }
 
-/// Fits the free parameters of `model` to `runs` within their bounds; returns the model with values and standard deviations
-/// written in, and what is known of each fit. Degrees of freedom that share no free parameter are fitted apart.
+/// Fits the free parameters of `model` to `runs` within their bounds; returns the model with values
+/// and standard deviations, and the result of each fit. Degrees of freedom that share no free
+/// parameter are fitted separately.
 ///
-/// Linear least squares knows no bounds: of the parameters that end outside of theirs the one that is farthest outside, in
-/// deviations, is held at its bound, and the others are fitted again.
+/// Linear least squares knows no bounds. Of the parameters that end outside their bounds, the one
+/// farthest outside, in standard deviations, is held at its bound, and the others are fitted again.
 ///
 /// # Errors
 /// [`IntegralError`].
@@ -80,7 +81,7 @@ pub fn integral_least_squares(
     within_bounds(model, |model| balances(runs, model, &model.dofs, options))
 }
 
-/// Fits by `fit`, holding at its bound what it takes outside of it.
+/// Fits by `fit`, and holds at its bound each parameter that ends outside.
 ///
 /// # Errors
 /// Those of `fit`.
@@ -111,7 +112,8 @@ pub(super) fn within_bounds(
     }
 }
 
-/// The free parameter that lies farthest outside of its bounds, in deviations; values of single runs are left as they are.
+/// The free parameter that lies farthest outside its bounds, in standard deviations; parameters
+/// with values of single runs are left as they are.
 fn farthest_outside(fitted: &Model) -> Option<AtBound> {
     let outside = |p: &Parameter| {
         let off = (p.min - p.value).max(p.value - p.max);
@@ -124,7 +126,7 @@ fn farthest_outside(fitted: &Model) -> Option<AtBound> {
     Some(AtBound { parameter, unbounded: p.value, std: p.std.unwrap_or(0.0) })
 }
 
-/// The same of the balances of `dofs` alone, whatever the bounds.
+/// Fits the balances of `dofs` alone, without bounds.
 pub(super) fn balances(
     runs: &[&Run],
     model: &Model,
@@ -170,7 +172,7 @@ pub(super) fn balances(
     Ok((fitted, fits))
 }
 
-/// The inertia of `dof`, where it is free.
+/// The inertia of `dof`, if it is free.
 pub(super) fn own_inertia(model: &Model, dof: Dof) -> Option<usize> {
     model.inertia(dof).filter(|p| !model.parameters[*p].fixed)
 }

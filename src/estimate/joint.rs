@@ -1,11 +1,12 @@
-//! Balances that share free parameters, their rows below each other.
+//! Balances that share free parameters, with their rows stacked.
 //!
 //! ```text
-//! c ← c + Δν̂ − Δν in the column of each balance's own inertia,   y ← y + m (Δν̂ − Δν)      every row times its weight
+//! c ← c + Δν̂ − Δν in the column of each balance's own inertia,   y ← y + m (Δν̂ − Δν)
+//! every row times its weight
 //! ```
 //!
-//! Which weights and predicted increments: [`super::shared`]. What the noise of the velocities does to it, and how that is
-//! taken away: [`super::coupling_noise`].
+//! Weights and predicted increments come from [`super::shared`]. The effect of velocity noise and
+//! its removal are described in [`super::coupling_noise`].
 
 use rayon::prelude::*;
 
@@ -18,8 +19,9 @@ use crate::least_squares::{LeastSquaresError, StdMethod};
 use crate::model::Model;
 use crate::run::Run;
 
-/// Solves degrees of freedom together, each with the parameter of its own inertia, without what the noise of the velocities
-/// does to columns and estimates. `None` where that does not settle, or where that noise moves an inertia by half of it.
+/// Solves degrees of freedom together, each with the parameter of its own inertia, and removes the
+/// effect of velocity noise on columns and estimates. `None` if the solution does not converge, or
+/// if that noise moves an inertia by more than half of it.
 pub(super) fn without_noise(
     members: &[(Dof, Columns)],
     own: &[Option<usize>],
@@ -50,15 +52,17 @@ pub(super) fn without_noise(
             return Ok(None);
         }
         fit.values[k] -= shift;
-        // how well few draws know the shift, and half of it for what does not grow with the variance
+        // the uncertainty of the shift from few draws, and half of the shift for the part that does
+        // not grow with the variance
         let spread = shifts.iter().map(|s| (s[k] - shift).powi(2)).sum::<f64>() / (draws * (draws - 1.0));
         fit.covariance[k][k] += spread + 0.25 * shift * shift;
     }
     Ok(Some(fit))
 }
 
-/// Solves degrees of freedom together, each with the parameter of its own inertia; `None` where that does not settle. Sought
-/// from a solution that is `near`, only the values are wanted, with the covariance of white residuals.
+/// Solves degrees of freedom together, each with the parameter of its own inertia; `None` if the
+/// solution does not converge. With a solution that is `near`, only the values are wanted, with the
+/// covariance of white residuals.
 pub(super) fn fit_together(
     members: &[(Dof, Columns)],
     own: &[Option<usize>],
@@ -98,7 +102,8 @@ pub(super) fn fit_together(
     if options.together == Together::AsForces {
         return settled(&described, options.together, near, |theta, weights| solve(theta, weights, options.std), rms);
     }
-    // correlated residuals cost as much as the solution: they are asked of the last one alone
+    // the covariance of correlated residuals costs as much as the solution: it is computed for the
+    // last one alone
     let found = settled(&described, options.together, near, |t, weights| solve(t, weights, StdMethod::Paper), rms)?;
     match found {
         Some(fit) if options.std != StdMethod::Paper && near.is_none() => {
@@ -109,7 +114,7 @@ pub(super) fn fit_together(
 }
 
 impl Columns {
-    /// Root of the mean square of y − Σ θⱼ cⱼ.
+    /// Root mean square of y − Σ θⱼ cⱼ.
     fn residual_rms(&self, theta: &[f64]) -> f64 {
         let square = |row: usize| (self.rhs[row] - self.sum(row, theta)).powi(2);
         ((0..self.rows()).map(square).sum::<f64>() / self.rows().max(1) as f64).sqrt()
@@ -119,7 +124,7 @@ impl Columns {
         self.columns.iter().zip(theta).map(|(c, value)| c[row] * value).sum()
     }
 
-    /// How the rows change where what the others predict of column `at` stands in its place.
+    /// The change of the rows if column `at` is replaced by what the other columns predict of it.
     fn turned(&self, at: usize, theta: &[f64]) -> Turned {
         let left = |row: usize| (self.rhs[row] - self.sum(row, theta)) / theta[at];
         Turned { at, inertia: theta[at], by: (0..self.rows()).map(left).collect() }
@@ -130,11 +135,11 @@ impl Columns {
 struct Turned {
     at: usize,
     inertia: f64,
-    /// What is left of each row, as an increment.
+    /// Residual of each row, as an increment.
     by: Vec<f64>,
 }
 
-/// The rows of all balances below each other, each weighed, some of them turned.
+/// The rows of all balances stacked, each weighted, some with predicted increments.
 fn stack(members: &[(Dof, Columns)], weights: &[f64], turned: &[Option<Turned>]) -> Columns {
     let mut all = Columns::default();
     for (_, member) in members {

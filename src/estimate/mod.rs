@@ -1,4 +1,4 @@
-//! Estimation: from runs to parameters with what is needed to believe them or not.
+//! Estimation: from runs to parameters, with what is needed to judge whether to believe them.
 
 mod at_samples;
 mod balance;

@@ -1,9 +1,10 @@
-//! Instants at which a balance is evaluated, and what the log says there.
+//! Instants at which a balance is evaluated, and the values of the log there.
 //!
-//! Rows begin and end at stamps of the *own* sensor, the one that logs the velocity of the balance: its increments are
-//! the small difference that interpolation would spoil. Every other channel is read there by a straight line between
-//! its own samples (a command that is held: its last sample); headings are taken the shorter way round. Nothing is
-//! read beyond a channel's last sample or across a gap. A channel with a single sample is constant over the run.
+//! Rows begin and end at stamps of the *own* sensor, which logs the velocity of the balance: its
+//! increments are small differences that interpolation would spoil. Every other channel is read
+//! there on a straight line between its own samples (for a command that is held: its last sample);
+//! headings turn the shorter way. Nothing is read beyond a channel's last sample or across a gap. A
+//! channel with a single sample is constant over the run.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,19 +18,20 @@ use crate::run::{Run, Signal, is_command, rounding};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Nodes {
-    /// The stamps of every channel that the balance reads: a command that flips between two samples of a slow
-    /// velocity is integrated as it was. The same as `Own` where all channels share their stamps.
+    /// The stamps of every channel that the balance reads: a command that changes sign between two
+    /// samples of a slow velocity is integrated as it was. The same as `Own` if all channels share
+    /// their stamps.
     #[default]
     Every,
     /// The stamps of the own velocity sensor alone, as in the paper.
     Own,
 }
 
-/// What a row of the regression spans.
+/// The time that a row of the regression spans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Span {
-    /// This many intervals of the own sensor, end to end; 1 is the paper's.
+    /// This many intervals of the own sensor, end to end; 1 in the paper.
     Samples(usize),
     /// From the first sample of the stretch to each later one.
     FromStart,
@@ -41,7 +43,7 @@ impl Default for Span {
     }
 }
 
-/// A stretch of a run without gap.
+/// A stretch of a run without gaps.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
     /// Instants, s.
@@ -50,7 +52,7 @@ pub(super) struct Stretch {
     pub own: Vec<bool>,
 }
 
-/// Reads one leaf at instants that grow.
+/// Reads one leaf at increasing instants.
 #[derive(Debug)]
 pub(super) struct Reader {
     name: Option<String>,
@@ -63,7 +65,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    /// For a leaf that is read from the run; `late` is the value of its delay, s.
+    /// A reader of a leaf that is read from the run; `late` is the value of its delay, s.
     pub fn new(run: &Run, source: &Source, late: f64, input: Interpolation) -> Reader {
         let name = match source {
             Source::Channel { name, .. } => Some(name.as_str()),
@@ -102,7 +104,7 @@ impl Reader {
         x[k] + (x[k + 1] - x[k]) / (time[k + 1] - time[k]) * (t - time[k])
     }
 
-    /// The channel's values, where it is read as it stands at the stamps of `own`.
+    /// The channel's values, if they are read unchanged at the stamps of `own`.
     pub fn on_stamps(&self, own: &Signal) -> Option<&[f64]> {
         let signal = self.samples.as_ref().filter(|_| !self.held && self.late.abs() <= 0.0)?;
         let shared = std::ptr::eq(signal.time(), own.time()) || signal.time() == own.time();
@@ -157,7 +159,7 @@ pub(super) fn stretches(run: &Run, name: &str, own: &Signal, readers: &[Reader],
     found
 }
 
-/// The own stamps with those of the others between them.
+/// The own stamps, with those of the others in between.
 fn merge(own: Vec<f64>, others: &[&Reader]) -> Stretch {
     if others.is_empty() {
         return Stretch { own: vec![true; own.len()], time: own };
@@ -170,7 +172,7 @@ fn merge(own: Vec<f64>, others: &[&Reader]) -> Stretch {
         let slack = rounding(t);
         while let Some(e) = next.next_if(|e| *e <= t + slack) {
             let last = stretch.time.last().copied();
-            // before the first own stamp nothing is wanted; equal to one, it is there already
+            // none is wanted before the first own stamp; one equal to an own stamp is there already
             if last.is_some_and(|last| e > last + slack) && e < t - slack {
                 stretch.time.push(e);
                 stretch.own.push(false);

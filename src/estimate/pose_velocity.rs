@@ -1,18 +1,20 @@
-//! Velocities of a run that logs poses alone, for starting values.
+//! Velocities of a run that logs only poses, for starting values.
 //!
 //! ```text
-//! (u, v, w) = Rᵀ(φ, θ, ψ) (ẋ, ẏ, ż)                 ẋ: slope of the least-squares line through T of samples
+//! (u, v, w) = Rᵀ(φ, θ, ψ) (ẋ, ẏ, ż)            ẋ: slope of the least-squares line through samples within T
 //! p = φ̇ − ψ̇ sin θ,   q = θ̇ cos φ + ψ̇ sin φ cos θ,   r = ψ̇ cos φ cos θ − θ̇ sin φ
 //! ```
 //!
-//! T: a second, and where noise would make more than a fifth of how the slopes change longer, up to [`LONGEST`]:
+//! T is a second, or longer, up to [`LONGEST`], if noise would make more than a fifth of the
+//! changes of the slopes:
 //!
 //! ```text
-//! Σ var ẋ(t) + var ẋ(t+T) < (1/5)² Σ (ẋ(t+T) − ẋ(t))²,   var ẋ = s²/Σ(t − t̄)²      s²: variance about the line
+//! Σ var ẋ(t) + var ẋ(t+T) < (1/5)² Σ (ẋ(t+T) − ẋ(t))²,   var ẋ = s²/Σ(t − t̄)²
+//! s²: variance about the line
 //! ```
 //!
-//! Positions and angles that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft Hydrodynamics and Motion
-//! Control* (2011), (2.17), (2.28).
+//! Positions and angles that are not logged count as zero. Source: Fossen, *Handbook of Marine
+//! Craft Hydrodynamics and Motion Control* (2011), (2.17), (2.28).
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -21,16 +23,16 @@ use crate::model::Model;
 use crate::navigation::unwrap;
 use crate::run::{Run, Signal};
 
-/// Time through which a line is drawn, s: short beside the motion.
+/// Time over which a line is drawn, s: short compared with the motion.
 pub(super) const SPAN: f64 = 1.0;
 
-/// The same where fixes are noisy: as long as a boat takes to speed up.
+/// The same if fixes are noisy: the time that a boat takes to speed up.
 const LONGEST: f64 = 8.0;
 
-/// Share of their changes that noise may make: a regression on them is off by its square.
+/// Share of the changes that noise may make: a regression on them is off by the square of it.
 const NOISY: f64 = 0.2;
 
-/// Longest times through which lines were drawn, s; 0 where none was.
+/// Longest times over which lines were drawn, s; 0 if none was.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Spans {
     /// Through positions.
@@ -49,8 +51,8 @@ impl Spans {
     }
 }
 
-/// The runs with a velocity in each modelled degree of freedom of which they log the position alone, and through which times
-/// lines were drawn.
+/// The runs with a velocity in each modelled degree of freedom of which they log only the position,
+/// and the times over which lines were drawn.
 pub(super) fn with_velocities(model: &Model, runs: &[Run]) -> (Vec<Run>, Spans) {
     let (with, spans): (Vec<Run>, Vec<Spans>) = runs.iter().map(|run| with_velocity(model, run)).unzip();
     (with, spans.into_iter().fold(Spans::default(), Spans::longest))
@@ -82,9 +84,10 @@ fn with_velocity(model: &Model, run: &Run) -> (Run, Spans) {
     (with, spans)
 }
 
-/// Time through which lines are drawn so that noise makes no more than [`NOISY`] of how the slopes of these change, all together:
-/// of a vehicle that goes north the east shows noise alone. One that goes steadily has nothing that changes; there the slopes
-/// themselves are to be known ten times better.
+/// Time over which lines are drawn so that noise makes no more than [`NOISY`] of the changes of the
+/// slopes, of all these signals together: if a vehicle goes north, its east shows only noise. If a
+/// vehicle moves steadily, nothing changes; then the slopes themselves must be known ten times
+/// better.
 fn span(signals: &[&Signal]) -> f64 {
     let mut span = SPAN;
     while span < LONGEST {
@@ -107,7 +110,7 @@ fn span(signals: &[&Signal]) -> f64 {
     span.min(LONGEST)
 }
 
-/// Body velocity at an instant, of lines through so many seconds.
+/// Body velocity at an instant, from lines over these times.
 fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64, spans: Spans) -> f64 {
     let angle = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| s.at(t));
     let rate = |dof: Dof| poses[dof.index()].as_ref().map_or(0.0, |s| line(s, t, spans.of(dof)).slope);
@@ -127,11 +130,11 @@ fn velocity(poses: &[Option<Signal>; 6], dof: Dof, t: f64, spans: Spans) -> f64 
 /// A line through samples.
 struct Line {
     slope: f64,
-    /// Variance of the slope; `None` of two samples.
+    /// Variance of the slope; `None` for two samples.
     variance: Option<f64>,
 }
 
-/// The line through the samples within `span` seconds about an instant, two at least.
+/// The line through the samples within `span` seconds about an instant, at least two.
 fn line(signal: &Signal, at: f64, span: f64) -> Line {
     let (t, x) = (signal.time(), signal.values());
     // rounded stamps belong to both sides or to none
@@ -153,7 +156,8 @@ mod tests {
     use super::*;
     use crate::effects::Coriolis;
 
-    /// A circle with a drift angle, begun with a heading of 2 rad: u, v, r are constant, and x, y, psi tell them.
+    /// A circle with a drift angle, starting with a heading of 2 rad: u, v, r are constant and
+    /// follow from x, y, psi.
     #[test]
     fn a_circle_has_its_velocities_along_the_body() {
         let (u, v, r, psi0) = (0.5, 0.1, 0.2, 2.0);
@@ -171,8 +175,8 @@ mod tests {
         assert_eq!(spans, Spans { translation: SPAN, rotation: SPAN });
         for (dof, right) in dofs.into_iter().zip([u, v, r]) {
             let told = with.signal(dof.velocity()).unwrap();
-            // a line through a second of an arc is flatter by (r·1 s)²/40, one in a thousand of u and of v; at the ends it is
-            // one-sided, half a second of turning off
+            // a line over a second of an arc is flatter by (r·1 s)²/40, one in a thousand of u and
+            // of v; at the ends it is one-sided, off by half a second of turning
             let inner = &told.values()[11..told.len() - 11];
             assert!(inner.iter().all(|x| (x - right).abs() < 2e-3), "{dof}: {:?}", &inner[..4]);
             assert!(told.values().iter().all(|x| (x - right).abs() < 0.06), "{dof}");

@@ -1,12 +1,14 @@
 //! Integral regressors: the balance of momentum, integrated between samples by the trapezoid.
 //!
 //! ```text
-//! Σⱼ θⱼ cⱼₖ = yₖ        cⱼₖ = [∂π/∂θⱼ]ₖ − Σ ½ (fⱼ + fⱼ') Δt,   fⱼ = ∂(w + τ)/∂θⱼ,   yₖ = −(the same with the free θ at 0)
+//! Σⱼ θⱼ cⱼₖ = yₖ
+//! cⱼₖ = [∂π/∂θⱼ]ₖ − Σ ½ (fⱼ + fⱼ') Δt,   fⱼ = ∂(w + τ)/∂θⱼ,   yₖ = −(the same with the free θ at 0)
 //! ```
 //!
-//! One row k for each [`Span`] of each run, one column for each free linear parameter (for a parameter with a value of
-//! its own in each run, one a run). No acceleration is measured or differentiated; all states are read from the log,
-//! at the instants that [`super::nodes`](super::Nodes) defines. Avila et al. (2013), eq. 4, 5, 9 and 10.
+//! There is one row k for each [`Span`] of each run, and one column for each free linear parameter
+//! (one per run for a parameter with a value of its own in each run). No acceleration is measured
+//! or differentiated; all states are read from the log, at the instants that
+//! [`super::nodes`](super::Nodes) defines. Avila et al. (2013), eq. 4, 5, 9 and 10.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +23,7 @@ use crate::simd::Plain;
 use crate::simulate::values_in_run;
 use crate::symbolic::Registers;
 
-/// Instants evaluated side by side.
+/// Number of instants evaluated side by side.
 pub(super) const LANES: usize = 8;
 
 /// How the balance is integrated.
@@ -34,14 +36,14 @@ pub struct RegressorOptions {
     pub nodes: Nodes,
 }
 
-/// What a column multiplies.
+/// The parameter that a column multiplies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
     /// Index of the parameter in the model.
     pub parameter: usize,
-    /// Index of the run, for a parameter with a value of its own in each.
+    /// Index of the run, if the parameter has a value of its own in each.
     pub run: Option<usize>,
-    /// Symbol of the parameter, with the run's name where it has its own there.
+    /// Symbol of the parameter, with the name of the run if it has its own there.
     pub name: String,
 }
 
@@ -59,13 +61,13 @@ pub struct Block {
 /// A linear system in the free parameters: Σⱼ θⱼ `columns[j]` = `rhs`.
 #[derive(Debug, Clone, Default)]
 pub struct Columns {
-    /// What each column multiplies.
+    /// The parameter that each column multiplies.
     pub parameters: Vec<Column>,
     /// The columns, each as long as `rhs`; unit of the momentum over that of the parameter.
     pub columns: Vec<Vec<f64>>,
     /// Right-hand side, N·s or N·m·s.
     pub rhs: Vec<f64>,
-    /// Begin and end of each row, s.
+    /// Beginning and end of each row, s.
     pub span: Vec<(f64, f64)>,
     /// Which rows belong to which run and degree of freedom, in order.
     pub blocks: Vec<Block>,
@@ -87,8 +89,8 @@ impl Columns {
         self.parameters.iter().position(|c| c.parameter == parameter)
     }
 
-    /// Rows between neighbours of these instants, still 0: the right-hand side, then the columns `places`, one of them
-    /// each.
+    /// Appends rows, still 0, between neighbours of these instants. Returns the new part of the
+    /// right-hand side, then that of the columns `places`, in their order.
     fn extended(&mut self, places: &[usize], time: &[f64]) -> Vec<&mut [f64]> {
         let (before, rows) = (self.rhs.len(), self.rhs.len() + time.len() - 1);
         self.span.extend(time.windows(2).map(|t| (t[0], t[1])));
@@ -117,7 +119,8 @@ impl Columns {
     }
 }
 
-/// Makes a column longer by zeros; memory that is new comes with them, and is touched when rows are written.
+/// Lengthens a column by zeros; new memory is zero already, and is touched only when rows are
+/// written.
 fn lengthen(column: &mut Vec<f64>, rows: usize) {
     if column.is_empty() {
         *column = vec![0.0; rows];
@@ -129,7 +132,8 @@ fn lengthen(column: &mut Vec<f64>, rows: usize) {
 /// The regressors of the balance of `dof`, stacked over `runs`.
 ///
 /// # Errors
-/// [`RegressorError`] where the balance is not linear in the free parameters or reads what is not logged.
+/// [`RegressorError`] if the balance is not linear in the free parameters or reads what is not
+/// logged.
 pub fn regressors_of(
     dof: Dof,
     runs: &[&Run],
@@ -142,7 +146,7 @@ pub fn regressors_of(
     Ok(columns)
 }
 
-/// Where nothing known acts, every solution could be multiplied by anything.
+/// Refuses a balance in which nothing known acts: every solution could be multiplied by any factor.
 fn check_scale(dof: Dof, known: &[f64], runs: &[&Run]) -> Result<(), RegressorError> {
     // what rounding leaves of a command, over a second
     let rounding = runs.iter().map(|run| rounding_of_commands(std::slice::from_ref(*run))).fold(0.0, f64::max);
@@ -184,7 +188,7 @@ fn stack(
     Ok(())
 }
 
-/// A balance made ready to be evaluated at the instants of one run.
+/// A balance prepared for evaluation at the instants of one run.
 pub(super) struct Reading<'a> {
     pub balance: &'a Balance,
     pub registers: Registers<LANES>,
@@ -197,7 +201,8 @@ pub(super) struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    /// Of the run `index`, with the values of the model's parameters there; `own` logs the velocity of the balance.
+    /// Prepares the run `index`, with the values of the model's parameters there; `own` logs the
+    /// velocity of the balance.
     pub fn new(
         balance: &'a Balance,
         own: &'a Signal,
@@ -230,14 +235,14 @@ impl<'a> Reading<'a> {
         Reading { balance, registers, slots, readers, own, span: options.span, jumps }
     }
 
-    /// What is read at the instants of a stretch, slot by slot, where all of them are stamps of all channels and rows span
-    /// one interval.
+    /// The values read at the instants of a stretch, slot by slot, if all instants are stamps of
+    /// all channels and rows span one interval.
     pub fn at_stamps<'s>(&'s self, stretch: &'s Stretch) -> Option<Vec<(usize, &'s [f64])>> {
         let one = self.span == Span::Samples(1) && !self.jumps;
         if one { at_stamps(stretch, self.own, &self.slots, &self.readers) } else { None }
     }
 
-    /// Adds the rows of a stretch whatever its instants are.
+    /// Adds the rows of a stretch, whatever its instants are.
     pub fn walk(&mut self, stretch: Stretch, places: &[usize], columns: &mut Columns) {
         let Reading { balance, registers, slots, readers, jumps, .. } = self;
         let mut sums = Sums::new(balance.free.len() + 1, self.span);
@@ -272,7 +277,8 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// What is read at the instants of a stretch, slot by slot, where all of them are stamps of all channels.
+/// The values read at the instants of a stretch, slot by slot, if all instants are stamps of all
+/// channels.
 fn at_stamps<'a>(
     stretch: &'a Stretch,
     own: &Signal,

@@ -1,7 +1,7 @@
-//! The solution of rows of the regression.
+//! Solution of the rows of the regression.
 //!
 //! ```text
-//! per unit inertia (4):   Δνᵢ = (1/m) [y − Σ θⱼ cⱼ]        θⱼ = −aⱼ/a_y,  m = 1/a_y,  deviations by the delta method
+//! per unit inertia (4):   Δνᵢ = (1/m) [y − Σ θⱼ cⱼ]      θⱼ = −aⱼ/a_y,  m = 1/a_y,  std by the delta method
 //! as a force:             Σ θⱼ cⱼ = y
 //! ```
 
@@ -12,24 +12,26 @@ use crate::frame::Dof;
 use crate::least_squares::{Fit, LeastSquaresError, LeastSquaresOptions, Names, StdMethod, least_squares_with};
 use crate::model::Model;
 
-/// How integral least squares is done.
+/// Options of integral least squares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct IntegralOptions {
-    /// Rows.
+    /// How the rows are made.
     pub regressor: RegressorOptions,
-    /// Standard deviations.
+    /// How standard deviations are computed.
     pub std: StdMethod,
-    /// What is done where several degrees of freedom share free parameters.
+    /// What is done if several degrees of freedom share free parameters.
     pub together: Together,
 }
 
 /// How balances that share free parameters are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Together {
-    /// With the increments of the velocities on the left, as one alone is: noise does not shrink the inertias.
+    /// With the increments of the velocities on the left, as for a balance alone: noise does not
+    /// shrink the inertias.
     #[default]
     PerInertia,
-    /// As forces, linear: always a solution, with inertias that noise shrinks. For starting values.
+    /// As forces, linear: there is always a solution, but noise shrinks the inertias. For starting
+    /// values.
     AsForces,
 }
 
@@ -38,7 +40,7 @@ pub enum Together {
 pub struct RowFit {
     /// Degrees of freedom whose rows took part.
     pub dofs: Vec<Dof>,
-    /// Which parameters.
+    /// The parameters.
     pub parameters: Vec<Column>,
     /// Their values, SI.
     pub values: Vec<f64>,
@@ -46,9 +48,10 @@ pub struct RowFit {
     pub covariance: Vec<Vec<f64>>,
     /// Their standard deviations by (14).
     pub std_paper: Vec<f64>,
-    /// Parameters of these balances that would lie outside of their bounds and are held there.
+    /// Parameters of these balances that would lie outside their bounds and are held there.
     pub at_bound: Vec<AtBound>,
-    /// Whether the rows fall into too few independent stretches for the covariance of correlated residuals.
+    /// Whether the rows form too few independent stretches for the covariance of correlated
+    /// residuals.
     pub few_clusters: bool,
     /// Number of rows.
     pub rows: usize,
@@ -61,8 +64,8 @@ pub struct RowFit {
 }
 
 impl RowFit {
-    /// A solution as forces, or where `at` is the column of the inertia, per unit of it: then the right-hand side stands
-    /// there. `covariance` is that of the solution.
+    /// A solution as forces or, if `at` is the column of the inertia, per unit of it: the
+    /// right-hand side then stands in that column. `covariance` is that of the solution.
     pub(super) fn of(
         fit: &Fit,
         at: Option<usize>,
@@ -106,7 +109,7 @@ impl RowFit {
         self.write_some(&every, model);
     }
 
-    /// Writes those of the parameters `kept` alone.
+    /// Writes values and standard deviations of the parameters `kept` alone.
     pub fn write_some(&self, kept: &[usize], model: &mut Model) {
         for (k, column) in self.parameters.iter().enumerate().filter(|(_, c)| kept.contains(&c.parameter)) {
             let parameter = &mut model.parameters[column.parameter];
@@ -126,15 +129,15 @@ impl RowFit {
 /// A parameter that is held at its bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtBound {
-    /// Which parameter of the model.
+    /// Index of the parameter in the model.
     pub parameter: usize,
-    /// What the rows give without the bound, SI.
+    /// Estimate from the rows without the bound, SI.
     pub unbounded: f64,
-    /// Standard deviation of that.
+    /// Standard deviation of that estimate.
     pub std: f64,
 }
 
-/// Solves rows: per unit of the inertia where its parameter is a column, else as forces.
+/// Solves rows: per unit of the inertia if its parameter is a column, else as forces.
 ///
 /// # Errors
 /// [`LeastSquaresError`].

@@ -1,52 +1,57 @@
-//! Degrees of freedom that share free parameters, solved together without the bias of noise in their inertias' columns.
+//! Degrees of freedom that share free parameters, solved together without bias from noise in the
+//! columns of their inertias.
 //!
 //! ```text
 //! eᵢ = Δνᵢ − Δν̂ᵢ,   Δν̂ᵢ = (y − Σ_{j≠i} θⱼ cⱼ)/mᵢ        minimise Σᵢ wᵢ² |eᵢ|²,   wᵢ = 1/rms(eᵢ)
-//! step of Gauss and Newton:   Σ θⱼ c̃ⱼ = y + mᵢ (Δν̂ᵢ − Δνᵢ),   c̃ᵢ = Δν̂ᵢ,   c̃ⱼ = cⱼ else
+//! Gauss-Newton step:   Σ θⱼ c̃ⱼ = y + mᵢ (Δν̂ᵢ − Δνᵢ),   c̃ᵢ = Δν̂ᵢ,   c̃ⱼ = cⱼ else
 //! ```
 //!
-//! The column of an inertia in its own balance is the increment Δν of a measured velocity, a difference of two samples
-//! whose noise is about as large as what it shows. As a regressor it pulls the inertia towards zero (Fuller, *Measurement
-//! Error Models*, Wiley 1987, 1.1.1: 196 ± 6 for 300). Alone in its balance an inertia is found per unit of it, with Δν on the left;
-//! where it also stands in another balance (tied Coriolis) that is no longer linear, and Δν̂ takes its column step by
-//! step. The other columns are integrals, in which the noise averages.
+//! The column of an inertia in its own balance is the increment Δν of a measured velocity: a
+//! difference of two samples, whose noise is about as large as the difference itself. As a
+//! regressor it pulls the inertia towards zero (Fuller, *Measurement Error Models*, Wiley 1987,
+//! 1.1.1: 196 ± 6 for 300). In a single balance, the equation is solved per unit inertia, with Δν
+//! on the left. If the inertia also stands in another balance (tied Coriolis terms), that form is
+//! not linear any more, and Δν̂ replaces its column step by step. The other columns are integrals,
+//! in which the noise averages out.
 
 use super::row_fit::{RowFit, Together};
 use crate::least_squares::LeastSquaresError;
 
-/// Steps after which there is no solution to be had.
+/// Number of steps after which the search is given up.
 const STEPS: usize = 60;
 
-/// Times that a step is halved for a smaller cost.
+/// Greatest number of times that a step is halved to lower the cost.
 const HALVINGS: i32 = 20;
 
-/// Solutions as forces, each weighed by the residuals of the one before.
+/// Number of solutions as forces, each weighted by the residuals of the one before.
 const PASSES: usize = 3;
 
-/// A residual below this part of the right-hand side is rounding.
+/// Share of the right-hand side below which a residual is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// One balance among those that are solved together.
 pub(super) struct Member {
-    /// Place of its own inertia among the joint parameters, where it is free.
+    /// Index of its own inertia among the joint parameters, if it is free.
     pub own: Option<usize>,
-    /// Its inertia per unit of it, from its balance alone: the start.
+    /// Its inertia from its balance alone, solved per unit inertia: the starting value.
     pub alone: Option<f64>,
-    /// Root of the mean square of its right-hand side.
+    /// Root mean square of its right-hand side.
     pub size: f64,
     /// Number of its rows.
     pub rows: f64,
 }
 
-/// The weight of each balance at these parameters: one over what they leave of it as a force, by `rms`.
+/// The weight of each balance at these parameters: the inverse of its residual as a force, by
+/// `rms`.
 pub(super) fn weights(members: &[Member], rms: impl Fn(usize, &[f64]) -> f64, theta: &[f64]) -> Vec<f64> {
     let one = |(k, member): (usize, &Member)| 1.0 / rms(k, theta).max(1e-12 * member.size.max(f64::MIN_POSITIVE));
     members.iter().enumerate().map(one).collect()
 }
 
-/// The joint solution, `None` where it does not settle; sought from parameters that are `near` it, where there are any.
-/// `solve` solves all balances with these weights and, where they are given, the increments predicted with these parameters
-/// in the columns of the own inertias; `rms` is what the parameters leave of a balance as a force.
+/// The joint solution, `None` if the search does not converge; it starts from parameters that are
+/// `near` the solution, if there are any. `solve` solves all balances with the given weights and,
+/// if parameters are given, with the increments predicted by them in the columns of the own
+/// inertias; `rms` is the residual of a balance as a force.
 ///
 /// # Errors
 /// Those of `solve`.
@@ -58,10 +63,12 @@ pub(super) fn settled(
     rms: impl Fn(usize, &[f64]) -> f64,
 ) -> Result<Option<RowFit>, LeastSquaresError> {
     let sizes: Vec<f64> = members.iter().map(|m| m.size.max(f64::MIN_POSITIVE)).collect();
-    // the forces' own size as weight, then the residuals that the step before has shown; a perfect fit needs no other
+    // weights: the forces' own size, then the residuals of the step before; a perfect fit needs no
+    // others
     let first: Vec<f64> = sizes.iter().map(|size| 1.0 / size).collect();
     let weights = |theta: &[f64]| weights(members, &rms, theta);
-    // what is sought from nearby is compared with others of its like, to a part of their deviations
+    // a solution sought from nearby is compared with others like it, to a part of their standard
+    // deviations
     let rest = if near.is_some() { 1e-2 } else { 1e-6 };
     let mut theta = match near {
         Some(near) => near.to_vec(),
@@ -82,7 +89,7 @@ pub(super) fn settled(
             theta
         }
     };
-    // Σ n ln rms(e): its gradient is that of the weighed squares
+    // Σ n ln rms(e): its gradient is that of the weighted squares
     let cost = |theta: &[f64]| -> f64 {
         let of = |(k, member): (usize, &Member)| {
             let inertia = member.own.map_or(1.0, |own| theta[own]);
@@ -106,15 +113,15 @@ pub(super) fn settled(
         let shorter = (0..HALVINGS).map(|k| stepped(members, &theta, &fit.values, 0.5_f64.powi(k)));
         match shorter.into_iter().find(|theta| cost(theta) < before) {
             Some(better) => theta = better,
-            // what is left to gain is below the rounding of the cost
+            // the remaining gain is below the rounding of the cost
             None => return Ok(within(1e-3).then_some(fit)),
         }
     }
     Ok(None)
 }
 
-/// A `part` of the way from `from` to `to`; own inertias in their logarithm, by a factor of e at most, so that none ends
-/// below 0.
+/// A `part` of the way from `from` to `to`. Own inertias move in their logarithm, by a factor of e
+/// at most, so that none becomes negative.
 fn stepped(members: &[Member], from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
     let is_own = |k: usize| members.iter().any(|member| member.own == Some(k));
     let one = |(k, (old, new)): (usize, (&f64, &f64))| match is_own(k) {

@@ -1,11 +1,12 @@
-//! Rows of the regression where all channels share their stamps: nothing to look up, instants side by side, parts on all
-//! cores.
+//! Rows of the regression if all channels share their stamps: nothing to look up, instants side by
+//! side, parts on all cores.
 //!
 //! ```text
 //! cₖ = πₖ − πₖ₋₁ − ½ (fₖ₋₁ + fₖ)(tₖ − tₖ₋₁)
 //! ```
 //!
-//! A row reads two instants. Parts have fixed borders, so that the numbers do not depend on the number of cores.
+//! A row reads two instants. Parts have fixed borders, so that the numbers do not depend on the
+//! number of cores.
 
 use rayon::prelude::*;
 
@@ -13,15 +14,16 @@ use super::regressor::LANES;
 use crate::simd::{Plain, widest};
 use crate::symbolic::{Plan, Registers};
 
-/// Rows of a part, written by one thread.
+/// Number of rows of a part, written by one thread.
 const PART: usize = 1 << 14;
 
-/// What is read at every instant: slot of the plan and values, one an instant.
+/// The inputs at every instant: slot of the plan, and one value for each instant.
 pub(super) type Inputs<'a> = [(usize, &'a [f64])];
 
-/// Writes the rows between neighbours of the instants `time`, which grow. The plan's first outputs are momenta, then come
-/// as many forces; the first of each is the known part, whose rows (less their sign) go to the first of `columns`, those
-/// of the others to the others. Columns have `time.len() − 1` values.
+/// Writes the rows between neighbours of the instants `time`, which increase. The first outputs of
+/// the plan are momenta, followed by as many forces. The first of each is the known part, whose
+/// rows go with the opposite sign to the first of `columns`; the rows of the others go to the other
+/// columns. Columns have `time.len() − 1` values.
 pub(super) fn write_rows(
     plan: &Plan,
     registers: &Registers<LANES>,
@@ -49,14 +51,15 @@ pub(super) fn write_rows(
     });
 }
 
-/// Instants whose rows are made and taken while they are near, 24 KiB of six columns.
+/// Number of instants whose rows are made and used while they are in the cache: 24 KiB for six
+/// columns.
 const NEAR: usize = 512;
 
-/// The same rows, handed to `take` as they are made: columns and right-hand side of some hundred rows at a time. Returns what
-/// that makes of each part, begun by `begin`.
+/// The same rows, passed to `take` as they are made: columns and right-hand side of some hundred
+/// rows at a time. Returns the state of each part, which `begin` starts and `take` updates.
 ///
 /// # Errors
-/// What `begin` and `take` return, of the first part that does.
+/// The error of `begin` or `take`, of the first part that has one.
 pub(super) fn over_rows<S: Send, E: Send>(
     plan: &Plan,
     registers: &Registers<LANES>,
@@ -66,7 +69,7 @@ pub(super) fn over_rows<S: Send, E: Send>(
     begin: &(impl Fn() -> Result<S, E> + Sync),
     take: &(impl Fn(&mut S, &[&[f64]], &[f64]) -> Result<(), E> + Sync),
 ) -> Result<Vec<S>, E> {
-    // a row less than instants
+    // one row fewer than instants
     let near = NEAR - 1;
     let part_rows = near * (PART / near);
     let rows = time.len() - 1;
@@ -100,7 +103,7 @@ fn write_part(
 ) {
     let width = columns.len();
     let mut last_time = time[0];
-    // momentum and force of the instant before
+    // momentum and force of the previous instant
     let mut last = vec![[0.0; 2]; width];
     for first in (0..time.len()).step_by(LANES) {
         let count = LANES.min(time.len() - first);
@@ -113,7 +116,7 @@ fn write_part(
         for lane in 0..LANES {
             dt[lane] = t[lane] - if lane == 0 { last_time } else { t[lane - 1] };
         }
-        // the first instant of all ends no row
+        // the very first instant ends no row
         let skip = usize::from(first == 0);
         for (j, column) in columns.iter_mut().enumerate() {
             let (momentum, force) = (plan.output(registers, j), plan.output(registers, width + j));
@@ -126,7 +129,7 @@ fn write_part(
                 row = row.map(|x| -x);
             }
             last[j] = [momentum[LANES - 1], force[LANES - 1]];
-            // of known length but at both ends
+            // of known length except at both ends
             match column[first.max(1) - 1..].first_chunk_mut() {
                 Some(to) if skip == 0 && count == LANES => *to = row,
                 _ => column[first.max(1) - 1..first + count - 1].copy_from_slice(&row[skip..count]),

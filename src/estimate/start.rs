@@ -1,8 +1,10 @@
-//! Starting values for output error: integral least squares on what it can regress.
+//! Starting values for output error: integral least squares on the effects that it can regress.
 //!
-//! Effects with memory or action on the log are left out and keep their values; shapes are held at theirs, and so is what
-//! has a prior. Windows of several samples keep the noise of the velocities from shrinking the inertias. A start that no
-//! vehicle has (an inertia that is not positive) is replaced by the force over the acceleration that the log shows.
+//! Effects with memory or with an action on the log are left out and keep their values. Shape
+//! parameters are held at their values, and so are parameters with a prior. Windows of several
+//! samples keep the noise of the velocities from shrinking the inertias. A start that no vehicle
+//! has (an inertia that is not positive) is replaced by a rough value from the greatest force and
+//! speed of the log.
 
 use super::integral::balances;
 use super::pose_velocity::{self, with_velocities};
@@ -15,10 +17,10 @@ use crate::model::{Model, Parameter, Term};
 use crate::run::{Run, Signal, greatest, is_commanded};
 use crate::symbolic::Graph;
 
-/// `model` with its free linear parameters started from `runs`. Parameters that cannot be regressed, and those whose start
-/// somebody gave, keep their values.
+/// Returns `model` with its free linear parameters started from `runs`. Parameters that cannot be
+/// regressed, and those whose starting value was given, keep their values.
 ///
-/// Where a run logs poses alone, their slopes, turned to the axes of the body, are its velocities.
+/// If a run logs only poses, their slopes, rotated to the axes of the body, are its velocities.
 pub fn started(model: &Model, runs: &[Run]) -> Model {
     let logged = runs;
     let (runs, spans) = with_velocities(model, logged);
@@ -42,7 +44,7 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     let window = window::length(&model.dofs, runs).max(spans.translation).max(spans.rotation);
     let span = Span::Samples(samples_in(window, model, runs));
     let regressor = RegressorOptions { span, ..RegressorOptions::default() };
-    // a start needs no more than the right size, and one is wanted in any case
+    // a start needs only the right size, and one is needed in any case
     let options = IntegralOptions { regressor, together: Together::AsForces, ..Default::default() };
     let mut started = model.clone();
     let Some(plain) = regressed(&all, plain, is_logged, options) else { return rough(started, model, runs, is_logged) };
@@ -50,7 +52,8 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
         if let Some(found) =
             plain.parameters.iter().find(|p| p.term == parameter.term && p.spec.name == parameter.spec.name)
         {
-            // an inertia that is not positive is no start at all, and one at its bound would not be seen to be none
+            // an inertia that is not positive is no start at all; at its bound it could not be
+            // recognised as such
             let bounded = parameter.effect != id::INERTIA;
             parameter.value = if bounded { found.value.clamp(parameter.min, parameter.max) } else { found.value };
             parameter.per_run.clone_from(&found.per_run);
@@ -59,7 +62,8 @@ pub fn started(model: &Model, runs: &[Run]) -> Model {
     rough(started, model, runs, is_logged)
 }
 
-/// The runs with no force where no command of theirs has one: fins or a user's formula drive the vehicle there.
+/// The runs with a force of zero where they log none: fins or a user's formula drive the vehicle
+/// there.
 fn with_forces(dofs: &[Dof], mut runs: Vec<Run>) -> Vec<Run> {
     for run in &mut runs {
         let Some((first, last)) = run.span() else { continue };
@@ -71,11 +75,12 @@ fn with_forces(dofs: &[Dof], mut runs: Vec<Run>) -> Vec<Run> {
     runs
 }
 
-/// Keeps the inertia of a translation whose velocity is the slope of noisy fixes at its start, the dry mass where that is known: such
-/// slopes hardly show what accelerates, and a regression on them finds five and ten times the mass, from where a filter climbs
-/// to a force of a hundred times the thrust on a mass of as many tons.
+/// Keeps the inertia of a translation whose velocity is the slope of noisy fixes at its starting
+/// value, the dry mass if it is known. Such slopes hardly show accelerations, and a regression on
+/// them finds five and ten times the mass. From there a filter climbs to a force of a hundred times
+/// the thrust on a mass of as many tons.
 fn unregressed(model: &mut Model, dof: Dof, runs: &[Run]) {
-    /// Time in which the greatest force brings the greatest speed, where no mass is known, s.
+    /// Time in which the greatest force brings the greatest speed, if no mass is known, s.
     const SETTLES: f64 = 2.0;
     let Some(index) = model.inertia(dof) else { return };
     let ((force, speed), inertia) = (sizes(dof, runs), &mut model.parameters[index]);
@@ -85,18 +90,21 @@ fn unregressed(model: &mut Model, dof: Dof, runs: &[Run]) {
     inertia.fixed = true;
 }
 
-/// `model` with what its balances say. One in which nothing known acts has no scale of its own: it waits for the others, which
-/// know the masses whose Munk moment turns a vehicle that is commanded no moment. So does one of a rate with a sensor
-/// (`is_logged`) where others are slopes of fixes: in a balance that fits so well, velocities that are noisier than all it
-/// leaves would seem not to act at all, which are equal masses.
+/// Returns `model` with the results of its balances. A balance in which nothing known acts has no
+/// scale of its own: it waits for the others, which give the masses whose Munk moment turns a
+/// vehicle without a commanded moment. The balance of a rate with a sensor (`is_logged`) also waits
+/// if other velocities are slopes of fixes. It fits so well that velocities noisier than its
+/// residual would seem not to act at all, which means equal masses. `None` if the first balances
+/// have no solution.
 fn regressed(
     runs: &[&Run],
     mut model: Model,
     is_logged: impl Fn(&Dof) -> bool,
     options: IntegralOptions,
 ) -> Option<Model> {
-    // a turn that a fin makes has a size by its inertia alone; were that free as well, least squares would shrink all that acts in it
-    // to nothing, the difference of two masses too
+    // a rotation that a fin drives gets its scale from its inertia alone; if that were free as
+    // well, least squares would shrink everything that acts in it to zero, including the difference
+    // of two masses
     let has_fin = model.terms.iter().any(is_fin);
     let turns = |dof: &Dof| has_fin && dof.is_rotation() && !is_commanded_in(runs, *dof);
     for dof in model.dofs.clone().iter().filter(|dof| turns(dof)) {
@@ -125,7 +133,7 @@ fn regressed(
     for column in fits.iter().flat_map(|fit| &fit.parameters) {
         model.parameters[column.parameter].fixed = true;
     }
-    // what one fin does in several is found in all of them together
+    // the effect of one fin in several balances is found in all of them together
     if let Ok((found, _)) = balances(runs, &model, &waiting, options) {
         return Some(found);
     }
@@ -141,7 +149,7 @@ fn is_commanded_in(runs: &[&Run], dof: Dof) -> bool {
     runs.iter().any(|run| is_commanded(std::slice::from_ref(*run), dof))
 }
 
-/// Whether a term is what a fin does, or the propeller in its advance: an actuator beside the thrust.
+/// Whether a term is an actuator beside the thrust: a fin, or the propeller in its advance.
 fn is_fin(term: &Term) -> bool {
     let about = term.effect.about();
     about.family == Family::Actuator && matches!(about.scope, Scope::Vehicle(_))
@@ -152,8 +160,8 @@ fn regressible(model: &Model, term: &Term) -> bool {
     let about = effect.about();
     let remembers = memory_count(&Graph::new(), model, effect, term.place) > 0;
     let is_fin = is_fin(term);
-    // single thrusters act on the command itself, in which they are linear, and fins beside it, at a place that is held; what
-    // other actuators do hangs on each other
+    // single thrusters act on the command itself, in which they are linear, and fins act beside it,
+    // at a place that is held; the effects of other actuators depend on each other
     let known = about.family != Family::Actuator || about.scope == Scope::Thrusters || is_fin;
     let linear = is_fin || term.parameters.iter().all(|p| model.parameters[*p].spec.is_linear());
     about.family != Family::Sensor && known && linear && !remembers
@@ -170,18 +178,22 @@ pub(crate) fn samples_in(window: f64, model: &Model, runs: &[Run]) -> usize {
     if slowest > 0.0 { (window / slowest).round().max(1.0) as usize } else { 1 }
 }
 
-/// A motion that its drag stops, or its righting moment turns back, within such a time is none that a log shows, s.
+/// A motion that drag stops, or a righting moment turns back, within this time does not show in a
+/// log, s.
 const AT_ONCE: f64 = 0.05;
 
-/// The same where the velocity is the slope of a second of poses ([`super::pose_velocity`]), which flattens what is quicker:
-/// the regression then finds an inertia that is too small by ten and more, and the fit a random moment in its place.
+/// The same if the velocity is the slope of a second of poses ([`super::pose_velocity`]), which
+/// flattens quicker motion: the regression then finds an inertia that is too small by a factor of
+/// ten and more, and the fit finds a random moment in its place.
 const AT_ONCE_BY_SLOPES: f64 = 0.5;
 
-/// Inertias that are not positive are replaced by greatest force over a tenth of greatest speed per second, those so small
-/// that the motion would end at once ([`AT_ONCE`], by whether a sensor tells the velocity) are raised, and drag that would feed
-/// the motion is left out of the start: a simulation from there would run away. Where a vehicle drifts under no command, its mass
-/// is `known` before and the drag that ends its motion at once is less instead: the slopes of fixes have speeds that none has,
-/// and with 26 times the mass across, its Munk moment would turn it away within a second.
+/// Corrects a start from which a simulation would diverge. Inertias that are not positive are
+/// replaced by the greatest force over a tenth of the greatest speed per second. Inertias so small
+/// that the motion would end at once are raised ([`AT_ONCE`], or [`AT_ONCE_BY_SLOPES`] if no sensor
+/// logs the velocity). Drag that would feed the motion is left out of the start. If a vehicle
+/// drifts without a command and its mass is `known` beforehand, the drag that would end its motion
+/// at once is reduced instead: the slopes of fixes have speeds that no vehicle has, and with 26
+/// times the mass across, its Munk moment would turn it away within a second.
 fn rough(mut model: Model, known: &Model, runs: &[Run], is_logged: impl Fn(&Dof) -> bool) -> Model {
     for dof in model.dofs.clone() {
         for drag in [id::LINEAR_DRAG, id::QUADRATIC_DRAG] {
@@ -214,7 +226,7 @@ fn rough(mut model: Model, known: &Model, runs: &[Run], is_logged: impl Fn(&Dof)
     model
 }
 
-/// The parameters of these drags in a degree of freedom.
+/// The parameters of the drags `ids` in a degree of freedom.
 fn drags<'a>(model: &'a Model, dof: Dof, ids: &'a [&str]) -> impl Iterator<Item = &'a Parameter> {
     model.parameters.iter().filter(move |p| ids.contains(&p.effect.as_str()) && p.place.dof == Some(dof))
 }
@@ -229,7 +241,8 @@ fn slope(drag: &Parameter, runs: &[Run]) -> f64 {
     }
 }
 
-/// Lessens those of `ids` in a degree of freedom that are to be begun, so that their slopes are no more than `most` together.
+/// Reduces those of the drags `ids` in a degree of freedom for which a start is to be found, so
+/// that their slopes are no more than `most` together.
 fn slowed(model: &mut Model, dof: Dof, runs: &[Run], most: f64, ids: &[&str]) {
     let all: f64 = drags(model, dof, ids).filter(|p| is_begun(p)).map(|p| slope(p, runs).max(0.0)).sum();
     if all > most {
@@ -240,23 +253,26 @@ fn slowed(model: &mut Model, dof: Dof, runs: &[Run], most: f64, ids: &[&str]) {
     }
 }
 
-/// Greatest force and speed of the runs, N and m/s (N·m and rad/s); a force that is rounding of what shares it out is none.
+/// Greatest force and speed of the runs, N and m/s (N·m and rad/s); a force that is only rounding
+/// of the thrust allocation counts as zero.
 fn sizes(dof: Dof, runs: &[Run]) -> (f64, f64) {
     let force = if is_commanded(runs, dof) { greatest(runs, dof.force()) } else { 0.0 };
     (force, greatest(runs, dof.velocity()))
 }
 
-/// An inertia that the greatest force brings to a tenth of the greatest speed in a second.
+/// An inertia with which the greatest force reaches a tenth of the greatest speed in a second.
 fn quick(force: f64, speed: f64) -> f64 {
     if force > 0.0 && speed > 0.0 { force / (0.1 * speed) } else { 1.0 }
 }
 
-/// `model` with values under which nothing runs away: inertias of the right size, drag that balances the greatest force at
-/// the greatest speed, fins as they are, nothing else. Where a regression on a model that lacks much has led to a vehicle that none is.
+/// Returns `model` with values under which nothing diverges: inertias of the right size, drag that
+/// balances the greatest force at the greatest speed, fins as they are, nothing else. For use if a
+/// regression on a model that lacks much has led to values that no vehicle has.
 pub fn tame(model: &Model, runs: &[Run]) -> Model {
     let runs: &[Run] = &with_velocities(model, runs).0;
     let mut tame = model.clone();
-    // fins stay as they are: without them nothing would act on what no command drives, and its inertia would not show
+    // fins stay as they are: without them nothing would act where no command does, and the inertia
+    // there would not show
     let fins: Vec<usize> = tame.terms.iter().filter(|t| is_fin(t)).flat_map(|t| t.parameters.clone()).collect();
     for (_, p) in tame.parameters.iter_mut().enumerate().filter(|(k, p)| !fins.contains(k) && is_begun(p)) {
         let sizes = p.place.dof.map(|dof| sizes(dof, runs));
@@ -273,13 +289,14 @@ pub fn tame(model: &Model, runs: &[Run]) -> Model {
     tame
 }
 
-/// Whether a start is to be found for a parameter.
+/// Whether a starting value is to be found for a parameter.
 fn is_begun(parameter: &Parameter) -> bool {
     !parameter.fixed && !parameter.given && parameter.spec.is_linear()
 }
 
-/// Gives translations that no command drives the greatest inertia of those that one does: a vehicle of another mass ahead than
-/// across turns by its Munk moment, and with no drag yet it would turn ever faster.
+/// Gives translations without a command the greatest inertia of those with one: a vehicle whose
+/// masses ahead and across differ turns by its Munk moment, and without drag it would turn ever
+/// faster.
 fn as_heavy_as_driven(model: &mut Model, runs: &[Run]) {
     let translations = model.dofs.iter().copied().filter(|dof| !dof.is_rotation());
     let (driven, drifting): (Vec<Dof>, Vec<Dof>) = translations.partition(|dof| is_commanded(runs, *dof));
@@ -293,11 +310,12 @@ fn as_heavy_as_driven(model: &mut Model, runs: &[Run]) {
     }
 }
 
-/// `model` with its free inertias kept below ten times what the thrust of a run can have moved, ∫ |τ| dt / max |ν|, the
-/// translations taken together because turning exchanges their momenta. A model that lacks what moves the vehicle would else
-/// explain it by a mass without end, under which nothing that acts on it can be known.
+/// Returns `model` with its free inertias bounded by ten times what the thrust of a run can have
+/// moved, ∫ |τ| dt / max |ν|. The translations are taken together, because turning exchanges their
+/// momenta. A model that lacks what moves the vehicle would otherwise explain the motion by a mass
+/// without limit, under which nothing that acts on it can be determined.
 pub fn moved_by_thrust(model: &Model, runs: &[Run]) -> Model {
-    /// What may be thrust of another kind: a current, weight, a moment of the water.
+    /// Factor for what may act beside the thrust: a current, weight, a moment of the water.
     const MARGIN: f64 = 10.0;
     let runs: &[Run] = &with_velocities(model, runs).0;
     let mut bounded = model.clone();
@@ -329,14 +347,15 @@ mod tests {
     use crate::effects::Coriolis;
     use crate::noise::Noise;
 
-    /// A run of a second in which each of these channels goes from 0 to its most.
+    /// A run of a second in which each of these channels goes from 0 to its greatest value.
     fn run_to(most: &[(&str, f64)]) -> Run {
         let time: std::sync::Arc<[f64]> = vec![0.0, 1.0].into();
         let signal = |(name, most): &(&str, f64)| (name.to_string(), Signal::new(time.clone(), vec![0.0, *most]));
         Run { signals: most.iter().map(signal).collect(), ..Run::default() }
     }
 
-    /// Two thrusters exchanged: 20 N in sway move the vehicle, and of the yaw moment rounding is left, of which no inertia is made.
+    /// Two thrusters exchanged: 20 N in sway move the vehicle; the yaw moment is only rounding,
+    /// from which no inertia is made.
     #[test]
     fn nothing_of_a_tame_vehicle_is_made_of_rounding() {
         let run = run_to(&[("tau_v", 20.0), ("tau_r", 3e-17), ("v", 0.8), ("r", 1.2)]);
@@ -349,8 +368,9 @@ mod tests {
         assert_eq!(value(id::LINEAR_DRAG, Dof::Sway), 12.5);
     }
 
-    /// Slopes of fixes have a speed of 3 m/s across: the drag there is held to what half a second allows of the mass, which stays, and
-    /// so is what the way ahead makes of a moment of inertia of 2 at 1.5 m/s, 2/(0.5·1.5).
+    /// Slopes of fixes have a speed of 3 m/s across: the drag there is reduced to what half a
+    /// second allows for the mass, which stays. The mixed drag is reduced in the same way, for a
+    /// moment of inertia of 2 at 1.5 m/s: 2/(0.5·1.5).
     #[test]
     fn what_drifts_keeps_its_mass() {
         let run = run_to(&[("tau_u", 40.0), ("u", 1.5), ("v", 3.0), ("r", 0.2)]);
@@ -368,14 +388,15 @@ mod tests {
         assert_eq!(regressed.map(|(name, _)| value(&start, name)), [30.0, 30.0, 2.0]);
         assert!((value(&start, "quadratic_drag@sway") - 30.0 / (0.5 * 2.0 * 3.0)).abs() < 1e-12);
         assert!((value(&start, "mixed_drag@yaw:surge") - 2.0 / (0.5 * 1.5)).abs() < 1e-12);
-        // without a mass that is known it is raised, as of what a command drives
+        // without a known mass, the inertia is raised as in a commanded degree of freedom
         let mut unknown = model.clone();
         unknown.set("inertia@sway", 0.0);
         let start = rough(model, &unknown, &[run], |_| false);
         assert!((value(&start, "inertia@sway") - 0.5 * 2.0 * 3.0 * 268.0).abs() < 1e-9);
     }
 
-    /// A propeller's 20 N and a fin: the sway, which no command drives, is as heavy as the surge, and no Munk moment is left.
+    /// A propeller's 20 N and a fin: the sway, which no command drives, is as heavy as the surge,
+    /// and no Munk moment remains.
     #[test]
     fn a_tame_vehicle_has_no_munk_moment_where_it_drifts() {
         let run = run_to(&[("tau_u", 20.0), ("u", 0.8), ("v", 0.3), ("r", 0.2)]);
@@ -387,14 +408,14 @@ mod tests {
         let inertia = |dof: Dof| tame.value_at(id::INERTIA, dof).expect("it has one");
         assert!((inertia(Dof::Surge) - 250.0).abs() < 1e-9);
         assert_eq!([Dof::Sway, Dof::Yaw].map(inertia), [inertia(Dof::Surge), 1.0]);
-        // an inertia that somebody gave stays
+        // an inertia that was given stays
         let index = model.parameter_of("inertia@sway").expect("it has one");
         model.parameters[index].given = true;
         assert_eq!(super::tame(&model, &[run]).value_at(id::INERTIA, Dof::Sway), Some(800.0));
     }
 
-    /// A boat of 46 kg that steps of 20 N drive, known by fixes of 0.5 m at 2 Hz: the mass stays what was known of it, and where
-    /// nothing was it is of the right size; the drag is regressed.
+    /// A boat of 46 kg driven by steps of 20 N and observed by fixes of 0.5 m at 2 Hz: a known mass
+    /// stays; an unknown one gets the right size; the drag is regressed.
     #[test]
     fn noisy_fixes_leave_the_mass_as_it_is_known() {
         let mut noise = Noise::new(6, 1);
@@ -422,7 +443,8 @@ mod tests {
         assert!((10.0..40.0).contains(&value(&known, id::LINEAR_DRAG)), "{}", value(&known, id::LINEAR_DRAG));
     }
 
-    /// Roll of 0.5 rad/s against a drag of 2 + 2·0.5·4 N·m·s: 6·0.05 kg·m².
+    /// Roll of 0.5 rad/s against a drag of 2 + 2·0.5·4 N·m·s: the inertia is raised to 6·0.05
+    /// kg·m².
     #[test]
     fn an_inertia_at_which_motion_ends_at_once_is_raised() {
         let mut model =

@@ -1,21 +1,22 @@
-//! Steady stretches of a log: where a velocity neither trends nor wanders.
+//! Steady stretches of a log: where a velocity neither drifts nor fluctuates.
 //!
-//! A window is steady when the straight line through it has a small slope and the scatter about that line is small;
-//! white noise of the sensor, as the second differences of the samples show it, is no unsteadiness.
-//! The mean of a window is known to
+//! A window is steady if the straight line through it has a small slope and the scatter about that
+//! line is small. White noise of the sensor, estimated from the second differences of the samples,
+//! does not count as unsteadiness. The standard deviation of the mean of a window is
 //!
 //! ```text
-//! σ_mean² = (σ²/n) [1 + 2 Σₗ (1 − l/n) ρₗ]          ρₗ: correlation of samples l apart, until it has died away
+//! σ_mean² = (σ²/n) [1 + 2 Σₗ (1 − l/n) ρₗ]          ρₗ: correlation of samples l apart, until it has decayed
 //! ```
 //!
-//! so that correlated samples count for less: Box, Jenkins and Reinsel, *Time Series Analysis*, section 2.1.5.
+//! so that correlated samples count for less: Box, Jenkins and Reinsel, *Time Series Analysis*,
+//! section 2.1.5.
 
 use serde::{Deserialize, Serialize};
 
 use crate::log::check::time::gaps_of;
 use crate::run::{Run, Signal, rounding};
 
-/// What counts as steady.
+/// Limits within which a stretch counts as steady.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SteadyOptions {
@@ -34,7 +35,7 @@ impl Default for SteadyOptions {
     }
 }
 
-/// A steady stretch, begin and end in s.
+/// A steady stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SteadyWindow {
     /// Begin, s.
@@ -43,12 +44,12 @@ pub struct SteadyWindow {
     pub to: f64,
 }
 
-/// A mean and how well it is known.
+/// A mean and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
     /// Mean of the samples.
     pub value: f64,
-    /// Standard deviation of the mean, with correlated samples considered.
+    /// Standard deviation of the mean, with correlation of the samples taken into account.
     pub std: f64,
     /// Standard deviation of the samples.
     pub scatter: f64,
@@ -56,8 +57,9 @@ pub struct Mean {
     pub samples: usize,
 }
 
-/// Steady windows of the velocity `channel` of a run, the longest first found from each begin on; with `force`, the
-/// commanded force must be steady as well. Windows do not overlap, and none reaches across a gap.
+/// Steady windows of the velocity `channel` of a run, each extended from its beginning while it
+/// stays steady; with `force`, the commanded force must be steady as well. Windows do not overlap,
+/// and none spans a gap.
 pub fn steady_windows(run: &Run, channel: &str, force: Option<&str>, options: SteadyOptions) -> Vec<SteadyWindow> {
     let Some(velocity) = run.signal(channel).filter(|s| s.len() > 2) else { return Vec::new() };
     let signals: Vec<&Signal> = std::iter::once(velocity).chain(force.and_then(|name| run.signal(name))).collect();
@@ -67,7 +69,8 @@ pub fn steady_windows(run: &Run, channel: &str, force: Option<&str>, options: St
         let gap = gaps.iter().any(|g| *g > from && *g <= to);
         let calm = |(signal, (scale, noise)): (&&Signal, &(f64, f64))| {
             let (t, x) = part(signal, from, to);
-            // of white noise alone: the line's change over the window has the deviation σ sqrt(12/n)
+            // with white noise alone, the change of the line over the window has the standard
+            // deviation σ sqrt(12/n)
             let by_chance = 2.0 * noise * (12.0 / t.len().max(1) as f64).sqrt();
             line(t, x).is_some_and(|(slope, scatter)| {
                 (slope * (to - from)).abs() <= (options.drift * scale).max(by_chance)
@@ -114,10 +117,10 @@ pub fn mean_of(run: &Run, channel: &str, window: SteadyWindow) -> Option<Mean> {
     let variance = e.iter().map(|e| e * e).sum::<f64>() / (n - 1) as f64;
     let mut inflation = 1.0;
     if variance > 0.0 {
-        // beyond a third of the window the correlation is not known any more
+        // beyond a third of the window the correlation is not known
         for lag in 1..=n / 3 {
             let rho = e[lag..].iter().zip(&e).map(|(a, b)| a * b).sum::<f64>() / (variance * (n - 1) as f64);
-            // within the chance of uncorrelated samples
+            // uncorrelated samples show as much by chance
             if rho <= 1.0 / (n as f64).sqrt() {
                 break;
             }
@@ -128,8 +131,8 @@ pub fn mean_of(run: &Run, channel: &str, window: SteadyWindow) -> Option<Mean> {
     Some(Mean { value, std, scatter: variance.sqrt(), samples: n })
 }
 
-/// What white noise of the sensor leaves of the mean over a window uncertain; `None` with fewer than three samples. Slow
-/// motion about the mean is none of it.
+/// Standard deviation of the mean over a window from white sensor noise alone; `None` with fewer
+/// than three samples. Slow motion about the mean is not part of it.
 pub fn noise_of_mean(signal: &Signal, window: SteadyWindow) -> Option<f64> {
     let (_, x) = part(signal, window.from, window.to);
     (x.len() > 2).then(|| white_noise(x) / (x.len() as f64).sqrt())
@@ -212,7 +215,8 @@ mod tests {
         let window = SteadyWindow { from: 0.0, to: 1e3 };
         let of = |x: &[f64]| mean_of(&run(x.len(), |t| x[(t * 3.0).round() as usize]), "u", window).unwrap();
         let (a, b) = (of(&white), of(&slow));
-        // the mean of both is known alike, though the slow one scatters sqrt(8) times less; a fifth of play for chance
+        // both means are equally well known, though the slow samples scatter sqrt(8) times less; a
+        // fifth is allowed for chance
         assert!((a.std / (a.scatter / 600f64.sqrt()) - 1.0).abs() < 0.2, "{a:?}");
         assert!((b.std / a.std - 1.0).abs() < 0.3, "{a:?} {b:?}");
     }

@@ -1,14 +1,16 @@
-//! Integral least squares on runs that come piece by piece and are not kept.
+//! Integral least squares on runs that arrive piece by piece and are not kept.
 //!
 //! ```text
-//! [H_d | y_d] = Q R_d  of each degree of freedom d, folded as rows come      Σ = (HᵀH)⁻¹ Σ_b g_b g_bᵀ (HᵀH)⁻¹ c
+//! [H_d | y_d] = Q R_d  of each degree of freedom d, folded as rows arrive
+//! Σ = (HᵀH)⁻¹ Σ_b g_b g_bᵀ (HᵀH)⁻¹ c
 //! ```
 //!
-//! What [`super::integral_least_squares`] finds follows from the factors alone: per unit of the inertia by an exchange of
-//! two columns, shared parameters by stacking weighed factors, a parameter at its bound by taking its column to the other
-//! side; balances that share inertias (tied Coriolis) are refused. Standard deviations are those of clusters: b is a stretch
-//! of consecutive rows, g_b = H_bᵀ e_b, c = B/(B − 1) · n/(n − p). At most [`BLOCKS`] factors are kept; neighbours then
-//! merge, and the clusters grow.
+//! The result of [`super::integral_least_squares`] follows from the factors alone: per unit of the
+//! inertia by exchanging two columns, shared parameters by stacking weighted factors, a parameter
+//! at its bound by moving its column to the other side. Balances that share inertias (tied Coriolis
+//! terms) are refused. Standard deviations are those of clusters: b is a stretch of consecutive
+//! rows, g_b = H_bᵀ e_b, c = B/(B − 1) · n/(n − p). At most [`BLOCKS`] factors are kept; beyond
+//! that, neighbours are merged and the clusters grow.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +22,7 @@ use crate::least_squares::{LeastSquaresError, StreamingQr};
 use crate::model::Model;
 use crate::run::Run;
 
-/// Factors kept for each degree of freedom.
+/// Greatest number of factors kept for each degree of freedom.
 const BLOCKS: usize = 512;
 
 /// Rows of one degree of freedom.
@@ -31,19 +33,19 @@ struct System {
     blocks: Vec<StreamingQr>,
 }
 
-/// Integral least squares of a model on its way.
+/// Integral least squares of a model in progress.
 #[derive(Debug, Clone)]
 pub struct Streamed {
     model: Model,
     options: RegressorOptions,
     systems: Vec<System>,
-    /// Pieces that one kept factor holds.
+    /// Number of pieces in one kept factor.
     stride: usize,
     pieces: usize,
 }
 
 impl Streamed {
-    /// For the free parameters of `model`.
+    /// Starts the fit of the free parameters of `model`.
     pub fn new(model: &Model, options: RegressorOptions) -> Streamed {
         Streamed { model: model.clone(), options, systems: Vec::new(), stride: 1, pieces: 0 }
     }
@@ -51,7 +53,8 @@ impl Streamed {
     /// Folds a piece of a run.
     ///
     /// # Errors
-    /// [`IntegralError`] where the balance has no linear regressor, reads what is not logged, or a value is not finite.
+    /// [`IntegralError`] if the balance has no linear regressor, reads what is not logged, or a
+    /// value is not finite.
     pub fn push(&mut self, piece: &Run) -> Result<(), IntegralError> {
         let begins = self.pieces.is_multiple_of(self.stride);
         for dof in self.model.dofs.clone() {
@@ -76,16 +79,17 @@ impl Streamed {
         Ok(())
     }
 
-    /// The model with estimates within their bounds and standard deviations written in, and what is known of each fit.
+    /// The model with estimates within their bounds and standard deviations, and the result of each
+    /// fit.
     ///
     /// # Errors
-    /// [`IntegralError`] where the rows do not determine the parameters.
+    /// [`IntegralError`] if the rows do not determine the parameters.
     pub fn fit(&self) -> Result<(Model, Vec<RowFit>), IntegralError> {
         within_bounds(&self.model, |model| self.fit_free(model))
     }
 
-    /// Fits the parameters that are free in `model`, whatever their bounds; what was folded as free and is fixed there has
-    /// its value.
+    /// Fits the parameters that are free in `model`, without bounds; a parameter that was folded as
+    /// free and is fixed there has its fixed value.
     fn fit_free(&self, model: &Model) -> Result<(Model, Vec<RowFit>), IntegralError> {
         let mut fitted = model.clone();
         let mut fits = Vec::new();
@@ -118,7 +122,8 @@ impl Streamed {
 }
 
 impl System {
-    /// The rows with what is fixed in `model` on the other side; `None` where nothing is free.
+    /// The system with the parameters that are fixed in `model` moved to the other side; `None` if
+    /// nothing is free.
     fn holding(&self, model: &Model) -> Result<Option<System>, LeastSquaresError> {
         let mut left = self.clone();
         while let Some(at) = left.parameters.iter().position(|c| model.parameters[c.parameter].fixed) {
@@ -132,12 +137,12 @@ impl System {
         Ok(Some(left))
     }
 
-    /// Merges neighbours two by two.
+    /// Merges neighbouring blocks in pairs.
     fn halve(&mut self) {
         let mut merged: Vec<StreamingQr> = Vec::with_capacity(self.blocks.len().div_ceil(2));
         for (k, block) in self.blocks.drain(..).enumerate() {
             match merged.last_mut().filter(|_| k % 2 == 1) {
-                // blocks of one system are of one width
+                // blocks of one system have the same width
                 Some(last) => drop(last.merge(block)),
                 None => merged.push(block),
             }
@@ -146,7 +151,7 @@ impl System {
     }
 }
 
-/// Systems that share free parameters.
+/// Groups of systems that share free parameters.
 fn groups(systems: &[System]) -> Vec<Vec<&System>> {
     let free = |s: &System| s.parameters.iter().map(|c| c.parameter).collect::<BTreeSet<usize>>();
     let mut groups: Vec<(BTreeSet<usize>, Vec<&System>)> = Vec::new();
@@ -165,7 +170,7 @@ fn groups(systems: &[System]) -> Vec<Vec<&System>> {
     groups.into_iter().map(|(_, members)| members).collect()
 }
 
-/// The blocks of one system folded into one.
+/// The blocks of one system merged into one.
 fn merged(blocks: &[StreamingQr]) -> Result<StreamingQr, LeastSquaresError> {
     let mut all = blocks[0].clone();
     for block in &blocks[1..] {
@@ -191,9 +196,9 @@ fn solve(
     Ok(RowFit { few_clusters: found.few, ..RowFit::of(&fit, at, &covariance, parameters, dofs) })
 }
 
-/// Solves systems that share parameters, each weighed by the inverse of its residual's deviation.
+/// Solves systems that share parameters, each weighted by the inverse of its residual rms.
 fn together(systems: &[&System]) -> Result<RowFit, LeastSquaresError> {
-    // first with the forces' own size as weight, then twice with the residuals that the pass before has shown
+    // first with the forces' own size as weight, then twice with the residuals of the pass before
     const PASSES: usize = 3;
     let mut parameters: Vec<Column> = Vec::new();
     for column in systems.iter().flat_map(|s| &s.parameters) {

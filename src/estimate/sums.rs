@@ -1,4 +1,4 @@
-//! Running integrals of a balance over instants of any kind, and the rows that they make.
+//! Running integrals of a balance over any instants, and the rows made from them.
 //!
 //! ```text
 //! cⱼₖ = Δ(∂π/∂θⱼ) − Σ ½ (fⱼ + fⱼ') Δt
@@ -7,12 +7,12 @@
 use super::nodes::Span;
 use super::regressor::{Columns, LANES};
 
-/// Running integrals from the begin of a row to the instant reached; index 0 is the known part.
+/// Running integrals from the beginning of a row to the instant reached; index 0 is the known part.
 pub(super) struct Sums {
     span: Span,
     begin: Option<f64>,
     time: f64,
-    /// Intervals of the own sensor since the begin.
+    /// Number of intervals of the own sensor since the beginning.
     intervals: usize,
     momentum_at_begin: Vec<f64>,
     momentum: Vec<f64>,
@@ -35,7 +35,7 @@ impl Sums {
         }
     }
 
-    /// At instant `t`, lane `lane`, with what stood just before it.
+    /// Integrates up to the instant `t`; `outputs` are those just before it, in lane `lane`.
     pub fn arrive(&mut self, t: f64, lane: usize, outputs: &[[f64; LANES]]) {
         let width = self.integral.len();
         for j in 0..width {
@@ -49,7 +49,7 @@ impl Sums {
         }
     }
 
-    /// The force just after the instant.
+    /// Sets the force to that just after the instant.
     pub fn leave(&mut self, lane: usize, outputs: &[[f64; LANES]]) {
         let width = self.integral.len();
         for j in 0..width {
@@ -64,7 +64,7 @@ impl Sums {
         self.integral.fill(0.0);
     }
 
-    /// At a sample of the own sensor: writes a row when it is complete.
+    /// Writes a row if it is complete; called at a sample of the own sensor.
     pub fn close(&mut self, places: &[usize], columns: &mut Columns) {
         let Some(begin) = self.begin.filter(|begin| *begin < self.time) else { return };
         self.intervals += 1;
@@ -78,7 +78,7 @@ impl Sums {
         }
     }
 
-    /// At the end of a stretch: what is left of a longer window is a row too.
+    /// Writes the rest of a longer window as a row; called at the end of a stretch.
     pub fn finish(&mut self, places: &[usize], columns: &mut Columns) {
         if let (Span::Samples(_), Some(begin)) = (self.span, self.begin)
             && self.intervals > 0

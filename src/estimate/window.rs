@@ -1,13 +1,16 @@
-//! How long the windows are over which a start is regressed: long beside the noise of the velocities, short beside the motion.
+//! Length of the windows over which a start is regressed: long enough against the noise of the
+//! velocities, short compared with the motion.
 //!
 //! ```text
-//! D(W) = ⟨(ν(t + W) − ν(t))²⟩ − 2 σ²        W: the least of 1, 2, 4, … 32 s with D(W) ≥ 10 · 2 σ² in all that move,
-//!                                           and at most a half of the least with D(W) ≥ var ν
+//! D(W) = ⟨(ν(t + W) − ν(t))²⟩ − 2 σ²
+//! W: the least of 1, 2, 4, … 32 s with D(W) ≥ 10 · 2 σ² in all that move,
+//!    and at most a half of the least with D(W) ≥ var ν
 //! ```
 //!
-//! σ² is the white noise of the sensor, by second differences. Noise of 2 σ² in changes of D + 2 σ² shrinks what is regressed on
-//! them by their ratio: a tenth is left to the fit. D reaches var ν after about the time constant of the motion. A vehicle of a
-//! second shows its changes within one; a ship that is logged once a second shows noise.
+//! σ² is the white noise of the sensor, by second differences. A noise of 2 σ² in changes of
+//! D + 2 σ² shrinks what is regressed on them by their ratio: a tenth is left to the fit. D reaches var ν
+//! after about the time constant of the motion. A vehicle with a time constant of a second shows
+//! its changes within one second; a ship that is logged once a second shows noise.
 
 use crate::frame::Dof;
 use crate::run::{Run, Signal};
@@ -15,10 +18,10 @@ use crate::run::{Run, Signal};
 /// Shortest window, s.
 const SHORTEST: f64 = 1.0;
 
-/// Times the shortest that windows are tried.
+/// Multiples of the shortest window that are tried.
 const TIMES: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// Changes over noise, as variances, from which on a window is long enough.
+/// Ratio of changes to noise, as variances, from which on a window is long enough.
 const CLEAR: f64 = 10.0;
 
 /// Length of the windows for the velocities `dofs` of `runs`, s.
@@ -47,7 +50,8 @@ fn variance(x: &[f64]) -> f64 {
     mean(x.iter().map(|x| (x - middle).powi(2)))
 }
 
-/// Mean square of the changes over `window` seconds, gaps as if there were none; `None` where a run is no longer.
+/// Mean square of the changes over `window` seconds, with gaps ignored; `None` if a run is no
+/// longer than that.
 fn change(signal: &Signal, window: f64) -> Option<f64> {
     let (time, x) = (signal.time(), signal.values());
     let step = (time.last()? - time.first()?) / (time.len() - 1) as f64;
@@ -60,7 +64,8 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    /// A velocity that follows a square wave with this time constant, logged so often, and its noise.
+    /// A velocity that follows a square wave with this time constant, logged at this step, with
+    /// noise.
     fn runs(constant: f64, step: f64, noise: f64) -> Vec<Run> {
         let (mut v, mut random) = (0.0, Noise::new(3, 1));
         let time: std::sync::Arc<[f64]> = (0..2000).map(|k| step * f64::from(k)).collect();

@@ -1,18 +1,21 @@
-//! The way back through the filter: the gradient of the likelihood by the noise, at the price of three passes however
-//! many unknowns the noise has.
+//! The backward pass through the filter: the gradient of the likelihood by the noise, at the cost
+//! of three passes, however many unknowns the noise has.
 //!
 //! ```text
-//! λ = ∂L/∂x, Λ = ∂L/∂P, L = −ln L;  c, K = P cᵀ/s', F, W of the way forth;  ψ, s' of the tails, a = d ln(s'/s)/d ln|z|
-//! sample:      ē = ψ/√s + (1 − a) λK + a Kᵀ Λ K s'/e,    s̄ = ½ (c − ψz)/s + (1 − ½a) (Kᵀ Λ K s' − λK e)/s,    ∂L/∂R = s̄
+//! λ = ∂L/∂x, Λ = ∂L/∂P, L = −ln L;  c, K = P cᵀ/s', F, W: of the forward pass
+//! ψ, s': of the tails,  a = d ln(s'/s)/d ln|z|
+//! sample:      ē = ψ/√s + (1 − a) λK + a Kᵀ Λ K s'/e
+//!              s̄ = ½ (c − ψz)/s + (1 − ½a) (Kᵀ Λ K s' − λK e)/s,    ∂L/∂R = s̄
 //!              ḡ = λ e/s' − 2 Λ K
 //!              λ ← λ − cᵀ ē,        Λ ← Λ + ½ (ḡ c + cᵀ ḡᵀ) + s̄ cᵀc
 //! prediction:  ∂L/∂F = 2 Λ F P + λ x ᵀ,   ∂L/∂(W Wᵀ) = Λ,     λ ← Fᵀ λ,   Λ ← Fᵀ Λ F
 //! ```
 //!
-//! F and c are held where the way forth was linearised: that they move with the state is of the order of the innovations,
-//! whose mean is nothing. Giles, *Collected matrix derivative results for forward and reverse mode algorithmic
-//! differentiation* (2008), for the rules; Griewank, *Optimization Methods and Software* 1 (1992) 35-54, for the places
-//! from which the way forth is taken again, so that no log is too long to remember.
+//! F and c are held at the values where the forward pass was linearised: the effect of their
+//! dependence on the state is of the order of the innovations, whose mean is zero. Giles,
+//! *Collected matrix derivative results for forward and reverse mode algorithmic differentiation*
+//! (2008), for the rules; Griewank, *Optimization Methods and Software* 1 (1992) 35-54, for the
+//! checkpoints from which the forward pass is repeated, so that no log is too long for the memory.
 
 use super::gauss_markov;
 use super::noise::{Coordinate, NoiseModel};
@@ -21,28 +24,29 @@ use super::tails;
 use super::transition::{Belief, Transition};
 use crate::simd::{Lanes, Wide};
 
-/// Move of ln T by which the process over a step is differentiated: to its square.
+/// Half-width in ln T of the central differences of the process over a step; their error is of the
+/// order of its square.
 const MOVE: f64 = 1e-4;
 
-/// What was done.
+/// An operation of the forward pass.
 #[derive(Debug, Clone, Copy)]
 enum Mark {
     /// A prediction.
     Step,
-    /// A sample of an output, which sees so many states.
+    /// A sample: its output, and the number of states that the output sees.
     Sample(usize, usize),
 }
 
-/// What a process does over a step, by ln T.
+/// Derivatives by ln T of what a process does over a step.
 #[derive(Debug, Clone, Copy, Default)]
 struct Slopes {
     decay: f64,
     /// Of ln κ.
     mean: f64,
-    /// Of ln cov(w_v), ln cov(w_d, w_v).
+    /// Of ln cov(w_v) and ln cov(w_d, w_v).
     drift: f64,
     shared: f64,
-    /// Of cov(w_d), and itself.
+    /// Of cov(w_d), and cov(w_d) itself.
     own: f64,
     variance: f64,
 }
@@ -71,34 +75,36 @@ impl Slopes {
     }
 }
 
-/// What the way forth leaves for the way back, and where the way back stands.
+/// The record of the forward pass that the backward pass needs, and the state of the backward pass.
 pub(super) struct Tape<const L: usize> {
     noise: NoiseModel,
-    /// Model states, and all states.
+    /// Number of model states, and of all states.
     states: (usize, usize),
-    /// Bound of the innovations, and c.
+    /// Limit beyond which innovations are held back, and the factor c of the likelihood.
     limit: f64,
     share: f64,
     marks: Vec<Mark>,
     numbers: Vec<[f64; L]>,
-    /// States that the samples saw, in the order of the samples.
+    /// States that the samples see, in the order of the samples.
     seen: Vec<usize>,
     /// λ, Λ.
     lambda: Lanes<L>,
     curvature: Lanes<L>,
-    /// Λ F, Λ K, and a vector.
+    /// Work space: Λ F, and Λ K or another vector.
     product: Lanes<L>,
     turned: Lanes<L>,
-    /// Steps of the processes and their slopes.
+    /// Time step of each lane, and the slopes of the processes over it.
     h: [f64; L],
     slopes: Vec<[Slopes; L]>,
-    /// ∂L by ln rms and ln T of each process, by ln of each white deviation.
+    /// ∂L by ln rms and ln T of each process, and by ln of the white standard deviation of each
+    /// sensor.
     by_process: Vec<[[f64; L]; 2]>,
     by_sensor: Vec<[f64; L]>,
 }
 
 impl<const L: usize> Tape<L> {
-    /// Of a filter with `states` states of the model under `noise`, in all lanes; `limit` and c as the likelihood has them.
+    /// Creates the tape of a filter with `states` model states under `noise`, the same in all
+    /// lanes; `limit` and c (`share`) as in the likelihood.
     pub fn new(noise: &NoiseModel, states: usize, limit: f64, share: f64) -> Tape<L> {
         let n = states + noise.processes();
         Tape {
@@ -120,7 +126,7 @@ impl<const L: usize> Tape<L> {
         }
     }
 
-    /// Keeps a sample.
+    /// Records a sample.
     #[inline(always)]
     pub fn sample(&mut self, at: &Innovation<'_, L>) {
         self.numbers.extend_from_slice(at.gain);
@@ -130,7 +136,7 @@ impl<const L: usize> Tape<L> {
         self.marks.push(Mark::Sample(at.output, at.states.len()));
     }
 
-    /// Keeps what a prediction begins with.
+    /// Records what a prediction starts from: column of P and mean of each process.
     #[inline(always)]
     pub fn before<W: Wide<L>>(&mut self, wide: W, belief: &Belief<L>) {
         let (nx, n) = self.states;
@@ -141,7 +147,7 @@ impl<const L: usize> Tape<L> {
         }
     }
 
-    /// Keeps a prediction.
+    /// Records a prediction.
     #[inline(always)]
     pub fn step(&mut self, transition: &Transition<'_, L>, h: [f64; L]) {
         let (nx, n) = self.states;
@@ -157,7 +163,7 @@ impl<const L: usize> Tape<L> {
         self.marks.push(Mark::Step);
     }
 
-    /// Goes back over what was kept, and forgets it.
+    /// Runs the backward pass over the record, and clears the record.
     #[inline(always)]
     pub fn unwind<W: Wide<L>>(&mut self, wide: W) {
         while let Some(mark) = self.marks.pop() {
@@ -351,15 +357,17 @@ impl<const L: usize> Tape<L> {
         self.numbers.truncate(begin);
     }
 
-    /// ∂L by a state at the beginning and by its variance, by lane; the way back has come to the beginning.
+    /// ∂L by a state at the beginning and by its variance, by lane. Valid after the backward pass
+    /// has reached the beginning.
     pub fn by_beginning(&self, state: usize) -> [[f64; L]; 2] {
         [self.lambda[state], self.curvature[state * self.states.1 + state]]
     }
 
-    /// ∂L by the logarithm of an unknown, over all lanes; the way back has come to the beginning.
+    /// ∂L by the logarithm of an unknown, summed over all lanes. Valid after the backward pass has
+    /// reached the beginning.
     pub fn slope(&self, coordinate: Coordinate) -> f64 {
         let (nx, n) = self.states;
-        // a process begins with its own variance
+        // a process begins with its stationary variance rms²
         let process = |k: usize, rms: f64| -> f64 {
             let at = (nx + k) * n + nx + k;
             (0..L).map(|lane| self.by_process[k][0][lane] + 2.0 * rms * rms * self.curvature[at][lane]).sum()
@@ -387,7 +395,8 @@ mod tests {
     use crate::estimate::filter_error::{FilterErrorOptions, Filtered};
     use crate::tank::{BlindOptions, blind};
 
-    /// Slopes and differences of the likelihood, both over the deviation that the data leave the unknown: [slope, difference].
+    /// Slopes of the likelihood by the backward pass and by central differences, both times the
+    /// standard deviation of the unknown by its own information: [slope, difference].
     fn compared(options: &BlindOptions, limit: f64) -> Vec<(Coordinate, [f64; 2])> {
         let campaign = blind(options).unwrap();
         let model = &campaign.truth;
@@ -424,8 +433,9 @@ mod tests {
         all
     }
 
-    /// The way back leaves out that F moves with the state: a thousandth of a deviation and of the slope itself. Legs are
-    /// taken back one after the other: runs of 300 s have several.
+    /// The backward pass neglects that F depends on the state: an error of about a thousandth of a
+    /// standard deviation and of the slope itself. Runs of 300 s have several legs, which are taken
+    /// back one after the other.
     #[test]
     fn slopes_of_the_likelihood_are_those_of_its_differences() {
         let plane = BlindOptions { duration: 60.0, ..BlindOptions::default() };

@@ -1,13 +1,15 @@
-//! From the noises at which a fit starts to the highest top of the likelihood.
+//! From the noise models at which a fit starts to the highest maximum of the likelihood.
 //!
 //! ```text
-//! each noise: a climb to about its top;  of tops that are near the highest: to rest, outliers held back, noise refined
+//! each starting noise:              climb close to a maximum
+//! maxima that are near the highest: climb to rest, hold back outliers, refine the noise
 //! ```
 //!
-//! Where steps in turns have stuck on the way, steps of parameters and noise together go on ([`super::steps_together`]).
-//! A random force whose σ has run to nothing is taken out, and what else the likelihood does not ask for
-//! ([`super::refine`]). Where a sample is wild ([`super::outliers`]), all innovations are held back from then on, at
-//! the deviations that they themselves ask for ([`super::tails`]).
+//! If alternating steps get stuck on the way, joint steps of parameters and noise continue
+//! ([`super::steps_together`]). A random force whose σ has run to zero is removed, and so is other
+//! noise that the likelihood does not ask for ([`super::refine`]). If a sample is wild
+//! ([`super::outliers`]), innovations beyond a limit are held back from then on; the innovations
+//! themselves decide between two limits ([`super::tails`]).
 
 use super::noise::NoiseModel;
 use super::options::FilterErrorOptions;
@@ -17,20 +19,24 @@ use super::{FilterErrorFit, Filtered, Reached};
 use crate::estimate::output_error::{HUBER, OutputErrorError};
 use crate::model::Model;
 
-/// Deviations at which innovations are held back once there are outliers. Where the noise is Gaussian but for them, 2: held back
-/// at 1.345, the filter follows Gaussian innovations by 0.82 of its gain and finds a random force a fifth too strong to make up
-/// for it, by 0.95 at 2. Where the innovations within five deviations are likelier to have the tails from [`HUBER`] on, that.
+/// Limit, in standard deviations, beyond which innovations are held back once there are outliers: 2
+/// if the noise is Gaussian apart from the outliers. With a limit of 1.345 the filter follows
+/// Gaussian innovations with 0.82 of its gain, and finds a random force a fifth too strong to
+/// compensate; with 2 it follows them with 0.95 of its gain. If the innovations within five
+/// standard deviations are more likely with tails from [`HUBER`] on, that limit is used.
 const HELD_BACK: f64 = 2.0;
 
-/// Fall of −2 ln L that the next steps promise, below which the noise is about right.
+/// Fall of −2 ln L promised by the next steps, below which the noise is roughly right.
 const ABOUT: f64 = 1.0;
 
-/// −2 ln L by which two tops may lie apart before the runs begin where they say ([`Filtered::begin_smoothed`]), and both be gone
-/// on from. Where the higher one alone was, one campaign of twelve with noisy fixes ended in the lesser top, 5 deviations off.
+/// Difference in −2 ln L up to which two maxima are both pursued: they may lie so far apart before
+/// the runs begin where their data say ([`Filtered::begin_smoothed`]). When only the higher one was
+/// pursued, one campaign of twelve with noisy fixes ended in the lesser maximum, 5 standard
+/// deviations off.
 const APART: f64 = 100.0;
 
-/// The fit of a prepared problem from starting values of parameters and noise: of several noises from the one that leads
-/// highest.
+/// Fits a prepared problem from starting values of parameters and noise; of several noises, returns
+/// the fit from the one that leads highest.
 pub(super) fn maximised(
     model: &Model,
     filtered: Filtered,
@@ -48,7 +54,8 @@ pub(super) fn maximised(
     tops.reduce(higher).unwrap_or_else(|| Err(diverges(model)))
 }
 
-/// The fit of the higher likelihood, every innovation as it is; the first error where there is none.
+/// The fit of the higher likelihood, compared before any innovation was held back; the first error
+/// if both failed.
 fn higher(
     one: Result<FilterErrorFit, OutputErrorError>,
     other: Result<FilterErrorFit, OutputErrorError>,
@@ -60,7 +67,7 @@ fn higher(
     }
 }
 
-/// The rest of a search that has come [`about`] to its top.
+/// Continues a search that has come [`about`] to its maximum.
 fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<FilterErrorFit, OutputErrorError> {
     let Search { filtered, model: here, noise, mobilities, limit, .. } = &mut search;
     let at = At { model: here, noise, mobilities, limit: *limit };
@@ -99,7 +106,8 @@ fn to_the_top(mut search: Search<'_>, options: &FilterErrorOptions) -> Result<Fi
     }
 }
 
-/// The search with innovations held back, and whether it rests: at one limit the same whether another was tried before.
+/// The search with innovations held back, and whether it has converged. The result for one limit
+/// does not depend on whether another was tried before.
 fn held_back<'a>(search: &Search<'a>) -> (Search<'a>, bool) {
     let climbed = |limit: f64| {
         let mut held = search.clone();
@@ -110,7 +118,8 @@ fn held_back<'a>(search: &Search<'a>) -> (Search<'a>, bool) {
     if held.0.likelier(HUBER) > 0.0 { climbed(HUBER) } else { held }
 }
 
-/// The fit where steps in turns have stuck: where steps of both together lead, if that is higher.
+/// The fit after alternating steps got stuck: that of joint steps if it is higher by
+/// `options.higher`.
 fn beyond(turns: Search<'_>, converged: bool) -> Result<FilterErrorFit, OutputErrorError> {
     let mut top = turns.clone();
     let mut rests = top.climb_together(top.tolerance);
@@ -120,16 +129,17 @@ fn beyond(turns: Search<'_>, converged: bool) -> Result<FilterErrorFit, OutputEr
     if turns.options.refine {
         let forces = top.noise.forces.len();
         top.drop_forces();
-        // what is left has been climbed in turns, which may have stuck again
+        // what is left has been climbed with alternating steps, which may have got stuck again
         if top.noise.forces.len() < forces {
             rests = top.climb_together(top.tolerance);
         }
     }
-    // where there is no top that the runs determine, nothing is left that they do
+    // if the runs do not determine a maximum there, the fit of the alternating steps is returned
     top.finish(rests, Reached::Together).or_else(|_| turns.finish(false, Reached::Stuck))
 }
 
-/// The search as far as [`ABOUT`] from a noise; given up where there is no hope of coming below `bar`, either.
+/// Climbs from a starting noise until steps promise less than [`ABOUT`]; gives up if there is no
+/// hope of getting below `bar` or the bar of the options.
 fn about<'a>(
     model: &Model,
     filtered: Filtered,
@@ -145,14 +155,15 @@ fn about<'a>(
     if !parameters.is_empty() {
         return Err(OutputErrorError::NotIdentified { parameters, values });
     }
-    // outliers show as soon as the noise is about right; and from far off innovations that are held back lead slowly
+    // outliers show as soon as the noise is roughly right; and far from the maximum, a climb with
+    // innovations held back is slow
     search.climb(options.tolerance.max(ABOUT));
     search.bar = own;
     if search.given_up { Err(search.gives_up()) } else { Ok(search) }
 }
 
 impl Search<'_> {
-    /// The fit where the search has come to.
+    /// The fit at the point that the search has reached.
     pub(super) fn finish(mut self, converged: bool, reached: Reached) -> Result<FilterErrorFit, OutputErrorError> {
         if !self.cost.is_finite() {
             return Err(diverges(&self.model));
@@ -170,7 +181,7 @@ impl Search<'_> {
         for (k, unknown) in unknowns.iter().enumerate() {
             let std = covariance[k * p + k].sqrt();
             let parameter = &mut self.model.parameters[unknown.parameter];
-            // of a parameter per run the largest is shown
+            // of a parameter per run, the largest standard deviation is shown
             let other = if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0) } else { 0.0 };
             parameter.std = Some(std.max(other));
         }
@@ -210,17 +221,18 @@ mod tests {
         let begun = Search::new(&model, filtered, noise, &options).expect("it does not run away");
         let mut top = begun.clone();
         assert!(top.climb(options.tolerance));
-        // from where steps in turns began, as if the first one had led nowhere
+        // from where the alternating steps began, as if the first one had failed
         let gone_on = beyond(begun.clone(), false).expect("the runs determine it");
         assert!(gone_on.converged && gone_on.reached == Reached::Together);
-        // both promise less than the tolerance; a gain held in the rows is worth a few of it
+        // both promise less than the tolerance; the gain that the rows hold fixed is worth a few
+        // tolerances
         assert!((gone_on.cost - top.cost).abs() < 10.0 * options.tolerance, "{} {}", gone_on.cost, top.cost);
-        // from the top nothing leads higher by one
+        // from the maximum nothing leads higher by one
         let (cost, values) = (top.cost, top.model.parameters.iter().map(|p| p.value).collect::<Vec<_>>());
         let stayed = beyond(top, true).expect("the runs determine it");
         assert!(stayed.converged && stayed.reached == Reached::Stuck && stayed.cost == cost);
         assert!(stayed.model.parameters.iter().zip(values).all(|(p, value)| p.value == value));
-        // a refit nearby goes the same way
+        // a refit nearby takes the same kind of steps
         assert_eq!(gone_on.nearby(&options).higher, 0.0);
         assert_eq!(stayed.nearby(&options).higher, f64::INFINITY);
     }

@@ -1,14 +1,17 @@
-//! What the unknown beginning of a run adds to −2 ln L, and what of it is no merit of the model.
+//! The term of −2 ln L that comes from the unknown initial state of a run, and is no merit of the
+//! model.
 //!
 //! ```text
 //! −2 ln L = −2 ln L(x̂₀) + ln|1 + P₀ I₀|          ln|1 + P₀ I₀| = Σ (ln s − ln s⁰)
 //! ```
 //!
-//! I₀(θ): what the run tells of its own beginning; s⁰: variance of an innovation had the velocities and poses at the beginning
-//! been known. P₀ is far wider than any beginning, so that the second term rewards a model in which motion forgets its
-//! beginning, whatever the data say. Of a vehicle that leaves a straight course along an unstable motion, under no random
-//! force, a dry friction of its yaw scored 4.7 deviations in the mean of campaigns without any. Names are therefore compared by
-//! −2 ln L less this term. Francke, Koopman and de Vos, *Journal of Time Series Analysis* 31 (2010) 407-414.
+//! I₀(θ): information of the run on its own initial state; s⁰: variance of an innovation if the
+//! velocities and poses at the beginning had been known. P₀ is far wider than any initial state, so
+//! that the second term rewards a model in which motion forgets its beginning, whatever the data
+//! say. For a vehicle that leaves a straight course along an unstable motion, without random force,
+//! dry friction in yaw scored 4.7 standard deviations on average over campaigns that have none.
+//! Names are therefore compared by −2 ln L without this term. Francke, Koopman and de Vos, *Journal
+//! of Time Series Analysis* 31 (2010) 407-414.
 
 use super::FilterErrorFit;
 use super::problem::Batch;
@@ -17,7 +20,8 @@ use super::transition::Transition;
 use super::ud::Covariance;
 use crate::simd::{Lanes, Wide};
 
-/// The covariance of a filter that knows how each run begins, beside the filter that does not.
+/// The covariance of a filter that knows the initial state of each run, computed beside the filter
+/// that does not.
 pub(super) struct KnownBeginning<const L: usize> {
     p: Covariance<L>,
     gain: Lanes<L>,
@@ -26,7 +30,8 @@ pub(super) struct KnownBeginning<const L: usize> {
 }
 
 impl<const L: usize> KnownBeginning<L> {
-    /// Memories begin as the other filter believes: they are not part of what is measured.
+    /// Starts with known velocities and poses. Memories and noise processes keep the variances of
+    /// the other filter: they are not part of this term.
     pub fn new(batch: &Batch<'_, L>) -> KnownBeginning<L> {
         let dynamics = &batch.problem.dynamics;
         let known = dynamics.states.len() - dynamics.memories();
@@ -35,7 +40,7 @@ impl<const L: usize> KnownBeginning<L> {
         KnownBeginning { p: Covariance::diagonal(&variances), gain: Lanes::zeros(variances.len()), more: [0.0; L] }
     }
 
-    /// Over the step that was predicted last.
+    /// Carries the covariance over the step that was predicted last.
     #[inline(always)]
     pub fn step<W: Wide<L>>(&mut self, wide: W, transition: &mut Transition<'_, L>) {
         transition.spread_also(wide, &mut self.p);
@@ -52,7 +57,7 @@ impl<const L: usize> KnownBeginning<L> {
 }
 
 impl FilterErrorFit {
-    /// ln|1 + P₀ I₀| of all runs at the estimate; 0 where the inertia is singular.
+    /// ln|1 + P₀ I₀| of all runs at the estimate; 0 if the inertia is singular.
     pub fn of_beginnings(&self) -> f64 {
         let mobilities = self.filtered.mobilities(&self.model);
         mobilities.map_or(0.0, |m| self.filtered.of_beginnings(&self.model, &self.noise, &m, self.limit))
@@ -68,7 +73,8 @@ mod tests {
     use crate::noise::Noise;
     use crate::run::{Run, Signal};
 
-    /// 10 u̇ + 4 u = τ under no random force: I₀ = Σ F²ᵏ/R with F = exp(−k h/m), P₀ as [`super::super::problem`] says.
+    /// 10 u̇ + 4 u = τ without random force: I₀ = Σ F²ᵏ/R with F = exp(−k h/m), P₀ as in
+    /// [`super::super::problem`].
     #[test]
     fn exact_information_of_a_run_on_its_beginning() {
         let (h, r) = (0.1, 0.02_f64);
@@ -98,7 +104,8 @@ mod tests {
         let information: f64 = (0..300).map(|k| decay.powi(2 * k) / variance).sum();
         let before = (high - low + 10.0 * fit.filtered.problem.sigma[0]).powi(2);
         let expected = (before * information).ln_1p();
-        // Runge-Kutta of 0.1 s of 2.5 s is good to 1e-7, and so is its decay
+        // Runge-Kutta in steps of 0.1 s is accurate to 1e-7 for a time constant of 2.5 s, and so is
+        // the decay
         assert!((fit.of_beginnings() - expected).abs() < 1e-4, "{} {expected}", fit.of_beginnings());
     }
 }

@@ -1,11 +1,14 @@
-//! Slope and curvature of the likelihood by differences of it, the gain of the filter following.
+//! Slope and curvature of the likelihood by finite differences, with the gain of the filter
+//! computed anew at each point.
 //!
 //! ```text
 //! g_j  ≈ (f(x + h_j) − f(x))/h − h H_jj/2                              f = −ln L,   x = (θ/s, ln η)
-//! H_jk ≈ (f(x + h_j + h_k) − f(x + h_j) − f(x + h_k) + f(x))/h²        s: a parameter's deviation beside the others
+//! H_jk ≈ (f(x + h_j + h_k) − f(x + h_j) − f(x + h_k) + f(x))/h²
+//! s: standard deviation of a parameter with the others fixed
 //! ```
 //!
-//! All points are filtered side by side. A parameter that each run has of its own is moved in all runs at once.
+//! All points are filtered side by side. A parameter with a value per run is moved in all runs at
+//! once.
 
 use std::collections::BTreeMap;
 
@@ -19,17 +22,18 @@ use super::steps::Search;
 use crate::estimate::output_error::{Unknown, move_by, read_inputs, value};
 use crate::model::Model;
 
-/// The unknowns of the parameters, and of the noise where it moves as well.
+/// The unknown parameters, and the unknowns of the noise if these move as well.
 pub(super) struct Joint {
     pub unknowns: Vec<Unknown>,
     pub coordinates: Vec<Coordinate>,
-    /// A deviation of each parameter, beside the others as they are.
+    /// Standard deviation of each parameter with the others fixed.
     pub scales: Vec<f64>,
-    /// Step of a difference, in deviations of a parameter and in a logarithm of the noise.
+    /// Step of a difference: in standard deviations of a parameter, and in a logarithm of the
+    /// noise.
     step: f64,
-    /// To which side the differences go, away from bounds.
+    /// Side to which each unknown is moved, +1 or −1: away from an upper bound.
     side: Vec<f64>,
-    /// Unknowns that move at once: one parameter of all runs, or one logarithm of the noise.
+    /// Unknowns that move at once: one parameter in all runs, or one logarithm of the noise.
     directions: Vec<Vec<usize>>,
 }
 
@@ -52,8 +56,9 @@ impl Joint {
 }
 
 impl Filtered {
-    /// −2 ln L of each stretch at each of `points`: few stretches alone would leave most lanes idle. What delays read is read for
-    /// all points of like delays at once; for those of `here` it has been.
+    /// −2 ln L of each stretch at each of `points`. The points are filtered side by side, because
+    /// few stretches alone would leave most lanes idle. Delayed inputs are read once for all points
+    /// with the same delays; for the delays of `here` they have been read already.
     pub(super) fn costs_side_by_side(
         &self,
         here: &Model,
@@ -93,14 +98,15 @@ impl Search<'_> {
         self.filtered.costs_side_by_side(&self.model, points, &self.mobilities, self.limit)
     }
 
-    /// Deviation of each parameter beside the others as they are.
+    /// Standard deviation of each parameter with the others fixed.
     pub(super) fn scales(&self) -> Vec<f64> {
         let factor = self.filtered.factor(&self.model, &self.current);
         let of = |k: usize| (0..=k).map(|i| factor.at(i, k)[0].powi(2)).sum::<f64>().sqrt();
         (0..self.filtered.problem.unknowns.len()).map(|k| 1.0 / of(k).max(f64::MIN_POSITIVE)).collect()
     }
 
-    /// The unknowns here, `coordinates` of the noise among them, with the step of differences by them.
+    /// The unknowns at the current point, with `coordinates` of the noise, and the step of
+    /// differences by them.
     pub(super) fn joint(&self, coordinates: Vec<Coordinate>, step: f64) -> Joint {
         let unknowns = self.filtered.problem.unknowns.clone();
         let (scales, p) = (self.scales(), unknowns.len());
@@ -117,7 +123,8 @@ impl Search<'_> {
         Joint { unknowns, coordinates, scales, step, side, directions }
     }
 
-    /// Slope of −ln L, priors included, and its curvature without them, or that which is known.
+    /// Slope of −ln L, priors included, and its curvature without priors; `known` is that curvature
+    /// if it is known.
     pub(super) fn differences(&mut self, joint: &Joint, known: Option<DMatrix<f64>>) -> (DVector<f64>, DMatrix<f64>) {
         let (m, step) = (joint.directions.len(), joint.step);
         let pairs: Vec<(usize, usize)> =
@@ -200,12 +207,14 @@ mod tests {
                 0.5 * search.linearised(&model, &search.noise).1
             };
             let both_ways = (there(0.01) - there(-0.01)) / 0.02;
-            // half of the curvature, 1 by the scale, over the step to one side; and as much of the larger one
+            // allowed: two steps, because a one-sided difference is corrected by half of a
+            // curvature that is taken as 1 by the scale, and a thousandth of the slope
             assert!((slope - both_ways).abs() < 2.0 * step + 1e-3 * slope.abs(), "{k}: {slope} {both_ways}");
         }
     }
 
-    /// By the parameters against differences both ways, by the noise against the way back through the filter.
+    /// Slopes by the parameters are compared with central differences, those by the noise with the
+    /// backward pass through the filter.
     #[test]
     fn slopes_with_their_own_curvature_are_those_of_the_likelihood() {
         let (campaign, options) = (sailed(), FilterErrorOptions::default());
@@ -223,7 +232,8 @@ mod tests {
             };
             let both_ways = (there(0.01) - there(-0.01)) / 0.02;
             let bent = (there(0.01) - 2.0 * there(0.0) + there(-0.01)) / 1e-4;
-            // the third derivative over a hundredth of a deviation, as much as a hundredth of the curvature
+            // allowed: the third derivative over a hundredth of a standard deviation, taken as a
+            // hundredth of the curvature
             assert!((gradient[k] - both_ways).abs() < most(k), "{k}: {} {both_ways}", gradient[k]);
             assert!((curvature[(k, k)] - bent).abs() < 5.0 * most(k), "{k}: {} {bent}", curvature[(k, k)]);
         }

@@ -1,13 +1,14 @@
-//! Noise and parameters under which runs are filtered that took no part in a fit.
+//! Noise and parameters with which runs are filtered that took no part in a fit.
 //!
 //! ```text
-//! σᵢ ← max(σᵢ, 10⁻⁴ rms τᵢ)        where there was none: T = 1 s
-//! θ_run = argmax L(first half of the run; θ_run, θ̂, η̂)        of what has a value of its own in every run
+//! σᵢ ← max(σᵢ, 10⁻⁴ rms τᵢ)        T = 1 s if there was no force
+//! θ_run = argmax L(first half of the run; θ_run, θ̂, η̂)        for parameters with a value per run
 //! ```
 //!
-//! A filter that takes its parameters for exact and expects no force trusts its model more with every sample. By what the
-//! parameters are off an unstable motion goes another way all the same, and such a filter does not come back: with parameters
-//! good to a part in a thousand −2 ln L of a run in nine was 819,000 that is −26,500 under a millionth of a newton.
+//! A filter that takes its parameters as exact and expects no force trusts its model more with
+//! every sample. The errors of the parameters make an unstable motion go another way all the same,
+//! and such a filter does not recover: with parameters accurate to a part in a thousand, −2 ln L of
+//! one run in nine was 819,000; with a random force of a millionth of a newton it is −26,500.
 
 use super::noise::{NoiseModel, RandomForce};
 use super::start::{TIME, strength};
@@ -16,13 +17,14 @@ use crate::estimate::output_error::OutputErrorError;
 use crate::model::{Model, Parameter};
 use crate::run::Run;
 
-/// Share of the thrust that the best-known parameters leave: those of simulated campaigns without a force have deviations of a
-/// ten-thousandth and more.
+/// Least random force as a share of the thrust: the force that the errors of the best-known
+/// parameters leave. In simulated campaigns without a force, parameters have standard deviations of
+/// a ten-thousandth and more.
 const LEAST: f64 = 1e-4;
 
 impl NoiseModel {
-    /// This noise, and in every degree of freedom at least the force that parameters leave, on `runs` that took no part in their
-    /// estimate.
+    /// This noise, with at least the force that errors of the parameters make in every degree of
+    /// freedom, for `runs` that took no part in their estimate.
     pub fn elsewhere(&self, model: &Model, runs: &[Run]) -> NoiseModel {
         let of = |dof: &crate::frame::Dof| {
             let least = LEAST * strength(model, runs, *dof);
@@ -35,18 +37,19 @@ impl NoiseModel {
     }
 }
 
-/// First halves of runs.
+/// The first half of each run.
 pub(crate) fn first_halves(runs: &[Run]) -> Vec<Run> {
     let half = |run: &Run| run.span().map(|(from, to)| run.between(from, 0.5 * (from + to)));
     runs.iter().filter_map(half).collect()
 }
 
 impl FilterErrorFit {
-    /// The model on runs that took no part, its parameters held; what has a value of its own in every run (the phase of a wave)
-    /// has that of the first half of the run, in the order of `runs`.
+    /// The model for runs that took no part in the fit, with its parameters held. Parameters with a
+    /// value per run (the phase of a wave) are estimated from the first half of each run, in the
+    /// order of `runs`.
     ///
     /// # Errors
-    /// [`OutputErrorError`] when a run lacks what the model reads, or the model runs away there.
+    /// [`OutputErrorError`] when a run lacks what the model reads, or the model diverges there.
     pub(crate) fn on_others(&self, runs: &[Run], options: &FilterErrorOptions) -> Result<Model, OutputErrorError> {
         let mut model = self.model.clone();
         let own = |p: &Parameter| p.spec.per_run && !p.fixed;
@@ -72,7 +75,7 @@ mod tests {
     use crate::frame::Dof;
     use crate::run::Signal;
 
-    /// 20 N are commanded in surge: a force of 1 N stays, one that is none becomes 2 mN.
+    /// 20 N are commanded in surge: a force of 1 N stays; without a force, one of 2 mN is added.
     #[test]
     fn a_force_that_is_none_is_a_little_elsewhere() {
         let model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();

@@ -1,14 +1,15 @@
-//! Is the noise model itself right? What the filter says beforehand of its own errors, and how it then errs.
+//! Forecasts: the errors of predictions compared with the variance that the filter states for them
+//! beforehand.
 //!
 //! ```text
-//! ahead by H:  (y − ŷ(t | t−H))² beside its variance  c P(t | t−H) cᵀ + R          updates masked for H seconds
+//! H ahead:  (y − ŷ(t | t−H))² against its variance  c P(t | t−H) cᵀ + R          no updates for H seconds
 //! ```
 //!
-//! Where innovations are held back, a sample by itself that is beyond five deviations of one sample ahead is the sensor's, and no
-//! prediction is judged by it.
+//! If innovations are held back, an isolated sample more than five standard deviations off its
+//! prediction one sample ahead is an error of the sensor, and no prediction is judged by it.
 //!
-//! Whiteness ([`super::whiteness`]) alone is not enough: a lag of the thrust that no model had left white innovations, and
-//! predictions eight seconds ahead that erred five times as much as they should.
+//! A test of whiteness ([`super::whiteness`]) alone is not enough: an unmodelled lag of the thrust
+//! left white innovations, but predictions eight seconds ahead had five times the expected error.
 
 use rayon::prelude::*;
 
@@ -24,14 +25,16 @@ use crate::noise::Noise;
 use crate::simd::Plain;
 use crate::simulate::{Evaluator, Feed, prepared};
 
-/// Seconds ahead that are looked at beside one sample and the free run.
+/// Horizons of predictions, s, beside one sample ahead and the free run.
 pub const AHEAD: [f64; 2] = [2.0, 8.0];
 
-/// Seconds of a run in which the filter finds its state before any prediction begins: one that starts from a turn rate that
-/// is not known yet judges the guess, and no model.
+/// Time at the beginning of a run, s, in which the filter finds its state before any prediction
+/// begins: a prediction that starts from a turn rate not known yet tests the initial guess, not the
+/// model.
 const SETTLED: f64 = 2.0;
 
-/// Innovations beyond so many deviations count as so many: one outlier says nothing of correlation.
+/// Limit at which normalised innovations are clipped for the test of whiteness: one outlier says
+/// nothing about correlation.
 const CLIPPED: f64 = 4.0;
 
 /// A point of a predicted series.
@@ -43,7 +46,7 @@ pub struct Point {
     pub measured: f64,
     /// Predicted value.
     pub mean: f64,
-    /// Deviation with which a sample is expected about it.
+    /// Standard deviation with which a sample is expected about the mean.
     pub std: f64,
 }
 
@@ -52,9 +55,9 @@ pub struct Point {
 pub struct Channel {
     /// Index of the output.
     pub output: usize,
-    /// One sample ahead, each of [`AHEAD`], and the free run.
+    /// Predictions one sample ahead, for each of [`AHEAD`], and of the free run.
     pub predictions: Vec<Prediction>,
-    /// Of its innovations.
+    /// Whiteness of its innovations.
     pub whiteness: Whiteness,
     /// Σ z² of its innovations.
     pub squares: f64,
@@ -62,12 +65,13 @@ pub struct Channel {
     pub free: Vec<Point>,
     /// One sample ahead, point by point.
     pub next: Vec<Point>,
-    /// Every prediction further ahead, in order.
+    /// Every prediction more than one sample ahead, in order.
     pub(super) foretold: Vec<Foretold>,
 }
 
 impl Channel {
-    /// Squared errors of predictions so many seconds ahead, one of [`AHEAD`], that share no time, in order.
+    /// Squared errors of the predictions `ahead` seconds ahead (one of [`AHEAD`]) that do not
+    /// overlap in time, in order.
     pub fn squares_apart(&self, ahead: f64) -> Vec<f64> {
         let mut last = f64::NEG_INFINITY;
         let mut squares = Vec::new();
@@ -81,20 +85,20 @@ impl Channel {
     }
 }
 
-/// A prediction further ahead than one sample.
+/// A prediction more than one sample ahead.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foretold {
-    /// Of what instant, s.
+    /// Instant that is predicted, s.
     pub time: f64,
-    /// Which of the channel's `predictions` it belongs to.
+    /// Index in the channel's `predictions` of the one to which it belongs.
     pub at: usize,
-    /// What was predicted.
+    /// Predicted value.
     pub mean: f64,
-    /// Measured less predicted.
+    /// Measured minus predicted value.
     pub error: f64,
-    /// Variance with which the filter expected that.
+    /// Variance of the error that the filter expected.
     pub variance: f64,
-    /// Whether the sample is wild: it says nothing of the prediction.
+    /// Whether the sample is wild, so that it says nothing about the prediction.
     pub wild: bool,
 }
 
@@ -112,18 +116,18 @@ struct Branch {
     ahead: Option<f64>,
     belief: Option<Belief<1>>,
     began: f64,
-    /// When the first one begins.
+    /// Time at which its first prediction begins, s.
     first: f64,
 }
 
 impl Filtered {
-    /// How `model` under `noise` predicts every stretch.
+    /// Predicts every stretch with `model` under `noise`.
     pub fn forecast(&self, model: &Model, noise: &NoiseModel, limit: f64) -> Vec<Forecast> {
         self.forecast_drawn(model, noise, limit, None)
     }
 
-    /// The same; with a seed each prediction starts from a state that is drawn from what the filter believes, and is
-    /// pushed by forces that are drawn from the noise model.
+    /// The same; with a seed, each prediction starts from a state drawn from the distribution that
+    /// the filter estimates, and is driven by forces drawn from the noise model.
     pub(super) fn forecast_drawn(
         &self,
         model: &Model,
@@ -136,7 +140,7 @@ impl Filtered {
         let of = |k| {
             let drawn = seed.map(|seed| Noise::new(seed, k as u64));
             let mut forecast = forecast(self.batch::<1>(model, &[k], [noise.clone()], &mobilities, limit), drawn);
-            // innovations that no noise was estimated for say nothing of it
+            // innovations of an output whose noise was not estimated say nothing about the noise
             let beside = forecast.channels.iter_mut().filter(|channel| silent[channel.output]);
             beside.for_each(|channel| channel.whiteness = Whiteness::of(&[]));
             forecast
@@ -163,7 +167,7 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
     let time = |grid: usize| problem.tracks[track].time[grid];
     let begin = stretches[0].map_or(0.0, |s| time(s.first));
     let settled = begin + SETTLED;
-    // those of the longest horizon twice, half of it apart: there are few of them
+    // two branches for the longest horizon, half of it apart: there are few such predictions
     let starts = [(AHEAD[0], 0.0), (AHEAD[1], 0.0), (AHEAD[1], AHEAD[1] / 2.0)];
     let ahead = starts.map(|(h, later)| Branch { ahead: Some(h), belief: None, began: 0.0, first: settled + later });
     let free = Branch { ahead: None, belief: None, began: 0.0, first: settled };
@@ -192,7 +196,8 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
                     let measured = problem.measured(&stretches, &feed.grid, 0, output);
                     if !measured.is_nan() {
                         let ([mean], [variance]) = sensors.expect(Plain, output, &belief);
-                        // one by itself: where they follow one another it is the filter that is lost
+                        // only an isolated one: if wild samples follow one another, the filter
+                        // itself is lost
                         *wild = !*wild && sensors.error(output, measured, mean).abs() > OUTLIER * variance.sqrt();
                     }
                 }
@@ -230,7 +235,7 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
                 sensors.update(Plain, output, &[measured], &mut belief, &mut None, &mut |at| {
                     let (e, s) = (at.e[0], at.s[0]);
                     let (channel, root) = (&mut channels[output], s.sqrt());
-                    // of the first sample nothing is predicted but what is believed beforehand
+                    // for the first sample there is no prediction, only the initial estimate
                     if now > begin && !wild[output] {
                         channel.predictions[0].add(e, s);
                     }
@@ -270,7 +275,7 @@ fn forecast(batch: Batch<'_, 1>, mut drawn: Option<Noise>) -> Forecast {
 }
 
 impl<const L: usize> Sensors<'_, L> {
-    /// Measured less predicted; of an angle the shortest way.
+    /// Measured minus predicted value; for an angle, the shortest difference.
     fn error(&self, output: usize, measured: f64, predicted: f64) -> f64 {
         if self.is_turn(output) { shortest(measured - predicted) } else { measured - predicted }
     }
@@ -285,8 +290,9 @@ mod tests {
     use crate::model::Interpolation;
     use crate::run::{Run, Signal};
 
-    /// 10 u̇ + 4 u = τ, every fiftieth sample off by 25 deviations: of predictions 2 s ahead, every twentieth sample from 2 s on,
-    /// one in five meets one of them, and would make a ratio of 11.
+    /// 10 u̇ + 4 u = τ, every fiftieth sample off by 25 standard deviations. Of the predictions 2 s
+    /// ahead, made at every twentieth sample from 2 s on, one in five ends at such a sample;
+    /// counted, these would make a ratio of 11.
     #[test]
     fn predictions_are_not_judged_by_samples_that_are_the_sensors_fault() {
         let (h, r) = (0.1, 0.02);
@@ -310,13 +316,15 @@ mod tests {
         assert!(fit.limit.is_finite(), "there are outliers");
         let (share, by_chance) = fit.held_back().expect("there are outliers");
         assert!((by_chance - 0.0455).abs() < 1e-4, "1 - erf(2/√2) is not {by_chance}");
-        // one in fifty, and of the rest no more than chance puts there: what is wild widens the noise that is found
+        // one in fifty, and of the rest no more than by chance: wild samples widen the noise that
+        // is estimated
         assert!(share > 0.02 && share < 0.02 + 0.98 * by_chance, "{share}");
-        // s (c − 0.02 · 2 · 5) = 0.98 c r²: by an eighth, where it was by more than a half while the pull of what is wild grew with it
+        // s (c − 0.02 · 2 · 5) = 0.98 c r²: wider by an eighth; by more than a half when the pull
+        // of a wild sample grew with its size
         let wider = fit.noise.sensors[0].std / r;
         assert!(wider > 1.0 && wider < 1.2, "{wider}");
         let predictions = &fit.forecast()[0].channels[0].predictions;
-        // 24 of 1200 samples are wild, and 11 of the 58 at which a prediction of 2 s ends
+        // 24 of 1200 samples are wild, and so are 11 of the 58 at which a prediction of 2 s ends
         assert_eq!((predictions[0].count, predictions[1].count), (1200 - 1 - 24, 58 - 11));
         assert!(
             predictions.iter().all(|p| p.ratio() < 1.2),

@@ -1,29 +1,31 @@
-//! A first-order Gauss-Markov process over one step, and what it does to a velocity meanwhile.
+//! A first-order Gauss-Markov process over one step, and its effect on a velocity over that step.
 //!
 //! ```text
-//! ḋ = −d/T + white,  stationary deviation σ:     d₊ = a d + w_d,   ∫ d dt = h κ d + w_v,      a = e^(−h/T), κ = T (1−a)/h
+//! ḋ = −d/T + white,  stationary deviation σ:     d₊ = a d + w_d,   ∫ d dt = h κ d + w_v
+//! a = e^(−h/T),  κ = T (1−a)/h
 //! cov(w_d) = σ² (1−a²),  cov(w_d, w_v) = σ² T (1−a)²,  cov(w_v) = σ² T² (2h/T − 3 + 4a − a²)
 //! ```
 //!
-//! Exact for any step, from a force that stays (T ≫ h) to a white one (T ≪ h). Gelb, *Applied Optimal Estimation*
-//! (1974), ch. 3.
+//! Exact for any step, from a nearly constant force (T ≫ h) to a white one (T ≪ h). Gelb, *Applied
+//! Optimal Estimation* (1974), ch. 3.
 
 /// The process over one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
-    /// a: what is left of d.
+    /// a: share of d that remains after the step.
     pub decay: f64,
-    /// κ: mean of d over the step, by its value at the beginning.
+    /// κ: mean of d over the step, as a share of its value at the beginning.
     pub mean: f64,
-    /// Deviation of w_v.
+    /// Standard deviation of w_v.
     pub drift: f64,
-    /// Part of w_d that goes with w_v, by unit noise.
+    /// Coefficient in w_d of the unit noise that drives w_v.
     pub shared: f64,
-    /// Part of w_d of its own, by unit noise.
+    /// Coefficient in w_d of a unit noise of its own.
     pub own: f64,
 }
 
-/// The process of deviation `rms` and correlation time `time`, s, over a step of `h`, s.
+/// The process of stationary standard deviation `rms` and correlation time `time`, s, over a step
+/// of `h`, s.
 pub(super) fn step(rms: f64, time: f64, h: f64) -> Step {
     if h <= 0.0 {
         return Step { decay: 1.0, mean: 1.0, drift: 0.0, shared: 0.0, own: 0.0 };
@@ -46,7 +48,7 @@ pub(super) fn step(rms: f64, time: f64, h: f64) -> Step {
 mod tests {
     use super::*;
 
-    /// Two steps are one of twice the length: d and ∫d together.
+    /// Two steps equal one of twice the length, for d and ∫d together.
     #[test]
     fn law_two_steps_are_one() {
         for (time, h) in [(1.0, 0.1), (0.01, 0.3), (50.0, 0.05), (0.2, 0.2), (1.0, 0.05), (1e-4, 0.1)] {
@@ -60,7 +62,7 @@ mod tests {
             let vv2 = vv + 2.0 * b * vd + b * b * dd + vv;
             let vd2 = one.decay * (vd + b * dd) + vd;
             let dd2 = one.decay * one.decay * dd + dd;
-            // the series is good to z⁸/5000 at a tenth
+            // the series is accurate to z⁸/5000 at z = 0.1
             let near = |x: f64, y: f64| assert!((x - y).abs() < 1e-6 * y.abs() + 1e-300, "{time} {h}: {x} {y}");
             near(vv2, two.drift.powi(2));
             near(vd2, two.drift * two.shared);

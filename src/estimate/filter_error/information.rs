@@ -1,11 +1,12 @@
-//! What the noise asks for: the information of the likelihood on its unknowns.
+//! Information of the likelihood on the unknowns of the noise.
 //!
 //! ```text
 //! Iᵢⱼ = Σ ½ ∂ᵢs ∂ⱼs/s² + ∂ᵢe ∂ⱼe/s          i, j: logarithms of the noise          (Fisher scoring)
 //! ```
 //!
-//! By filters that run side by side with a little more of each unknown, one a lane: exact to the step of 1e-4, and no
-//! second set of equations. Åström, *Automatica* 16 (1980) 551-574.
+//! Computed with filters that run side by side, one per lane, each with one unknown slightly
+//! larger: exact to the step of 1e-4, without a second set of equations. Åström, *Automatica* 16
+//! (1980) 551-574.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -19,28 +20,29 @@ use crate::model::Model;
 use crate::simd::{Machine, Wide, Widths as _, Work};
 use crate::simulate::Stretch;
 
-/// Step by which a logarithm of the noise is moved: its square does not show, and roundings do not either.
+/// Step by which a logarithm of the noise is moved: its square is negligible, and so are roundings.
 const STEP: f64 = 1e-4;
 
-/// Filters side by side: one as it is, the others moved.
+/// Number of filters side by side: one unchanged, the others with one unknown moved each.
 const TOGETHER: usize = 16;
 
-/// Of how much of a stretch steps of the noise ask the information: of so many rows and of this share, whichever is more. A
-/// sample of a filter that has settled adds as much as another one: the expected information does not hang on the data.
+/// Rows of a stretch from which a step of the noise takes the information: this number or this
+/// share (one in `SHARE`), whichever is more. A sample of a settled filter adds as much as any
+/// other, because the expected information does not depend on the data.
 const ROWS: usize = 256;
 const SHARE: usize = 4;
 
-/// Of what the information is asked.
+/// The samples from which the information is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Asked {
     /// Every sample.
     All,
-    /// The beginning of every stretch, for all of it.
+    /// The beginning of every stretch, scaled up to all of it.
     Beginnings,
 }
 
 impl Asked {
-    /// Rows of a stretch of so many.
+    /// Number of rows used of a stretch of `all` rows.
     fn rows(self, all: usize) -> usize {
         match self {
             Asked::All => all,
@@ -68,7 +70,7 @@ impl Filtered {
             other
         };
         let count = coordinates.len();
-        // coordinates of different groups hardly share information: it is left out
+        // coordinates of different groups share hardly any information: it is left out
         let order: Vec<usize> = self.by_dof(coordinates, noise);
         let groups: Vec<&[usize]> = order.chunks(count.div_ceil(count.div_ceil(TOGETHER - 1)).max(1)).collect();
         let jobs: Vec<(usize, &[usize])> =
@@ -96,7 +98,7 @@ impl Filtered {
         total
     }
 
-    /// Numbers of the coordinates, those of one degree of freedom side by side.
+    /// Indices of the coordinates, those of one degree of freedom side by side.
     fn by_dof(&self, coordinates: &[Coordinate], noise: &NoiseModel) -> Vec<usize> {
         let of_output = |c: usize| {
             let name = &self.problem.dynamics.outputs[c];
@@ -119,7 +121,7 @@ struct Informing<'a> {
 }
 
 impl Work<TOGETHER> for Informing<'_> {
-    /// Sums of the products, below the diagonal.
+    /// Sums of the products, lower triangle.
     type Output = [[f64; TOGETHER]; TOGETHER];
     #[inline(always)]
     fn with<W: Wide<TOGETHER>>(self, wide: W) -> Self::Output {
@@ -157,7 +159,8 @@ mod tests {
     use crate::estimate::filter_error::noise::{RandomForce, SensorNoise};
     use crate::tank::{BlindOptions, blind};
 
-    /// Three quarters of the samples left out: a filter settles within seconds, of which the beginning has the more.
+    /// Three quarters of the samples are left out. A filter settles within seconds, and these weigh
+    /// more in the beginning of a run than in all of it.
     #[test]
     fn the_beginnings_of_runs_stand_for_all_of_them() {
         let campaign = blind(&BlindOptions { duration: 300.0, ..BlindOptions::default() }).unwrap();

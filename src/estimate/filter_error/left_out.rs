@@ -1,13 +1,16 @@
-//! Runs as the others predict them, where no run is held out.
+//! Cross-validation without refits: each run as the other runs predict it.
 //!
 //! ```text
 //! −2 ln p(y_k | others) = −2 ln L_k + g_oᵀ A_o⁻¹ g_o − gᵀ A⁻¹ g + ln det A − ln det A_o
-//! A = JᵀJ, g = Jᵀr: of all runs, priors included;   A_o = A − A_k, g_o = g − g_k: of all but run k;   all at the estimate of all
+//! A = JᵀJ, g = Jᵀr: of all runs, priors included;   A_o = A − A_k, g_o = g − g_k: of all runs but k
 //! ```
 //!
-//! What the parameters may be by the other runs is integrated out: p(y_k | others) = p(all) / p(others), each the integral over
-//! the parameters that a quadratic gives (Laplace). Exact where innovations are linear in θ, and from a fit that stands short of
-//! its maximum, too. The estimate of the others alone is no prediction where they hardly determine a parameter: it may be anything.
+//! All are taken at the estimate from all runs. The parameters are integrated out over their
+//! distribution given the other runs: p(y_k | others) = p(all) / p(others), where each is the integral
+//! over the parameters in a quadratic approximation (Laplace). This is exact where innovations are
+//! linear in θ, even from a fit that stops short of its maximum. The estimate from the others alone
+//! is no prediction where they hardly determine a parameter, because its value may then be
+//! anything.
 
 use std::collections::BTreeSet;
 
@@ -15,12 +18,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::FilterErrorFit;
 
-/// Share of a parameter's information that counts as known without the run: a thousand deviations wide, where the others say
-/// nothing.
+/// Share of a parameter's information that counts as known without the run: if the others say
+/// nothing, its standard deviation is a thousand times as wide.
 const WIDE: f64 = 1e-6;
 
 impl FilterErrorFit {
-    /// −2 ln p(y_k | others) of each run k, summed; infinite where information is not positive definite.
+    /// Sum of −2 ln p(y_k | others) over the runs k; infinite if an information matrix is not
+    /// positive definite.
     pub fn left_out_cost(&self) -> f64 {
         let p = self.filtered.problem.unknowns.len();
         let factor = self.filtered.factor(&self.model, &self.linear);
@@ -39,7 +43,7 @@ impl FilterErrorFit {
         own + tracks.into_iter().map(|track| predicted(track).unwrap_or(f64::INFINITY)).sum::<f64>()
     }
 
-    /// JᵀJ and Jᵀr of one run, over the unknowns of all.
+    /// JᵀJ and Jᵀr of one run, over the unknowns of all runs.
     fn of_track(&self, track: usize) -> (DMatrix<f64>, DVector<f64>) {
         let p = self.filtered.problem.unknowns.len();
         let (mut information, mut slope) = (DMatrix::zeros(p, p), DVector::zeros(p));
@@ -60,7 +64,8 @@ impl FilterErrorFit {
     }
 }
 
-/// ln det A − gᵀ A⁻¹ g: what the integral over the parameters adds to −2 ln L; `None` where A is not positive definite.
+/// ln det A − gᵀ A⁻¹ g: the contribution of the integral over the parameters to −2 ln L; `None` if
+/// A is not positive definite.
 fn marginal(information: DMatrix<f64>, slope: &DVector<f64>) -> Option<f64> {
     let factor = information.cholesky()?;
     Some(factor.ln_determinant() - slope.dot(&factor.solve(slope)))
@@ -80,7 +85,8 @@ mod tests {
         let own: f64 = fit.linear.iter().map(|l| l.cost).sum();
         let (p, runs) = (fit.filtered.problem.unknowns.len() as f64, campaign.runs.len() as f64);
         let more = fit.left_out_cost() - own;
-        // two for each parameter in the mean where runs are alike; of the last run to show one, ln(1/WIDE) at most
+        // about two for each parameter if runs are alike; at most ln(1/WIDE) if only one run shows
+        // a parameter
         assert!(more > p && more < p * runs * (1.0 / WIDE).ln(), "{more} of {p} parameters, {runs} runs");
     }
 

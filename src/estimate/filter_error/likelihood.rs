@@ -5,7 +5,8 @@
 //! θ: rows (∂e/∂θ)/√s of a triangular factor, gain and s held          (Gauss-Newton)
 //! ```
 //!
-//! c keeps the deviations right where the noise is Gaussian. Åström, *Automatica* 16 (1980) 551-574.
+//! If innovations are held back, the factor c keeps the standard deviations of the noise right where
+//! the noise is Gaussian. Åström, *Automatica* 16 (1980) 551-574.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -35,16 +36,17 @@ pub struct Linear {
     pub volume: f64,
     /// Number of samples.
     pub samples: usize,
-    /// Number of innovations beyond five deviations.
+    /// Number of innovations beyond five standard deviations.
     pub outliers: usize,
     /// Number of innovations that are held back.
     pub beyond: usize,
-    /// Σ ψ², Σ ψ' and Σ (dρ½/dz)²: what innovations that are held back leave of the information.
+    /// Σ ψ², Σ ψ' and Σ (dρ½/dz)²: they give the information that remains where innovations are
+    /// held back.
     pub held_back: [f64; 3],
 }
 
 impl Linear {
-    /// Rows of the triangular factor, the innovation last.
+    /// Rows of the triangular factor; the innovation is the last element of each.
     pub(super) fn rows(&self) -> impl Iterator<Item = &[f64]> {
         self.r.chunks(self.n)
     }
@@ -53,7 +55,7 @@ impl Linear {
 /// The innovations of one output over a stretch.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Innovations {
-    /// Over their deviations, e/√s.
+    /// Over their standard deviations, e/√s.
     pub z: Vec<f64>,
     /// e
     pub e: Vec<f64>,
@@ -62,7 +64,7 @@ pub(super) struct Innovations {
 }
 
 impl Filtered {
-    /// Stretches, the longest first, so that those of like length stand together.
+    /// Indices of the stretches, the longest first, so that those of similar length share a batch.
     fn by_length(&self) -> Vec<usize> {
         let steps = |k: &usize| {
             let s = self.problem.segments[*k];
@@ -74,7 +76,7 @@ impl Filtered {
         order
     }
 
-    /// Stretches in batches.
+    /// Indices of the stretches, in batches.
     fn batches(&self) -> Vec<Vec<usize>> {
         self.by_length().chunks(LANES).map(<[usize]>::to_vec).collect()
     }
@@ -101,7 +103,7 @@ impl Filtered {
         costs
     }
 
-    /// One pass of the filter over every stretch.
+    /// Runs one pass of the filter over every stretch.
     fn passed(
         &self,
         model: &Model,
@@ -113,7 +115,8 @@ impl Filtered {
         self.there_and_back(model, noise, mobilities, limit, kept, None::<&fn(&[usize], &Tape<LANES>)>).0
     }
 
-    /// Every stretch linearised, and the slope of −ln L by the logarithms `coordinates` of the noise: the way forth serves both.
+    /// Linearises every stretch and returns the slope of −ln L by the logarithms `coordinates` of
+    /// the noise; one forward pass serves both.
     pub(super) fn slopes(
         &self,
         model: &Model,
@@ -128,7 +131,8 @@ impl Filtered {
         (passed.into_iter().map(|p| p.linear).collect(), slopes)
     }
 
-    /// What `read` takes of the way back through each batch, whose stretches it is told.
+    /// What `read` extracts from the backward pass through each batch; it also receives the
+    /// stretches of the batch.
     pub(super) fn back<T: Send>(
         &self,
         model: &Model,
@@ -140,8 +144,8 @@ impl Filtered {
         self.there_and_back(model, noise, mobilities, limit, Kept::Cost, Some(&read)).1
     }
 
-    /// What is kept of the way forth over each stretch, and what `read` takes of the way back through each batch, where there is
-    /// one.
+    /// What is kept of the forward pass over each stretch, and, if `read` is given, what it
+    /// extracts from the backward pass through each batch.
     fn there_and_back<T: Send>(
         &self,
         model: &Model,
@@ -179,7 +183,8 @@ impl Filtered {
         passed.into_iter().map(|p| p.beginning).sum()
     }
 
-    /// Every stretch linearised at the values of `model` under `noise`; `mobilities` as by [`Filtered::mobilities`].
+    /// Linearises every stretch at the values of `model` under `noise`; `mobilities` as by
+    /// [`Filtered::mobilities`].
     pub(super) fn linearise(
         &self,
         model: &Model,
@@ -192,7 +197,7 @@ impl Filtered {
         self.passed(model, noise, mobilities, limit, kept).into_iter().map(|p| p.linear).collect()
     }
 
-    /// Innovations over their deviations, by stretch and output.
+    /// The innovations by stretch and output.
     pub(super) fn innovations(
         &self,
         model: &Model,
@@ -204,7 +209,8 @@ impl Filtered {
         passed.into_iter().map(|p| p.innovations).collect()
     }
 
-    /// Factor of all stretches' information on the unknowns, priors included; its last column holds the innovations.
+    /// Factor of the information of all stretches on the unknowns, priors included; its last column
+    /// holds the innovations.
     pub(super) fn factor(&self, model: &Model, stretches: &[Linear]) -> Fold<1> {
         let p = self.problem.unknowns.len();
         let mut global = Fold::<1>::new(p + 1);
@@ -223,7 +229,8 @@ impl Filtered {
         global
     }
 
-    /// Products of the columns [∂e/∂θ | e] / √s of every stretch, `n × n`, n one more than the directions.
+    /// Products of the columns [∂e/∂θ | e] / √s of every stretch, `n × n`, where n is the number of
+    /// directions plus one.
     pub(crate) fn products(
         &self,
         model: &Model,
@@ -235,7 +242,8 @@ impl Filtered {
         passed.into_iter().flat_map(|p| p.products).collect()
     }
 
-    /// The same at the values of `model`, in blocks of `rows` samples one after the other; none where the inertia is singular.
+    /// The same at the values of `model`, in consecutive blocks of `rows` samples; empty if the
+    /// inertia is singular.
     pub(crate) fn products_in_blocks(
         &self,
         model: &Model,
@@ -248,8 +256,8 @@ impl Filtered {
         passed.into_iter().map(|p| p.products).collect()
     }
 
-    /// Triangular factor of the information that the runs hold on the unknowns under this noise, priors included; `None` where
-    /// the inertia of `model` is singular.
+    /// Triangular factor of the information of the runs on the unknowns under this noise, priors
+    /// included; `None` if the inertia of `model` is singular.
     pub fn information_factor(&self, model: &Model, noise: &NoiseModel) -> Option<Fold<1>> {
         let mobilities = self.mobilities(model)?;
         let stretches = self.linearise(model, noise, &mobilities, f64::INFINITY, true);
@@ -268,11 +276,11 @@ enum Kept {
     Factor,
     /// The products of the rows.
     Products,
-    /// The products of each so many rows.
+    /// The products of each block of this many rows.
     Blocks(usize),
     /// The innovations themselves.
     Innovations,
-    /// What the beginnings add.
+    /// The terms of the initial states.
     Beginnings,
 }
 
@@ -280,20 +288,21 @@ enum Kept {
 struct Passed {
     linear: Linear,
     products: Vec<Mat<f64>>,
-    /// Innovations over their deviations, by output.
+    /// Innovations by output.
     innovations: Vec<Innovations>,
-    /// ln|1 + P₀ I₀|; 0 where it was not asked for.
+    /// ln|1 + P₀ I₀|; 0 if it was not requested.
     beginning: f64,
 }
 
-/// Rows that are multiplied at once.
+/// Number of rows that are multiplied at once.
 const ROWS: usize = 256;
 
-/// One pass over a batch. One kind of work for all that is kept: the filter is compiled once for each machine.
+/// One pass over a batch. One type serves all kinds of [`Kept`], so that the filter is compiled
+/// once for each machine.
 struct Pass<'a> {
     batch: Batch<'a, LANES>,
     kept: Kept,
-    /// For the way back.
+    /// Tape for the backward pass.
     tape: Option<Tape<LANES>>,
 }
 
@@ -315,7 +324,7 @@ impl Work<LANES> for Pass<'_> {
         let mut held_back = [[0.0; 3]; LANES];
         let size = if multiplied { n } else { 0 };
         let mut products = vec![vec![Mat::<f64>::zeros(size, size)]; members];
-        // a column a row, so that a row is written in one piece
+        // each row is stored as a column, so that it is written in one piece
         let mut rows = vec![Mat::<f64>::zeros(size, if size > 0 { height } else { 0 }); members];
         let mut filled = vec![0; members];
         let mut innovations =
@@ -402,7 +411,8 @@ impl Work<LANES> for Pass<'_> {
     }
 }
 
-/// The last of `products` ← itself + rowsᵀ rows, of the first `count` rows, each a column of `rows`.
+/// Adds rowsᵀ rows to the last of `products`, for the first `count` rows; each row is a column of
+/// `rows`.
 fn multiply(products: &mut [Mat<f64>], rows: &Mat<f64>, count: usize) {
     let (Some(product), rows) = (products.last_mut(), rows.get(.., ..count)) else { return };
     matmul(product.as_mut(), Accum::Add, rows, rows.transpose(), 1.0, Par::Seq);

@@ -1,16 +1,20 @@
-//! Filter error: maximum likelihood of a model that expects to be pushed.
+//! Filter error: maximum likelihood of a model with random forces.
 //!
 //! ```text
-//! ẋ = f(x, θ, τ) + M⁻¹ d,   ḋ = −d/T + white,   y = h(x, θ) + e        min over θ, η of  −2 ln L = Σ (e²/s + ln s)
+//! ẋ = f(x, θ, τ) + M⁻¹ d,   ḋ = −d/T + white,   y = h(x, θ) + e
+//! min over θ, η of  −2 ln L = Σ (e²/s + ln s)
 //! ```
 //!
-//! In real water a vehicle is pushed all the time: turbulence, tether, thrusters that are not quite what the curve says.
-//! A Kalman filter carries what is believed of the state from sample to sample; the innovations e, with the variance s
-//! that the filter itself expects, make the likelihood. θ by Gauss-Newton on the innovations, the noise η (rms and
-//! correlation time of the random force in each degree of freedom, deviation of each sensor) by Fisher scoring, in turns
-//! until neither moves; where those stick on the way, both together. No segments and no initial states: each run is one
-//! stretch, and an unstable vehicle needs nothing special. Jategaonkar, *Flight Vehicle System Identification* (2015),
-//! ch. 5; Kristensen, Madsen and Jørgensen, *Automatica* 40 (2004) 225-237.
+//! In real water a vehicle is pushed all the time: by turbulence, by the tether, by thrusters that
+//! do not quite follow their curve. A Kalman filter carries the estimate of the state from sample
+//! to sample; the innovations e, with the variance s that the filter itself expects, give the
+//! likelihood. The parameters θ are found by Gauss-Newton on the innovations, the noise η (rms and
+//! correlation time of the random force in each degree of freedom, standard deviation of each
+//! sensor) by Fisher scoring. Both kinds of steps alternate until neither moves; if they get stuck
+//! on the way, both are moved together. There are no segments and no free initial states: each run
+//! is one stretch, and an unstable vehicle needs no special treatment. Jategaonkar, *Flight Vehicle
+//! System Identification* (2015), ch. 5; Kristensen, Madsen and Jørgensen, *Automatica* 40 (2004)
+//! 225-237.
 
 mod adjoint;
 mod ascent;
@@ -72,57 +76,59 @@ pub struct FilterErrorFit {
     pub model: Model,
     /// The noise.
     pub noise: NoiseModel,
-    /// The runs, unknowns and starting beliefs.
+    /// The runs, unknowns and initial state estimates.
     pub filtered: Filtered,
     /// Covariance of the unknowns, row-major.
     pub covariance: Vec<f64>,
     /// Unknowns of the noise that were estimated.
     pub noise_unknowns: Vec<Coordinate>,
-    /// Deviation of each output's noise, where one is stated.
+    /// Standard deviation of the noise of each output, where one is given.
     pub stated: Vec<Option<f64>>,
     /// −2 ln L, priors included.
     pub cost: f64,
-    /// What it was with every innovation as it is, before any were held back.
+    /// −2 ln L with every innovation as it is, before any were held back.
     pub plain: f64,
     /// Number of samples.
     pub samples: usize,
-    /// Deviations beyond which innovations are held back; infinite where no outlier was met.
+    /// Number of standard deviations beyond which innovations are held back; infinite if no outlier
+    /// was found.
     pub limit: f64,
     /// Stretches linearised at the estimate.
     pub linear: Vec<Linear>,
-    /// Passes taken.
+    /// Number of passes taken.
     pub iterations: usize,
     /// Whether the last steps were small enough.
     pub converged: bool,
-    /// By which steps the fit has come where it is.
+    /// The kind of steps by which the fit reached its estimate.
     pub(crate) reached: Reached,
 }
 
-/// By which steps a fit has come where it is.
+/// The kind of steps by which a fit reached its estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reached {
-    /// Parameters and noise in turns.
+    /// Alternating steps of parameters and noise.
     InTurns,
-    /// The same, until a step that promised something led nowhere.
+    /// The same, until a step that promised a gain failed.
     Stuck,
-    /// Parameters and noise together, after that.
+    /// Joint steps of parameters and noise, after that.
     Together,
 }
 
 impl FilterErrorFit {
-    /// Share of the innovations that are held back, and the share that chance puts beyond the limit in Gaussian noise; `None` where
-    /// every innovation counts as it is.
+    /// Share of the innovations that are held back, and the share beyond the limit by chance in
+    /// Gaussian noise; `None` if every innovation counts as it is.
     pub fn held_back(&self) -> Option<(f64, f64)> {
         let beyond = self.linear.iter().map(|s| s.beyond).sum::<usize>() as f64 / self.samples as f64;
         self.limit.is_finite().then(|| (beyond, 1.0 - tails::share(self.limit)))
     }
 
-    /// How it predicts the runs that it was made of.
+    /// Predicts the runs of the fit.
     pub fn forecast(&self) -> Vec<Forecast> {
         self.filtered.forecast(&self.model, &self.noise, self.limit)
     }
 
-    /// −2 ln L of the runs of the fit where `models` have its parameters, its noise as it is; infinite where one runs away.
+    /// −2 ln L of the runs of the fit with the parameters of each of `models` and the noise of the
+    /// fit; infinite for a model that diverges.
     pub(crate) fn costs_at(&self, models: &[Model]) -> Vec<f64> {
         let points: Vec<(Model, NoiseModel)> = models.iter().map(|m| (m.clone(), self.noise.clone())).collect();
         let Some(mobilities) = self.filtered.mobilities(&self.model) else { return vec![f64::INFINITY; models.len()] };
@@ -131,13 +137,14 @@ impl FilterErrorFit {
         costs.into_iter().map(whole).map(|cost| if cost.is_finite() { cost } else { f64::INFINITY }).collect()
     }
 
-    /// Options of a refit nearby, of runs or inputs that differ a little: it goes the way that this fit went, wherever that leads.
+    /// Options of a refit nearby, with slightly different runs or inputs: it takes the same kind of
+    /// steps as this fit, wherever they lead.
     pub(crate) fn nearby(&self, options: &FilterErrorOptions) -> FilterErrorOptions {
         let higher = if self.reached == Reached::Together { 0.0 } else { f64::INFINITY };
         FilterErrorOptions { higher, told: false, ..options.clone() }
     }
 
-    /// Number and information of each unknown of which something is known beforehand.
+    /// Index and prior information of each unknown that has a prior.
     pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, f64)> {
         let prior = |(k, unknown): (usize, &Unknown)| {
             let (_, std) = self.model.parameters[unknown.parameter].prior?;
@@ -146,8 +153,8 @@ impl FilterErrorFit {
         self.filtered.problem.unknowns.iter().enumerate().filter_map(prior)
     }
 
-    /// Covariance of the logarithms of [`FilterErrorFit::noise_unknowns`], priors included; zero where the data do not
-    /// determine them.
+    /// Covariance of the logarithms of [`FilterErrorFit::noise_unknowns`], priors included; zero if
+    /// the data do not determine them.
     pub fn noise_covariance(&self) -> DMatrix<f64> {
         let (filtered, unknowns) = (&self.filtered, &self.noise_unknowns);
         let covariance = filtered.mobilities(&self.model).and_then(|mobilities| {
@@ -159,7 +166,8 @@ impl FilterErrorFit {
         covariance.unwrap_or_else(|| DMatrix::zeros(unknowns.len(), unknowns.len()))
     }
 
-    /// cond(JᵀJ), J: Jacobian of the innovations over their deviations: the covariance has the same.
+    /// cond(JᵀJ), where J is the Jacobian of the innovations over their standard deviations; the
+    /// covariance has the same condition number.
     pub fn condition_number(&self) -> f64 {
         let p = self.filtered.problem.unknowns.len();
         let factor = DMatrix::from_row_slice(p, p, &self.covariance).cholesky().map(|f| f.l());
@@ -183,7 +191,7 @@ pub fn filter_error(
         ascent::maximised(model, filtered, noises, options)
     };
     match from(model) {
-        // a model that lacks much may start as a vehicle that none is
+        // a model that lacks much may start from values that no vehicle has
         Err(OutputErrorError::Diverges { values }) => {
             from(&tame(model, runs)).map_err(|_| OutputErrorError::Diverges { values })
         }
@@ -191,7 +199,7 @@ pub fn filter_error(
     }
 }
 
-/// [`filter_error`] from a noise that is known roughly, as of a fit of nearly the same model.
+/// [`filter_error`] from a noise that is roughly known, e.g. from the fit of a similar model.
 ///
 /// # Errors
 /// [`OutputErrorError`].
@@ -204,7 +212,7 @@ pub fn filter_error_from(
     ascent::maximised(model, Filtered::new(model, runs, &options.base)?, vec![noise], options)
 }
 
-/// The free parameters of `model` on `runs` under a noise that is known, by Gauss-Newton alone.
+/// Fits the free parameters of `model` to `runs` under a known noise, by Gauss-Newton alone.
 ///
 /// # Errors
 /// As [`filter_error`].
@@ -217,7 +225,8 @@ pub fn parameters_under(
     steps::parameters_under(model, Filtered::new(model, runs, &options.base)?, noise.clone(), limit, options)
 }
 
-/// −2 ln L of runs that took no part in a fit, under its model and noise; infinite where the model runs away on them.
+/// −2 ln L of runs that took no part in a fit, under its model and noise; infinite if the model
+/// diverges on them.
 ///
 /// # Errors
 /// [`OutputErrorError`] where a run lacks what the model reads.
@@ -234,8 +243,9 @@ pub fn cost_of(
     Ok(if cost.is_finite() { cost } else { f64::INFINITY })
 }
 
-/// The Cramér-Rao bound with a random force: covariance of the free parameters of `truth`, row-major in the order of
-/// the unknowns, that no unbiased estimator can beat on `runs` under the true `noise`.
+/// The Cramér-Rao bound with a random force: the covariance of the free parameters of `truth`,
+/// row-major in the order of the unknowns, that no unbiased estimator can beat on `runs` under the
+/// true `noise`.
 ///
 /// # Errors
 /// [`OutputErrorError`] where a run lacks what the model reads or does not determine a parameter.
@@ -251,14 +261,14 @@ pub fn bound(
     covariance::bread(&filtered.problem, truth, &filtered.factor(truth, &linear))
 }
 
-/// Where the tests of the steps begin.
+/// Starting points for the tests of the steps.
 #[cfg(test)]
 mod tests {
     use super::steps::Search;
     use super::*;
     use crate::tank::{BlindOptions, blind};
 
-    /// Runs of a tank, and its model with parameters a fifth off.
+    /// Runs of a tank, and its model with all free parameters a fifth too large.
     pub fn sailed() -> (Vec<Run>, Model) {
         let campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
         let mut model = campaign.truth;
@@ -266,7 +276,7 @@ mod tests {
         (campaign.runs, model)
     }
 
-    /// A search from there.
+    /// A search that starts from them.
     pub fn search<'a>((runs, model): &(Vec<Run>, Model), options: &'a FilterErrorOptions) -> Search<'a> {
         let filtered = Filtered::new(model, runs, &options.base).expect("the runs are whole");
         let noise = start::noises(&filtered, model, runs, &options.forces).remove(0);

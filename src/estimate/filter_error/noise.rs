@@ -1,18 +1,19 @@
-//! What is random in a run: a force in each degree of freedom, and the noise of each sensor.
+//! The random part of a run: a force in each degree of freedom, and the noise of each sensor.
 //!
 //! ```text
-//! ν̇ = M⁻¹ (f + d),   ḋᵢ = −dᵢ/Tᵢ + white,  std dᵢ = σᵢ          y = h(x) + b + e,   e white, b first-order where needed
+//! ν̇ = M⁻¹ (f + d),   ḋᵢ = −dᵢ/Tᵢ + white,  std dᵢ = σᵢ
+//! y = h(x) + b + e,   e white, b first-order where needed
 //! ```
 //!
-//! Its unknowns are sought as logarithms: ln σᵢ, ln Tᵢ, ln of each sensor's deviation. Near T = the sample time only
-//! the intensity σ²T has an effect.
+//! The unknowns are estimated as logarithms: ln σᵢ, ln Tᵢ, and ln of the standard deviation of each
+//! sensor. If T is near the sample time, only the intensity σ²T has an effect.
 
 use crate::frame::Dof;
 
 /// A random force in one degree of freedom: a first-order Gauss-Markov process.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RandomForce {
-    /// Where it acts.
+    /// Degree of freedom in which it acts.
     pub dof: Dof,
     /// Stationary standard deviation, N or N·m.
     pub rms: f64,
@@ -21,8 +22,9 @@ pub struct RandomForce {
 }
 
 impl RandomForce {
-    /// Random force over that of the command beyond which the first is no disturbance: the model does not know what moves the
-    /// vehicle, however well a force of any size predicts it. The free runs of a vehicle in a gale stay far below.
+    /// Ratio of the random force to the commanded force beyond which the random force is no
+    /// disturbance: the model does not know what moves the vehicle, however well it predicts with a
+    /// force of any size. The free runs of a vehicle in a gale stay far below it.
     pub const OVERWHELMING: f64 = 10.0;
 }
 
@@ -40,11 +42,11 @@ pub struct Coloured {
 pub struct SensorNoise {
     /// Standard deviation of the white part, in the channel's unit.
     pub std: f64,
-    /// What is correlated in time, where the likelihood asks for it.
+    /// The part that is correlated in time, if the likelihood asks for one.
     pub coloured: Option<Coloured>,
 }
 
-/// All that is random.
+/// The noise model: random forces and sensor noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseModel {
     /// Random forces, in the order of ν; a degree of freedom without one is not listed.
@@ -60,11 +62,11 @@ pub enum Coordinate {
     ForceRms(usize),
     /// ln T of the random force of this index.
     ForceTime(usize),
-    /// ln of the white deviation of this output.
+    /// ln of the standard deviation of the white noise of this output.
     Sensor(usize),
-    /// ln of the coloured deviation of this output.
+    /// ln of the standard deviation of the coloured noise of this output.
     ColouredRms(usize),
-    /// ln of the correlation time of this output's noise.
+    /// ln of the correlation time of the coloured noise of this output.
     ColouredTime(usize),
 }
 
@@ -79,7 +81,7 @@ impl NoiseModel {
         self.forces.len() + self.coloured().count()
     }
 
-    /// All unknowns: of each force, of each sensor, of each coloured part.
+    /// All unknowns: those of the forces, then of the sensors, then of the coloured parts.
     pub fn coordinates(&self) -> Vec<Coordinate> {
         let forces = (0..self.forces.len()).flat_map(|i| [Coordinate::ForceRms(i), Coordinate::ForceTime(i)]);
         let sensors = (0..self.sensors.len()).map(Coordinate::Sensor);
@@ -87,7 +89,7 @@ impl NoiseModel {
         forces.chain(sensors).chain(coloured).collect()
     }
 
-    /// Value of an unknown: a logarithm.
+    /// Value of an unknown, as a logarithm.
     pub fn at(&self, coordinate: Coordinate) -> f64 {
         let coloured = |c: usize| self.sensors[c].coloured.unwrap_or(Coloured { rms: 1.0, time: 1.0 });
         match coordinate {

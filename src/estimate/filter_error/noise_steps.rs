@@ -1,12 +1,12 @@
-//! Steps of the noise up the likelihood.
+//! Steps of the noise that increase the likelihood.
 //!
 //! ```text
 //! (I + λ diag I) δ = −g        g, I: gradient and information of −ln L by the logarithms of the noise
 //! ```
 //!
-//! The gradient by the way back through the filter ([`super::adjoint`]), the curvature is Fisher's
-//! information ([`super::information`]), kept while the noise hardly moves and corrected near the top by what the last steps
-//! have shown ([`super::quasi_newton`]).
+//! The gradient comes from the backward pass through the filter ([`super::adjoint`]). The curvature
+//! is Fisher's information ([`super::information`]); it is kept while the noise hardly moves, and
+//! near the maximum it is corrected by what the last steps have shown ([`super::quasi_newton`]).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,63 +16,68 @@ use super::options::Forces;
 use super::start::Prior;
 use super::steps::Search;
 
-/// Share of a force's start below which it is nothing.
+/// Share of its starting value below which a force counts as zero.
 const NOTHING: f64 = 1e-3;
 
-/// Least white part of a sensor's noise beside a correlated one: it adds less than a hundredth to what a sample tells
-/// anew, and the likelihood would lead it to nothing for ever.
+/// Least white part of a sensor's noise beside a correlated one. A smaller white part adds less
+/// than a hundredth to what a sample tells anew, and the likelihood would reduce it for ever.
 const LEAST_WHITE: f64 = 0.05;
 
-/// Information of a logarithm that is added to each: one of which the data know less, a deviation of three and more, goes
-/// no further than its slope asks, and does not shorten the steps of the others.
+/// Information that is added to that of each logarithm. An unknown of which the data know less,
+/// with a standard deviation of three or more, then goes no further than its slope asks, and does
+/// not shorten the steps of the others.
 pub(super) const FLAT: f64 = 0.1;
 
-/// A logarithm that cannot go a tenth of this further stands at its bound.
+/// A logarithm that can move less than a tenth of this stands at its bound.
 const NEAR: f64 = 0.1;
 
-/// Least damping of the noise beside none, and by how much it is eased after a step that leads up.
+/// Least damping of the noise other than zero, and the factor by which damping is reduced after a
+/// successful step.
 const LEAST_DAMPING: f64 = 0.1;
 const EASED: f64 = 0.03;
 
-/// Damping beyond which no step leads up: what a millionth of one does not gain is not to be had.
+/// Damping beyond which a step is given up: if a millionth of a step gains nothing, nothing is to
+/// be gained.
 const MOST_DAMPING: f64 = 1e6;
 
-/// Times what the quadratic had for it that a step falls by, beyond which the next one is taken twice as long, and the most
-/// times its length that it is taken.
+/// Ratio of the actual to the promised fall beyond which the next step is taken twice as long, and
+/// the greatest multiple of its length at which a step is taken.
 const FLATTER: f64 = 1.3;
 const STRETCHED: f64 = 8.0;
 
-/// What a step has to promise at most for the curvature to be learnt from those before it.
+/// Fall of −2 ln L promised by a step, below which the curvature is learnt from the steps before
+/// it.
 pub(super) const NEAR_TOP: f64 = 30.0;
 
-/// Part of a learnt step that is tried where the whole leads down.
+/// Share of a learnt step that is tried if the whole step lowers the likelihood.
 const PART: f64 = 0.25;
 
 /// Longest step of a logarithm.
 pub(super) const FARTHEST: f64 = 2.0;
 
-/// Move of a logarithm over which the information is taken as the same.
+/// Change of a logarithm within which the information is taken as unchanged.
 const LIKE: f64 = 0.5;
 
 /// Fisher's information on the noise, which costs as much as a dozen passes.
 #[derive(Clone)]
 pub(super) struct Informed {
-    /// On which unknowns, as logarithms.
+    /// The unknowns that it concerns.
     coordinates: Vec<Coordinate>,
-    /// Where it was calculated.
+    /// The point at which it was computed.
     at: DVector<f64>,
     information: DMatrix<f64>,
 }
 
 impl Informed {
-    /// Whether it is as good as that of these unknowns there.
+    /// Whether it is still accurate enough for these unknowns at this point.
     fn is_near(&self, coordinates: &[Coordinate], at: &DVector<f64>) -> bool {
         self.coordinates == coordinates && (at - &self.at).amax() < LIKE
     }
 }
 
 impl Search<'_> {
-    /// Unknowns of the noise: those of forces that are estimated, of sensors, of coloured parts.
+    /// The estimated unknowns of the noise: of forces if these are estimated, of sensors, of
+    /// coloured parts.
     pub(super) fn coordinates(&self) -> Vec<Coordinate> {
         let free = |c: &Coordinate| match c {
             Coordinate::ForceRms(_) | Coordinate::ForceTime(_) => self.options.forces.is_estimated(),
@@ -82,7 +87,7 @@ impl Search<'_> {
         self.noise.coordinates().into_iter().filter(free).collect()
     }
 
-    /// One step of the noise; returns by how much −2 ln L was to fall.
+    /// Takes one step of the noise; returns by how much −2 ln L was predicted to fall.
     pub(super) fn step_noise(&mut self) -> f64 {
         self.drop_nothings();
         let coordinates = self.coordinates();
@@ -91,7 +96,7 @@ impl Search<'_> {
         }
         self.follow_inertia();
         let (mut gradient, mut information) = self.scored(&coordinates);
-        // what stands at its bound and would leave it stays there
+        // an unknown that stands at its bound and would leave it stays there
         let mut held = vec![false; coordinates.len()];
         for (k, c) in coordinates.iter().enumerate() {
             if self.is_bound(*c, gradient[k]) {
@@ -112,7 +117,7 @@ impl Search<'_> {
             Some(damped.cholesky()?.solve(gradient))
         };
         let damped_step = |damping: f64| damped(damping, &-&gradient);
-        // twice the fall of −ln L that the quadratic promises to the whole step
+        // twice the fall of −ln L that the quadratic promises for the whole step
         let Some(whole) = damped_step(0.0).map(|step| -gradient.dot(&step)) else { return 0.0 };
         let mut learnt =
             if whole < NEAR_TOP { self.quasi.step(&gradient, |gradient| damped(0.0, gradient)) } else { None };
@@ -121,7 +126,7 @@ impl Search<'_> {
         if whole < 0.1 * self.tolerance {
             return whole.max(0.0);
         }
-        // a step that was too long is not tried at its whole length again at once
+        // a step that was too long is not tried at full length again at once
         let remembered = self.noise_damping;
         let mut damping = remembered;
         loop {
@@ -129,8 +134,8 @@ impl Search<'_> {
             let is_learnt = from_steps.is_some();
             let Some(mut step) = from_steps.or_else(|| damped_step(damping)) else { return 0.0 };
             let promised = -gradient.dot(&step);
-            // a long step keeps its direction: of two that go together one alone may lead up, and a fit of a model that lacks much
-            // ends elsewhere
+            // a long step keeps its direction: of two unknowns that go together, one alone may lead
+            // up, and the fit of a model that lacks much would end elsewhere
             let scale = (FARTHEST / step.amax().max(f64::MIN_POSITIVE)).min(if is_learnt { 1.0 } else { self.stretch });
             let mut trial = self.noise.clone();
             for (k, c) in coordinates.iter().enumerate() {
@@ -146,18 +151,20 @@ impl Search<'_> {
                 self.noise = trial;
                 self.take(next, cost);
                 let at_once = damping <= remembered;
-                // where the likelihood rises by clearly more than the quadratic has it, its curvature is less, and steps are longer
+                // where the likelihood rises by clearly more than the quadratic promises, its
+                // curvature is smaller, and steps are made longer
                 self.stretch =
                     if at_once && fell > FLATTER * promised { (2.0 * self.stretch).min(STRETCHED) } else { 1.0 };
                 self.noise_damping = if damping * EASED < LEAST_DAMPING { 0.0 } else { damping * EASED };
-                // of a learnt step the fall is as promised or not: that it promises little ends the search, and not that it fell little
+                // a learnt step ends the search if it promises little, but not if the fall is small
                 if at_once && damping > 0.0 || is_learnt {
                     return whole;
                 }
                 return if scale < 1.0 { promised } else { promised.min(fell.max(0.1 * self.tolerance)) };
             }
             if is_learnt {
-                // a part of it, and where that leads down as well, what was learnt elsewhere does not hold here
+                // try a part of it; if that leads down as well, what was learnt elsewhere does not
+                // hold here
                 match part {
                     1.0 => (part, learnt) = (PART, direction.take()),
                     _ => self.quasi.forget(),
@@ -172,14 +179,15 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a logarithm stands at its bound and would leave it down this slope.
+    /// Whether a logarithm stands at its bound and would leave it in descending this slope.
     pub(super) fn is_bound(&self, coordinate: Coordinate, slope: f64) -> bool {
         let now = self.noise.at(coordinate);
         let there = self.bounded(coordinate, now - NEAR * slope.signum());
         (there - now).abs() < 0.1 * NEAR
     }
 
-    /// Gradient and information of −ln L by the noise, priors included, and what is linearised here anew.
+    /// Gradient and information of −ln L by the noise, priors included. Linearises the stretches
+    /// anew at the current point.
     pub(super) fn scored(&mut self, coordinates: &[Coordinate]) -> (DVector<f64>, DMatrix<f64>) {
         let mut gradient = DVector::from_vec(self.renew_with_slopes(coordinates));
         let Search { filtered, model, noise, mobilities, limit, informed, .. } = self;
@@ -202,7 +210,7 @@ impl Search<'_> {
         (gradient, information)
     }
 
-    /// A logarithm within what has a meaning.
+    /// A logarithm, clamped to the range in which it has a meaning.
     pub(super) fn bounded(&self, coordinate: Coordinate, log: f64) -> f64 {
         match coordinate {
             Coordinate::Sensor(output) => {
@@ -226,7 +234,7 @@ impl Search<'_> {
         self.strengths.iter().find(|(known, _)| *known == dof).map_or(0.0, |(_, strength)| *strength)
     }
 
-    /// Takes out forces that have run to nothing.
+    /// Removes the forces that have run to zero.
     pub(super) fn drop_nothings(&mut self) {
         if !self.options.forces.is_estimated() {
             return;

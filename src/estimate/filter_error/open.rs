@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! s = R + mean |ŷ(θ, d, x₀) − ŷ|²      θ ~ N(θ̂, C),  d: forces of the noise model,  x₀ ~ N(x̂, P)
-//! Σ min((y − ŷ)²/s, 6²)               beside the same sum of every draw, whose s is that of the others
+//! Σ min((y − ŷ)²/s, 6²)               against the same sum of each draw, with the s of the other draws
 //! ```
 //!
-//! The filter's own variance is linearised and takes the parameters for known: both are wrong seconds ahead of a vehicle
-//! that is unstable, and of a motion larger than those of the fit. One prediction that went the other way says little of
-//! such a vehicle, however far off it ends: a model that is wrong errs again and again.
+//! The filter's own variance is linearised and takes the parameters as known. Both are wrong
+//! seconds ahead for an unstable vehicle, and for a motion larger than those of the fit. One
+//! prediction that went the other way says little about such a vehicle, however large its error; a
+//! wrong model errs again and again.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,14 +19,15 @@ use crate::model::Model;
 use crate::noise::Noise;
 use crate::run::Run;
 
-/// Deviations as which a prediction counts that errs by more.
+/// Greatest error of a prediction, in standard deviations: a larger error counts as this.
 const FARTHEST: f64 = 6.0;
 
-/// `forecasts` of `runs`, made with `estimated` (the fit's model, its parameters held), in units of the deviation that draws
-/// say, where that is larger than the filter's.
+/// Returns `forecasts` of `runs` in units of the standard deviation given by draws, where that is
+/// larger than the filter's. The forecasts were made with `estimated`, the model of the fit with
+/// its parameters held.
 ///
 /// # Errors
-/// [`OutputErrorError`] where a run lacks what the model reads.
+/// [`OutputErrorError`] if a run lacks what the model reads.
 pub fn with_all_open(
     fit: &FilterErrorFit,
     estimated: &Model,
@@ -38,7 +40,7 @@ pub fn with_all_open(
     let mut open = forecasts.to_vec();
     let Some(root) = DMatrix::from_row_slice(p, p, &fit.covariance).cholesky().map(|f| f.l()) else { return Ok(open) };
     let mut noise = Noise::new(seed, 0xd4a3);
-    // of each prediction by how much each draw is off it
+    // for each prediction, the difference between each draw and it
     let mut off: Vec<Vec<Vec<[f64; DRAWS]>>> =
         forecasts.iter().map(|f| f.channels.iter().map(|c| vec![[0.0; DRAWS]; c.foretold.len()]).collect()).collect();
     let random = fit.noise.elsewhere(estimated, runs);
@@ -73,8 +75,9 @@ pub fn with_all_open(
     Ok(open)
 }
 
-/// A prediction in units of the deviation that draws say: of each of its parts the error, the variance that the filter
-/// expected, and how far each draw is off; `white` is the variance of the sensor.
+/// A prediction in units of the standard deviation given by draws. `parts` holds, for each
+/// predicted sample, the error, the variance that the filter expected, and the difference of each
+/// draw; `white` is the variance of the sensor.
 fn in_deviations<'a>(
     prediction: Prediction,
     white: f64,
@@ -85,14 +88,15 @@ fn in_deviations<'a>(
         let spread = white + off.iter().map(|x| x * x).sum::<f64>() / DRAWS as f64;
         count += 1;
         if !error.is_finite() {
-            // the model itself runs away from where the vehicle was
+            // the model itself diverges from where the vehicle was
             squares += FARTHEST * FARTHEST;
             drawn.iter_mut().for_each(|sum| *sum += 1.0);
         } else if spread.is_finite() {
-            // a draw that runs away leaves all open
+            // if a draw diverges, the prediction is not judged
             let counts = |square: f64, s: f64| (square / s.max(variance)).min(FARTHEST * FARTHEST);
             squares += counts(error * error, spread);
-            // a draw is measured by the others, as the vehicle is by all: where few go the other way, one that does counts
+            // a draw is compared with the other draws, as the vehicle is with all of them: if few
+            // draws go the other way, one that does counts
             for (sum, x) in drawn.iter_mut().zip(off) {
                 let others = (spread - white - x * x / DRAWS as f64) * DRAWS as f64 / (DRAWS - 1) as f64;
                 *sum += counts(x * x + white, white + others.max(0.0));
@@ -106,8 +110,9 @@ fn in_deviations<'a>(
 mod tests {
     use super::*;
 
-    /// Twenty predictions that draws miss by 1 and 3 turn about: one that is off by a thousand counts as six deviations, and
-    /// says nothing; ten that are off by six say that the model is wrong. A draw that is no number leaves a part open.
+    /// Twenty predictions, from which draws differ by 1 and −3 in turn. One error of a thousand
+    /// counts as six standard deviations, and is not significant; ten errors of six show that the
+    /// model is wrong. If draws are not numbers, a prediction is not judged.
     #[test]
     fn one_prediction_that_went_the_other_way_is_no_error_and_ten_are() {
         let off = |part: usize| -> [f64; DRAWS] {

@@ -1,16 +1,16 @@
-//! Options of the filter-error fit, and what can go wrong.
+//! Options of the filter-error fit.
 
 use std::collections::BTreeMap;
 
 use crate::estimate::output_error::OutputErrorOptions;
 use crate::frame::Dof;
 
-/// What is known of the random forces beforehand.
+/// What is known beforehand about the random forces.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Forces {
     /// Estimated, in every degree of freedom.
     Estimate {
-        /// Greatest rms by degree of freedom, N or N·m; no bound in those that are not listed.
+        /// Greatest rms by degree of freedom, N or N·m; unbounded in those that are not listed.
         most: BTreeMap<Dof, f64>,
     },
     /// There are none.
@@ -37,30 +37,33 @@ impl Forces {
     }
 }
 
-/// How the fit is done.
+/// Options of the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilterErrorOptions {
-    /// How runs are made ready: longest step, position, stated noise of the sensors.
+    /// How runs are prepared: longest step, position, given noise of the sensors.
     pub base: OutputErrorOptions,
     /// The random forces.
     pub forces: Forces,
-    /// Greatest number of passes that linearise where steps are taken in turns, and of steps together after that.
+    /// Greatest number of passes of a climb with alternating steps; joint steps have a limit of
+    /// their own.
     pub iterations: usize,
-    /// Converged when a step would lower −2 ln L by less than this; a fit with `refine` goes on to a tenth of it.
+    /// The fit has converged when a step would lower −2 ln L by less than this; with `refine` it
+    /// goes on to a tenth of it.
     pub tolerance: f64,
-    /// Whether forces that the likelihood does not ask for are taken out, and sensors' noise is given colour where it
-    /// does. A ratio of likelihoods wants the same noise on both sides.
+    /// Whether forces that the likelihood does not ask for are removed, and sensor noise is
+    /// coloured where it asks for that. A likelihood ratio needs the same noise on both sides.
     pub refine: bool,
-    /// −2 ln L by which steps of parameters and noise together have to lead higher than steps in turns that have stuck on the way,
-    /// to be taken: a deviation of one parameter, as by less the place is another and the answer the same. Infinite:
-    /// they are not tried, as is right for fits that are held against each other.
+    /// Fall of −2 ln L by which joint steps of parameters and noise must improve on alternating
+    /// steps that got stuck, in order to be taken. The default is the effect of one standard
+    /// deviation of one parameter: with less, the place differs but the answer does not. Infinite:
+    /// joint steps are not tried, as is right for fits that are compared with each other.
     pub higher: f64,
-    /// Deviations beyond which innovations are held back; `None` to do so where there are outliers. A ratio of likelihoods
-    /// wants the same on both sides.
+    /// Standard deviations beyond which innovations are held back; `None` to do so if there are
+    /// outliers. A likelihood ratio needs the same limit on both sides.
     pub limit: Option<f64>,
-    /// −2 ln L that a fit has to give hope of coming below: one that does not is given up.
+    /// Value of −2 ln L that a fit must have hope of getting below; a fit without hope is given up.
     pub bar: f64,
-    /// Whether each step is told to who watches.
+    /// Whether each step is reported to the observer of the progress.
     pub told: bool,
 }
 

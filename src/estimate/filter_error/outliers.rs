@@ -1,33 +1,39 @@
-//! Outliers: innovations that are a sensor's fault, and no push.
+//! Outliers: innovations that come from a fault of a sensor and not from a push.
 //!
 //! ```text
 //! ℓ_j: line through the samples k − j and k + j, at the instant of k;    d_j = y_k − ℓ_j,    j = 1, 2, 3
-//! wild:   |e_k| > 5 √s   and, for one j,   d_j/e_k ≥ ¾   and   |d_j| > 7 median |d_j|        of the channel in this stretch
+//! wild:   |e_k| > 5 √s   and, for one j,   d_j/e_k ≥ ¾   and   |d_j| > 7 median |d_j|
+//!         (median: of the channel in this stretch)
 //! ```
 //!
-//! No Gaussian noise makes an innovation of five deviations in any log, but a model that lacks a force does, again and again.
-//! Held back, such innovations leave the filter behind a vehicle that has gone elsewhere: that is tried, because a lone push is not
-//! the model's either, and taken back where it does not come to rest, or where a density with such tails is not likelier than the
-//! Gaussian. A wild sample stands off its neighbours by all of its innovation; a push moves those after it too, so that the sample
-//! stands off by half of it at most.
+//! Gaussian noise makes no innovation of five standard deviations in any log, but a model that
+//! lacks a force does, again and again. If these innovations are held back, the filter stays behind
+//! a vehicle that has gone elsewhere. That is tried all the same, because a single push is not part
+//! of the model either; it is taken back if the fit does not converge, or if a density with such
+//! tails is not more likely than the Gaussian. A wild sample differs from its neighbours by all of
+//! its innovation; a push also moves the samples after it, so that the sample differs by half of it
+//! at most.
 
 use super::likelihood::Innovations;
 use super::problem::Filtered;
 use super::tails::OUTLIER;
 use crate::simulate::{nearest_turn, quantile};
 
-/// Samples to each side: a burst may be as long.
+/// Number of samples compared on each side: a burst may be as long.
 const APART: usize = 3;
 
-/// Share of its innovation by which a wild sample stands off: between all of it, and the half that a push leaves.
+/// Least share of its innovation by which a wild sample differs from its neighbours: between the
+/// whole, and the half that a push leaves.
 const ALL: f64 = 0.75;
 
-/// By how many times the median a wild sample is off its neighbours: of Gaussian noise three in a million are. Each wild sample
-/// moves three distances, and a sixth of all may be wild.
+/// Multiple of the median distance by which a wild sample is off its neighbours; in Gaussian noise,
+/// three samples in a million are. Each wild sample changes three distances, and a sixth of all
+/// samples may be wild.
 const TIMES: f64 = 7.0;
 
 impl Filtered {
-    /// Number of wild samples among those whose `innovations`, by stretch and output, are beyond five deviations.
+    /// Number of wild samples among those whose `innovations`, by stretch and output, are beyond
+    /// five standard deviations.
     pub(super) fn wild_samples(&self, innovations: &[Vec<Innovations>]) -> usize {
         let problem = &self.problem;
         let outputs = &problem.dynamics.outputs;
@@ -47,13 +53,14 @@ impl Filtered {
 }
 
 impl Innovations {
-    /// Whether one of them is beyond five deviations.
+    /// Whether one of them is beyond five standard deviations.
     fn is_far(&self) -> bool {
         self.z.iter().any(|z| z.abs() > OUTLIER)
     }
 }
 
-/// Wild ones among the `samples` of one channel, each a time and a value; of angles that are known but for whole turns, `turns`.
+/// Number of wild ones among the `samples` of one channel, each a time and a value; `turns` for
+/// angles that are known up to whole turns.
 fn among(samples: &[(f64, f64)], of: &Innovations, turns: bool) -> usize {
     debug_assert_eq!(samples.len(), of.z.len());
     let off = |k: usize, j: usize| -> Option<f64> {
@@ -79,7 +86,8 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    /// 300 samples of a heading at 10 Hz about ±π, and innovations that are its noise and `more`.
+    /// Number of wild samples among 300 of a heading at 10 Hz about ±π, whose innovations are
+    /// noise, `spikes` and `pushes`.
     fn channel(spikes: &[(usize, f64)], pushes: &[(usize, f64)]) -> usize {
         let (mut noise, std) = (Noise::new(3, 1), 0.01);
         let (mut samples, mut e, mut pushed) = (Vec::new(), Vec::new(), 0.0);

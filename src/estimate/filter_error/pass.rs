@@ -1,4 +1,4 @@
-//! One pass of the filter over the runs, several side by side.
+//! One pass of the filter over the runs, several stretches side by side.
 //!
 //! ```text
 //! −2 ln L = Σ (e²/s + ln s)        e: innovation, s: its variance, sample by sample
@@ -14,14 +14,15 @@ use crate::progress;
 use crate::simd::Wide;
 use crate::simulate::{Evaluator, Feed, Stretch, prepared};
 
-/// Steps from one look at whether the work is still wanted to the next.
+/// Number of steps from one check whether the work is still wanted to the next.
 const STEPS_A_LOOK: usize = 64;
 
-/// Steps, and less than twice as many of the last leg, of which a tape holds what the way back needs: some 100 MB in six degrees of
-/// freedom, a batch, and a minute at 10 Hz in one leg.
+/// Number of steps of a leg, of which a tape holds what the backward pass needs; the last leg has
+/// fewer than twice as many. This is some 100 MB for a batch in six degrees of freedom. A minute at
+/// 10 Hz fits in one leg.
 const STEPS_A_LEG: usize = 1024;
 
-/// Where a pass stands.
+/// The point that a pass has reached.
 #[derive(Clone)]
 struct Place<'a, const L: usize> {
     feed: Feed<'a, L>,
@@ -29,9 +30,9 @@ struct Place<'a, const L: usize> {
     step: usize,
 }
 
-/// Filters the stretches of a batch; `sensitive` also carries ∂x/∂θ. `take` sees every innovation. With a tape the way
-/// is taken back too, leg by leg from the last one, and each leg but the last is filtered once more for it. `known` goes along
-/// without one.
+/// Filters the stretches of a batch; with `sensitive` it also carries ∂x/∂θ. `take` receives every
+/// innovation. With a tape, the backward pass follows, leg by leg from the last one; each leg but
+/// the last is filtered once more for it. `known` is carried along in a pass without a tape.
 #[inline(always)]
 pub(super) fn filter<const L: usize, W: Wide<L>>(
     wide: W,

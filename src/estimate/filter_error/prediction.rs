@@ -1,19 +1,20 @@
-//! How predictions err, and how they should.
+//! The errors of predictions, compared with their expected size.
 //!
 //! ```text
-//! ratio = √(Σ (y − ŷ)² / Σ (c P cᵀ + R)),      n ratio²  ~  χ²(n)      n: errors that stand for themselves
+//! ratio = √(Σ (y − ŷ)² / Σ (c P cᵀ + R)),      n ratio²  ~  χ²(n)      n: number of independent errors
 //! (ln Σ (y − ŷ)² − mean ln Σ draw²) / (std √(1 + 1/N))  ~  t(N − 1)    of N draws
 //! ```
 //!
-//! The sum of a vehicle that may turn either way has a longer tail than χ²: some of its predictions go to the other side. Its
-//! logarithm is near to normal, and a rank among draws alone would be beyond them once in N + 1.
+//! If a vehicle may turn either way, the sum of squares has a longer tail than χ², because some
+//! predictions go to the other side. Its logarithm is nearly normal. By its rank alone,
+//! a prediction would be beyond all draws by chance once in N + 1.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-/// Draws by which it is found how far predictions spread.
+/// Number of draws that measure how far predictions spread.
 pub(super) const DRAWS: usize = 32;
 
-/// How a prediction errs, and how it should.
+/// The error of a prediction and its expected size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
     /// Seconds ahead: 0 for one sample, `None` for a free run.
@@ -24,7 +25,8 @@ pub struct Prediction {
     pub expected: f64,
     /// Number of predictions.
     pub count: usize,
-    /// Σ error² of each draw of parameters, forces and start, where the linearised filter was put to the test.
+    /// Σ error² of each draw of parameters, forces and initial state, if the linearised filter was
+    /// tested with draws.
     pub(super) drawn: Option<[f64; DRAWS]>,
 }
 
@@ -44,12 +46,12 @@ impl Prediction {
         (self.squares / self.count.max(1) as f64).sqrt()
     }
 
-    /// The error that was expected, in the channel's unit.
+    /// Root-mean-square error that was expected, in the channel's unit.
     pub fn expected_rms(&self) -> f64 {
         (self.expected / self.count.max(1) as f64).sqrt()
     }
 
-    /// Both together.
+    /// The two combined.
     pub fn with(&self, other: &Prediction) -> Prediction {
         let (squares, expected) = (self.squares + other.squares, self.expected + other.expected);
         let drawn = match (self.drawn, other.drawn) {
@@ -59,7 +61,7 @@ impl Prediction {
         Prediction { squares, expected, count: self.count + other.count, drawn, ..*self }
     }
 
-    /// Error over what was expected; 1 where nothing was predicted, infinite where the model runs away.
+    /// Error over the expected error; 1 if nothing was predicted, infinite if the model diverges.
     pub fn ratio(&self) -> f64 {
         if self.runs_away() {
             f64::INFINITY
@@ -70,13 +72,15 @@ impl Prediction {
         }
     }
 
-    /// Whether a prediction has no value any more: the model runs away from where the vehicle was.
+    /// Whether a prediction has no finite value any more: the model diverges from where the vehicle
+    /// was.
     pub fn runs_away(&self) -> bool {
         !self.squares.is_finite()
     }
 
-    /// Errors that stand for themselves: predictions half of a horizon apart share half of their error, and draws that
-    /// spread more widely than so many independent ones would say that there are fewer, 2 mean²/variance.
+    /// Number of independent errors. Predictions half a horizon apart share half of their error. If
+    /// the draws spread more widely than so many independent errors would, there are fewer of them:
+    /// 2 mean²/variance.
     fn independent(&self) -> f64 {
         let half = 0.5 * self.count as f64;
         let by_draws = self.drawn.map_or(half, |drawn| {
@@ -87,7 +91,7 @@ impl Prediction {
         half.min(by_draws).max(1.0)
     }
 
-    /// Probability that chance makes such a ratio: the larger of what χ² and the draws say.
+    /// Probability of such a ratio by chance: the larger of the values by χ² and by the draws.
     pub fn p_value(&self) -> f64 {
         let n = self.independent();
         if self.runs_away() {
@@ -100,7 +104,8 @@ impl Prediction {
         }
     }
 
-    /// Probability that another draw errs as much; `None` where there are none, or all are alike.
+    /// Probability that another draw has as large an error; `None` if there are no draws, or all
+    /// are alike.
     fn p_by_draws(&self) -> Option<f64> {
         let logs = self.drawn?.map(|draw| draw.max(f64::MIN_POSITIVE).ln());
         let mean = logs.iter().sum::<f64>() / DRAWS as f64;
@@ -110,9 +115,9 @@ impl Prediction {
         t.is_finite().then(|| student.sf(t))
     }
 
-    /// Whether it, of so many that are asked, errs by more than it should: by a fifth at least, beyond one chance in a
-    /// thousand for all of them, and by more than any draw, whose spread has longer tails than χ² where a vehicle may turn
-    /// either way.
+    /// Whether this prediction, one of `of` that are tested, has a larger error than it should: by
+    /// more than a fifth, beyond one chance in a thousand over all tests, and by more than any
+    /// draw. The spread of the draws has longer tails than χ² if a vehicle may turn either way.
     pub fn errs(&self, of: usize) -> bool {
         let beyond_draws = self.drawn.is_none_or(|drawn| drawn.iter().all(|draw| *draw < self.squares));
         self.runs_away() || self.ratio() > 1.2 && self.p_value() < 1e-3 / of.max(1) as f64 && beyond_draws
@@ -123,7 +128,8 @@ impl Prediction {
 mod tests {
     use super::*;
 
-    /// Forty errors, their mean square so many times what was expected, and draws that are as expected but one.
+    /// Forty errors whose mean square is `times` the expected one; all draws are as expected but
+    /// one, which is `widest` times that.
     fn prediction(times: f64, widest: Option<f64>) -> Prediction {
         let count = 40;
         let expected = count as f64;
@@ -142,7 +148,7 @@ mod tests {
     fn draws_that_spread_widely_leave_room_beyond_the_last_of_them() {
         let spread = |k: usize| 40.0 * (0.7 * (k as f64 - 15.5) / 9.2).exp();
         let of = |times: f64| Prediction { drawn: Some(std::array::from_fn(spread)), ..prediction(times, None) };
-        // beyond all of them and beyond χ², and what the next of them may well be
+        // beyond all draws and beyond χ², but the next draw may well be as large
         assert!(!of(4.0).errs(6), "{}", of(4.0).p_value());
         assert!(of(40.0).errs(6), "{}", of(40.0).p_value());
     }

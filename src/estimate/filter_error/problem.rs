@@ -1,10 +1,12 @@
-//! What is filtered: runs without gaps, each with what is believed of its state before the first sample.
+//! The prepared problem: runs without gaps, each with an estimate of its state before the first
+//! sample.
 //!
 //! ```text
-//! x₀: the first samples, quasi-steady for memories      P₀: as wide as the channel ranges, so that x₀ does not count
+//! x₀: the first samples, quasi-steady for memories
+//! P₀: as wide as the range of each channel, so that x₀ has no weight
 //! ```
 //!
-//! Velocities that no channel logs: [`super::unseen_velocity`].
+//! Velocities that no channel logs: see [`super::unseen_velocity`].
 
 use nalgebra::DMatrix;
 
@@ -20,27 +22,27 @@ use crate::run::Run;
 use crate::simd::Plain;
 use crate::simulate::{Stretch, values_at, values_in_run};
 
-/// Runs made ready for the filter.
+/// Runs prepared for the filter.
 #[derive(Debug, Clone)]
 pub struct Filtered {
-    /// The compiled model, tracks, stretches without gap, and unknowns.
+    /// The compiled model, tracks, stretches without gaps, and unknowns.
     pub problem: Problem,
-    /// What is believed at the beginning of each stretch.
+    /// Estimate of the state at the beginning of each stretch.
     pub(super) starts: Vec<Start>,
 }
 
-/// Belief before the first sample of a stretch.
+/// Estimate of the state before the first sample of a stretch: mean and variances.
 #[derive(Debug, Clone)]
 pub(super) struct Start {
     pub(super) x: Vec<f64>,
     pub(super) variance: Vec<f64>,
 }
 
-/// What `L` stretches are filtered with: one stretch a lane.
+/// The input of a pass over `L` stretches, one per lane.
 pub(super) struct Batch<'a, const L: usize> {
     /// The runs.
     pub problem: &'a Problem,
-    /// Which stretch stands in each lane.
+    /// The stretch of each lane.
     pub stretches: [Option<Stretch>; L],
     /// Parameters by lane.
     pub theta: Vec<[f64; L]>,
@@ -48,9 +50,9 @@ pub(super) struct Batch<'a, const L: usize> {
     pub noise: [NoiseModel; L],
     /// M⁻¹ by lane, velocities × forces.
     pub mobility: Vec<[f64; L]>,
-    /// Belief before the first sample.
+    /// Estimate of the state before the first sample.
     pub belief: Belief<L>,
-    /// Innovations beyond so many deviations are held back.
+    /// Number of standard deviations beyond which innovations are held back.
     pub limit: f64,
 }
 
@@ -58,7 +60,8 @@ impl Filtered {
     /// Prepares the runs for a filter of `model`.
     ///
     /// # Errors
-    /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the model predicts.
+    /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the
+    /// model predicts.
     pub fn new(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Filtered, OutputErrorError> {
         let whole = OutputErrorOptions { segment: f64::INFINITY, ..options.clone() };
         Filtered::in_windows(model, runs, &whole)
@@ -75,18 +78,19 @@ impl Filtered {
         Ok(Filtered { problem, starts })
     }
 
-    /// Starts anew from the memories of `model`, whose parameters have changed.
+    /// Computes the initial estimates anew after the parameters of `model`, and with them its
+    /// memories, have changed.
     pub fn restart(&mut self, model: &Model) {
         let states = self.problem.initial_states(model);
         self.starts = states.into_iter().enumerate().map(|(k, x)| start(&self.problem, model, k, x)).collect();
     }
 
-    /// The same stretches and beliefs with another compiled model of the same states.
+    /// The same stretches and initial estimates with another compiled model of the same states.
     pub(crate) fn with_problem(&self, problem: Problem) -> Filtered {
         Filtered { problem, starts: self.starts.clone() }
     }
 
-    /// M⁻¹ of every stretch, velocities × velocities; `None` where the inertia is singular.
+    /// M⁻¹ of every stretch, velocities × velocities; `None` if an inertia is singular.
     pub(crate) fn mobilities(&self, model: &Model) -> Option<Vec<DMatrix<f64>>> {
         let problem = &self.problem;
         let nd = problem.dynamics.velocities().len();
@@ -100,8 +104,8 @@ impl Filtered {
         problem.segments.iter().zip(&self.starts).map(of).collect()
     }
 
-    /// A batch of the stretches `members`, one a lane, all with the same noise unless `noise` gives each its own. Lanes
-    /// beyond the members repeat the first one's numbers, so that nothing in them can overflow.
+    /// A batch of the stretches `members`, one per lane, with the noise of each lane. Lanes beyond
+    /// the members repeat the first one's numbers, so that nothing in them can overflow.
     pub(super) fn batch<'a, const L: usize>(
         &'a self,
         model: &Model,
@@ -114,7 +118,7 @@ impl Filtered {
         self.batch_of_models(&pairs, noise, mobilities, limit)
     }
 
-    /// The same of `members` each with its own values of the parameters.
+    /// The same for `members` that have parameter values of their own each.
     pub(super) fn batch_of_models<'a, const L: usize>(
         &'a self,
         members: &[(&Model, usize)],
@@ -143,7 +147,7 @@ impl Filtered {
         Batch { problem, stretches, theta, noise, mobility, belief, limit }
     }
 
-    /// Belief before the first sample of each lane's stretch.
+    /// Estimate of the state before the first sample of each lane's stretch.
     fn belief<const L: usize>(&self, members: [usize; L], noise: &[NoiseModel; L]) -> Belief<L> {
         let nx = self.problem.dynamics.states.len();
         let processes: Vec<[f64; L]> = {
@@ -161,7 +165,8 @@ impl Filtered {
         let variances: Vec<[f64; L]> = (0..nx).map(variance).chain(processes.iter().copied()).collect();
         let mut p = Covariance::diagonal(&variances);
         if let Some(first) = self.problem.dynamics.quaternion() {
-            // the three turns about an attitude; its norm is no question
+            // the three rotations about an attitude are uncertain; the norm of the quaternion is
+            // not
             let turns = turns(std::array::from_fn::<[f64; L], 4, _>(|k| x[first + k]));
             let mut w = vec![[0.0; L]; n * 3];
             for (row, turns) in turns.iter().enumerate() {
@@ -174,7 +179,7 @@ impl Filtered {
         Belief { x: crate::simd::Lanes::of(&x), p }
     }
 
-    /// Mean interval of the grid, s.
+    /// Mean interval of the time grid, s.
     pub fn sample_time(&self) -> f64 {
         let problem = &self.problem;
         let spans = problem.segments.iter().map(|s| {
@@ -191,7 +196,7 @@ impl Filtered {
     }
 }
 
-/// ∂q/∂(turn), rows w, x, y, z: half of q's own matrix.
+/// ∂q/∂(rotation) times [`UNKNOWN`], rows w, x, y, z: half of q's own matrix.
 fn turns<const L: usize>([w, x, y, z]: [[f64; L]; 4]) -> [[[f64; L]; 3]; 4] {
     let half = |a: [f64; L], sign: f64| a.map(|a| 0.5 * sign * a * UNKNOWN);
     [
@@ -202,7 +207,7 @@ fn turns<const L: usize>([w, x, y, z]: [[f64; L]; 4]) -> [[[f64; L]; 3]; 4] {
     ]
 }
 
-/// x₀ and the variances about it.
+/// x₀ and its variances.
 fn start(problem: &Problem, model: &Model, stretch: usize, mut x: Vec<f64>) -> Start {
     let Stretch { track, first, last } = problem.segments[stretch];
     let (nx, ny) = (problem.dynamics.states.len(), problem.dynamics.outputs.len());
@@ -231,7 +236,8 @@ fn start(problem: &Problem, model: &Model, stretch: usize, mut x: Vec<f64>) -> S
         let all: Vec<Vec<f64>> =
             (0..problem.segments.len()).map(|k| if k == stretch { x.clone() } else { vec![] }).collect();
         let (_, std) = problem.memory_prior(model, &all, stretch);
-        // the prior is half of the memory's size: at the start of a log it may have any value of that size
+        // the standard deviation of the prior is half the size of the memory; at the start of a log
+        // it may have any value of that size
         variance.extend(std.iter().map(|s| (2.0 * s).powi(2)));
     }
     Start { x, variance }

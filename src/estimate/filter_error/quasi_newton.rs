@@ -1,44 +1,47 @@
-//! Curvature learnt from the steps themselves.
+//! Curvature of the likelihood learnt from the steps themselves (limited-memory BFGS).
 //!
 //! ```text
-//! H₊ = (I − ρ s yᵀ) H (I − ρ y sᵀ) + ρ s sᵀ      s: a step,  y: change of the gradient over it,  ρ = 1/(yᵀ s)
+//! H₊ = (I − ρ s yᵀ) H (I − ρ y sᵀ) + ρ s sᵀ
+//! s: a step,  y: change of the gradient over it,  ρ = 1/(yᵀ s)
 //! ```
 //!
-//! Fisher's information is the curvature that is expected where the model is right, and not that of the data at hand: where sensors
-//! are coloured a search by it alone creeps, a fall of a tenth and less a step, and does not arrive. The last steps correct it, from
-//! the newest to the oldest and back. Nocedal, *Mathematics of Computation* 35 (1980) 773-782.
+//! Fisher's information is the curvature expected of a correct model, not the curvature of the data
+//! at hand. If sensors have coloured noise, a search by the information alone creeps, with a fall
+//! of a tenth and less per step, and does not converge. The last steps correct it, in a recursion
+//! from the newest to the oldest and back. Nocedal, *Mathematics of Computation* 35 (1980) 773-782.
 
 use nalgebra::DVector;
 
-/// Steps that are remembered.
+/// Number of steps that are remembered.
 const REMEMBERED: usize = 10;
 
-/// Cosine between a step and the change of the gradient below which rounding and what else has moved decide.
+/// Cosine between a step and the change of the gradient, below which rounding and other changes
+/// dominate.
 const ALONG: f64 = 1e-3;
 
-/// What the last steps have shown.
+/// The last steps, and what they have shown of the curvature.
 #[derive(Debug, Default, Clone)]
 pub(super) struct QuasiNewton {
     /// Steps and changes of the gradient, the oldest first.
     pairs: Vec<(DVector<f64>, DVector<f64>)>,
-    /// Where the gradient was calculated last, and what it was.
+    /// The point where the gradient was computed last, and that gradient.
     last: Option<(DVector<f64>, DVector<f64>)>,
-    /// Which unknowns stand at a bound, one each.
+    /// Whether each unknown stands at a bound.
     held: Vec<bool>,
 }
 
 impl QuasiNewton {
-    /// Forgets all: another likelihood is climbed.
+    /// Forgets everything, because another likelihood is climbed.
     pub fn forget(&mut self) {
         *self = QuasiNewton::default();
     }
 
-    /// The next change of the gradient is not that of a step alone.
+    /// Skips the next change of the gradient, which is not due to a step alone.
     pub fn pause(&mut self) {
         self.last = None;
     }
 
-    /// Takes in the gradient at a point; `held` unknowns stand at a bound.
+    /// Learns from the gradient at a point; `held` marks the unknowns that stand at a bound.
     pub fn learn(&mut self, at: &DVector<f64>, gradient: &DVector<f64>, held: &[bool]) {
         if self.held != held {
             self.forget();
@@ -56,7 +59,8 @@ impl QuasiNewton {
         self.last = Some((at.clone(), gradient.clone()));
     }
 
-    /// −H g, `base` being the H of no steps; `None` where no step is remembered, or there is no such H.
+    /// −H g, where `base` applies H before any correction; `None` if no step is remembered, or
+    /// `base` has no result.
     pub fn step(
         &self,
         gradient: &DVector<f64>,
@@ -85,8 +89,8 @@ mod tests {
     use super::*;
     use nalgebra::DMatrix;
 
-    /// f = ½ xᵀ A x from a curvature that is a tenth and four times of what it is: steps of that curvature alone take hundreds, with
-    /// those remembered less than twenty.
+    /// f = ½ xᵀ A x from a curvature that is 1, 4 and 10 times the diagonal of A: with that
+    /// curvature alone it takes more than a hundred steps, with remembered steps at most twenty.
     #[test]
     fn a_quadratic_of_another_curvature_is_climbed_in_twenty_steps() {
         let a = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.0, 1.0, 3.0, 0.5, 0.0, 0.5, 0.1]);
@@ -113,12 +117,12 @@ mod tests {
         quasi.learn(&point(0.0), &point(0.0), &[false, false]);
         quasi.learn(&point(1.0), &point(2.0), &[false, false]);
         let base = |g: &DVector<f64>| Some(g.clone());
-        // the secant: H y = s
+        // the secant condition: H y = s
         let step = quasi.step(&DVector::from_vec(vec![2.0, 0.0]), base).unwrap_or_default();
         assert!((step[0] + 1.0).abs() < 1e-12);
         quasi.learn(&point(1.5), &point(3.0), &[true, false]);
         assert!(quasi.step(&point(1.0), base).is_none());
-        // and so does an unknown that goes, after a pause as well
+        // a removed unknown makes it forget too, even after a pause
         quasi.learn(&point(2.0), &point(4.0), &[true, false]);
         quasi.pause();
         let one = DVector::from_vec(vec![1.0]);

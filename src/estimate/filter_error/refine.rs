@@ -1,6 +1,6 @@
-//! What is random, no more than the likelihood asks for: forces without which −2 ln L is no more than [`CHANCE`] higher
-//! are taken out, and sensors whose innovations are not white are given a part that is correlated in time where it falls by
-//! more.
+//! Refinement of the noise to what the likelihood asks for: forces without which −2 ln L is no more
+//! than [`CHANCE`] higher are removed, and sensors whose innovations are not white are given a part
+//! that is correlated in time if −2 ln L falls by more than that.
 
 use super::likelihood::Innovations;
 use super::noise::{Coloured, SensorNoise};
@@ -9,21 +9,23 @@ use super::steps::Search;
 use super::whiteness::Whiteness;
 use crate::frame::Dof;
 
-/// Rise of −2 ln L without a force of two unknowns that chance makes once in a hundred: the 99 % quantile of χ²(2).
+/// Rise of −2 ln L without a force (two unknowns) that chance exceeds once in a hundred: the 99 %
+/// quantile of χ²(2).
 const CHANCE: f64 = 9.21;
 
-/// The same of a sensor whose like have colour: Akaike's price of two unknowns.
+/// The same for a sensor if others of its kind have coloured noise: Akaike's price of two unknowns.
 const ALIKE: f64 = 4.0;
 
-/// Share of a force with which the search goes on once sensors are given colour.
+/// Share of a force with which the search continues after sensors are given coloured noise.
 const STOOD_IN: f64 = 0.1;
 
 impl<'a> Search<'a> {
-    /// Gives the noise of sensors a part that is correlated in time where innovations are not white and the likelihood
-    /// asks for it, all such channels at once; whether the search has converged.
+    /// Gives the noise of sensors a part that is correlated in time if their innovations are not
+    /// white and the likelihood asks for it, all such channels at once; returns whether the search
+    /// has converged.
     ///
-    /// Where there is such a part, a force that is as quick as the samples may stand in for the same of a sensor whose innovations
-    /// look white: it is asked as well.
+    /// If there is such a part, a force as quick as the samples may stand in for the coloured noise
+    /// of a sensor whose innovations look white: such sensors are tested as well.
     pub(super) fn colour(&mut self) -> bool {
         let outputs = self.noise.sensors.len();
         let innovations = self.filtered.innovations(&self.model, &self.noise, &self.mobilities, self.limit);
@@ -48,7 +50,7 @@ impl<'a> Search<'a> {
             }
             let before = self.clone();
             let settled = self.coloured(&asked, ALIKE, |dof| quick.contains(&dof));
-            // what takes its place has to be a noise, and not a way to one
+            // what replaces the force must have converged to a noise, not be on the way to one
             if !settled || self.cost >= before.cost {
                 self.back_to(before);
                 return converged;
@@ -57,13 +59,15 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Degrees of freedom with a force that is as quick as the samples.
+    /// Degrees of freedom with a force whose correlation time is no longer than the sample
+    /// interval.
     fn quick(&self) -> Vec<Dof> {
         self.noise.forces.iter().filter(|f| f.time <= 2.0 * self.times.0).map(|f| f.dof).collect()
     }
 
-    /// Sensors without colour in a degree of freedom with a force that is as quick as the samples, each with the noise of one
-    /// of its kind that has colour, in proportion to what is not foreseen of both; none where no sensor has colour.
+    /// Sensors without coloured noise in a degree of freedom with a force as quick as the samples.
+    /// Each comes with the noise of a coloured sensor, if possible of its kind, in proportion to
+    /// the expected innovations of the two; empty if no sensor has coloured noise.
     fn stood_in_for(&self) -> Vec<(usize, f64, Coloured)> {
         let names = &self.filtered.problem.dynamics.outputs;
         let is_velocity = |output: usize| Dof::ALL.iter().any(|dof| dof.velocity() == names[output]);
@@ -88,15 +92,16 @@ impl<'a> Search<'a> {
         asked.into_iter().filter_map(like).collect()
     }
 
-    /// The search with a part correlated in time of these sensors, each with the deviation of its white part and that part, to
-    /// begin with, and with little of the forces that may have stood in for it; as it was where −2 ln L falls by less than `price`
-    /// for each. Whether the search has converged.
+    /// Climbs with a part correlated in time for the sensors `asked`, each with the starting values
+    /// of its white standard deviation and of that part, and with little of the forces that may
+    /// have stood in for it. Goes back unless −2 ln L falls by more than `price` for each sensor.
+    /// Returns whether the search has converged.
     fn coloured(&mut self, asked: &[(usize, f64, Coloured)], price: f64, stood_in: impl Fn(Dof) -> bool) -> bool {
         let before = self.clone();
         for (output, white, coloured) in asked {
             self.noise.sensors[*output] = SensorNoise { std: *white, coloured: Some(*coloured) };
         }
-        // a force that has stood in for the colour is slow to go and quick to grow
+        // a force that has stood in for coloured noise is slow to go and quick to grow
         if self.options.forces.is_estimated() {
             for force in self.noise.forces.iter_mut().filter(|f| stood_in(f.dof)) {
                 (force.rms, force.time) = (STOOD_IN * force.rms, TIME);
@@ -108,7 +113,7 @@ impl<'a> Search<'a> {
             self.back_to(before);
             return true;
         }
-        // those without which the likelihood is as great go again
+        // parts without which the likelihood is as high are removed again
         let mut gone = false;
         for (output, ..) in asked {
             let Some(coloured) = self.noise.sensors[*output].coloured else { continue };
@@ -127,17 +132,18 @@ impl<'a> Search<'a> {
         converged
     }
 
-    /// Goes back to where the search was; passes that were taken since then are counted.
+    /// Goes back to an earlier state of the search; the passes taken since then still count.
     fn back_to(&mut self, before: Search<'a>) {
         let passes = self.passes;
         *self = Search { passes, ..before };
     }
 
-    /// Takes out the forces that the likelihood does not ask for, the weakest first; whether the search has converged.
+    /// Removes the forces that the likelihood does not ask for, the weakest first; returns whether
+    /// the search has converged.
     pub(super) fn drop_forces(&mut self) -> bool {
         let mut converged = true;
         let mut kept: Vec<Dof> = Vec::new();
-        // all at once, where none of them is any
+        // all at once, in case there is no force at all
         if self.options.forces.is_estimated() && !self.noise.forces.is_empty() {
             let before = self.clone();
             let count = self.noise.forces.len() as f64;
@@ -148,7 +154,7 @@ impl<'a> Search<'a> {
                 self.noise = without;
                 self.renew();
                 let settled = self.climb(self.options.tolerance);
-                // a sum of as many as there are may rise by no more than one of them
+                // the rise without all forces may be no more than is allowed for one of them
                 if self.cost - before.cost <= CHANCE {
                     return settled;
                 }
@@ -156,7 +162,7 @@ impl<'a> Search<'a> {
             }
         }
         while self.options.forces.is_estimated() {
-            // what −2 ln L rises by at once is the most that it may rise by
+            // the rise before the other unknowns have adapted is the most that it can be
             let rise = |i: usize| {
                 let mut without = self.noise.clone();
                 without.forces.remove(i);
@@ -167,7 +173,8 @@ impl<'a> Search<'a> {
             let candidates = (0..self.noise.forces.len()).filter(|i| !kept.contains(&self.noise.forces[*i].dof));
             let rises: Vec<(usize, f64)> = candidates.map(|i| (i, rise(i))).collect();
             let Some((weakest, rise)) = rises.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-            // sensors take up what a force leaves: three times chance may come to chance
+            // sensors take up what a force leaves: a rise of three times chance may shrink to
+            // chance
             if rise > 5.0 * CHANCE {
                 break;
             }
@@ -187,7 +194,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Deviation with which a sample of an output is expected one sample ahead.
+/// Standard deviation with which a sample of an output is expected one sample ahead (root mean
+/// square).
 fn expected(innovations: &[Vec<Innovations>], output: usize) -> f64 {
     let of = || innovations.iter().map(|stretch| &stretch[output]);
     let samples: usize = of().map(|i| i.z.len()).sum();

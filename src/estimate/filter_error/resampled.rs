@@ -5,8 +5,9 @@
 //! Monte Carlo:  x₊ = f(x, τ, d),   y = h(x) + e         d and e: drawn from the noise of the fit
 //! ```
 //!
-//! A bootstrap takes one Gauss-Newton step under the noise of the fit: the innovations are independent of each other where
-//! the model is right, and the noise has a part in the second order alone. Monte Carlo estimates parameters and noise anew.
+//! A bootstrap draw takes one Gauss-Newton step under the noise of the fit: if the model is right,
+//! the innovations are independent of each other, and the noise matters in second order only. Monte
+//! Carlo estimates parameters and noise anew.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,11 +31,11 @@ use crate::simd::Plain;
 use crate::simulate::{Evaluator, Feed, prepared};
 
 impl FilterErrorFit {
-    /// Estimates of the unknowns on resamplings of blocks of about `length` seconds, those of these numbers: a draw is the
-    /// same whichever others are made beside it.
+    /// Estimates of the unknowns on resamplings of blocks of about `length` seconds, for the draws
+    /// of these numbers. A draw is the same whichever other draws are made.
     ///
     /// # Errors
-    /// [`OutputErrorError::TooFewClusters`] for less than two blocks.
+    /// [`OutputErrorError::TooFewClusters`] for fewer than two blocks.
     pub fn bootstrap(&self, draws: Range<u64>, seed: u64, length: f64) -> Result<Draws, OutputErrorError> {
         let blocks = self.blocks(length);
         if blocks.len() < 2 {
@@ -61,7 +62,7 @@ impl FilterErrorFit {
         self.filtered.problem.unknowns.iter().map(|u| value(&self.model, *u)).collect()
     }
 
-    /// JᵀJ and, as the last column, Jᵀe over the unknowns, of blocks of about `length` seconds.
+    /// JᵀJ and, as the last column, Jᵀe over the unknowns, of each block of about `length` seconds.
     fn blocks(&self, length: f64) -> Vec<DMatrix<f64>> {
         let problem = &self.filtered.problem;
         let p = problem.unknowns.len();
@@ -80,7 +81,7 @@ impl FilterErrorFit {
                         block[(*to_i, *to_j)] += product[(i, j)];
                     }
                 }
-                // a stretch of whole blocks ends with an empty one
+                // a stretch that divides into whole blocks ends with an empty one
                 if block.iter().any(|x| *x != 0.0) {
                     blocks.push(block);
                 }
@@ -89,7 +90,7 @@ impl FilterErrorFit {
         blocks
     }
 
-    /// What is known beforehand, as a block.
+    /// The priors, as a block.
     fn prior_sums(&self) -> DMatrix<f64> {
         let p = self.filtered.problem.unknowns.len();
         let mut sums = DMatrix::zeros(p, p + 1);
@@ -102,9 +103,10 @@ impl FilterErrorFit {
         sums
     }
 
-    /// Estimates of the unknowns from data that the fitted model made, pushed by its random force and seen by its sensors,
-    /// the noise estimated anew in each. The refit of a draw reads its inputs from the runs that `inputs` gives for it, as
-    /// when the thrust is not known for certain; from those of the fit where it gives none.
+    /// Estimates of the unknowns from simulated data: the fitted model is driven by its random
+    /// force and observed by its sensors, and the noise is estimated anew in each draw. The refit
+    /// of a draw reads its inputs from the runs that `inputs` gives for it, e.g. if the thrust is
+    /// uncertain, and from those of the fit if it gives none.
     pub fn monte_carlo_under(
         &self,
         options: &FilterErrorOptions,
@@ -112,7 +114,8 @@ impl FilterErrorFit {
         seed: u64,
         inputs: impl Fn(u64) -> Option<Vec<Run>> + Sync,
     ) -> Draws {
-        // the data have the noise that the fit has found: which forces there are is no question
+        // the data have the noise that the fit has found, so which forces there are is not in
+        // question
         let options = FilterErrorOptions { refine: false, ..self.nearby(options) };
         let mobilities = self.filtered.mobilities(&self.model);
         let (done, count) = (AtomicUsize::new(0), draws.clone().count());
@@ -136,8 +139,9 @@ impl FilterErrorFit {
 }
 
 impl Filtered {
-    /// What the sensors would log of every track, row by row as [`crate::simulate::Track::observed`], with forces and noise
-    /// drawn from `noise`; NaN where there is no sample.
+    /// Simulated sensor readings of every track, row by row as
+    /// [`crate::simulate::Track::observed`], with forces and noise drawn from `noise`; NaN where
+    /// there is no sample.
     fn logged(
         &self,
         model: &Model,
@@ -154,7 +158,7 @@ impl Filtered {
     }
 }
 
-/// Writes what the sensors would log of the stretch of a batch into `log`.
+/// Writes the simulated sensor readings of the stretch of a batch into `log`.
 fn log_stretch(batch: Batch<'_, 1>, drawn: &mut Noise, log: &mut [f64]) {
     let Batch { problem, stretches, theta, noise, mobility, mut belief, limit } = batch;
     let dynamics = &problem.dynamics;

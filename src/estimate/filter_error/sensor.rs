@@ -1,12 +1,14 @@
-//! One sample of one sensor taken into account.
+//! Update of the filter with one sample of one sensor.
 //!
 //! ```text
-//! e = y − h(x) − b,    s = c P cᵀ + R,    K = P cᵀ/s,    x ← x + K e,    ∂x/∂θ ← ∂x/∂θ + K ∂e/∂θ,    ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ)
+//! e = y − h(x) − b,    s = c P cᵀ + R,    K = P cᵀ/s,    x ← x + K e
+//! ∂x/∂θ ← ∂x/∂θ + K ∂e/∂θ,    ∂e/∂θ = −(c ∂x/∂θ + ∂h/∂θ)
 //! ```
 //!
-//! Scalar by scalar, so that rates, gaps and drop-outs need no grid. An innovation that is held back ([`super::tails`]) is taken
-//! in with s' for s, as that of a sensor so uncertain. Where it told as much as any other, a filter that has been left behind
-//! would be sure of itself, and held back again by each sample that shows it so.
+//! The update takes one scalar at a time, so that different rates, gaps and drop-outs need no
+//! common grid. An innovation that is held back ([`super::tails`]) is taken in with s' in place of
+//! s, like that of a less certain sensor. If it counted as much as any other, a filter that has
+//! been left behind would be sure of itself, and hold back each sample that contradicts it.
 
 use super::tails;
 use super::transition::{Belief, Sensitivities, combined};
@@ -28,28 +30,28 @@ pub(super) struct Innovation<'a, const L: usize> {
     pub s: [f64; L],
     /// ∂e/∂θ; empty without sensitivities.
     pub gradient: &'a [[f64; L]],
-    /// c, and the states outside of which it is 0.
+    /// c, and the states outside which it is 0.
     pub c: &'a [[f64; L]],
     pub states: &'a [usize],
     /// K
     pub gain: &'a [[f64; L]],
-    /// s', and the variance of the sensor that is in it.
+    /// s', and the part of it that is the variance of the sensor.
     pub taken: [f64; L],
     pub variance: [f64; L],
 }
 
-/// Where an output's Jacobian has entries.
+/// The entries of an output's Jacobian.
 #[derive(Debug, Clone, Default)]
 struct Row {
-    /// ∂h/∂x: value of the plan, `None` for 1, and the state.
+    /// ∂h/∂x: index of the value in the plan (`None` for 1), and the state.
     by_state: Vec<(Option<usize>, usize)>,
-    /// ∂h/∂θ: value of the plan and the column.
+    /// ∂h/∂θ: index of the value in the plan, and the column.
     direct: Vec<(usize, usize)>,
-    /// State of the coloured noise.
+    /// State of its coloured noise.
     coloured: Option<usize>,
     /// All states that it sees, in order.
     states: Vec<usize>,
-    /// Whether it is an angle, known but for whole turns.
+    /// Whether it is an angle, known up to whole turns.
     turns: bool,
 }
 
@@ -62,18 +64,19 @@ pub(super) struct Sensors<'a, const L: usize> {
     /// Whether the outputs are the first states.
     sees_states: bool,
     states: usize,
-    /// State and outputs at which the outputs were evaluated.
+    /// State at which the outputs were evaluated, and the outputs there.
     at: Lanes<L>,
     predicted: Lanes<L>,
     c: Lanes<L>,
     gain: Lanes<L>,
     gradient: Lanes<L>,
-    /// Innovations beyond so many deviations are held back.
+    /// Number of standard deviations beyond which innovations are held back.
     limit: f64,
 }
 
 impl<'a, const L: usize> Sensors<'a, L> {
-    /// Of a compiled model; `coloured` gives the outputs whose noise has states, from `states` + `forces` on.
+    /// The sensors of a compiled model; `coloured` gives the outputs whose noise has states, from
+    /// `states` + `forces` on.
     pub fn new(
         dynamics: &Dynamics,
         observe: Evaluator<'a, L>,
@@ -121,7 +124,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
         }
     }
 
-    /// Evaluates the outputs at the predicted state; `instant` is that of the inputs at hand.
+    /// Evaluates the outputs at the predicted state; `instant` selects the inputs.
     #[inline(always)]
     pub fn look<W: Wide<L>>(&mut self, wide: W, feed: &Feed<'_, L>, instant: usize, x: &[[f64; L]]) {
         let (nx, ny) = (self.states, self.rows.len());
@@ -139,7 +142,8 @@ impl<'a, const L: usize> Sensors<'a, L> {
         self.predicted.copy_from_slice(&self.observe.ends().values[..ny]);
     }
 
-    /// c of an output, 0 in lanes without a sample, and the output as predicted now.
+    /// Sets c of an output, 0 in lanes without a sample, and returns the output as predicted from
+    /// the present state.
     #[inline(always)]
     fn row<W: Wide<L>>(&mut self, wide: W, output: usize, present: &[f64; L], x: &[[f64; L]]) -> W::Value {
         let row = &self.rows[output];
@@ -161,7 +165,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
         y
     }
 
-    /// Takes the samples `measured` of an output into account, NaN where a lane has none.
+    /// Takes the samples `measured` of an output into account; NaN if a lane has none.
     #[inline(always)]
     pub fn update<W: Wide<L>>(
         &mut self,
@@ -188,7 +192,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
         if self.limit.is_finite() {
             let s = wide.store(wide.add(belief.p.variance(wide, &self.c), wide.load(&own)));
             for lane in 0..L {
-                // where s is no number nothing is held back, and the likelihood says so
+                // if s is not a number, nothing is held back, and the likelihood shows it
                 let z = e[lane] / s[lane].sqrt();
                 variance[lane] += (tails::place(z, self.limit).taken(z, s[lane]) - s[lane]).max(0.0);
             }
@@ -233,12 +237,12 @@ impl<'a, const L: usize> Sensors<'a, L> {
         }
     }
 
-    /// Whether an output is an angle, known but for whole turns.
+    /// Whether an output is an angle, known up to whole turns.
     pub fn is_turn(&self, output: usize) -> bool {
         self.rows[output].turns
     }
 
-    /// An output as predicted, and the variance with which its sample is expected.
+    /// The predicted output, and the variance with which its sample is expected.
     #[inline(always)]
     pub fn expect<W: Wide<L>>(&mut self, wide: W, output: usize, belief: &Belief<L>) -> ([f64; L], [f64; L]) {
         let y = wide.store(self.row(wide, output, &[1.0; L], &belief.x));
@@ -247,7 +251,7 @@ impl<'a, const L: usize> Sensors<'a, L> {
     }
 }
 
-/// The difference of two angles, in (−π, π].
+/// The difference of two angles, in [−π, π].
 pub(super) fn shortest(difference: f64) -> f64 {
     difference - std::f64::consts::TAU * (difference / std::f64::consts::TAU).round()
 }

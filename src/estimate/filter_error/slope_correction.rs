@@ -1,12 +1,15 @@
-//! Slopes of the parameters, where those of the rows lead astray.
+//! Correction of the parameter slopes if those of the Gauss-Newton rows mislead.
 //!
 //! ```text
-//! Rᵀ d = ∂(−ln L)/∂θ        R: factor of the rows' information,  d: the right-hand side that they should have had
+//! Rᵀ d = ∂(−ln L)/∂θ
+//! R: factor of the rows' information,  d: the right-hand side that they should have had
 //! ```
 //!
-//! The rows of a Gauss-Newton step hold the gain. Where a model follows its data badly, or a heading turns much of what is believed,
-//! their slope leads to places where the likelihood does not rise although it could. The difference to the slope of the likelihood
-//! itself ([`super::differences`]) moves slowly from step to step, so it is taken where a step has failed, and kept.
+//! The rows of a Gauss-Newton step hold the gain fixed. If a model follows its data badly, or a
+//! heading rotates much of the state estimate, their slope leads to points where the likelihood
+//! does not rise although it could. The difference from the slope of the likelihood itself
+//! ([`super::differences`]) changes slowly from step to step, so it is computed when a step has
+//! failed, and kept.
 
 use nalgebra::DMatrix;
 
@@ -14,23 +17,26 @@ use super::noise_steps::NEAR_TOP;
 use super::steps::Search;
 use crate::estimate::output_error::Fold;
 
-/// Step of the differences, in deviations: its square does not show, and roundings of ln L do not either.
+/// Step of the differences, in standard deviations: its square is negligible, and so are roundings
+/// of ln L.
 const STEP: f64 = 1e-3;
 
-/// Fall of −2 ln L that a whole step of the parameters promises at most for its slopes to be taken anew where it has led down: a few
-/// deviations of each. Farther off the quadratic ends before the gain that is held counts.
+/// Greatest fall of −2 ln L promised by a whole step of the parameters for which the slopes are
+/// computed anew after a step that led down: a few standard deviations of each parameter. Farther
+/// off, the quadratic fails before the fixed gain matters.
 const WORTH_CORRECTING: f64 = 300.0;
 
-/// What the slopes of the likelihood have more than those of the rows, by unknown.
+/// The slopes of the likelihood minus those of the rows, by unknown.
 #[derive(Debug, Clone)]
 pub(super) struct SlopeCorrection {
     more: Vec<f64>,
-    /// Whether they are those of here.
+    /// Whether they were computed at the current point.
     pub fresh: bool,
 }
 
 impl SlopeCorrection {
-    /// The factor with the right-hand side that has these slopes as well; unknowns without information keep theirs.
+    /// The factor with a right-hand side that adds these slopes; unknowns without information keep
+    /// their own.
     fn applied(&self, factor: Fold<1>) -> Fold<1> {
         let p = self.more.len();
         let mut right = vec![0.0; p];
@@ -46,7 +52,8 @@ impl SlopeCorrection {
 }
 
 impl Search<'_> {
-    /// Factor of the information here, its last column as what is known of the slopes has it.
+    /// Factor of the information at the current point; its last column has the correction, if there
+    /// is one.
     pub(super) fn corrected_factor(&self) -> Fold<1> {
         let factor = self.filtered.factor(&self.model, &self.current);
         match &self.correction {
@@ -55,7 +62,8 @@ impl Search<'_> {
         }
     }
 
-    /// Takes the slopes of the likelihood here; the curvature is that of the rows, 1 by the scale.
+    /// Computes the slopes of the likelihood at the current point; their curvature is taken from
+    /// the rows, 1 by the scale.
     pub(super) fn correct_slopes(&mut self) {
         let joint = self.joint(Vec::new(), STEP);
         let factor = self.filtered.factor(&self.model, &self.current);
@@ -66,9 +74,10 @@ impl Search<'_> {
         self.correction = Some(SlopeCorrection { more, fresh: true });
     }
 
-    /// What is done about the slopes once they have led to where the likelihood is lower: near the top they are taken anew. Far
-    /// off, where the quadratic ends or the noise is still to change, those of the rows lead farther than what was once taken.
-    /// Whether they have changed.
+    /// Reacts to slopes that have led to a lower likelihood. Near the maximum they are computed
+    /// anew. Far off, where the quadratic fails or the noise is still to change, an old correction
+    /// is dropped, because the slopes of the rows lead farther. Returns whether the slopes have
+    /// changed.
     pub(super) fn takes_slopes_anew(&mut self) -> bool {
         if !self.to_the_top() || self.correction.as_ref().is_some_and(|correction| correction.fresh) {
             return false;
@@ -93,8 +102,8 @@ mod tests {
     use crate::model::Model;
     use crate::tank::{BlindOptions, blind};
 
-    /// Of fixes and headings alone, and of a model without the drag that grows with the square: on the way its rows, whose gain is
-    /// held, lead to where the likelihood does not rise.
+    /// Only fixes and headings, and a model without quadratic drag: on the way, its rows, which
+    /// hold the gain fixed, lead to points where the likelihood does not rise.
     #[test]
     fn a_fit_of_fixes_rests_where_the_likelihood_does() {
         let mut campaign = blind(&BlindOptions { duration: 40.0, ..BlindOptions::default() }).expect("the tank sails");
@@ -112,7 +121,7 @@ mod tests {
         search.limit = fit.limit;
         search.renew();
         search.correct_slopes();
-        // a tenth of a parameter's deviation
+        // a parameter is then at most a third of its standard deviation off
         assert!(search.promised() < 0.1, "{}", search.promised());
     }
 
@@ -128,7 +137,7 @@ mod tests {
         for k in 0..p {
             let slope: f64 = (0..=k).map(|i| corrected.at(i, k)[0] * corrected.at(i, p)[0]).sum::<f64>();
             let slope = slope * joint.scales[k];
-            // rounding alone: the triangle is of the same numbers
+            // equal except for rounding: the triangle has the same numbers
             assert!((slope - slopes[k]).abs() < 1e-9 * slopes[k].abs().max(1.0), "{k}: {slope} {}", slopes[k]);
             assert!((0..=k).all(|i| corrected.at(i, k) == rows.at(i, k)));
         }

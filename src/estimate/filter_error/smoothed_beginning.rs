@@ -1,14 +1,16 @@
-//! Where runs began whose velocities no channel logs: smoothed from all that comes after.
+//! Initial states of runs whose velocities no channel logs, smoothed from all later samples.
 //!
 //! ```text
 //! x̂₀ = x₀ − P₀ λ,    P̂₀ = P₀ − P₀ (2 Λ + λ λᵀ) P₀        λ = ∂L/∂x₀, Λ = ∂L/∂P₀ of L = −ln L
-//! 1/I = P̂₀⁻¹ − P₀⁻¹                                      what the run alone tells of it;  begun with 9/I about x̂₀
+//! I = P̂₀⁻¹ − P₀⁻¹        information of the run alone;  the run begins with the variance 9/I about x̂₀
 //! ```
 //!
-//! Fixes tell a velocity within seconds; a gyro tells the product u v, by the Munk moment, within one. A filter that sets
-//! out with other signs, or with a little of u and much of v, follows the gyro and is sure of both before the fixes can say
-//! otherwise: 20 deviations off in simulation, and what the model cannot do about it is taken for something that is missing. So the
-//! first seconds are filtered from each point of a grid over what is believed, and the likeliest point is smoothed.
+//! Fixes determine a velocity within seconds; a gyro determines the product u v, by the Munk
+//! moment, within one. A filter that starts with the wrong signs, or with a small u and a large v,
+//! follows the gyro and is sure of both before the fixes can contradict it. In simulation this was
+//! 20 standard deviations off, and what the model cannot explain is then taken for a missing
+//! effect. The first seconds are therefore filtered from each point of a grid over the initial
+//! estimate, and the likeliest point is smoothed.
 
 use nalgebra::DMatrix;
 
@@ -21,21 +23,24 @@ use crate::estimate::output_error::{LANES, OutputErrorError, OutputErrorOptions}
 use crate::model::Model;
 use crate::run::Run;
 
-/// Times that a beginning is smoothed at most: each time the filter is linearised about a better one.
+/// Greatest number of times that an initial state is smoothed; each time the filter is linearised
+/// about a better one.
 const ROUNDS: usize = 3;
 
-/// Deviation of a speed that is believed, m/s, from which on there is a grid: poses that tell it better leave one hill.
+/// Standard deviation of the estimate of a speed, m/s, beyond which a grid is used: poses that
+/// determine the speed better leave a single maximum.
 const WIDE: f64 = 0.5 * UNKNOWN;
 
-/// Points of the grid, deviations of what is believed off its mean. In space three speeds are looked for, and the grid is a
-/// coarser one.
+/// Points of the grid, in standard deviations of the initial estimate from its mean. In space there
+/// are three speeds, and the grid is coarser.
 const IN_PLANE: [f64; 5] = [-1.6, -0.8, 0.0, 0.8, 1.6];
 const IN_SPACE: [f64; 3] = [-1.2, 0.0, 1.2];
 
-/// Seconds of a run that are filtered from each point: a vehicle forgets its beginning within a few.
+/// Time of a run, s, that is filtered from each point: a vehicle forgets its initial state within a
+/// few seconds.
 const FIRST: f64 = 20.0;
 
-/// What a run is filtered with.
+/// What runs are filtered with.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub model: &'a Model,
@@ -45,7 +50,8 @@ pub(super) struct At<'a> {
 }
 
 impl Filtered {
-    /// Runs that take no part in a fit made ready for a filter under its `noise`: they begin where they say that they began.
+    /// Prepares runs that take no part in a fit for a filter under its `noise`: they begin where
+    /// their own data say.
     ///
     /// # Errors
     /// As [`Filtered::new`].
@@ -62,7 +68,8 @@ impl Filtered {
         Ok(filtered)
     }
 
-    /// Begins anew where the runs say that velocities without a sensor began; whether there are any.
+    /// Starts again where the runs say that velocities without a sensor began; returns whether
+    /// there are such velocities.
     pub(super) fn begin_smoothed(&mut self, at: At<'_>) -> bool {
         let unseen = unseen_velocity::states(&self.problem);
         if unseen.is_empty() {
@@ -72,7 +79,8 @@ impl Filtered {
         let costs = self.costs(at);
         self.begin_likeliest(at);
         self.smooth(&unseen, &before, at);
-        // the smoothed beginning of a model that is far off may be none from which it can go on
+        // with a model that is far off, the filter may not be able to continue from the smoothed
+        // initial state
         let now = self.costs(at);
         for (k, start) in before.into_iter().enumerate() {
             if now[k].is_nan() || now[k] > costs[k] {
@@ -82,7 +90,8 @@ impl Filtered {
         true
     }
 
-    /// Begins at the likeliest point of the grid of speeds over what is believed, each point good to half a mesh.
+    /// Starts from the likeliest point of the grid of speeds over the initial estimate, with half a
+    /// mesh as standard deviation.
     fn begin_likeliest(&mut self, at: At<'_>) {
         let is_speed = |state: &usize| match self.problem.dynamics.states[*state] {
             StateId::Velocity(dof) => !dof.is_rotation(),
@@ -120,7 +129,7 @@ impl Filtered {
         }
     }
 
-    /// Smooths the beginnings until none moves by more than its deviation.
+    /// Smooths the initial states until none moves by more than its standard deviation.
     fn smooth(&mut self, unseen: &[usize], before: &[Start], at: At<'_>) {
         let read = |members: &[usize], tape: &Tape<LANES>| {
             (members.to_vec(), unseen.iter().map(|state| tape.by_beginning(*state)).collect::<Vec<_>>())
@@ -170,8 +179,9 @@ mod tests {
     const INERTIA: [f64; 3] = [46.0, 64.0, 7.5];
     const DRAG: [f64; 3] = [20.0, 60.0, 9.0];
 
-    /// A boat that turns and drifts at the first sample, by Euler's rule in steps of 1 ms: fixes of half a metre at 2 Hz, a compass
-    /// of 1.5 degrees and a gyro at 10 Hz; no speed is logged. τ is 20 N ahead and steps of ± 3 N m.
+    /// A boat that turns and drifts at the first sample, by Euler's rule in steps of 1 ms. It logs
+    /// fixes of half a metre at 2 Hz, a compass of 1.5 degrees and a gyro at 10 Hz, but no speed. τ
+    /// is 20 N ahead and steps of ± 3 N m.
     fn run(nu: [f64; 3]) -> Run {
         let ([mut u, mut v, mut r], [mut x, mut y, mut psi]) = (nu, [0.0_f64; 3]);
         let [m, n, inertia] = INERTIA;
@@ -207,8 +217,8 @@ mod tests {
         run
     }
 
-    /// Begun with the wrong signs of u and v the filter stays with them, and smoothing does; from the likeliest point of the grid it
-    /// ends at the truth.
+    /// If it starts with the wrong signs of u and v, the filter keeps them, and so does smoothing;
+    /// from the likeliest point of the grid it ends at the truth.
     #[test]
     fn the_signs_of_surge_and_sway_are_those_of_the_fixes() {
         let effects = ["inertia", "linear_drag", "coriolis_surge", "coriolis_sway", "coriolis_yaw"];
@@ -244,7 +254,7 @@ mod tests {
         };
         assert!(off(&smoothed) > 0.8, "it is trapped: {:?}", smoothed.starts);
         assert!(filtered.begin_smoothed(at));
-        // some 0.05 m/s is what the fixes and the gyro tell: three of them
+        // the fixes and the gyro determine it to some 0.05 m/s: three of these
         assert!(off(&filtered) < 0.15, "{:?}", filtered.starts);
     }
 }

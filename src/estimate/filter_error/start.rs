@@ -1,8 +1,8 @@
-//! Where the search for the noise starts, and what it knows beforehand.
+//! Starting values of the search for the noise, and its priors.
 //!
 //! ```text
-//! σ₀: a tenth of the thrust's rms      T₀: 1 s      R₀: differences of the samples, or as stated
-//! prior: ln T ~ N(ln 1 s, 1.5²),   ln R ~ N(ln stated, 1²) where stated
+//! σ₀: a tenth of the thrust's rms      T₀: 1 s      R₀: differences of the samples, or as given
+//! prior: ln T ~ N(ln 1 s, 1.5²),   ln R ~ N(ln given, 1²) where given
 //! ```
 
 use nalgebra::DMatrix;
@@ -17,26 +17,29 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, commanded_rms};
 
-/// Share of the thrust with which a random force starts: too much is taken back within a few steps, too little makes a
-/// filter that trusts a wrong model.
+/// Starting rms of a random force as a share of the thrust: too large a force is reduced within a
+/// few steps, too small a force makes a filter that trusts a wrong model.
 const SHARE: f64 = 0.1;
 
-/// The same for a moment where fixes alone tell a velocity along an axis: all of the thrust. Velocities that are not settled yet
-/// turn the vehicle by a Munk moment of many deviations of its rate; a filter that has no other name for it takes the masses for
-/// equal, (m_u − m_v) u v = 0, a top of the likelihood that it does not leave. Where fixes tell the rate too, so large a moment
-/// may itself be a top, with an inertia of a twentieth; the search therefore starts from both shares.
+/// The same for a moment if fixes alone determine a velocity along an axis: all of the thrust.
+/// Velocities that have not settled yet turn the vehicle by a Munk moment of many standard
+/// deviations of its rate. A filter that cannot attribute this moment to anything else takes the
+/// masses for equal, (m_u − m_v) u v = 0: a maximum of the likelihood that it does not leave. If
+/// fixes determine the rate too, so large a moment may itself be a maximum, with an inertia of a
+/// twentieth. The search therefore starts from both shares.
 const MOMENT_SHARE: f64 = 1.0;
 
-/// Correlation time at which the search starts and about which its prior stands, s: turbulence at a vehicle's scale.
+/// Correlation time at which the search starts, and mean of its prior, s: turbulence at the scale
+/// of a vehicle.
 pub(super) const TIME: f64 = 1.0;
 
-/// Deviation of ln T in its prior: from a fifth of a second to five.
+/// Standard deviation of ln T in its prior: from a fifth of a second to five seconds.
 const TIME_SPREAD: f64 = 1.5;
 
-/// Deviation of ln R about a stated deviation: a statement may be wrong by several times.
+/// Standard deviation of ln R about a given value, which may be wrong several times over.
 const STATED_SPREAD: f64 = 1.0;
 
-/// Noises from which the search starts.
+/// Noise models from which the search starts.
 pub(super) fn noises(filtered: &Filtered, model: &Model, runs: &[Run], forces: &Forces) -> Vec<NoiseModel> {
     let states = &filtered.problem.dynamics.states;
     let unseen = unseen_velocity::states(&filtered.problem);
@@ -45,7 +48,7 @@ pub(super) fn noises(filtered: &Filtered, model: &Model, runs: &[Run], forces: &
     shares.iter().map(|share| noise(filtered, model, runs, forces, *share)).collect()
 }
 
-/// The same from one share of the thrust for a random moment.
+/// The same for one share of the thrust for random moments.
 fn noise(filtered: &Filtered, model: &Model, runs: &[Run], forces: &Forces, share_of_moment: f64) -> NoiseModel {
     let dofs = filtered.problem.dynamics.velocities();
     let forces = match forces {
@@ -75,7 +78,7 @@ fn samples(filtered: &Filtered, output: usize) -> impl Iterator<Item = Vec<f64>>
     filtered.problem.tracks.iter().map(move |t| of(&t.observed))
 }
 
-/// Range of each output in the run in which it is greatest.
+/// Range of each output in the run where it is greatest.
 fn ranges(filtered: &Filtered) -> Vec<f64> {
     let range = |y: Vec<f64>| {
         let (low, high) = y.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
@@ -86,14 +89,15 @@ fn ranges(filtered: &Filtered) -> Vec<f64> {
 }
 
 impl Filtered {
-    /// Outputs that are compared and take no part: their noise is beyond all that they show.
+    /// Whether each output is silent, i.e. compared but without influence: its noise is larger than
+    /// its range.
     pub fn silent(&self, noise: &NoiseModel) -> Vec<bool> {
         ranges(self).into_iter().zip(&noise.sensors).map(|(range, sensor)| sensor.std > range).collect()
     }
 }
 
-/// Least deviation of each output's noise: what its resolution makes, and a hundred-thousandth of its range, below which
-/// numbers and not instruments decide.
+/// Least standard deviation of the noise of each output: that of its resolution or, if larger, a
+/// hundred-thousandth of its range, below which numerics decide and not instruments.
 pub(super) fn floors(filtered: &Filtered) -> Vec<f64> {
     let floor = |(output, range): (usize, f64)| {
         let steps = samples(filtered, output).filter_map(|y| resolution_of(&y));
@@ -103,23 +107,24 @@ pub(super) fn floors(filtered: &Filtered) -> Vec<f64> {
     ranges(filtered).into_iter().enumerate().map(floor).collect()
 }
 
-/// Step of which all differences of the samples are multiples; `None` where there is none.
+/// The step of which all differences of the samples are multiples; `None` if there is none.
 fn resolution_of(y: &[f64]) -> Option<f64> {
     let differences: Vec<f64> = y.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
     let least = differences.iter().copied().fold(f64::INFINITY, f64::min);
-    // a difference of two decimal numbers is off by roundings
+    // a difference of two decimal numbers has rounding errors
     let multiple = |d: &f64| (d / least - (d / least).round()).abs() < 1e-3 * (d / least).max(1.0);
     let fits = differences.iter().filter(|d| multiple(d)).count();
     (differences.len() > 8 && fits == differences.len()).then_some(least)
 }
 
-/// Rms of the thrust in a degree of freedom, N or N·m; of what accelerates it where no thrust is commanded there.
+/// Rms of the thrust in a degree of freedom, N or N·m; if none is commanded there, that of inertia
+/// times acceleration.
 pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
     if let Some(thrust) = commanded_rms(runs, dof) {
         return thrust;
     }
     let inertia = model.value_at(id::INERTIA, dof).unwrap_or(1.0).abs();
-    // over a second, beside which the noise of a sensor does not count
+    // over a second, in which the noise of a sensor is negligible
     let changes = runs.iter().filter_map(|r| r.signal(dof.velocity())).flat_map(|s| {
         let (t, x) = (s.time(), s.values());
         let mut until = 0;
@@ -137,14 +142,16 @@ pub(super) fn strength(model: &Model, runs: &[Run], dof: Dof) -> f64 {
     if strength > 0.0 { strength } else { inertia }
 }
 
-/// What is known of the noise before the data: −2 ln of the prior, its slope and its curvature by each logarithm.
+/// What is known of the noise before the data: −2 ln of the prior, its slope and its curvature by
+/// each logarithm.
 pub(super) struct Prior {
-    /// Mean and deviation by coordinate, where there is a prior.
+    /// Mean and standard deviation by coordinate, if there is a prior.
     pub of: Vec<Option<(f64, f64)>>,
 }
 
 impl Prior {
-    /// For these coordinates; `stated` holds the deviation of each output where it is stated.
+    /// The prior of these coordinates; `stated` holds the standard deviation of each output where
+    /// it is given.
     pub fn new(coordinates: &[Coordinate], stated: &[Option<f64>]) -> Prior {
         let of = coordinates.iter().map(|c| match *c {
             Coordinate::ForceTime(_) | Coordinate::ColouredTime(_) => Some((TIME.ln(), TIME_SPREAD)),
@@ -154,7 +161,7 @@ impl Prior {
         Prior { of: of.collect() }
     }
 
-    /// Adds what the prior knows to the information of the data.
+    /// Adds the information of the prior to that of the data.
     pub fn inform(&self, information: &mut DMatrix<f64>) {
         let known = self.of.iter().enumerate().filter_map(|(k, of)| Some((k, (*of)?.1)));
         known.for_each(|(k, std)| information[(k, k)] += 1.0 / (std * std));

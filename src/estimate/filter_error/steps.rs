@@ -1,11 +1,11 @@
-//! The maximum of the likelihood: steps of the parameters and steps of the noise in turns.
+//! Maximisation of the likelihood by alternating steps of the parameters and of the noise.
 //!
 //! ```text
-//! θ:  min |r + J δ|² + λ|D δ|²        J = (∂e/∂θ)/√s                    until −2 ln L would fall by less than a thousandth
+//! θ:  min |r + J δ|² + λ|D δ|²        J = (∂e/∂θ)/√s      until −2 ln L would fall by less than 0.001
 //! η:  (I + λ diag I) δ = −g           g, I: gradient and information of −ln L ([`super::noise_steps`])
 //! ```
 //!
-//! Which steps are taken from where: [`super::ascent`].
+//! [`super::ascent`] decides which steps are taken, and from where.
 
 use nalgebra::DMatrix;
 
@@ -22,75 +22,81 @@ use crate::estimate::output_error::{OutputErrorError, damped_step, move_by, prio
 use crate::model::Model;
 use crate::progress;
 
-/// Times what the next steps promise that a fit may still gain: one that is farther than that from a rival is given up. Of
-/// fits in simulation that had not come to rest the promise was a third of what was left on the way, and more.
+/// Multiple of what the next steps promise that a fit may still gain: a fit that is farther than
+/// that from a rival is given up. In simulation, fits that had not converged promised at least a
+/// third of what was left.
 pub(super) const HOPE: f64 = 10.0;
 
-/// Steps in turns near the top, once a step of the parameters has led astray, after which both go together: turns that come to rest
-/// there do so in three, and a curvature by differences costs as much as twenty passes.
+/// Number of alternating steps near the maximum, after a step of the parameters has failed, before
+/// joint steps are taken. Alternating steps that converge there do so in three; a curvature by
+/// differences costs as much as twenty passes.
 const CREEPING: usize = 4;
 
-/// Share of the tolerance with which a fit ends. A fall p of −2 ln L that is left is a parameter √p deviations off, at most: a
-/// tolerance of a hundredth leaves a tenth of a deviation, this a thirtieth. Near the top learnt steps take three to ten passes
+/// Share of the tolerance with which a fit ends. If a fall p of −2 ln L is left, a parameter is at
+/// most √p standard deviations off: a tolerance of a hundredth leaves a tenth of a standard
+/// deviation, this share of it a thirtieth. Near the maximum, learnt steps take three to ten passes
 /// from the one to the other.
 const SETTLED: f64 = 0.1;
 
-/// Times the tolerance that the parameters may have moved in all since the last step of the noise where a climb ends.
+/// Sum of the falls that parameter steps have promised since the last step of the noise, in
+/// tolerances, up to which a climb may end.
 const LEFT_BEHIND: f64 = 10.0;
 
-/// Share of what the noise gained by which the parameters may move between two of its gradients.
+/// Gain of the parameters between two gradients of the noise, as a share of the gain of the noise,
+/// up to which the difference of the gradients is used for the curvature.
 const SHARED: f64 = 0.1;
 
-/// Where the search stands.
+/// State of the search.
 #[derive(Clone)]
 pub(super) struct Search<'a> {
     pub(super) options: &'a FilterErrorOptions,
     pub(super) filtered: Filtered,
     pub(super) model: Model,
     pub(super) noise: NoiseModel,
-    /// M⁻¹ of each stretch, of the parameters at the last step of the noise.
+    /// M⁻¹ of each stretch, for the parameters at the last step of the noise.
     pub(super) mobilities: Vec<DMatrix<f64>>,
     pub(super) limit: f64,
-    /// −2 ln L that there has to be hope of coming below, and whether there was none.
+    /// Value of −2 ln L that the search must have hope of getting below, and whether it had none.
     pub(super) bar: f64,
     pub(super) given_up: bool,
     pub(super) plain: f64,
-    /// Stretches linearised here.
+    /// Stretches linearised at the current point.
     pub(super) current: Vec<Linear>,
-    /// Fall of −2 ln L that the last step of the noise has promised.
+    /// Fall of −2 ln L that the last step of the noise promised.
     pub(super) noise_moves: f64,
-    /// What the gain that is held has kept from the rows, once it has led astray.
+    /// Correction of the rows for the gain that they hold fixed, after they have misled.
     pub(super) correction: Option<SlopeCorrection>,
-    /// −2 ln L here, priors included.
+    /// −2 ln L at the current point, priors included.
     pub(super) cost: f64,
-    /// Least deviation of each output's noise, and stated ones.
+    /// Least standard deviation of the noise of each output, and the given ones.
     pub(super) floors: Vec<f64>,
     pub(super) stated: Vec<Option<f64>>,
-    /// Outputs whose noise is stated beyond all that they show: it stays.
+    /// Whether the noise of each output is given and larger than the range of the output: it is not
+    /// estimated.
     pub(super) silent: Vec<bool>,
-    /// Strength of a force with which the search began, by degree of freedom; far below it there is none
-    /// ([`super::noise_steps`]).
+    /// Rms of the random force with which the search began, by degree of freedom; a force far below
+    /// it counts as zero ([`super::noise_steps`]).
     pub(super) strengths: Vec<(crate::frame::Dof, f64)>,
     /// Shortest and longest correlation time, s.
     pub(super) times: (f64, f64),
     pub(super) damping: f64,
-    /// What the last information on the noise was.
+    /// The last information on the noise.
     pub(super) informed: Option<Informed>,
     /// Damping of the last step of the noise.
     pub(super) noise_damping: f64,
-    /// What the last steps of the noise have shown of its curvature.
+    /// Curvature learnt from the last steps of the noise.
     pub(super) quasi: QuasiNewton,
-    /// Times its length that a step of the noise is taken.
+    /// Multiple of its length at which a step of the noise is taken.
     pub(super) stretch: f64,
-    /// Fall of −2 ln L that a step has to promise to be taken, ten times.
+    /// Ten times the fall of −2 ln L that a step has to promise to be taken.
     pub(super) tolerance: f64,
     pub(super) passes: usize,
-    /// Whether a step in turns of the last climb led nowhere where it had promised something, or promised little for its damping
-    /// alone.
+    /// Whether an alternating step of the last climb failed although it had promised a gain, or
+    /// promised little only because of its damping.
     pub(super) stuck: bool,
 }
 
-/// The free parameters of a prepared problem under a noise that stays.
+/// Fits the free parameters of a prepared problem under a fixed noise.
 pub(super) fn parameters_under(
     model: &Model,
     filtered: Filtered,
@@ -163,8 +169,9 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
-    /// Parameters that change no innovation at all, and never will: what they multiply is nothing in these runs. A shape, or
-    /// what stands beside one, may come to count with other values.
+    /// Parameters that change no innovation and never will, because what they multiply is zero in
+    /// these runs. A shape parameter, or one in the same term, is not among them: it may come to
+    /// count with other values.
     pub(super) fn unseen(&self) -> Vec<usize> {
         let problem = &self.filtered.problem;
         let mut seen = vec![false; problem.unknowns.len()];
@@ -188,19 +195,19 @@ impl<'a> Search<'a> {
         (stretches, cost)
     }
 
-    /// −2 ln L of `stretches` linearised at these values, priors included.
+    /// −2 ln L of `stretches`, which are linearised at these values, priors included.
     fn cost_of(&self, stretches: &[Linear], model: &Model, noise: &NoiseModel) -> f64 {
         stretches.iter().map(|s| s.cost).sum::<f64>() + self.prior_costs(model, noise)
     }
 
-    /// What the priors add to −2 ln L at these values.
+    /// Contribution of the priors to −2 ln L at these values.
     pub(super) fn prior_costs(&self, model: &Model, noise: &NoiseModel) -> f64 {
         let coordinates = noise.coordinates();
         let prior = Prior::new(&coordinates, &self.stated).cost(noise, &coordinates);
         prior + prior_cost(model, &self.filtered.problem.unknowns)
     }
 
-    /// Takes the stretches as linearised here, and −2 ln L.
+    /// Stores the stretches linearised at the current point, and −2 ln L.
     pub(super) fn take(&mut self, current: Vec<Linear>, cost: f64) {
         (self.current, self.cost) = (current, cost);
         if let Some(correction) = &mut self.correction {
@@ -208,7 +215,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Linearises here, with the inertias of here.
+    /// Linearises at the current point, with the inertias there.
     pub(super) fn renew(&mut self) {
         self.follow_inertia();
         let (next, cost) = self.linearised(&self.model, &self.noise);
@@ -216,7 +223,8 @@ impl<'a> Search<'a> {
         self.passes += 1;
     }
 
-    /// Linearises here with the inertias at hand; the gradient of −ln L by the noise.
+    /// Linearises at the current point, with the stored inertias; returns the gradient of −ln L by
+    /// the noise.
     pub(super) fn renew_with_slopes(&mut self, coordinates: &[Coordinate]) -> Vec<f64> {
         let Search { filtered, model, noise, mobilities, limit, .. } = self;
         let (current, slopes) = filtered.slopes(model, noise, coordinates, mobilities, *limit);
@@ -226,7 +234,7 @@ impl<'a> Search<'a> {
         slopes
     }
 
-    /// M⁻¹, and what is read at delays, as they are here.
+    /// Updates M⁻¹, and the inputs that are read with delays, to the current point.
     pub(super) fn follow_inertia(&mut self) {
         if let Some(mobilities) = self.filtered.mobilities(&self.model) {
             self.mobilities = mobilities;
@@ -237,7 +245,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Steps in turns until neither promises more than `tolerance`; whether that was reached.
+    /// Alternates steps until neither kind promises more than `tolerance`; returns whether that was
+    /// reached.
     pub(super) fn climb(&mut self, tolerance: f64) -> bool {
         if self.given_up {
             return false;
@@ -245,7 +254,8 @@ impl<'a> Search<'a> {
         let until = self.passes + self.options.iterations;
         self.quasi.forget();
         (self.correction, self.noise_moves) = (None, f64::INFINITY);
-        // first the parameters alone: noise is what a model leaves, and this one is not yet that of the data
+        // first the parameters alone: the noise is what a model leaves, and this model is not yet
+        // that of the data
         for _ in 0..4 {
             if self.step_parameters() < 1.0 {
                 break;
@@ -262,7 +272,8 @@ impl<'a> Search<'a> {
             if noise_moves >= NEAR_TOP {
                 self.correction = None;
             }
-            // where their step has led nowhere, near the top the noise comes to rest before another one may lead anywhere
+            // if a parameter step has failed near the maximum, the noise must converge before
+            // another one can succeed
             if !led_nowhere || !(tolerance..NEAR_TOP).contains(&noise_moves) {
                 let before = std::mem::take(&mut self.stuck);
                 parameters_move = self.step_parameters();
@@ -277,13 +288,14 @@ impl<'a> Search<'a> {
                 progress::tell("fitting by filter error", self.passes, 0);
             }
             if noise_moves < tolerance && parameters_move < tolerance {
-                // the noise is that of where the parameters were, and so are the inertias by which forces push
+                // the noise belongs to the earlier parameters, and so do the inertias through which
+                // the forces act
                 if self.to_the_top() && moved > LEFT_BEHIND * tolerance {
                     self.noise_moves = f64::INFINITY;
                     continue;
                 }
-                // what has corrected the rows on the way may have become another; and the last steps of a fit end at the top of the
-                // likelihood, not where the rows have it
+                // the correction may be outdated; and the last steps of a fit end at the maximum of
+                // the likelihood, not at that of the rows
                 if self.correction.as_ref().map_or(self.to_the_top(), |correction| !correction.fresh) {
                     self.correct_slopes();
                     if self.promised() > tolerance {
@@ -291,7 +303,7 @@ impl<'a> Search<'a> {
                         continue;
                     }
                 }
-                // a damped step promises little from anywhere
+                // a damped step promises little at any point
                 self.stuck |= self.promised() > tolerance;
                 return true;
             }
@@ -309,21 +321,22 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// Whether the search ends at the top of the likelihood wherever the rows lead: in its last steps. What is held against each
-    /// other before (noises with a force or a colour and without, refits of a discovery) all ends where the rows have it: of two one
-    /// alone may have gone farther.
+    /// Whether the search ends at the maximum of the likelihood itself, wherever the rows lead: in
+    /// its last steps only. Alternatives that are compared before (noises with and without a force
+    /// or a colour, refits of a discovery) all end where the rows lead; otherwise one of two alone
+    /// might have gone farther.
     pub(super) fn to_the_top(&self) -> bool {
         self.tolerance < self.options.tolerance && self.options.higher.is_finite()
     }
 
-    /// The last steps, to a [`SETTLED`] of the tolerance: what ends the ways before decides nothing then. Whether that was
-    /// reached.
+    /// Takes the last steps, to [`SETTLED`] times the tolerance, so that where earlier climbs ended
+    /// does not decide the result. Returns whether that was reached.
     pub(super) fn settle(&mut self) -> bool {
         self.tolerance = SETTLED * self.options.tolerance;
         self.climb(self.tolerance)
     }
 
-    /// The same with innovations held back at `limit`, from here on.
+    /// Climbs with innovations held back beyond `limit`, from the current point.
     pub(super) fn climb_held(&mut self, limit: f64) -> bool {
         (self.limit, self.bar) = (limit, self.options.bar);
         self.renew();
@@ -334,7 +347,7 @@ impl<'a> Search<'a> {
         OutputErrorError::GivenUp { passes: self.passes, cost: self.cost }
     }
 
-    /// Whether an innovation is beyond five deviations, whatever has made it.
+    /// Whether an innovation is beyond five standard deviations, whatever its cause.
     pub(super) fn is_pushed(&self) -> bool {
         self.current.iter().any(|s| s.outliers > 0)
     }
@@ -347,26 +360,29 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// By how much −2 ln L would fall by a whole step of the parameters.
+    /// By how much −2 ln L would fall with a whole step of the parameters.
     pub(super) fn promised(&self) -> f64 {
         damped_step(&self.corrected_factor(), &self.model, &self.filtered.problem.unknowns, 0.0).1
     }
 
-    /// −2 ln L as that of a density, Gaussian within the limit and with the tails of one that is held back beyond.
+    /// −2 ln L of a normalised density, Gaussian within the limit and with heavier tails beyond.
     pub(super) fn of_density(&self) -> f64 {
         let (c, more) = (share(self.limit), of_heavy_tails(self.limit));
         let of = |linear: &Linear| (1.0 - c) * linear.volume + more * linear.samples as f64;
         self.cost + self.current.iter().map(of).sum::<f64>()
     }
 
-    /// By how much −2 ln L of what is within five deviations would be lower with tails from `limit` on.
+    /// By how much −2 ln L of the innovations within five standard deviations would be lower with
+    /// tails from `limit` on.
     pub(super) fn likelier(&self, limit: f64) -> f64 {
         let Search { filtered, model, noise, mobilities, .. } = self;
         let innovations = filtered.innovations(model, noise, mobilities, self.limit);
         tails::likelier(innovations.iter().flatten().flat_map(|of| of.z.iter().copied()), limit, self.limit)
     }
 
-    /// One step of the parameters, as far as the likelihood rises; returns by how much −2 ln L was to fall.
+    /// Takes one step of the parameters, damped until the likelihood does not fall; returns by how
+    /// much −2 ln L was predicted to fall, or 0 if no damping succeeds. A step that promises less
+    /// than a tenth of the tolerance is not taken.
     fn step_parameters(&mut self) -> f64 {
         let unknowns = self.filtered.problem.unknowns.clone();
         if unknowns.is_empty() {
@@ -409,7 +425,8 @@ impl<'a> Search<'a> {
                 continue;
             }
             self.damping = (self.damping * 10.0).max(1e-4);
-            // what a hundredth of a step does not gain is not to be had: the gain held in the derivative is not exact
+            // if a ten-thousandth of a step gains nothing, nothing is to be gained: the derivative
+            // is not exact, because it holds the gain fixed
             if self.damping > 1e4 {
                 (self.damping, self.stuck) = (1e-2, true);
                 return 0.0;
@@ -418,14 +435,14 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The model that runs away, with its values.
+/// The error of a model that diverges, with its values.
 pub(super) fn diverges(model: &Model) -> OutputErrorError {
     let name = |p: &crate::model::Parameter| format!("{} {} = {}", p.term, p.spec.name, p.value);
     OutputErrorError::Diverges { values: model.parameters.iter().map(name).collect::<Vec<_>>().join(", ") }
 }
 
-/// Shortest and longest correlation time that the runs could show, s: half of the shortest interval of the samples, and
-/// half of the longest stretch.
+/// Shortest and longest correlation time that the runs could show, s: half of the shortest mean
+/// sample interval of a stretch, and half of the longest stretch.
 fn times(filtered: &Filtered) -> (f64, f64) {
     let problem = &filtered.problem;
     let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);

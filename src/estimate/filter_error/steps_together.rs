@@ -1,14 +1,17 @@
-//! Steps of parameters and noise together, where steps in turns creep or do not come to rest: Newton's.
+//! Joint Newton steps of parameters and noise, where alternating steps creep or do not converge.
 //!
 //! ```text
-//! x = (θ/s, ln η):   (|H| + μ) δ = −g        g, H: slope and curvature of −ln L by x;  |H|: its eigenvalues as they are in size
+//! x = (θ/s, ln η):   (|H| + μ) δ = −g        g, H: slope and curvature of −ln L by x
+//! |H|: H with the absolute values of its eigenvalues
 //! ```
 //!
-//! The rows of a step in turns hold the gain of the filter, and Fisher's information is the curvature that is expected where the
-//! model is right. Where it is not, parameters and noise trade against each other along ridges on which neither is that of the
-//! data, and steps in turns gain a tenth at a time, or nothing. Here both are differences of the likelihood itself
-//! ([`super::differences`]), and the curvature is kept while steps gain what they promise. Saddles: Dauphin and others,
-//! *Advances in Neural Information Processing Systems* 27 (2014).
+//! The rows of an alternating step hold the gain of the filter fixed, and Fisher's information is
+//! the curvature expected of a correct model. If the model is not correct, parameters and noise
+//! trade against each other along ridges where neither is the curvature of the data, and
+//! alternating steps gain a tenth at a time, or nothing. Here slope and curvature are differences
+//! of the likelihood itself ([`super::differences`]), and the curvature is kept as long as steps
+//! gain what they promise. Saddle points: Dauphin and others, *Advances in Neural Information
+//! Processing Systems* 27 (2014).
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -20,28 +23,31 @@ use crate::estimate::output_error::value;
 use crate::model::Model;
 use crate::progress;
 
-/// Step of a difference, in deviations of a parameter and of a logarithm of the noise: its cube does not show in a slope, nor roundings
-/// of ln L in a curvature.
+/// Step of a difference, in standard deviations of a parameter and in a logarithm of the noise: the
+/// term in its cube is negligible in a slope, and roundings of ln L are negligible in a curvature.
 const STEP: f64 = 1e-2;
 
-/// Dampings that are tried side by side, over the size of the curvature.
+/// Dampings that are tried side by side, relative to the curvature.
 const DAMPINGS: [f64; 8] = [0.0, 0.01, 0.1, 1.0, 10.0, 1e2, 1e3, 1e4];
 
-/// Steps at most: on the ridges that were seen, five to twenty.
+/// Greatest number of steps: the ridges that were seen took five to twenty.
 const STEPS: usize = 40;
 
-/// Least eigenvalue of a curvature over its diagonal: what differences of ln L tell from nothing.
+/// Least eigenvalue of a curvature relative to its diagonal: differences of ln L do not distinguish
+/// smaller ones from zero.
 const LEAST: f64 = 1e-6;
 
-/// Shares of what was promised between which a step's gain leaves the curvature believed.
+/// Range of the actual gain of a step over the promised one within which the curvature is kept.
 const AS_PROMISED: std::ops::Range<f64> = 0.7..1.5;
 
-/// Fall of −2 ln L, a parameter a deviation off, below which a promise need not be kept where the step gains nothing: where innovations
-/// are held back, the curvature changes from one sample to the next, and the quadratic holds no nearer than that.
+/// Fall of −2 ln L, that of a parameter one standard deviation off, below which a promise need not
+/// be kept if the step gains nothing. If innovations are held back, the curvature changes from one
+/// sample to the next, and the quadratic is no more accurate than that.
 const NEAR: f64 = 1.0;
 
 impl Search<'_> {
-    /// Steps together until they promise less than `tolerance`; whether that was reached.
+    /// Takes joint steps until they promise less than `tolerance`; returns whether that was
+    /// reached.
     pub(super) fn climb_together(&mut self, tolerance: f64) -> bool {
         self.quasi.forget();
         self.linearise_as_pushed();
@@ -76,8 +82,8 @@ impl Search<'_> {
         false
     }
 
-    /// One step; by how much −2 ln L was to fall at most, and what share of what its damping left of that it has fallen by. `None`
-    /// where none leads up.
+    /// Takes one step. Returns the greatest fall of −2 ln L that was promised, and the actual fall
+    /// as a share of that promised by the damped step. `None` if no step leads up.
     fn step_together(
         &mut self,
         joint: &Joint,
@@ -89,11 +95,11 @@ impl Search<'_> {
         for (k, (_, more)) in self.priors(joint).into_iter().enumerate() {
             h[(k, k)] += more + if k < p { 0.0 } else { FLAT };
         }
-        // a difference that runs away
+        // a difference diverges
         if !h.iter().chain(gradient.iter()).all(|x| x.is_finite()) {
             return None;
         }
-        // how far an unknown can go
+        // how far each unknown can move
         let room = |k: usize| match joint.unknowns.get(k) {
             Some(unknown) => {
                 let parameter = &self.model.parameters[unknown.parameter];
@@ -128,7 +134,8 @@ impl Search<'_> {
         Some((promised, share))
     }
 
-    /// Linearises here, forces that have run to nothing taken out, with the inertias of here.
+    /// Linearises at the current point with its inertias, after removing the forces that have run
+    /// to zero.
     fn linearise_as_pushed(&mut self) {
         self.drop_nothings();
         self.filtered.problem.follow(&self.model);
@@ -137,7 +144,8 @@ impl Search<'_> {
         self.take(next, cost);
     }
 
-    /// The inertias of here, and forces that push as they did: another inertia alone makes no other noise.
+    /// Updates the inertias to the current point, and scales the forces so that they accelerate as
+    /// before: another inertia alone makes no other noise.
     fn follow_as_pushed(&mut self) {
         if let (true, Some(here)) = (self.options.forces.is_estimated(), self.filtered.mobilities(&self.model)) {
             for i in 0..self.noise.forces.len() {
@@ -149,27 +157,27 @@ impl Search<'_> {
         self.follow_inertia();
     }
 
-    /// Place of a force among the velocities.
+    /// Index of a force among the velocities.
     fn velocity_of(&self, force: usize) -> usize {
         let own = self.noise.forces[force].dof;
         self.filtered.problem.dynamics.velocities().iter().position(|dof| *dof == own).unwrap_or(0)
     }
 }
 
-/// The step with eigenvalues of the curvature as they are in size and damped by `mu`, within the room that each unknown has, and
-/// by how much −2 ln L falls by it in a quadratic of that curvature. What would leave its room goes to its end, and the others
-/// are found with it there.
+/// The step with the absolute eigenvalues of the curvature, damped by `mu`, within the room that
+/// each unknown has, and by how much −2 ln L falls with it in a quadratic of that curvature. An
+/// unknown that would leave its room goes to the end of it, and the others are found with it there.
 fn bounded_step(h: &DMatrix<f64>, gradient: &DVector<f64>, room: &[(f64, f64)], mu: f64) -> (DVector<f64>, f64) {
     let n = gradient.len();
     let mut step = DVector::zeros(n);
-    // at a bound, and the slope leads out
+    // at a bound, and the slope leads beyond it
     let mut stays: Vec<bool> =
         (0..n).map(|k| gradient[k] > 0.0 && room[k].0 >= 0.0 || gradient[k] < 0.0 && room[k].1 <= 0.0).collect();
     let length: Vec<f64> = (0..n).map(|k| h[(k, k)].abs().max(LEAST).sqrt()).collect();
     loop {
         let free: Vec<usize> = (0..n).filter(|k| !stays[*k]).collect();
         free.iter().for_each(|k| step[*k] = 0.0);
-        // the slope where those that stay have gone to their ends, and the fall on the way there
+        // the slope with the unknowns that stay at their ends, and the fall on the way there
         let bent = h * &step;
         let there = gradient + &bent;
         let fall = -step.dot(&(gradient + &there));
@@ -206,7 +214,8 @@ mod tests {
     use crate::estimate::filter_error::tests::{sailed, search};
     use crate::estimate::output_error::Unknown;
 
-    /// f = x²/2 + y²/2 + xy/2 − 3x − y: its top by hand, (10/3, −2/3), and with x at most 2, (2, 0).
+    /// f = x²/2 + y²/2 + xy/2 − 3x − y: its minimum by hand, (10/3, −2/3), and with x at most 2,
+    /// (2, 0).
     #[test]
     fn exact_steps_within_their_room() {
         let h = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.5, 1.0]);
@@ -214,7 +223,7 @@ mod tests {
         let all = [(f64::NEG_INFINITY, f64::INFINITY); 2];
         let (step, fall) = bounded_step(&h, &gradient, &all, 0.0);
         assert!((step[0] - 10.0 / 3.0).abs() < 1e-12 && (step[1] + 2.0 / 3.0).abs() < 1e-12, "{step}");
-        // −gᵀδ of a whole step, twice the fall of f
+        // −gᵀδ of a whole step is twice the fall of f
         assert!((fall - 28.0 / 3.0).abs() < 1e-12, "{fall}");
         let (step, fall) = bounded_step(&h, &gradient, &[(-1.0, 2.0), all[1]], 0.0);
         assert!((step[0] - 2.0).abs() < 1e-12 && step[1].abs() < 1e-12, "{step}");
@@ -224,12 +233,12 @@ mod tests {
         let (step, fall) = bounded_step(&h, &gradient, &[(-1.0, 2.0), (-0.5, 1.0)], 0.0);
         let at_ends = step[0] == 2.0 && step[1] == -0.5;
         assert!(at_ends && (fall - 2.0 * 3.875).abs() < 1e-12, "{step} {fall}");
-        // what stands at its bound and would leave it stays
+        // an unknown that stands at its bound and would leave it stays
         let (step, _) = bounded_step(&h, &gradient, &[(-1.0, 0.0), all[1]], 0.0);
         assert!(step[0] == 0.0 && (step[1] - 1.0).abs() < 1e-12, "{step}");
     }
 
-    /// From beside a saddle, f = x²/2 − y²/2 at y = 1, the step leads down along both.
+    /// From near a saddle, f = x²/2 − y²/2 at y = 1, the step leads down along both axes.
     #[test]
     fn a_saddle_is_left_downwards() {
         let h = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, -1.0]);
@@ -244,7 +253,8 @@ mod tests {
         let (mut turns, mut together) = (search(&campaign, &options), search(&campaign, &options));
         assert!(turns.climb(options.tolerance));
         assert!(together.climb_together(options.tolerance));
-        // both promise less than the tolerance; a gain held in the rows is worth a few of it
+        // both promise less than the tolerance; the gain that the rows hold fixed is worth a few
+        // tolerances
         assert!((turns.cost - together.cost).abs() < 10.0 * options.tolerance, "{} {}", turns.cost, together.cost);
         let unknowns = &turns.filtered.problem.unknowns;
         let off = |u: &Unknown| value(&turns.model, *u) - value(&together.model, *u);
@@ -252,7 +262,7 @@ mod tests {
         let factor = turns.filtered.factor(&turns.model, &turns.current);
         let row = |i: usize| (i..off.len()).map(|j| factor.at(i, j)[0] * off[j]).sum::<f64>();
         let deviations = (0..off.len()).map(|i| row(i).powi(2)).sum::<f64>().sqrt();
-        // a tenth is what the likelihoods may differ by, and its root what the parameters may
+        // the likelihoods may differ by a tenth, and the parameters by its root
         assert!(deviations < 0.32, "{deviations}");
     }
 }

@@ -1,12 +1,15 @@
-//! One step of the filter: the state by Runge-Kutta, its Jacobian by the same four stages, and what noise adds.
+//! One step of the filter: the state by Runge-Kutta, its Jacobian by the same four stages, and the
+//! effect of the noise.
 //!
 //! ```text
-//! x₊ = x + h/6 (k₁ + 2k₂ + 2k₃ + k₄)          B₄ = h/6,  B₃ = h/3 + B₄ hJ₄,  B₂ = h/3 + B₃ hJ₃/2,  B₁ = h/6 + B₂ hJ₂/2
+//! x₊ = x + h/6 (k₁ + 2k₂ + 2k₃ + k₄)
+//! B₄ = h/6,  B₃ = h/3 + B₄ hJ₄,  B₂ = h/3 + B₃ hJ₃/2,  B₁ = h/6 + B₂ hJ₂/2
 //! Φ = 1 + Σ B_g J_g        ∂x₊/∂θ = Φ ∂x/∂θ + Σ B_g (∂f/∂θ)_g        ∂x₊/∂d = Σ B_g M⁻¹ κ
 //! ```
 //!
-//! J_g is ∂f/∂x at stage g. The B_g serve all columns, so that a parameter costs a few dozen products. The random force d
-//! is constant over a step at its mean κ d; M⁻¹ is that of the last fit, which leaves the noise free of θ.
+//! J_g is ∂f/∂x at stage g. The B_g serve all columns, so that a parameter costs a few dozen
+//! products. The random force d acts as a constant over a step, at its mean κ d. M⁻¹ is that of the
+//! last fit, so that the noise does not depend on θ.
 
 use super::gauss_markov::{self, Step};
 use super::noise::NoiseModel;
@@ -17,10 +20,11 @@ use crate::simd::{Lanes, Wide};
 use crate::simulate::{Evaluator, Feed};
 use crate::symbolic::Ends;
 
-/// How far the next stage stands from the beginning of the step, and the instant of its inputs if they are others.
+/// Distance of the next stage from the beginning of the step, in steps, and the instant of its
+/// inputs if it is another one.
 const STAGES: [(f64, Option<usize>); 4] = [(0.5, Some(1)), (0.5, None), (1.0, Some(2)), (0.0, None)];
 
-/// What is believed of the state: the model's states, then the Gauss-Markov processes.
+/// Estimate of the state: the model's states, then the Gauss-Markov processes.
 #[derive(Debug, Clone)]
 pub(super) struct Belief<const L: usize> {
     /// Mean.
@@ -30,7 +34,7 @@ pub(super) struct Belief<const L: usize> {
 }
 
 impl Belief<1> {
-    /// Draws the state from what is believed of it.
+    /// Moves the state to a random draw from its estimate.
     pub fn draw(&mut self, noise: &mut Noise) {
         for (x, by) in self.x.iter_mut().zip(self.p.drawn(noise)) {
             x[0] += by;
@@ -49,13 +53,13 @@ pub(super) struct Sensitivities<const L: usize> {
 }
 
 impl<const L: usize> Sensitivities<L> {
-    /// Of a state that does not depend on the parameters.
+    /// The sensitivities of a state that does not depend on the parameters.
     pub fn none(states: usize, columns: usize) -> Sensitivities<L> {
         Sensitivities { s: Lanes::zeros(states * columns), next: Lanes::zeros(states * columns), columns }
     }
 }
 
-/// The processes of each lane over a step, kept as long as the step does not change.
+/// The processes of each lane over a step, recomputed only if the step changes.
 #[derive(Debug)]
 struct Processes<const L: usize> {
     models: [NoiseModel; L],
@@ -72,7 +76,7 @@ impl<const L: usize> Processes<L> {
 
     fn over(&mut self, h: [f64; L]) {
         for lane in 0..L {
-            // a step that is the same but for rounding has the same processes
+            // a step that differs only by rounding has the same processes
             if (h[lane] - self.h[lane]).abs() <= 1e-9 * h[lane] {
                 continue;
             }
@@ -96,7 +100,7 @@ impl<const L: usize> Processes<L> {
     }
 }
 
-/// A step of `L` lanes.
+/// One step of the filter in `L` lanes.
 pub(super) struct Transition<'a, const L: usize> {
     dynamics: &'a Dynamics,
     rates: Evaluator<'a, L>,
@@ -105,11 +109,11 @@ pub(super) struct Transition<'a, const L: usize> {
     mobility: Vec<[f64; L]>,
     velocities: usize,
     forces: usize,
-    /// Rows of each column of the B_g that may hold something.
+    /// Rows of each column of the B_g that may be nonzero.
     reached: Vec<Vec<usize>>,
-    /// Transition of all states.
+    /// Φ: transition matrix of all states.
     phi: Lanes<L>,
-    /// Noise by unit sources.
+    /// W: effect of unit noise sources, `states × sources`.
     w: Lanes<L>,
     b: [Lanes<L>; 4],
     jacobian: [Lanes<L>; 4],
@@ -120,7 +124,7 @@ pub(super) struct Transition<'a, const L: usize> {
 }
 
 impl<'a, const L: usize> Transition<'a, L> {
-    /// Of a compiled model whose parameters are in the registers of `rates`.
+    /// The step of a compiled model whose parameters are in the registers of `rates`.
     pub fn new(
         dynamics: &'a Dynamics,
         rates: Evaluator<'a, L>,
@@ -131,7 +135,7 @@ impl<'a, const L: usize> Transition<'a, L> {
         let n = nx + all;
         let sources = 3 * forces + (all - forces);
         let (by_state, by_parameter) = (dynamics.rates.by_state.len(), dynamics.rates.by_parameter.len());
-        // a process depends on itself alone, and is driven by sources of its own
+        // a process depends on itself alone and has noise sources of its own
         let process = |k: usize| First { column: nx + k, source: if k < forces { 3 * k } else { 2 * forces + k } };
         let first = (0..nx).map(|_| First::default()).chain((0..all).map(process)).collect();
         let (velocities, follows) = (dynamics.velocities().len(), follows(&dynamics.rates.by_state, nx));
@@ -159,7 +163,8 @@ impl<'a, const L: usize> Transition<'a, L> {
         }
     }
 
-    /// Carries the belief over the step at which `feed` stands. The Jacobians stay for [`Transition::carry`].
+    /// Carries the estimate over the step that `feed` has reached. The Jacobians stay for
+    /// [`Transition::carry`].
     #[inline(always)]
     pub fn predict<W: Wide<L>>(&mut self, wide: W, feed: &Feed<'_, L>, belief: &mut Belief<L>) {
         self.processes.over(feed.h);
@@ -181,7 +186,7 @@ impl<'a, const L: usize> Transition<'a, L> {
         p.predict(wide, &self.phi, &self.w, &mut self.work);
     }
 
-    /// F and W of the step that was predicted last, and the columns of W.
+    /// F and W of the step that was predicted last, and the number of columns of W.
     pub fn kept(&self) -> (&[[f64; L]], &[[f64; L]], usize) {
         (&self.phi, &self.w, self.w.len() / self.work.states().max(1))
     }
@@ -199,7 +204,7 @@ impl<'a, const L: usize> Transition<'a, L> {
         }
     }
 
-    /// The state over the step, the Jacobians of each stage kept.
+    /// Integrates the state over the step, and keeps the Jacobians of each stage.
     #[inline(always)]
     fn integrate<W: Wide<L>>(&mut self, wide: W, feed: &Feed<'_, L>, x: &mut [[f64; L]]) {
         let nx = self.dynamics.states.len();
@@ -234,7 +239,7 @@ impl<'a, const L: usize> Transition<'a, L> {
         x[..nx].copy_from_slice(&self.sum[..nx]);
     }
 
-    /// The B_g, and Φ with its columns by the random forces.
+    /// Computes the B_g, and Φ with its columns for the random forces.
     #[inline(always)]
     fn products<W: Wide<L>>(&mut self, wide: W, h: &[f64; L]) {
         let nx = self.dynamics.states.len();
@@ -284,7 +289,8 @@ impl<'a, const L: usize> Transition<'a, L> {
         }
     }
 
-    /// What the noise of the step adds: a random force to the velocities and, through them, to what they drive.
+    /// Computes W: the effect of the noise on the processes, of a random force on the velocities
+    /// and, through them, on the states that they drive.
     #[inline(always)]
     fn spread<W: Wide<L>>(&mut self, wide: W, h: &[f64; L]) {
         let nx = self.dynamics.states.len();
@@ -292,7 +298,8 @@ impl<'a, const L: usize> Transition<'a, L> {
         let sources = 3 * self.forces + (all - self.forces);
         let h = wide.load(h);
         let w = &mut self.w[..];
-        // a velocity that drifts by e moves what it drives by h/2 e, and by h/√12 of its own
+        // if noise changes a velocity by e, the states that it drives change by h/2 J e, and by
+        // h/√12 J e from an independent source
         let (half, own) = (wide.mul(h, wide.splat(0.5)), wide.mul(h, wide.splat(1.0 / 12f64.sqrt())));
         wide.clear(w);
         for k in 0..self.forces {
@@ -320,7 +327,7 @@ impl<'a, const L: usize> Transition<'a, L> {
         }
     }
 
-    /// ∂x/∂θ over the step that was predicted last.
+    /// Carries ∂x/∂θ over the step that was predicted last.
     #[inline(always)]
     pub fn carry<W: Wide<L>>(&self, wide: W, sensitivities: &mut Sensitivities<L>) {
         let nx = self.dynamics.states.len();
@@ -348,7 +355,7 @@ impl<'a, const L: usize> Transition<'a, L> {
 }
 
 impl Transition<'_, 1> {
-    /// Draws what the noise of the step that was predicted last has added.
+    /// Adds a random draw of the noise of the step that was predicted last.
     pub fn push(&self, x: &mut [[f64; 1]], noise: &mut Noise) {
         let sources = self.w.len() / x.len().max(1);
         let unit: Vec<f64> = (0..sources).map(|_| noise.normal()).collect();
@@ -368,7 +375,8 @@ fn identity<W: Wide<L>, const L: usize>(wide: W, to: &mut [[f64; L]], n: usize, 
     }
 }
 
-/// Whether state i follows state k over a step, itself or through others: elsewhere the B_g, and Φ, are 0.
+/// Whether state i depends on state k over a step, directly or through others; elsewhere the B_g,
+/// and Φ, are 0.
 fn follows(entries: &[Entry], nx: usize) -> Vec<Vec<bool>> {
     let mut follows: Vec<Vec<bool>> = (0..nx).map(|i| (0..nx).map(|k| i == k).collect()).collect();
     entries.iter().for_each(|entry| follows[entry.row][entry.column] = true);
@@ -401,7 +409,7 @@ pub(super) fn combined<W: Wide<L>, const L: usize>(
     }
 }
 
-/// `C` of these numbers: sums that stay in registers, and do not wait for each other.
+/// `C` of these sums, which stay in registers and do not wait for each other.
 #[inline(always)]
 fn summed<const C: usize, W: Wide<L>, const L: usize>(
     wide: W,
@@ -423,8 +431,8 @@ fn summed<const C: usize, W: Wide<L>, const L: usize>(
     }
 }
 
-/// to ← to + factor · b J, J sparse; `to` and `b` have rows of so many, and of b column k holds something in the rows
-/// `reached[k]`.
+/// to ← to + factor · b J with J sparse. `to` has rows of `width` elements and `b` rows of `n`;
+/// column k of b may be nonzero in the rows `reached[k]` only.
 #[inline(always)]
 fn times<W: Wide<L>, const L: usize>(
     wide: W,

@@ -5,41 +5,42 @@
 //! update:      s = c P cᵀ + R,  K = P cᵀ/s,  P ← P − K Kᵀ s
 //! ```
 //!
-//! U is unit upper triangular, D diagonal and not negative. Thornton's modified weighted Gram-Schmidt and Bierman's
-//! scalar update: Bierman, *Factorization Methods for Discrete Sequential Estimation* (1977), chapters V and VI.
-//! `L` covariances side by side, one a lane.
+//! U is unit upper triangular, D diagonal and not negative. Thornton's modified weighted
+//! Gram-Schmidt and Bierman's scalar update: Bierman, *Factorization Methods for Discrete
+//! Sequential Estimation* (1977), chapters V and VI. `L` covariances side by side, one a lane.
 
 use std::ops::Range;
 
 use crate::noise::Noise;
 use crate::simd::{Lanes, Wide};
 
-/// Times which a variance that is nothing underflows to 0: below 1e-113. A state that nothing drives, as the memory of a lag,
-/// forgets what was not known of its beginning, and the inverse of what is left after 350 time constants is no number.
+/// Factor with which a variance that counts as zero underflows to 0: one below 1e-113. A state that
+/// nothing drives, such as the memory of a lag, forgets the uncertainty of its initial value, and
+/// after 350 time constants the inverse of the remaining variance is not a finite number.
 const NOTHING: f64 = 1e-210;
 
 /// `L` factored covariances of `n` states.
 #[derive(Debug, Clone)]
 pub(super) struct Covariance<const L: usize> {
     n: usize,
-    /// Row-major; what stands above the diagonal is read.
+    /// Row-major; only elements above the diagonal are read.
     u: Lanes<L>,
     d: Lanes<L>,
 }
 
 impl<const L: usize> Covariance<L> {
-    /// Uncorrelated states of these variances.
+    /// The covariance of uncorrelated states with these variances.
     pub fn diagonal(variances: &[[f64; L]]) -> Covariance<L> {
         let n = variances.len();
         Covariance { n, u: Lanes::zeros(n * n), d: Lanes::of(variances) }
     }
 
-    /// Diagonal of D: the variances of states that are uncorrelated.
+    /// Diagonal of D: the variances, if the states are uncorrelated.
     pub fn variances(&self) -> impl Iterator<Item = [f64; L]> {
         self.d.iter().copied()
     }
 
-    /// P ← Y D̃ Yᵀ for Y in `work`; Y is used up.
+    /// P ← Y D̃ Yᵀ for Y in `work`, which is overwritten.
     #[inline(always)]
     fn orthogonalise<W: Wide<L>>(&mut self, wide: W, work: &mut Work<L>) {
         let n = self.n;
@@ -64,7 +65,7 @@ impl<const L: usize> Covariance<L> {
             let known = wide.mul(length, wide.splat(NOTHING));
             own_d[j] = wide.store(wide.only_where(length, known));
             let inverse = wide.only_where(wide.div(wide.splat(1.0), length), known);
-            // some rows at a time: their sums do not wait for each other
+            // several rows at a time: their sums do not wait for each other
             let (mut i, mut others) = (0, above);
             while others.len() >= 4 * columns {
                 let (now, rest) = others.split_at_mut(4 * columns);
@@ -79,7 +80,8 @@ impl<const L: usize> Covariance<L> {
         }
     }
 
-    /// P ← F P Fᵀ + W Wᵀ; `f` is `n × n`, `w` is `n × columns`, both row-major. `work` is room to calculate in.
+    /// P ← F P Fᵀ + W Wᵀ; `f` is `n × n`, `w` is `n × columns`, both row-major. `work` is scratch
+    /// space.
     #[inline(always)]
     pub fn predict<W: Wide<L>>(&mut self, wide: W, f: &[[f64; L]], w: &[[f64; L]], work: &mut Work<L>) {
         let n = self.n;
@@ -90,7 +92,7 @@ impl<const L: usize> Covariance<L> {
             let row = &mut y[i * columns..(i + 1) * columns];
             let f = &f[i * n..(i + 1) * n];
             row[..n].copy_from_slice(f);
-            // column j of U is 1 at j and stands above it
+            // column j of U is 1 at j, and nonzero otherwise only above it
             for k in filled {
                 let f = wide.load(&f[*k]);
                 for (to, u) in row[k + 1..n].iter_mut().zip(&u[k * n + k + 1..(k + 1) * n]) {
@@ -103,8 +105,9 @@ impl<const L: usize> Covariance<L> {
         self.orthogonalise(wide, work);
     }
 
-    /// Takes a measurement of c·x with the variance `r` into account; returns s = c P cᵀ + r and writes the gain P cᵀ/s.
-    /// `at`: the states, in order, outside of which `c` is 0. A lane whose `c` is 0 stays as it is.
+    /// Takes a measurement of c·x with the variance `r` into account; returns s = c P cᵀ + r and
+    /// writes the gain P cᵀ/s. `at` lists, in order, the states outside which `c` is 0. A lane
+    /// whose `c` is 0 is not changed.
     #[inline(always)]
     pub fn update<W: Wide<L>>(
         &mut self,
@@ -118,7 +121,7 @@ impl<const L: usize> Covariance<L> {
         let mut alpha = r;
         let first = at.first().copied().unwrap_or(n);
         wide.clear(&mut gain[..first]);
-        // f = Uᵀc from the last on, because column j is read before it changes
+        // f = Uᵀc, element by element: column j is read for f before it changes
         for j in first..n {
             let mut f = wide.load(&c[j]);
             for i in at.iter().take_while(|i| **i < j) {
@@ -183,7 +186,8 @@ impl<const L: usize> Covariance<L> {
     }
 }
 
-/// Makes `N` rows of Y orthogonal to `row`, and returns what each had of it: u = ⟨weighted, other⟩/length, other ← other − u row.
+/// Makes `N` rows of Y orthogonal to `row`, and returns the coefficient of each:
+/// u = ⟨weighted, other⟩/length, other ← other − u row.
 #[inline(always)]
 fn against<const N: usize, const L: usize, W: Wide<L>>(
     wide: W,
@@ -220,16 +224,17 @@ fn against<const N: usize, const L: usize, W: Wide<L>>(
     left
 }
 
-/// Where a row of F, and of W, begins: before, it is 0.
+/// First element of a row of F, and of W, that may be nonzero.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct First {
-    /// Column of F; a row that does not begin at 0 begins at its diagonal, and so do all below it.
+    /// Column of F. A row that does not begin at 0 begins at its diagonal, and so do all rows below
+    /// it.
     pub column: usize,
-    /// Column of W; it does not fall from a row to the next.
+    /// Column of W; it does not decrease from one row to the next.
     pub source: usize,
 }
 
-/// Room in which a prediction is calculated.
+/// Work space of a prediction.
 #[derive(Debug)]
 pub(super) struct Work<const L: usize> {
     y: Lanes<L>,
@@ -240,15 +245,15 @@ pub(super) struct Work<const L: usize> {
 }
 
 impl<const L: usize> Work<L> {
-    /// For states whose rows of F and W begin at `first`, and `noise` columns of noise; `filled` gives the columns in which each row
-    /// of F may hold something, in order.
+    /// For states whose rows of F and W begin at `first`, and `noise` columns of noise; `filled`
+    /// gives, in order, the columns in which each row of F may be nonzero.
     pub fn new(first: Vec<First>, filled: Vec<Vec<usize>>, noise: usize) -> Work<L> {
         let (n, columns) = (first.len(), first.len() + noise);
         let weights = Lanes::of(&vec![[1.0; L]; columns]);
         Work { y: Lanes::zeros(n * columns), weights, weighted: Lanes::zeros(columns), first, filled }
     }
 
-    /// Columns in which row `i` of F may hold something.
+    /// Columns in which row `i` of F may be nonzero.
     #[inline(always)]
     pub fn filled(&self, i: usize) -> &[usize] {
         &self.filled[i]
@@ -261,7 +266,7 @@ impl<const L: usize> Work<L> {
 }
 
 impl Covariance<1> {
-    /// A sample of this covariance, U √D z.
+    /// A random draw from this covariance, U √D z.
     pub fn drawn(&self, noise: &mut Noise) -> Vec<f64> {
         let z: Vec<f64> = self.d.iter().map(|d| d[0].max(0.0).sqrt() * noise.normal()).collect();
         (0..self.n).map(|i| z[i] + (i + 1..self.n).map(|j| self.u[i * self.n + j][0] * z[j]).sum::<f64>()).collect()
@@ -286,7 +291,8 @@ mod tests {
         &u * d * u.transpose()
     }
 
-    /// A state that is driven by nothing and decays: long after its beginning, its variance is 0, and those of others are numbers.
+    /// A state that decays and that nothing drives: long after its beginning, its variance is 0,
+    /// and those of other states are finite.
     #[test]
     fn exact_covariance_of_a_state_that_is_forgotten() {
         let mut p = Covariance::<2>::diagonal(&[[1.0; 2], [1e4; 2]]);
@@ -301,7 +307,8 @@ mod tests {
         assert!((full(&p, 0)[(0, 0)] - stationary).abs() < 1e-12 * stationary && full(&p, 0)[(1, 1)] == 0.0);
     }
 
-    /// The textbook's formulas in full matrices: the same but for roundings. A lane without a measurement stays.
+    /// The textbook formulas with full matrices, equal except for rounding. A lane without a
+    /// measurement is not changed.
     #[test]
     fn exact_covariances_of_prediction_and_update() {
         let (n, q) = (4, 3);
@@ -338,7 +345,7 @@ mod tests {
                 0 => ([[1.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.2, 0.0]], &[0, 2, 3][..]),
                 _ => ([[0.0, 0.0], [0.7, 0.0], [0.0, 0.0], [0.2, 0.0]], &[1, 3][..]),
             };
-            // what the last sample left there does not count
+            // what the last sample left there has no influence
             let mut gain = vec![[9.0; 2]; n];
             let told = p.variance(Plain, &c);
             let s = p.update(Plain, (&c, at), [0.3, 1.0], &mut gain);

@@ -1,16 +1,17 @@
-//! Deviations where few data know the noise itself only roughly.
+//! Standard deviations of the parameters if few data determine the noise itself only roughly.
 //!
 //! ```text
-//! C = E[A⁻¹(η)],    ln η ~ N(ln η̂ + δ, F⁻¹)              A = JᵀJ of the parameters, F: information on the noise
-//! δ = −½ F⁻¹ ∂ln|A|/∂ln η                                 to the maximum of the restricted likelihood, to first order
-//! C = C₀ + Σ_a C′_a δ_a + ½ Σ_a C″_a λ_a                  over the axes a of F⁻¹, by differences of √3 deviations
+//! C = E[A⁻¹(η)],    ln η ~ N(ln η̂ + δ, F⁻¹)      A = JᵀJ of the parameters, F: information on the noise
+//! δ = −½ F⁻¹ ∂ln|A|/∂ln η       to the maximum of the restricted likelihood, to first order
+//! C = C₀ + Σ_a C′_a δ_a + ½ Σ_a C″_a λ_a      over the axes a of F⁻¹, by differences at ±√3 std
 //! ```
 //!
-//! The likelihood makes the noise too small by what the parameters took of it, as a regression does that divides by n and not
-//! by n − p; and half a minute holds some thirty independent samples of a force with a correlation time of a second: its rms is
-//! known to a fifth, its correlation time to a factor of two. Patterson and Thompson, *Biometrika* 58 (1971) 545-554; Kenward and
-//! Roger, *Biometrics* 53 (1997) 983-997; the differences are the sigma points of Julier and Uhlmann, *Proc. IEEE* 92 (2004)
-//! 401-422.
+//! The likelihood underestimates the noise by what the parameters have absorbed, like a regression
+//! that divides by n and not by n − p. Moreover, half a minute holds some thirty independent
+//! samples of a force with a correlation time of a second: its rms is known to a fifth, its
+//! correlation time to a factor of two. Patterson and Thompson, *Biometrika* 58 (1971) 545-554;
+//! Kenward and Roger, *Biometrics* 53 (1997) 983-997; the differences are the sigma points of
+//! Julier and Uhlmann, *Proc. IEEE* 92 (2004) 401-422.
 
 use nalgebra::DMatrix;
 
@@ -19,14 +20,15 @@ use super::noise::Coordinate;
 use super::steps::Search;
 use crate::estimate::output_error::{OutputErrorError, covariance};
 
-/// Variance along an axis below which the noise is known well enough, to a third: it would change deviations by 2 to 3 % and cost
-/// twelve passes.
+/// Variance along an axis below which the noise is known well enough, to a third: the mean would
+/// change standard deviations by 2 to 3 % and cost twelve passes.
 const KNOWN: f64 = 0.1;
 
-/// Sigma points in deviations: √3 has the fourth moment of a Gaussian.
+/// Distance of the sigma points in standard deviations: √3 gives the fourth moment of a Gaussian.
 const OUT: f64 = 1.732_050_807_568_877_2;
 
-/// Longest change of a logarithm: the Gaussian is that of the top, and says little of what lies farther.
+/// Greatest change of a logarithm: the Gaussian holds near the maximum, and says little about what
+/// lies farther off.
 const FARTHEST: f64 = 1.5;
 
 impl Search<'_> {
@@ -42,7 +44,8 @@ impl Search<'_> {
         covariance::bread(&self.filtered.problem, &self.model, &factor)
     }
 
-    /// The mean over what is known of the forces; `None` where they are known well enough, or the mean is no covariance.
+    /// The mean covariance over the uncertainty of the forces; `None` if they are known well
+    /// enough, or the mean is no covariance.
     fn averaged(&mut self, here: &[f64]) -> Option<Vec<f64>> {
         let all = self.coordinates();
         let is_force = |k: &usize| matches!(all[*k], Coordinate::ForceRms(_) | Coordinate::ForceTime(_));
@@ -58,7 +61,8 @@ impl Search<'_> {
         }
         let p = self.filtered.problem.unknowns.len();
         let mut mean = here.to_vec();
-        // along all axes: those known well are those of σ, which the restricted likelihood moves most (without them nothing is gained)
+        // along all axes: those known well are those of σ, which the restricted likelihood moves
+        // most (without them nothing is gained)
         for (axis, variance) in axes.eigenvectors.column_iter().zip(&axes.eigenvalues) {
             let under = |out: f64| {
                 let mut noise = self.noise.clone();
@@ -69,7 +73,7 @@ impl Search<'_> {
                 self.covariance_of(&self.linearised(&self.model, &noise).0).ok()
             };
             let (up, down) = (under(OUT)?, under(-OUT)?);
-            // in deviations along the axis
+            // in standard deviations along the axis
             let shift = 0.5 * (volume(&up, p)? - volume(&down, p)?) / (2.0 * OUT);
             for (mean, ((up, down), here)) in mean.iter_mut().zip(up.iter().zip(&down).zip(here)) {
                 *mean += shift * (up - down) / (2.0 * OUT) + (up + down - 2.0 * here) / (2.0 * OUT * OUT);
@@ -79,7 +83,7 @@ impl Search<'_> {
     }
 }
 
-/// ln|C| of a covariance; `None` of what is none.
+/// ln|C| of a covariance; `None` if it is not positive definite.
 fn volume(covariance: &[f64], p: usize) -> Option<f64> {
     let factor = DMatrix::from_row_slice(p, p, covariance).cholesky()?;
     Some(2.0 * factor.l().diagonal().map(f64::ln).sum())
@@ -95,7 +99,8 @@ mod tests {
     use crate::noise::Noise;
     use crate::run::{Run, Signal};
 
-    /// 10 u̇ + 4 u = τ + d over `steps` of 0.1 s, d of 0.8 N and 1 s.
+    /// 10 u̇ + 4 u = τ + d over `steps` of 0.1 s; d has an rms of 0.8 N and a correlation time of
+    /// 1 s.
     fn pushed(steps: u32) -> Run {
         let (h, rms) = (0.1, 0.8);
         let time: Vec<f64> = (0..steps).map(|k| h * f64::from(k)).collect();
@@ -116,7 +121,7 @@ mod tests {
         run
     }
 
-    /// Deviations over those under the noise that was found.
+    /// Standard deviations over those under the noise that was found.
     fn widened(steps: u32) -> Vec<f64> {
         let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
         model.input = Interpolation::Hold;
@@ -131,7 +136,8 @@ mod tests {
     #[test]
     fn few_data_widen_the_deviations_and_many_do_not() {
         let few = widened(250);
-        // the force, of which 25 s tell some twenty values, hides the drag; what tells the inertia is quicker
+        // the force, of which 25 s contain some twenty independent values, hides the drag; the
+        // inertia shows in quicker motion
         assert!(few.iter().all(|ratio| *ratio > 1.0) && (1.02..1.5).contains(&few[1]), "{few:?}");
         assert_eq!(widened(3000), [1.0, 1.0]);
     }

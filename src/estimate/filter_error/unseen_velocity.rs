@@ -1,13 +1,14 @@
-//! What poses tell of the velocities at the beginning of a run that logs none.
+//! Initial velocities of a run that logs none, from its poses.
 //!
 //! ```text
-//! η̇ = J(η) ν + c        η̇: slope at the beginning of a parabola through the first samples, by least squares
+//! η̇ = J(η) ν + c    η̇: slope at the beginning of a parabola through the first samples, by least squares
 //! min Σ (η̇ − J ν − c)²/(3σ)² + ν²/V²        →  ν₀ and its variances
 //! ```
 //!
-//! A filter that believes a velocity to be anything follows the difference of the first two fixes, half a metre per second and
-//! more off, and its linearisation there is one about a motion that never was. Under no random force it does not forget that: a
-//! virtual mass came out 25 deviations off. Three deviations: the samples tell the filter the same once more.
+//! A filter that takes any initial velocity as possible follows the difference of the first two
+//! fixes, half a metre per second off and more, and linearises there about a motion that never took
+//! place. Without a random force it does not forget that: a virtual mass came out 25 standard
+//! deviations off. The factor 3 is there because the filter receives the same samples once more.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -16,17 +17,18 @@ use crate::estimate::output_error::Problem;
 use crate::model::Model;
 use crate::simulate::{Stretch, Track, values_at, values_in_run};
 
-/// Speed, m/s or rad/s, that a velocity of which nothing is known may have at the beginning.
+/// Standard deviation, m/s or rad/s, of an initial velocity of which nothing is known.
 pub(super) const UNKNOWN: f64 = 1.0;
 
-/// Seconds of the parabola, and the fewest samples: as many more as it takes.
+/// Length of the parabola, s, and its least number of samples, for which it is made longer if
+/// necessary.
 const SPAN: f64 = 2.0;
 const FEWEST: usize = 8;
 
-/// Deviations of the slope for one of the belief.
+/// Factor by which a standard deviation from the samples is widened for the initial estimate.
 pub(super) const WIDER: f64 = 3.0;
 
-/// A velocity at the beginning: which state, its value and variance.
+/// An initial velocity: its state, value and variance.
 pub(super) struct Velocity {
     pub state: usize,
     pub value: f64,
@@ -43,7 +45,8 @@ pub(super) fn states(problem: &Problem) -> Vec<usize> {
     (0..dynamics.states.len()).filter(|k| is_unseen(&dynamics.states[*k])).collect()
 }
 
-/// The velocities without a sensor at the beginning of a stretch; `x`: its state there, attitude included.
+/// The initial velocities without a sensor of a stretch; `x` is its initial state, attitude
+/// included.
 pub(super) fn of(problem: &Problem, model: &Model, stretch: Stretch, x: &[f64]) -> Vec<Velocity> {
     let (dynamics, track) = (&problem.dynamics, &problem.tracks[stretch.track]);
     let output = |id: StateId| id.channel().and_then(|c| dynamics.outputs.iter().position(|o| o == c));
@@ -88,7 +91,8 @@ pub(super) fn of(problem: &Problem, model: &Model, stretch: Stretch, x: &[f64]) 
     unseen.into_iter().enumerate().map(velocity).collect()
 }
 
-/// Slope of an output at the beginning of a stretch, with its deviation; `None` where there are too few samples.
+/// Slope of an output at the beginning of a stretch, with its standard deviation; `None` if there
+/// are too few samples.
 fn slope(track: &Track, output: usize, width: usize, stretch: Stretch) -> Option<(f64, f64)> {
     let t0 = track.time[stretch.first];
     let samples: Vec<(f64, f64)> = (stretch.first..=stretch.last)

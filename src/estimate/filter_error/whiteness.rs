@@ -1,7 +1,8 @@
-//! Are the innovations white?
+//! Test of the innovations for whiteness.
 //!
 //! ```text
-//! Ljung-Box:   Q = N (N+2) Σ_k r_k²/(N−k)  ~  χ²(m)      r_k: autocorrelation of the innovations z = e/√s at lag k
+//! Ljung-Box:   Q = N (N+2) Σ_k r_k²/(N−k)  ~  χ²(m)
+//! r_k: autocorrelation of the innovations z = e/√s at lag k
 //! ```
 //!
 //! Ljung and Box, *Biometrika* 65 (1978) 297-303.
@@ -11,10 +12,11 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// Lags of the Ljung-Box test.
 const LAGS: usize = 20;
 
-/// Autocorrelation of innovations below which their colour does no harm, however surely it is seen.
+/// Autocorrelation at lag one up to which coloured innovations do no harm, however significant the
+/// colour is.
 const HARMLESS: f64 = 0.15;
 
-/// Chance of calling white innovations harmfully coloured, all channels together.
+/// Probability of calling white innovations harmfully coloured, over all channels.
 const LEVEL: f64 = 1e-3;
 
 /// Autocorrelation of normalised innovations, summed over stretches.
@@ -33,13 +35,13 @@ impl Whiteness {
         Whiteness { products, count: z.len() }
     }
 
-    /// Both together.
+    /// The two combined.
     pub fn with(&self, other: &Whiteness) -> Whiteness {
         let products = std::array::from_fn(|k| self.products[k] + other.products[k]);
         Whiteness { products, count: self.count + other.count }
     }
 
-    /// Probability that white innovations are correlated as much as these; 1 for too few.
+    /// Probability that white innovations are correlated as much as these; 1 if there are too few.
     pub fn p_value(&self) -> f64 {
         let lags = LAGS.min(self.count / 10);
         if lags == 0 || self.products[0] <= 0.0 {
@@ -51,13 +53,15 @@ impl Whiteness {
         ChiSquared::new(lags as f64).map_or(1.0, |chi| chi.sf(q))
     }
 
-    /// Whether chance makes innovations of one of so many channels as correlated as these, at one per cent for all of them.
+    /// Whether chance makes the innovations of one of `channels` channels as correlated as these,
+    /// at one per cent for all of them together.
     pub fn is_white(&self, channels: usize) -> bool {
         self.p_value() >= 0.01 / channels.max(1) as f64
     }
 
-    /// Whether innovations of one of so many channels are correlated: beyond chance, and by enough to do harm. Asked of
-    /// the runs of the fit: on others the errors of the parameters colour them, and most where the motion is largest.
+    /// Whether the innovations of one of `channels` channels are correlated beyond chance, and by
+    /// enough to do harm. Used for the runs of the fit: on others, the errors of the parameters
+    /// colour the innovations, most where the motion is largest.
     pub fn is_coloured(&self, channels: usize) -> bool {
         self.p_value() < LEVEL / channels.max(1) as f64 && self.first().abs() > HARMLESS
     }
@@ -73,7 +77,7 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    /// White numbers pass at 1 % in all but some of a hundred, correlated ones never do.
+    /// White numbers pass at 1 % in all but a few of a hundred cases; correlated ones never pass.
     #[test]
     fn law_white_innovations_pass_and_coloured_do_not() {
         let p = |colour: f64, seed: u64| {

@@ -1,4 +1,5 @@
-//! A parameter run by run, and whether it follows a number that each run has: virtual mass against Keulegan-Carpenter's.
+//! Estimates of a parameter run by run, and whether they follow a number of each run, as virtual
+//! mass may follow the Keulegan-Carpenter number.
 //!
 //! ```text
 //! θ = [shared; m_1 … m_n]       one more fit, with a value of its own in each run
@@ -6,8 +7,9 @@
 //! z = c/σ_c
 //! ```
 //!
-//! Added mass of bluff bodies grows with the amplitude of the oscillation: C_m from 0.4 to 3.5 over KC from 0.55 to 39.8
-//! in Table 5 of Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013) 81-94.
+//! Added mass of bluff bodies grows with the amplitude of the oscillation: C_m from 0.4 to 3.5 over
+//! KC from 0.55 to 39.8 in Table 5 of Avila, Donha and Adamowski, *Ocean Engineering* 60 (2013)
+//! 81-94.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -15,7 +17,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, output_error, value};
 use crate::run::Run;
 
-/// Estimates of one parameter from each run that shows it, all others common.
+/// Estimates of one parameter from each run that shows it, all other parameters common.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunByRun {
     /// Indices of the runs in the fit.
@@ -24,7 +26,7 @@ pub struct RunByRun {
     pub values: Vec<f64>,
     /// Their covariance, row-major, SI.
     pub covariance: Vec<f64>,
-    /// Root mean square of what that fit leaves of each output, in units of its noise.
+    /// Root mean square of the residuals of each output in that fit, in units of its noise.
     pub left: Vec<f64>,
 }
 
@@ -35,24 +37,26 @@ pub struct Trend {
     pub intercept: f64,
     /// Slope c, SI per unit of the number.
     pub slope: f64,
-    /// Its deviation.
+    /// Standard deviation of the slope.
     pub std: f64,
-    /// Chance of such a slope where there is none, two-sided.
+    /// Probability of such a slope by chance, two-sided.
     pub p_value: f64,
 }
 
-/// Deviation, in units of the common value, with which the values of runs are held together: a run that does not show
-/// the parameter keeps it.
+/// Standard deviation, in units of the common value, of the prior that holds the values of runs
+/// together: a run that does not show the parameter keeps the common value.
 const HELD: f64 = 1.0;
 
-/// A run whose estimate is no better than this share of the common value does not show the parameter.
+/// Standard deviation of a run's estimate, as a share of the common value, below which the run
+/// shows the parameter.
 const SHOWN: f64 = 0.5;
 
-/// The common unknowns `parameters` (indices in the model) run by run, all others common: one more fit, started from
-/// `fit`. An entry is `None` where the parameter was not fitted or fewer than two runs show it.
+/// Fits the common unknowns `parameters` (indices in the model) run by run, all others common: one
+/// more fit, started from `fit`. An entry is `None` if the parameter was not fitted or fewer than
+/// two runs show it.
 ///
 /// # Errors
-/// [`OutputErrorError`] where that fit cannot be done.
+/// [`OutputErrorError`] if that fit cannot be done.
 pub fn run_by_run(
     fit: &OutputErrorFit,
     runs: &[Run],
@@ -70,7 +74,7 @@ pub fn run_by_run(
     Ok(parameters.iter().map(|p| of_runs(&apart, *p, fit.model.parameters[*p].value)).collect())
 }
 
-/// What a fit with a value in each run tells of one parameter.
+/// The estimates of one parameter from a fit with a value in each run.
 fn of_runs(fit: &OutputErrorFit, parameter: usize, common: f64) -> Option<RunByRun> {
     let unknowns = &fit.problem.unknowns;
     let p = unknowns.len();
@@ -91,8 +95,8 @@ fn of_runs(fit: &OutputErrorFit, parameter: usize, common: f64) -> Option<RunByR
     })
 }
 
-/// The line through estimates against `numbers`, one a run of `estimates`; `None` when the numbers do not differ or the
-/// covariance is none.
+/// The line through estimates against `numbers`, one number for each run of `estimates`; `None` if
+/// the numbers do not differ or the covariance is not positive definite.
 pub fn trend(estimates: &RunByRun, numbers: &[f64]) -> Option<Trend> {
     let n = numbers.len();
     let covariance = DMatrix::from_row_slice(n, n, &estimates.covariance);
@@ -115,7 +119,7 @@ pub fn trend(estimates: &RunByRun, numbers: &[f64]) -> Option<Trend> {
 mod tests {
     use super::*;
 
-    /// y = 3 + 2x with independent deviations 1: the slope's variance is 1/Σ(x − x̄)².
+    /// y = 3 + 2x with independent standard deviations of 1: the slope's variance is 1/Σ(x − x̄)².
     #[test]
     fn exact_line_and_its_deviation() {
         let numbers = [1.0, 2.0, 6.0];

@@ -1,4 +1,4 @@
-//! Which parameters the data cannot tell apart.
+//! Which parameters the data cannot distinguish.
 //!
 //! ```text
 //! J D = U S Vᵀ        D: columns of unit length
@@ -7,9 +7,10 @@
 //! inflation_k = √(Σ_i (v_ki/s_i)²)          std of θ_k over that with all other parameters known
 //! ```
 //!
-//! J: Jacobian by the unknowns over the noise, initial states projected out, by its triangular factor. Parameters whose
-//! variance comes for more than half from one direction of great condition index form a group. Belsley, Kuh and Welsch,
-//! *Regression Diagnostics* (1980), ch. 3.
+//! J: Jacobian by the unknowns in units of the noise, with the initial states projected out, by its
+//! triangular factor. Parameters of which more than half of the variance comes from one direction
+//! of large condition index form a group. Belsley, Kuh and Welsch, *Regression Diagnostics* (1980),
+//! ch. 3.
 
 use faer::Mat;
 
@@ -18,7 +19,7 @@ use crate::estimate::output_error::{OutputErrorFit, normal_factor};
 /// Condition index from which on a dependence counts.
 pub const SAME: f64 = 30.0;
 
-/// Share of the variance from which on a parameter takes part in a dependence.
+/// Share of the variance beyond which a parameter takes part in a dependence.
 const PART: f64 = 0.5;
 
 /// One direction of the parameter space.
@@ -30,12 +31,13 @@ pub struct ConditionIndex {
     pub proportions: Vec<f64>,
 }
 
-/// What collinearity does to the unknowns of a fit.
+/// The effect of collinearity on the unknowns of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Collinearity {
     /// Directions, the best known first.
     pub indices: Vec<ConditionIndex>,
-    /// Deviation over that with all others known, by unknown; 1: nothing else resembles it.
+    /// Standard deviation over that with all others known, by unknown; 1 if nothing else resembles
+    /// it.
     pub inflation: Vec<f64>,
     /// Groups of unknowns that this data does not separate, with the condition index.
     pub groups: Vec<(Vec<usize>, f64)>,
@@ -48,8 +50,8 @@ pub fn factor_of(fit: &OutputErrorFit) -> Vec<Vec<f64>> {
     (0..p).map(|j| (0..p).map(|i| if i <= j { factor.at(i, j)[0] } else { 0.0 }).collect()).collect()
 }
 
-/// Collinearity of the columns of a Jacobian or its triangular factor; `None` where a column is 0 or not finite, or no
-/// decomposition is found.
+/// Collinearity of the columns of a Jacobian or its triangular factor; `None` if a column is 0 or
+/// not finite, or no decomposition is found.
 pub fn collinearity(columns: &[Vec<f64>]) -> Option<Collinearity> {
     let p = columns.len();
     let length: Vec<f64> = columns.iter().map(|c| c.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
@@ -84,7 +86,7 @@ pub fn collinearity(columns: &[Vec<f64>]) -> Option<Collinearity> {
 mod tests {
     use super::*;
 
-    /// Two columns that differ by a part in a hundred beside one of their own.
+    /// Two columns that differ by a part in a hundred, and an independent one.
     #[test]
     fn a_near_dependence_names_its_columns() {
         let n = 40;
@@ -99,7 +101,7 @@ mod tests {
         assert!(found.inflation[0] > 50.0 && found.inflation[2] < 1.5, "{:?}", found.inflation);
         for k in 0..3 {
             let sum: f64 = found.indices.iter().map(|i| i.proportions[k]).sum();
-            // three terms in floating point
+            // rounding of three terms
             assert!((sum - 1.0).abs() < 1e-12);
         }
     }

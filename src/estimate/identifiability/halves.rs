@@ -1,12 +1,13 @@
-//! Whether the halves of the record tell the same.
+//! Whether the two halves of the record agree.
 //!
 //! ```text
 //! θ_h = θ − R_h⁻¹ r_h       one Gauss-Newton step on the segments of one half of each run
 //! z = (θ₁ − θ₂)/√(σ₁² + σ₂²)
 //! ```
 //!
-//! A parameter that drifts in the course of the runs (a battery, a tether, a wet vehicle) or stands in for an effect that
-//! the model lacks differs between the halves by more than its deviations. The step needs no further fit.
+//! A parameter that drifts in the course of the runs (a battery, a tether, a wet vehicle), or
+//! stands in for an effect that the model lacks, differs between the halves by more than its
+//! standard deviation. The step needs no further fit.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -23,13 +24,13 @@ pub struct Halves {
     pub first: Vec<f64>,
     /// From the second halves.
     pub second: Vec<f64>,
-    /// Their difference over its deviation.
+    /// Their difference over its standard deviation.
     pub z: Vec<f64>,
     /// |z| that chance exceeds in one of a hundred fits, over all unknowns together.
     pub limit: f64,
 }
 
-/// Estimates from the halves of each run; `None` where one of them does not determine all unknowns.
+/// Estimates from the halves of each run; `None` if one half does not determine all unknowns.
 pub fn halves(fit: &OutputErrorFit) -> Option<Halves> {
     let (problem, linearised) = cut(fit);
     let p = problem.unknowns.len();
@@ -39,8 +40,9 @@ pub fn halves(fit: &OutputErrorFit) -> Option<Halves> {
         stretch.first >= middle(track)
     };
     let whole = deviations(&normal_factor(&fit.problem, &fit.model, &fit.linearised), p)?;
-    // deviations that hold for correlated residuals too: as much larger as those of the whole fit. What few clusters widen
-    // them by is no measure: a parameter that changes between the halves widens all of them
+    // standard deviations are widened in the same proportion as those of the whole fit, so that they
+    // hold for correlated residuals too. The widening of few clusters is not used: a parameter that
+    // changes between the halves widens all of them
     let wider: Vec<f64> = (0..p)
         .map(|k| match fit.std_method {
             StdMethod::FewClusters => fit.white_scale().sqrt(),
@@ -73,7 +75,7 @@ fn cut(fit: &OutputErrorFit) -> (Problem, Vec<Linearised>) {
     for (stretch, x0) in fit.problem.segments.iter().zip(&fit.initial_states) {
         let k = middle(&problem.tracks[stretch.track]);
         kept.push(Some(x0.clone()));
-        // a segment has two grid points at least
+        // a segment has at least two grid points
         if stretch.first + 2 <= k && k < stretch.last {
             segments.extend([Stretch { last: k - 1, ..*stretch }, Stretch { first: k, ..*stretch }]);
             kept.push(None);
@@ -91,7 +93,7 @@ fn cut(fit: &OutputErrorFit) -> (Problem, Vec<Linearised>) {
     (problem, linearised)
 }
 
-/// √ of the diagonal of (RᵀR)⁻¹; `None` where a direction is not shown.
+/// √ of the diagonal of (RᵀR)⁻¹; `None` if a direction is not determined.
 fn deviations(factor: &Fold<1>, p: usize) -> Option<Vec<f64>> {
     let weak = |k: usize| {
         let length = (0..=k).map(|i| factor.at(i, k)[0].powi(2)).sum::<f64>().sqrt();

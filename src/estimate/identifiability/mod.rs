@@ -1,15 +1,14 @@
-//! What a fit's data can tell, and what it cannot: beside each estimate, whether to believe it.
+//! Identifiability: what the data of a fit can determine, and what they cannot.
 //!
 //! ```text
-//! collinearity   which parameters this data cannot tell apart (Belsley's variance proportions)
+//! collinearity   which parameters this data cannot distinguish (Belsley's variance proportions)
 //! share          how much of the force in a balance a term carries
-//! halves         whether the first and the second half of the runs tell the same
+//! halves         whether the first and the second half of the runs agree
 //! run by run     whether an inertia follows the amplitude of the runs
-//! profile        how the likelihood falls when a parameter is held aside and all others follow
+//! profile        how the likelihood falls when a parameter is held aside and all others are refitted
 //! ```
 //!
-//! The first three cost nothing beside the fit: they read its triangular factors. Values run by run are one fit more, a
-//! profile is made of several.
+//! The first three need no further fit. Values run by run are one fit more, a profile is several.
 
 mod amplitude;
 mod collinearity;

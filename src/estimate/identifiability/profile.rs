@@ -1,11 +1,13 @@
-//! The profile likelihood of one parameter: held at a row of values while all others are fitted anew.
+//! The profile likelihood of one parameter, which is held at several values while all others are
+//! refitted.
 //!
 //! ```text
 //! Λ(θ_k) = (min over all others of cost(θ_k) − cost) / s²        Λ ≤ 3.84 within the 95 % interval
 //! ```
 //!
-//! Where the likelihood is no parabola, this interval is right and estimate ± 1.96 std is not; where it never rises, the
-//! data does not bound the parameter. Murphy and van der Vaart, *J. Am. Stat. Assoc.* 95 (2000) 449-465.
+//! If the likelihood is not a parabola, this interval is right and estimate ± 1.96 std is not; if
+//! it never rises, the data do not bound the parameter. Murphy and van der Vaart, *J. Am. Stat.
+//! Assoc.* 95 (2000) 449-465.
 
 use crate::estimate::output_error::{OutputErrorError, OutputErrorFit, OutputErrorOptions, output_error};
 use crate::run::Run;
@@ -32,14 +34,15 @@ pub struct Profile {
     pub parameter: usize,
     /// Points, by value.
     pub points: Vec<ProfilePoint>,
-    /// 95 % interval, SI; `None` on a side where Λ does not rise to its bound within five deviations.
+    /// 95 % interval, SI; `None` on a side where Λ does not rise to its bound within five standard
+    /// deviations.
     pub interval: [Option<f64>; 2],
 }
 
 /// The profile of the common parameter number `parameter` of a fit.
 ///
 /// # Errors
-/// [`OutputErrorError`] where the fit with the parameter held cannot be done.
+/// [`OutputErrorError`] if the fit with the parameter held cannot be done.
 pub fn profile(
     fit: &OutputErrorFit,
     runs: &[Run],
@@ -55,7 +58,7 @@ pub fn profile(
     let options = OutputErrorOptions { sigma: Some(sigma), ..options.clone() };
     let mut points = vec![ProfilePoint { value: best, rise: 0.0 }];
     for sign in [-1.0, 1.0] {
-        // each starts where the last one ended
+        // each fit starts where the last one ended
         let mut model = fit.model.clone();
         model.parameters[parameter].fixed = true;
         for distance in DISTANCES {
@@ -79,7 +82,8 @@ pub fn profile(
     Ok(Profile { parameter, points, interval: [lower, upper] })
 }
 
-/// Where √Λ, which is a straight line for a parabola, crosses its bound going outwards.
+/// The value at which √Λ, which is a straight line for a parabola, crosses its bound going
+/// outwards.
 fn crossing<'a>(outwards: impl Iterator<Item = &'a ProfilePoint>) -> Option<f64> {
     let points: Vec<&ProfilePoint> = outwards.collect();
     let pair = points.windows(2).find(|w| w[1].rise >= BOUND)?;

@@ -1,10 +1,12 @@
-//! How much of the force in a balance each term carries.
+//! The share of the force in a balance that each term carries.
 //!
 //! ```text
-//! share_k = Σ|F_k| / Σ_j Σ|F_j|        over the samples of all runs; j: all terms but thrust, and M ν̇ for the inertia
+//! share_k = Σ|F_k| / Σ_j Σ|F_j|
+//! over the samples of all runs; j: all terms but thrust, and M ν̇ for the inertia
 //! ```
 //!
-//! An uncertain term that carries no force is not resolved, and does no harm; one that carries much is.
+//! An uncertain term that carries hardly any force is not resolved, and does no harm; one that
+//! carries much force does.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +15,11 @@ use crate::estimate::force_components;
 use crate::model::Model;
 use crate::run::Run;
 
-/// Name under which the actuators stand among the components.
+/// Name of the actuators among the components.
 const THRUST: &str = "thrust";
 
-/// Share of each term, by its name: the greatest over the degrees of freedom in which it acts. A balance that hangs on
-/// memory or reads what is not logged is left out.
+/// Share of each term, by its name: the greatest over the degrees of freedom in which it acts. A
+/// balance that depends on memory or reads what is not logged is left out.
 pub fn shares(model: &Model, runs: &[Run]) -> BTreeMap<String, f64> {
     let mut greatest: BTreeMap<String, f64> = BTreeMap::new();
     for dof in &model.dofs {

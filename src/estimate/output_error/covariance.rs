@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! white residuals:       Σ = (JᵀJ)⁻¹ s²                              s² = cost / (samples − unknowns)
-//! correlated residuals:  by clusters ([`crate::least_squares::clusters`])      g_c = Jᵀr summed over cluster c
+//! correlated residuals:  by clusters ([`crate::least_squares::clusters`])
+//!                        g_c = Jᵀr summed over cluster c
 //! ```
 //!
-//! J is the Jacobian by the unknowns after the initial states are projected out; under a robust loss r stands for ψ and
-//! JᵀJ for its curvature Σψ'. The second form asks only that residuals of different clusters, stretches of some 24 s, be
-//! independent.
+//! J is the Jacobian by the unknowns with the initial states projected out; under a robust loss r
+//! stands for ψ and JᵀJ for its curvature Σψ'. The second form requires only that residuals of
+//! different clusters, stretches of some 24 s, are independent.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -17,19 +18,19 @@ use crate::least_squares::clusters::of_clusters;
 use crate::least_squares::singular_ratio;
 use crate::model::Model;
 
-/// How standard deviations were found.
+/// How standard deviations were computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StdMethod {
-    /// Inverse information, residuals white.
+    /// Inverse information, for white residuals.
     Information,
     /// Sandwich over clusters of residuals.
     Clusters,
-    /// Inverse information, widened by what too few clusters for a sandwich tell.
+    /// Inverse information, widened by the evidence of clusters that are too few for a sandwich.
     FewClusters,
 }
 
-/// Covariance of the unknowns and the method that the residuals asked for.
+/// Covariance of the unknowns, and the method that the residuals require.
 pub(super) fn of(
     problem: &Problem,
     model: &Model,
@@ -56,19 +57,21 @@ pub(super) fn of(
     Ok((found.covariance.as_slice().to_vec(), method))
 }
 
-/// Samples less unknowns and initial states.
+/// Samples minus unknowns and initial states, at least 1.
 fn freedom(problem: &Problem, segments: &[Linearised]) -> f64 {
     let samples: usize = segments.iter().map(|s| s.samples).sum();
     samples.saturating_sub(problem.unknowns.len() + problem.free_states() * segments.len()).max(1) as f64
 }
 
-/// What (JᵀJ)⁻¹ of the factor is multiplied by: for the curvature of the loss, and for white residuals by their variance.
+/// Factors of (JᵀJ)⁻¹: for the curvature of the loss and, if residuals are white, for their
+/// variance.
 fn scales(problem: &Problem, segments: &[Linearised]) -> (f64, f64) {
     let samples: usize = segments.iter().map(|s| s.samples).sum();
     let sum = |f: &dyn Fn(&Linearised) -> f64| segments.iter().map(f).sum::<f64>();
-    // J stands in the factor times ds/dr, whose square is not the curvature of a robust loss
+    // the factor holds J times ds/dr, whose square is not the curvature of a robust loss
     let steep = sum(&|s| s.curvature[0]);
-    // were most residuals outliers, the curvature would vanish: the deviations then grow, tenfold at most
+    // if most residuals were outliers, the curvature would vanish: the standard deviations then
+    // grow, tenfold at most
     let bend = sum(&|s| s.curvature[1]).max(0.1 * steep);
     (steep / bend, sum(&|s| s.pull) / freedom(problem, segments) * samples as f64 / bend)
 }
@@ -76,7 +79,7 @@ fn scales(problem: &Problem, segments: &[Linearised]) -> (f64, f64) {
 /// (JᵀJ)⁻¹ of a factor, row-major.
 ///
 /// # Errors
-/// [`OutputErrorError::NotIdentified`] with the unknowns of which the factor says nothing.
+/// [`OutputErrorError::NotIdentified`] with the unknowns that the factor does not determine.
 pub(crate) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Result<Vec<f64>, OutputErrorError> {
     let p = problem.unknowns.len();
     let (weak, values): (Vec<String>, Vec<f64>) = (0..p)
@@ -94,14 +97,14 @@ pub(crate) fn bread(problem: &Problem, model: &Model, factor: &Fold<1>) -> Resul
 }
 
 impl OutputErrorFit {
-    /// Variance of an estimate, were the residuals white, over that of its factor.
+    /// Variance of an estimate, assuming white residuals, over that of its factor.
     pub(crate) fn white_scale(&self) -> f64 {
         let (curved, scale) = scales(&self.problem, &self.linearised);
         curved * scale
     }
 
-    /// cond(JᵀJ), as the paper prints of its regressors, and cond(J) with columns of unit length; J by the unknowns,
-    /// the initial states projected out.
+    /// cond(JᵀJ), as the paper prints it for its regressors, and cond(J) with columns of unit
+    /// length; J by the unknowns, with the initial states projected out.
     pub fn condition_numbers(&self) -> (f64, f64) {
         let p = self.problem.unknowns.len();
         if p == 0 {
@@ -136,7 +139,7 @@ pub(crate) fn cluster_gradients(problem: &Problem, segments: &[Linearised], leng
 }
 
 impl Problem {
-    /// Segments by clusters: stretches of about `length` seconds of one run.
+    /// Indices of the segments by cluster: stretches of about `length` seconds of one run.
     pub(crate) fn clusters(&self, length: f64) -> Vec<Vec<usize>> {
         let mut clusters: Vec<(usize, f64, Vec<usize>)> = Vec::new();
         for (k, stretch) in self.segments.iter().enumerate() {
@@ -151,9 +154,10 @@ impl Problem {
         clusters.into_iter().map(|(_, _, members)| members).collect()
     }
 
-    /// Whether the segments' costs scatter no more than those of white residuals do: the variance of a sum of n squares
-    /// is 2n; correlation and misfit raise it. The mean of n squares of standard normal numbers has a standard deviation of
-    /// √(2/n): beyond 2.33 of them residuals are not white, which is a false alarm once in a hundred.
+    /// Whether the costs of the segments scatter no more than those of white residuals. The
+    /// variance of a sum of n squares is 2n; correlation and misfit raise it. The mean of n squares
+    /// of standard normal numbers has a standard deviation of √(2/n): if the mean is more than 2.33
+    /// of these above 1, residuals count as not white, which is a false alarm once in a hundred.
     pub(crate) fn is_white(&self, segments: &[Linearised]) -> bool {
         let states = self.dynamics.states.len() as f64;
         let total: f64 = segments.iter().map(Linearised::cost).sum();

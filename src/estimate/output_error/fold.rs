@@ -8,20 +8,21 @@
 
 use crate::simd::{Lanes, Plain, Wide};
 
-/// `L` triangular factors of `n` columns that rows are folded into.
+/// `L` triangular factors of `n` columns, into which rows are folded.
 #[derive(Debug, Clone)]
 pub struct Fold<const L: usize, W = Plain> {
     wide: W,
     n: usize,
-    /// Row-major, upper triangle; what stands on its diagonal is not negative.
+    /// Row-major, upper triangle; the diagonal is not negative.
     r: Lanes<L>,
-    /// Rows that wait to be folded, column by column, each with room for a block.
+    /// Rows that wait to be folded, column by column, with room for a block in each column.
     block: Lanes<L>,
-    /// How many wait.
+    /// Number of rows that wait.
     rows: usize,
 }
 
-/// Rows that are folded at once: enough to pay for a reflection, few enough for five columns in the nearest cache.
+/// Rows that are folded at once: enough to pay for a reflection, few enough to keep five columns in
+/// the nearest cache.
 const BLOCK: usize = 64;
 
 impl<const L: usize> Fold<L> {
@@ -66,8 +67,8 @@ impl<const L: usize, W: Wide<L>> Fold<L, W> {
             let (until, after) = self.block.split_at_mut((j + 1) * BLOCK);
             let v = &mut until[j * BLOCK..][..self.rows];
             let s = square(wide, v);
-            // the reflection that maps (r_jj, x) to (μ, 0): v₀ without cancellation, β = 2 v₀²/(s + v₀²); none where
-            // there is nothing to map
+            // the reflection that maps (r_jj, x) to (μ, 0): v₀ without cancellation,
+            // β = 2 v₀²/(s + v₀²); none if there is nothing to map
             let (alpha, two) = (wide.load(&self.r[j * n + j]), wide.splat(2.0));
             let mu = wide.sqrt(wide.plus(s, alpha, alpha));
             let v0 = wide.div(s, wide.sub(wide.splat(0.0), wide.add(alpha, mu)));
@@ -112,7 +113,7 @@ fn square<const L: usize, W: Wide<L>>(wide: W, x: &[[f64; L]]) -> W::Value {
     sum
 }
 
-/// Reflects `K` columns, each with its element of the factor, at (1, v).
+/// Applies the reflection at (1, v) to `K` columns, each with its element of the factor.
 #[inline(always)]
 fn reflect<const K: usize, const L: usize, W: Wide<L>>(
     wide: W,

@@ -1,18 +1,19 @@
-//! Segments joined where the data allow it: fewer free initial states, more information.
+//! Joins segments where the data allow it: fewer free initial states, more information.
 //!
 //! ```text
 //! Δ = (cost joined − cost apart) / s²  ~  χ²(states given up)        joined where Δ < n + 3 √(2 n)
 //! ```
 //!
-//! Every free initial state takes information away; on segments of 8 s logged at 3 Hz errors of drag are twice the
-//! Cramér-Rao bound. A model that is right carries a state across the border of two segments as well as within; one that
-//! is not, or a run that something else disturbs, does not, and then its segments stay short. The short fit gives the
-//! start, without which long segments end in wrong minima. At the end channels are weighed by their residuals.
+//! Every free initial state takes information away: with segments of 8 s logged at 3 Hz, errors of
+//! drag are twice the Cramér-Rao bound. A correct model carries a state across the border of two
+//! segments as well as within them. A model that is not correct, or a run with another disturbance,
+//! does not, and then the segments stay short. The short fit gives the start, without which long
+//! segments end in wrong minima. At the end, channels are weighted by their residuals.
 
 use super::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, fit_from};
 use crate::simulate::Stretch;
 
-/// Segments that become one in the first round; in the second all of a run do.
+/// Number of segments that become one in each round; in the second, all of a run do.
 const ROUNDS: [usize; 2] = [4, usize::MAX];
 
 /// Joins the segments of a fit as far as the data allow.
@@ -20,7 +21,7 @@ pub(super) fn joined(
     mut fit: OutputErrorFit,
     options: &OutputErrorOptions,
 ) -> Result<OutputErrorFit, OutputErrorError> {
-    // with correlated residuals Δ is no χ², and clusters have to stay shorter than runs
+    // with correlated residuals Δ does not follow χ², and clusters have to stay shorter than runs
     if !fit.converged || fit.problem.loss.is_robust() || !fit.problem.is_white(&fit.linearised) {
         return Ok(fit);
     }
@@ -37,7 +38,7 @@ pub(super) fn joined(
         let mut problem = fit.problem.clone();
         problem.segments = groups.iter().map(|group| stretch(group)).collect();
         let x0 = groups.iter().map(|group| fit.initial_states[group[0]].clone()).collect();
-        // a divergence says that the border is needed
+        // if the joined fit diverges, the border is needed
         let Ok(longer) = fit_from(&fit.model, problem, x0, options) else { break };
         let unknowns = fit.problem.unknowns.len() + fit.problem.free_states() * fit.problem.segments.len();
         let scale = fit.cost / (fit.samples - unknowns) as f64;
@@ -50,11 +51,12 @@ pub(super) fn joined(
     Ok(if options.sigma.is_none() { weighed(fit, options) } else { fit })
 }
 
-/// The fit with each channel weighed by the residuals that it has left, where the noise was not given: differences of
-/// slow samples take part of the motion for noise, and with wrong weights neither errors nor deviations are the best.
-/// The relaxation of Jategaonkar (2015), section 4.4; a fit that fails keeps the weights that it had.
+/// The fit with each channel weighted by its residuals, if the noise was not given. Differences of
+/// slow samples take part of the motion for noise, and with wrong weights neither errors nor
+/// standard deviations are the best. The relaxation of Jategaonkar (2015), section 4.4; a fit that
+/// fails keeps its former weights.
 fn weighed(mut fit: OutputErrorFit, options: &OutputErrorOptions) -> OutputErrorFit {
-    // the second pass moves deviations by less than a hundredth
+    // the second pass changes standard deviations by less than a hundredth
     const PASSES: usize = 2;
     for _ in 0..PASSES {
         let mut problem = fit.problem.clone();
@@ -72,7 +74,7 @@ fn weighed(mut fit: OutputErrorFit, options: &OutputErrorOptions) -> OutputError
     fit
 }
 
-/// Neighbours of one track without a gap between them, `count` at a time; by index.
+/// Groups of up to `count` neighbouring segments of one track without a gap between them; by index.
 fn groups(problem: &Problem, count: usize) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (k, segment) in problem.segments.iter().enumerate() {

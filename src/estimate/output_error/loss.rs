@@ -1,4 +1,5 @@
-//! What a residual costs: its square, or less where it is large, so that outliers do not carry the fit away.
+//! The cost of a residual: its square, or less if it is large, so that outliers do not dominate the
+//! fit.
 //!
 //! ```text
 //! squares   ρ = r²
@@ -6,33 +7,35 @@
 //! Student   ρ = (ν + 1) ln(1 + r²/ν), ν = 4                                 ψ = (ν + 1) r/(ν + r²)
 //! ```
 //!
-//! r is the residual in units of its sensor's noise; ψ = ½ dρ/dr. The fit minimises Σρ as the squares of
-//! s = sign(r) √ρ, whose Jacobian is that of r times ψ/s: Gauss-Newton then has the right gradient. Huber, *Robust
-//! Statistics* (1981), 95 % as efficient as squares where noise is Gaussian; Lange, Little and Taylor, *JASA* 84 (1989)
-//! 881.
+//! r is the residual in units of its sensor's noise; ψ = ½ dρ/dr. The fit minimises Σρ as the sum
+//! of squares of s = sign(r) √ρ, whose Jacobian is that of r times ψ/s: Gauss-Newton then has the
+//! right gradient. Huber, *Robust Statistics* (1981): 95 % as efficient as squares if noise is
+//! Gaussian; Lange, Little and Taylor, *JASA* 84 (1989) 881.
 
 use serde::{Deserialize, Serialize};
 
-/// What a residual costs.
+/// The cost of a residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Loss {
-    /// Its square: best where noise is Gaussian.
+    /// Its square: best if noise is Gaussian.
     #[default]
     Squares,
     /// Huber's: an outlier pulls no more than a residual of 1.345 σ.
     Huber,
-    /// Student's with four degrees of freedom: the farther an outlier the less it pulls. The start should be good.
+    /// Student's with four degrees of freedom: the farther off an outlier, the less it pulls. It
+    /// needs a good start.
     Student,
 }
 
-/// Beyond this many σ, Huber's loss grows linearly: 95 % as good as squares where the noise is Gaussian.
+/// Number of σ beyond which Huber's loss grows linearly: 95 % as efficient as squares if the noise
+/// is Gaussian.
 pub(crate) const HUBER: f64 = 1.345;
 
 /// Degrees of freedom of Student's distribution.
 const STUDENT: f64 = 4.0;
 
-/// A residual as its loss sees it.
+/// A residual as transformed by its loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RobustResidual {
     /// s = sign(r) √ρ(r).
@@ -66,7 +69,7 @@ impl Loss {
         }
     }
 
-    /// Whether outliers are held back.
+    /// Whether the pull of outliers is limited.
     pub fn is_robust(self) -> bool {
         self != Loss::Squares
     }
@@ -76,7 +79,8 @@ impl Loss {
 mod tests {
     use super::*;
 
-    /// ψ = s ds/dr is half the slope of s², and `bend` is the slope of ψ: central differences, good to the step squared.
+    /// ψ = s ds/dr is half the slope of s², and `bend` is the slope of ψ: central differences,
+    /// accurate to the step squared.
     #[test]
     fn law_slopes_are_slopes() {
         let h = 1e-5;

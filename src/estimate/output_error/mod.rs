@@ -1,13 +1,14 @@
-//! Output error on segments (multiple shooting): the estimator to recommend.
+//! Output error on segments (multiple shooting): the estimator for measurement noise alone.
 //!
 //! ```text
 //! min over θ, x₀ₛ of  Σ_s Σ_k |h(x(t_k; x₀ₛ, θ), θ) − y_k|² / σ² + priors
 //! ```
 //!
-//! Each run is cut into segments of some seconds, each simulated from a free initial state x₀ₛ; Levenberg-Marquardt
-//! with sensitivities integrated along. The initial states are eliminated segment by segment in a triangular factor,
-//! so that the cost grows with the number of segments and not with its cube. Noise enters where it belongs, in the
-//! measurement, and unstable motions have no time to diverge. Bock (1983); Jategaonkar, *Flight Vehicle System
+//! Each run is divided into segments of some seconds, each simulated from a free initial state x₀ₛ.
+//! The method is Levenberg-Marquardt with integrated sensitivities. The initial states are
+//! eliminated segment by segment in a triangular factor, so that the cost grows with the number of
+//! segments and not with its cube. Noise enters where it belongs, in the measurement, and unstable
+//! motions have no time to diverge. Bock (1983); Jategaonkar, *Flight Vehicle System
 //! Identification* (2015), ch. 4.
 
 mod bound;
@@ -42,20 +43,23 @@ use crate::progress;
 use crate::run::Run;
 use crate::simulate::TrackError;
 
-/// Longest step of the integrator where the motion may be quick and nobody says another, s: RK4 is then good to 1e-5 for time
-/// constants above 0.5 s.
+/// Longest step of the integrator if the motion may be quick and no other step is given, s: RK4 is
+/// then accurate to 1e-5 for time constants above 0.5 s.
 pub const LONGEST_STEP: f64 = 0.1;
 
-/// How the fit is done.
+/// Options of the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputErrorOptions {
-    /// Length of a segment, s. Long enough to see slow drag, short enough that unstable motion stays near the data.
+    /// Length of a segment, s. Long enough to see slow drag, short enough that unstable motion
+    /// stays near the data.
     pub segment: f64,
-    /// Longest step of the integrator, s; `None`: [`LONGEST_STEP`], or longer where the motion is slow.
+    /// Longest step of the integrator, s; `None`: [`LONGEST_STEP`], or longer if the motion is
+    /// slow.
     pub longest_step: Option<f64>,
-    /// Whether the logged position is a measurement of its own (acoustic, GNSS), not integrated from the velocity.
+    /// Whether the logged position is a measurement of its own (acoustic, GNSS), not integrated
+    /// from the velocity.
     pub position: bool,
-    /// Standard deviation of the noise by channel, SI; estimated from the data where absent.
+    /// Standard deviation of the noise by channel, SI; estimated from the data if absent.
     pub sigma: Option<BTreeMap<String, f64>>,
     /// Greatest number of steps.
     pub iterations: usize,
@@ -63,11 +67,13 @@ pub struct OutputErrorOptions {
     pub tolerance: f64,
     /// Length of the clusters whose residuals are taken as independent of one another, s.
     pub cluster: f64,
-    /// What a residual costs: its square, or less where outliers are feared.
+    /// The cost of a residual: its square, or less if outliers are expected.
     pub loss: Loss,
-    /// Whether segments are joined at the end where the data allow it, so that fewer initial states take information.
+    /// Whether segments are joined at the end if the data allow it, so that fewer initial states
+    /// take up information.
     pub join: bool,
-    /// Whether each step is told to who watches; a fit within other work keeps silent.
+    /// Whether each step is reported to the observer of the progress; a fit within other work stays
+    /// silent.
     pub told: bool,
 }
 
@@ -95,7 +101,7 @@ impl Default for OutputErrorOptions {
     }
 }
 
-/// Why an output-error fit cannot be done.
+/// Reason why an output-error fit cannot be done.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum OutputErrorError {
     /// No channel that the model predicts is logged.
@@ -118,13 +124,13 @@ pub enum OutputErrorError {
         /// Names and values.
         values: String,
     },
-    /// A bootstrap draws clusters, and there are not two.
+    /// A bootstrap draws clusters, and there are fewer than two.
     #[error("{clusters} clusters of residuals to draw from: a bootstrap needs at least two; take shorter ones")]
     TooFewClusters {
         /// Number of clusters.
         clusters: usize,
     },
-    /// A fit that was held against another one, and gave no hope.
+    /// A fit that was compared with another one, and had no hope of becoming better.
     #[error("given up after {passes} passes: another fit is better by far")]
     GivenUp {
         /// Passes taken.
@@ -132,12 +138,13 @@ pub enum OutputErrorError {
         /// −2 ln L there.
         cost: f64,
     },
-    /// A parameter that this data says nothing about.
+    /// A parameter that the data do not determine.
     #[error("this data says nothing about {}: fix them, or add a run that moves them", at_the_end(.parameters, .values))]
     NotIdentified {
         /// Their names ([`crate::model::Parameter::full_name`]).
         parameters: Vec<String>,
-        /// Their values where the search ended: one that has grown without end tells of a motion that its force does not make.
+        /// Their values where the search ended: a value that has grown without bound points to a
+        /// motion that the force of its term does not make.
         values: Vec<f64>,
     },
 }
@@ -161,7 +168,7 @@ pub struct OutputErrorFit {
     pub linearised: Vec<Linearised>,
     /// Covariance of the unknowns, row-major.
     pub covariance: Vec<f64>,
-    /// How the standard deviations were found.
+    /// How the standard deviations were computed.
     pub std_method: StdMethod,
     /// Σ (residual/σ)².
     pub cost: f64,
@@ -197,7 +204,7 @@ pub fn output_error(
     if options.join { join::joined(fit, options) } else { Ok(fit) }
 }
 
-/// [`output_error`] of a problem that is prepared, from given initial states.
+/// [`output_error`] of a prepared problem from given initial states.
 pub(crate) fn fit_from(
     model: &Model,
     mut problem: Problem,
@@ -252,7 +259,7 @@ pub(crate) fn fit_from(
                 current = problem.linearise(&model, &x0);
                 cost = total(&current) + prior_cost(&model, &unknowns);
             }
-            // what has just been refused would be refused again
+            // a damping that has just been refused would be refused again
             if !refused {
                 damping = (damping * 0.1).max(1e-12);
                 states::ease(&mut held);
@@ -294,7 +301,7 @@ fn finish(
     for (k, unknown) in problem.unknowns.iter().enumerate() {
         let std = covariance[k * p + k].sqrt();
         let parameter = &mut model.parameters[unknown.parameter];
-        // of a parameter per run the largest is shown
+        // of a parameter per run, the largest standard deviation is shown
         parameter.std =
             Some(if unknown.run.is_some_and(|r| r > 0) { parameter.std.unwrap_or(0.0).max(std) } else { std });
     }
@@ -361,13 +368,13 @@ pub(crate) fn read_inputs(problem: &mut Problem, model: &Model) {
     }
 }
 
-/// Factor of all segments' information on the unknowns, initial states eliminated; priors included. The last column
-/// holds the residual.
+/// Factor of the information of all segments on the unknowns, with the initial states eliminated
+/// and priors included. The last column holds the residual.
 pub(crate) fn normal_factor(problem: &Problem, model: &Model, segments: &[Linearised]) -> Fold<1> {
     normal_factor_where(problem, model, segments, |_| true)
 }
 
-/// [`normal_factor`] of the segments that `keep` lets through.
+/// [`normal_factor`] of the segments that `keep` selects.
 pub(crate) fn normal_factor_where(
     problem: &Problem,
     model: &Model,
@@ -394,7 +401,7 @@ pub(crate) fn normal_factor_where(
     global
 }
 
-/// Adds the rows of the priors, and folds all that wait.
+/// Adds the rows of the priors, and folds all rows that wait.
 pub(crate) fn fold_priors(global: &mut Fold<1>, model: &Model, unknowns: &[Unknown]) {
     let p = unknowns.len();
     for (k, unknown) in unknowns.iter().enumerate() {
@@ -408,8 +415,8 @@ pub(crate) fn fold_priors(global: &mut Fold<1>, model: &Model, unknowns: &[Unkno
     global.fold();
 }
 
-/// The step of the unknowns with Marquardt's damping, and by how much the linearised cost falls. An unknown that
-/// would leave its bounds goes to the bound and stays there, and the others are found with it there.
+/// The step of the unknowns with Marquardt's damping, and by how much the linearised cost falls. An
+/// unknown that would leave its bounds is set to the bound, and the others are found with it there.
 pub(crate) fn damped_step(global: &Fold<1>, model: &Model, unknowns: &[Unknown], damping: f64) -> (Vec<f64>, f64) {
     let p = unknowns.len();
     let mut bound: Vec<Option<f64>> = vec![None; p];
@@ -460,7 +467,8 @@ mod tests {
     use crate::effects::Coriolis;
     use crate::frame::Dof;
 
-    /// min (x + y)² + (x − y)²/4 from (3, 3) with x at least 2: y is found with x there, −6/5, and not with x at 0.
+    /// min (x + y)² + (x − y)²/4 from (3, 3) with x at least 2: y = −6/5 is found with x at 2, not
+    /// with x at 0.
     #[test]
     fn exact_step_to_a_bound() {
         let mut model = Model::with_effects(&[Dof::Surge], Coriolis::Tied, &["inertia", "linear_drag"]).unwrap();
@@ -474,7 +482,7 @@ mod tests {
         global.push([0.5, -0.5, 0.0].into_iter().map(|x| [x]));
         global.fold();
         let (step, _) = damped_step(&global, &model, &unknowns, 0.0);
-        // the bound is held by a weight of 1e8, of which rounding takes its share
+        // a weight of 1e8 holds the bound, and costs some digits
         assert!((step[0] + 1.0).abs() < 1e-9 && (step[1] + 4.2).abs() < 1e-6, "{step:?}");
     }
 }

@@ -4,8 +4,9 @@
 //! σ = median |yₖ₊₃ − 3 yₖ₊₂ + 3 yₖ₊₁ − yₖ| / (0.6745 √20)
 //! ```
 //!
-//! Third differences of white noise have √20 times its deviation; the median of |x| is 0.6745 σ. The noise of a turn
-//! (see [`upright`]) is that of the logged attitude: it is given by the instruments of tilt and heading.
+//! Third differences of white noise have √20 times its standard deviation; the median of |x| is
+//! 0.6745 σ. The noise of a turn (see [`upright`]) is that of the logged attitude: the noise given
+//! for the instrument of tilt or heading, if any.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +16,7 @@ use crate::dynamics::Dynamics;
 use crate::navigation::upright;
 use crate::simulate::Track;
 
-/// What is known of the noise of an output.
+/// Given noise of an output, if any.
 fn given(known: Option<&BTreeMap<String, f64>>, output: &str) -> Option<f64> {
     let known = known?;
     known.get(output).or_else(|| known.get(upright::instrument_of(output)?)).copied()
@@ -62,7 +63,7 @@ fn attitudes(dynamics: &Dynamics, track: &Track, output: usize) -> Vec<Quaternio
     samples(dynamics, track, output).filter_map(|k| logged_attitude(dynamics, track, k)).collect()
 }
 
-/// The logged attitude at a grid point; `None` where the model does not read it.
+/// The logged attitude at a grid point; `None` if the model does not read it.
 pub(super) fn logged_attitude(dynamics: &Dynamics, track: &Track, k: usize) -> Option<Quaternion<f64>> {
     let slot = |name: &str| dynamics.inputs.iter().position(|(_, input)| input == name);
     let value = |name: &str| Some(track.inputs_at[k * dynamics.inputs.len() + slot(name)?]);

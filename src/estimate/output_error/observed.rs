@@ -1,7 +1,8 @@
-//! What of a log a model is compared with.
+//! The part of a log with which a model is compared.
 //!
 //! ```text
-//! velocities and angles;   north, east and down if measured apart and the heading is known;   functions of the states
+//! velocities and angles;   north, east and down if measured apart and the heading is known;
+//! functions of the states
 //! ```
 
 use std::collections::BTreeSet;
@@ -13,7 +14,8 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::run::Run;
 
-/// The runs with what a quaternion is compared with, where it carries the attitude.
+/// The runs with the channels with which a quaternion is compared, if a quaternion carries the
+/// attitude.
 pub(super) fn upright(model: &Model, runs: &[Run]) -> Option<Vec<Run>> {
     (Attitude::of(model, runs) == Attitude::Quaternion).then(|| runs.iter().map(upright::with_quaternion).collect())
 }
@@ -28,20 +30,22 @@ pub(crate) fn available(model: &Model, runs: &[Run], options: &OutputErrorOption
     Available { channels, position, from_log: false, attitude }
 }
 
-/// Whether a motion is known by its position alone: no run logs its velocity.
+/// Whether a motion is known only by its position: no run logs its velocity.
 fn pose_only(dof: Dof, runs: &[Run]) -> bool {
     let logged = |name: &str| runs.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));
     !dof.is_rotation() && !logged(dof.velocity()) && logged(dof.position())
 }
 
-/// Whether north and east can be told from surge and sway: the heading is modelled, or every run logs it.
+/// Whether north and east follow from surge and sway: the heading is modelled, or every run logs
+/// it.
 pub(crate) fn heading_is_known(model: &Model, runs: &[Run]) -> bool {
     let logged = |run: &Run| run.signal(Dof::Yaw.position()).is_some_and(|s| !s.is_empty());
     model.dofs.contains(&Dof::Yaw) || runs.iter().all(logged)
 }
 
-/// Channels that are compared: those of modelled velocities and angles (turns for a quaternion) that some run logs,
-/// positions if independent and of a known heading, and observed functions of the states.
+/// Channels that are compared: those of modelled velocities and angles (turns for a quaternion)
+/// that some run logs, positions if measured independently with a known heading (heave: with any)
+/// or if no run logs the velocity, and observed functions of the states.
 pub(super) fn observed(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> BTreeSet<String> {
     let turns = Attitude::of(model, runs) == Attitude::Quaternion;
     let fixed = |dof: &Dof| options.position && (*dof == Dof::Heave || heading_is_known(model, runs));

@@ -15,25 +15,26 @@ use crate::run::{Run, rounding};
 use crate::simd::{Machine, Wide, Widths as _, Work};
 use crate::simulate::{Emission, Stretch, Track, integrate, memory_start, quickest_time_constants, values_in_run};
 
-/// Stretches that are integrated side by side.
+/// Number of stretches that are integrated side by side.
 pub(crate) const LANES: usize = 8;
 
-/// A model, runs divided into segments, and what is needed to linearise one on the other.
+/// A compiled model, runs divided into segments, and what is needed to linearise the model on the
+/// runs.
 #[derive(Debug, Clone)]
 pub struct Problem {
     /// The compiled model.
     pub dynamics: Dynamics,
-    /// The runs made ready.
+    /// The prepared runs.
     pub tracks: Vec<Track>,
     /// Segments, each with a free initial state.
     pub segments: Vec<Stretch>,
     /// Standard deviation of the noise of each output, in its unit.
     pub sigma: Vec<f64>,
-    /// Unknowns beside initial states: which parameter, and of which run when each has its own.
+    /// Unknowns apart from initial states: which parameter, and of which run if each has its own.
     pub unknowns: Vec<Unknown>,
-    /// What a residual costs.
+    /// The cost of a residual.
     pub loss: Loss,
-    /// Longest step of the integrator, s, where one is given.
+    /// Longest step of the integrator, s, if one is given.
     pub longest_step: Option<f64>,
 }
 
@@ -46,8 +47,8 @@ pub struct Unknown {
     pub run: Option<usize>,
 }
 
-/// A segment linearised at the current values: the triangular factor of [∂y/∂x₀ | ∂y/∂θ | y − measured] / σ, residuals
-/// as their loss sees them.
+/// A segment linearised at the current values: the triangular factor of
+/// [∂y/∂x₀ | ∂y/∂θ | y − measured] / σ, with residuals as transformed by their loss.
 #[derive(Debug, Clone)]
 pub struct Linearised {
     /// Row-major upper triangle, `n × n`.
@@ -58,7 +59,8 @@ pub struct Linearised {
     pub samples: usize,
     /// Σ residual², by output, in units of σ.
     pub squares: Vec<f64>,
-    /// Number of samples under squares; under another loss Σ (ds/dr)² and Σ dψ/dr, what its curvature is of theirs.
+    /// Number of samples under squares; under another loss Σ (ds/dr)², the curvature that the
+    /// factor holds, and Σ dψ/dr, that of the loss.
     pub curvature: [f64; 2],
     /// Σ ψ²; Σ residual² under squares.
     pub pull: f64,
@@ -70,7 +72,8 @@ impl Linearised {
         self.r[i * self.n + j]
     }
 
-    /// Σ ρ: the sum of squares of the residuals in units of σ, or what the loss makes of them.
+    /// Σ ρ: the sum of squares of the residuals in units of σ, or of the residuals as transformed
+    /// by the loss.
     pub fn cost(&self) -> f64 {
         (0..self.n).map(|i| self.at(i, self.n - 1).powi(2)).sum()
     }
@@ -80,7 +83,8 @@ impl Problem {
     /// Prepares the fit of the free parameters of `model` to `runs`.
     ///
     /// # Errors
-    /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the model predicts.
+    /// [`OutputErrorError`] when a run lacks what the model reads, or no run logs anything the
+    /// model predicts.
     pub fn new(model: &Model, runs: &[Run], options: &OutputErrorOptions) -> Result<Problem, OutputErrorError> {
         let directions = model.free();
         let upright = upright(model, runs);
@@ -112,13 +116,16 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Brings the steps of the integrator to half the quickest time constant about each instant with the values of `model`
-    /// at most; whether they have changed. A time constant that is quicker than the steps would be found by their size.
+    /// Limits the steps of the integrator to half the quickest time constant about each instant,
+    /// with the values of `model`; returns whether the steps have changed. A time constant quicker
+    /// than the steps would be determined by the size of the steps.
     ///
-    /// Where nobody gave the longest step, it is [`LONGEST_STEP`] or a fifth of that time constant, whichever is longer: a ship
-    /// of half a minute that is logged once a second takes one step from sample to sample. What else the motion may follow, a
-    /// wave or a command that arrives between two samples, is not slow with it; nor is what a random force does to a pose on the way
-    /// from sample to sample, which tells a velocity that is not logged.
+    /// If no longest step is given, it is [`LONGEST_STEP`] or a fifth of that time constant,
+    /// whichever is longer: a ship with a time constant of half a minute that is logged once a
+    /// second takes one step from sample to sample. It stays [`LONGEST_STEP`] if the motion may
+    /// also follow something quick, a wave or a command that arrives between two samples. It also
+    /// stays if a velocity is not logged: what a random force does to a pose between two samples
+    /// tells that velocity, and is not slow.
     pub(crate) fn follow(&mut self, model: &Model) -> bool {
         let Problem { dynamics, .. } = &*self;
         let is_logged = |dof: &Dof| dynamics.outputs.iter().any(|output| output == dof.velocity());
@@ -144,7 +151,8 @@ impl Problem {
         changed
     }
 
-    /// Initial states of all segments from the log: a straight line through the first samples of each channel.
+    /// Initial states of all segments from the log: a straight line through the first samples of
+    /// each channel.
     pub fn initial_states(&self, model: &Model) -> Vec<Vec<f64>> {
         let measured = self.dynamics.states.len() - self.dynamics.memories();
         self.segments
@@ -250,7 +258,7 @@ impl Problem {
             .collect()
     }
 
-    /// What one batch of segments starts from: stretches, parameters and initial states by lane.
+    /// Starting point of one batch of segments: stretches, parameters and initial states by lane.
     #[allow(clippy::type_complexity)] // three lane-wise tables
     pub(crate) fn lanes<const L: usize>(
         &self,
@@ -286,7 +294,8 @@ impl Problem {
         }
     }
 
-    /// The norm of the attitude quaternion, which nothing else determines, is 1: (|q|² − 1)/2 = 0.
+    /// Adds a row that holds the norm of the attitude quaternion, which nothing else determines,
+    /// at 1: (|q|² − 1)/2 = 0.
     fn keep_norm<const L: usize, W: Wide<L>>(&self, fold: &mut Fold<L, W>, x0: &[Vec<f64>], batch: &[usize]) {
         let Some(first) = self.dynamics.quaternion() else { return };
         let n = self.dynamics.states.len() + self.dynamics.directions.len() + 1;
@@ -301,7 +310,8 @@ impl Problem {
         }));
     }
 
-    /// A weak prior on the initial values of memory: near their quasi-steady values, within half their size.
+    /// Adds a weak prior on the initial values of memory: near their quasi-steady values, within
+    /// half their size.
     fn remember<const L: usize, W: Wide<L>>(
         &self,
         fold: &mut Fold<L, W>,
@@ -331,7 +341,7 @@ impl Problem {
         }
     }
 
-    /// Mean and deviation of the prior on the memories of a segment.
+    /// Mean and standard deviation of the prior on the memories of a segment.
     pub(crate) fn memory_prior(&self, model: &Model, x0: &[Vec<f64>], segment: usize) -> (Vec<f64>, Vec<f64>) {
         let stretch = &self.segments[segment];
         let track = &self.tracks[stretch.track];
@@ -361,7 +371,7 @@ impl Work<LANES> for Linearisation<'_> {
     }
 }
 
-/// Divides tracks into segments of about `length` seconds, none across a gap.
+/// Divides tracks into segments of about `length` seconds, none of which spans a gap.
 fn segments(tracks: &[Track], length: f64) -> Vec<Stretch> {
     let mut all = Vec::new();
     for (track, t) in tracks.iter().enumerate() {
@@ -389,7 +399,8 @@ fn segments(tracks: &[Track], length: f64) -> Vec<Stretch> {
     all
 }
 
-/// Value of an output at the beginning of a segment: a straight line through its first samples, at most half a second.
+/// Value of an output at the beginning of a segment: a straight line through its first samples, at
+/// most half a second.
 fn level_at(track: &Track, output: usize, width: usize, segment: &Stretch) -> f64 {
     let t0 = track.time[segment.first];
     let samples: Vec<(f64, f64)> = (segment.first..=segment.last)
@@ -410,7 +421,8 @@ fn level_at(track: &Track, output: usize, width: usize, segment: &Stretch) -> f6
 }
 
 impl Problem {
-    /// Number of free initial states of a segment; memory has priors and is not counted, a quaternion has a norm.
+    /// Number of free initial states of a segment. Memories have priors and are not counted; a
+    /// quaternion has a fixed norm and counts as three.
     pub fn free_states(&self) -> usize {
         self.dynamics.states.len() - self.dynamics.memories() - usize::from(self.dynamics.quaternion().is_some())
     }

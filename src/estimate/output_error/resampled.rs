@@ -2,13 +2,14 @@
 //!
 //! ```text
 //! block bootstrap   θ* = θ̂ − (Σ_c n_c J_cᵀJ_c)⁻¹ Σ_c n_c J_cᵀ r_c        clusters c drawn with replacement
-//! Monte Carlo       θ* = the fit of ŷ + e,   e white, of the residuals' deviation
+//! Monte Carlo       θ* = the fit of ŷ + e,   e white, with the residuals' standard deviation
 //! ```
 //!
-//! The bootstrap takes one Gauss-Newton step from the estimate, on factors that are at hand: thousands cost seconds. It
-//! asks that stretches of some 24 s be independent of each other, not that residuals be white. Monte Carlo asks that the
-//! model be right and repeats the whole fit; it shows bias and skewness, which no covariance does. Efron and Tibshirani,
-//! *An Introduction to the Bootstrap* (1993), ch. 6 and 9.
+//! The bootstrap takes one Gauss-Newton step from the estimate, with factors that are at hand:
+//! thousands of draws take seconds. It requires that stretches of some 24 s are independent of each
+//! other, not that residuals are white. Monte Carlo requires that the model is right, and repeats
+//! the whole fit; it shows bias and skewness, which no covariance does. Efron and Tibshirani, *An
+//! Introduction to the Bootstrap* (1993), ch. 6 and 9.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,11 +26,11 @@ use crate::run::Run;
 use crate::simulate::{Emission, integrate_fast};
 
 impl OutputErrorFit {
-    /// Estimates of the unknowns on resamplings of clusters of about `length` seconds, those of these numbers: a draw is
-    /// the same whichever others are made beside it.
+    /// Estimates of the unknowns on resamplings of clusters of about `length` seconds, for the draws
+    /// of these numbers. A draw is the same whichever other draws are made.
     ///
     /// # Errors
-    /// [`OutputErrorError::TooFewClusters`] for less than two clusters: a joined fit has few.
+    /// [`OutputErrorError::TooFewClusters`] for fewer than two clusters: a joined fit has few.
     pub fn bootstrap(&self, draws: Range<u64>, seed: u64, length: f64) -> Result<Draws, OutputErrorError> {
         let clusters = self.problem.clusters(length);
         if clusters.len() < 2 {
@@ -44,7 +45,7 @@ impl OutputErrorFit {
         Ok(found)
     }
 
-    /// The factor of some segments' information on the unknowns and of their residuals.
+    /// The factor of the information of some segments on the unknowns, and of their residuals.
     fn factor_of(&self, members: &[usize]) -> Triangle {
         let (nx, p) = (self.problem.dynamics.states.len(), self.problem.unknowns.len());
         let mut rows = Vec::new();
@@ -77,9 +78,10 @@ impl OutputErrorFit {
         Triangle::of_rows(p + 1, &rows)
     }
 
-    /// Estimates of the unknowns from `draws` sets of data that the fitted model made, with white noise of the size of
-    /// the residuals. The refit of a draw reads its inputs from the runs that `inputs` gives for it, as when the thrust is
-    /// not known for certain; from those of the fit where it gives none.
+    /// Estimates of the unknowns from `draws` sets of data simulated with the fitted model, with
+    /// white noise of the size of the residuals. The refit of a draw reads its inputs from the runs
+    /// that `inputs` gives for it, e.g. if the thrust is uncertain, and from those of the fit if it
+    /// gives none.
     pub fn monte_carlo_under(
         &self,
         options: &OutputErrorOptions,
@@ -108,7 +110,7 @@ impl OutputErrorFit {
         Draws::of(draws, (0..count).into_par_iter().map(|k| refit(first + k as u64)).collect())
     }
 
-    /// A problem with `clean` and fresh noise in the place of what was measured.
+    /// The problem with `clean` and fresh noise in place of the measurements.
     fn with_noise(&self, mut problem: Problem, clean: &[Vec<f64>], noise: &mut Noise) -> Problem {
         let width = problem.dynamics.outputs.len();
         for (track, clean) in problem.tracks.iter_mut().zip(clean) {
@@ -123,8 +125,8 @@ impl OutputErrorFit {
 }
 
 impl Problem {
-    /// What the model says at every grid point of every track, row by row as [`crate::simulate::Track::observed`]; NaN
-    /// outside segments.
+    /// The outputs of the model at every grid point of every track, row by row as
+    /// [`crate::simulate::Track::observed`]; NaN outside segments.
     pub(crate) fn predicted(&self, model: &Model, x0: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut all: Vec<Vec<f64>> = self.tracks.iter().map(|t| vec![f64::NAN; t.observed.len()]).collect();
         let width = self.dynamics.outputs.len();

@@ -1,4 +1,4 @@
-//! How an estimate answers to other inputs, to first order.
+//! The response of an estimate to other inputs, to first order.
 //!
 //! ```text
 //! Δθ = −(JᵀJ)⁻¹ Jᵀ r'          r': residuals at the estimate, under the other inputs
@@ -8,8 +8,8 @@ use super::{OutputErrorError, OutputErrorFit, OutputErrorOptions, Problem, norma
 use crate::run::Run;
 
 impl OutputErrorFit {
-    /// How far the unknowns move where the same runs have other inputs: one Gauss-Newton step from the estimate, initial
-    /// states along, on the segments of the fit.
+    /// How far the unknowns move if the same runs have other inputs: one Gauss-Newton step from the
+    /// estimate, with free initial states, on the segments of the fit.
     ///
     /// # Errors
     /// [`OutputErrorError`] when a run lacks what the model reads.
@@ -20,7 +20,7 @@ impl OutputErrorFit {
             let linearised = problem.linearise(&self.model, &self.initial_states);
             normal_factor(problem, &self.model, &linearised).solve()
         };
-        // what is left of a step at the estimate itself does not count
+        // the step that remains at the estimate itself is subtracted
         let (there, here) = (step(&problem), step(&self.problem));
         Ok(here.iter().zip(&there).map(|(here, there)| here - there).collect())
     }

@@ -1,12 +1,14 @@
-//! Initial states of the segments: how they go with a step of the unknowns, and how they are found alone.
+//! Initial states of the segments: how they follow a step of the unknowns, and how they are found
+//! alone.
 //!
 //! ```text
 //! δx = −Rₓ⁻¹ Rₓθ δθ + d      (RₓᵀRₓ + λ D) d = −Rₓᵀ rₓ      D = diag RₓᵀRₓ, segment by segment
 //! ```
 //!
-//! Where motion is unstable the full step of one segment can overshoot although all others are near their best; λ holds
-//! back that segment's own share alone. With a step of the unknowns every state goes along in full: the step counts on it.
-//! Marquardt, *SIAM Journal on Applied Mathematics* 11 (1963) 431-441.
+//! If motion is unstable, the full step of one segment can overshoot although all others are near
+//! their best. λ damps only the segment's own share. With a step of the unknowns every state goes
+//! along in full, because the step counts on it. Marquardt, *SIAM Journal on Applied Mathematics*
+//! 11 (1963) 431-441.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,7 +18,8 @@ use crate::model::Model;
 /// Damping from which on a segment is given up.
 const HOPELESS: f64 = 1e8;
 
-/// Initial states that go with a `step` of the unknowns, each segment held back by its `damping`.
+/// Initial states after a `step` of the unknowns; each segment's own step is damped by its
+/// `damping`.
 pub(super) fn follow(
     problem: &Problem,
     segments: &[Linearised],
@@ -69,7 +72,7 @@ fn held_back(segment: &Linearised, wanted: &[f64], damping: f64) -> Vec<f64> {
     a.cholesky().map_or(vec![0.0; nx], |factor| factor.solve(&b).iter().copied().collect())
 }
 
-/// Changes the damping of each segment after a step that was refused: those whose own cost rose are held back more.
+/// Increases the damping of the segments whose own cost rose in a step that was refused.
 pub(super) fn hold_back(damping: &mut [f64], before: &[Linearised], after: &[Linearised]) {
     for ((damping, before), after) in damping.iter_mut().zip(before).zip(after) {
         let fell = after.cost() <= before.cost();
@@ -79,15 +82,16 @@ pub(super) fn hold_back(damping: &mut [f64], before: &[Linearised], after: &[Lin
     }
 }
 
-/// Eases the damping of each segment after a step that was taken.
+/// Reduces the damping of each segment after a step that was accepted.
 pub(super) fn ease(damping: &mut [f64]) {
     for damping in damping {
         *damping = if *damping > 1e-3 { *damping * 0.1 } else { 0.0 };
     }
 }
 
-/// Initial states with the parameters held: every segment for itself, so that one that is far off keeps none from its
-/// best. Returns them with the segments linearised there and the number of steps.
+/// Finds the initial states with the parameters held, each segment for itself, so that one that is
+/// far off does not keep the others from their best. Returns them with the segments linearised
+/// there and the number of steps.
 pub(super) fn settle(
     problem: &Problem,
     model: &Model,
