@@ -1,4 +1,4 @@
-//! Body rates against angles: unit, sign, scale and lag of the gyros.
+//! Body rates compared with angles: unit, sign, scale and lag of the gyros.
 //!
 //! ```text
 //! ψ(b) − ψ(a) = c ∫ (r cos φ + q sin φ)/cos θ dt + β (b − a)        f = 1/c = logged rate over dψ/dt
@@ -6,9 +6,10 @@
 //! θ(b) − θ(a) = c ∫ (q cos φ − r sin φ) dt + β (b − a)
 //! ```
 //!
-//! over windows [a, b]; β is a constant bias of the gyro, rad/s. Missing angles and rates count as zero. Source: Fossen,
-//! *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), (2.28). Each angle is fitted with the column of
-//! its own rate; what the other two rates add is a second column with a coefficient of its own.
+//! over windows [a, b]; β is a constant bias of the gyro, rad/s. Missing angles and rates count as
+//! zero. Source: Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011),
+//! (2.28). In the fit of an angle the integral of its own rate is one column; the contribution of
+//! the other two rates is a second column with its own coefficient.
 
 use super::codes;
 use super::factor::{Meaning, RATE, meaning};
@@ -22,15 +23,16 @@ use crate::run::Run;
 
 /// Shortest window, s.
 pub(super) const WINDOW: f64 = 0.5;
-/// Least variance of the integrated rate over that of its noise: below it the factor would be pulled to zero.
+/// Least ratio of the variance of the integrated rate to that of its noise: below it noise would
+/// bias c towards zero.
 pub const CLEAR: f64 = 50.0;
-/// Least part of the motion of the angle that the rate must explain.
+/// Least share of the motion of the angle that the rate must explain.
 const EXPLAINED: f64 = 0.7;
 
-/// |sin θ| from which on rates and Euler angles say little of each other, that of 60°.
+/// |sin θ| of 60°, from which on rates and Euler angles can hardly be compared.
 const STEEP: f64 = 0.866;
 
-/// Agreement of each rate with its angle.
+/// Returns the agreement of each rate with its angle.
 pub fn measure(run: &Run) -> Vec<Agreement> {
     [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter_map(|dof| agreement(run, dof)).collect()
 }
@@ -57,7 +59,7 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
         return None;
     }
     let inner: Vec<_> = windows(&[&angle, &rate], width, lag::REACH).into_iter().filter(&level).collect();
-    // a positive lag of the angle: it says at t what the rate said at t − d
+    // a positive lag of the angle: it shows at t what the rate showed at t − d
     let lag = lag::least(0.05, |d| at(&inner, d).map(|f| (f.cost, f.rows - f.theta.len())));
     let best = match lag {
         Some(Lag { seconds, .. }) if seconds.abs() > 0.5 * step => at(&inner, seconds)?,
@@ -77,10 +79,11 @@ fn agreement(run: &Run, dof: Dof) -> Option<Agreement> {
     })
 }
 
-/// Whether a run stays away from the vertical in a window: beyond it φ and ψ jump, and their rates are infinite.
+/// Returns a test whether the pitch stays away from the vertical in and near a window: near it φ
+/// and ψ jump, and their rates become infinite.
 pub(super) fn level_windows(run: &Run) -> impl Fn(&(f64, f64)) -> bool {
     let theta = run.signal("theta").and_then(Samples::of_angle);
-    // a pitch in degrees is no angle of this formula
+    // a pitch in degrees cannot be used here
     let theta = theta.filter(|theta| theta.values().iter().all(|x| x.abs() < 1.6));
     move |(a, b)| {
         let Some(theta) = &theta else { return true };
@@ -91,14 +94,15 @@ pub(super) fn level_windows(run: &Run) -> impl Fn(&(f64, f64)) -> bool {
     }
 }
 
-/// Whether a column's variance stands clear of that of its noise.
+/// Whether the variance of a column is clearly above that of its noise.
 pub fn clear(column: &[f64], noise: f64) -> bool {
     let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
     let variance = column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len().max(1) as f64;
     variance > CLEAR * noise * noise && variance > 0.0
 }
 
-/// Rate of the angle by the dof's own body rate, and by the two others, at the instants of the own rate.
+/// Returns the rate of the angle due to its own body rate, and due to the other two, at the
+/// instants of the own rate.
 pub(super) fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Samples) {
     let angle = |name: &str| run.signal(name).and_then(Samples::of_angle);
     let other = |name: &str| run.signal(name).and_then(Samples::of);
@@ -106,7 +110,7 @@ pub(super) fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Sampl
     let (q, r) = (other("q"), other("r"));
     let get = |s: &Option<Samples>, t: f64| s.as_ref().map_or(0.0, |s| s.at(t));
     let roll = |t: f64| get(&phi, t).sin_cos();
-    // a pitch of a right angle has no yaw rate; near it this check has nothing to say
+    // the yaw rate is undefined at a pitch of 90°; this check means nothing near it
     let level = |t: f64| get(&theta, t).cos().abs().max(0.1);
     let own = rate.map(|t, x| match dof {
         Dof::Yaw => x * roll(t).1 / level(t),
@@ -121,7 +125,8 @@ pub(super) fn kinematics(run: &Run, dof: Dof, rate: &Samples) -> (Samples, Sampl
     (own, others)
 }
 
-/// What the agreements mean: a unit is that of the rate, or of the angle. `steps` gives the usual step of a channel, s.
+/// Returns the findings; a wrong unit is that of the rate or of the angle. `steps` gives the usual
+/// step of a channel, s.
 pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found> {
     let mut found = Vec::new();
     for a in agreements {
@@ -138,7 +143,7 @@ pub fn judge(agreements: &[Agreement], steps: impl Fn(&str) -> f64) -> Vec<Found
                 );
                 found.push(Found::new(&codes::SIGN, &channels, text).fault(FaultKind::Sign, r, -1.0));
             }
-            // of the two it is the heading that logs have in degrees: no unit makes a rate that small
+            // the angle is in degrees: no unit of the rate makes the ratio this small
             Meaning::Unit(_, factor, reversed) if factor.abs() < 1.0 => {
                 let sign = if reversed { ", and one of the two has the opposite sign" } else { "" };
                 let text = format!(

@@ -1,15 +1,18 @@
-//! A quick balance of one degree of freedom: what its velocity does under its commands.
+//! A quick balance of one degree of freedom: its velocity as a function of its commands.
 //!
 //! ```text
-//! ν(b) − ν(a) = Σ gⱼ ∫ τⱼ(t − d) dt − k ∫ ν dt − k₂ ∫ ν|ν| dt + Σ c ∫ (product of two velocities) dt + s ∫ sin(angle) dt + β (b − a)
+//! ν(b) − ν(a) = Σ gⱼ ∫ τⱼ(t − d) dt − k ∫ ν dt − k₂ ∫ ν|ν| dt + Σ c ∫ (product of two velocities) dt
+//!               + s ∫ sin(angle) dt + β (b − a)
 //! ```
 //!
-//! over windows [a, b] by the trapezoid; all terms are accelerations: g = 1/m for a force. The noise of the velocity enters the
-//! left-hand side, where it does no harm; the right-hand side is averaged. The curve of a thruster is not known here: the force of
-//! a control voltage is the power of it that fits best, V |V|ᵖ⁻¹ with p = 1, 1.5 or 2, scaled to V at the largest V, and a delay d is
-//! estimated with a free curve a V + b V |V| + c V² of each voltage. The balance shows signs, lags and the excitation of a run; its
-//! estimates are too rough for other uses. If commands always go together, as those of two vertical thrusters, one stands for
-//! all.
+//! over windows [a, b] by the trapezoidal rule; all terms are accelerations: g = 1/m for a force.
+//! The noise of the velocity enters the left-hand side, where it does no harm; the integrals on the
+//! right-hand side average it. The curve of a thruster is not known here: the force of a control
+//! voltage is modelled by the power that fits best, V |V|ᵖ⁻¹ with p = 1, 1.5 or 2, scaled to V at
+//! the largest V, and a delay d is estimated with a free curve a V + b V |V| + c V² of each
+//! voltage. The balance shows signs, lags and the excitation of a run; its estimates are too rough
+//! for other uses. If commands always vary together, such as those of two vertical thrusters, one
+//! stands for all.
 
 use super::fit::{Fit, fit};
 use super::lag;
@@ -21,15 +24,15 @@ use crate::run::Run;
 
 /// Shortest window, s.
 pub const WINDOW: f64 = 0.5;
-/// Powers of a control voltage that its thrust may grow with, beside 1.
+/// Exponents of the thrust as a function of the control voltage that are tried besides 1.
 const POWERS: [f64; 2] = [1.5, 2.0];
 
-/// Part of the squares of a command below which it is what others say already.
+/// Unexplained share of the sum of squares of a command, below which it is a combination of others.
 const SAME: f64 = 1e-10;
-/// Part of it that a command gives to such another one, beyond which it stands for it.
+/// Share of the root mean square of such a command that another one must contribute to stand for it.
 const SHARE: f64 = 0.01;
 
-/// What a column stands for.
+/// Meaning of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Term {
     /// A command, by its channel.
@@ -56,16 +59,17 @@ pub struct Balance {
     /// The velocity.
     pub nu: Samples,
     commands: Vec<Samples>,
-    /// The commands, of which the delay is estimated: of a voltage V, V |V| and V², whose sum is any curve.
+    /// The commands with which the delay is estimated: for a voltage V, V |V| and V², whose sum
+    /// approximates any curve.
     curves: Vec<Samples>,
-    /// Which of the commands stand for others that always go with them.
+    /// Whether each command stands for others that always vary with it.
     together: Vec<bool>,
     windows: Vec<(f64, f64)>,
     others: Vec<Vec<f64>>,
     target: Vec<f64>,
 }
 
-/// Products of velocities that Coriolis terms have in each degree of freedom, the strongest ones.
+/// Products of velocities in the strongest Coriolis terms of each degree of freedom.
 fn products(dof: Dof) -> &'static [(&'static str, &'static str)] {
     match dof {
         Dof::Surge => &[("v", "r"), ("w", "q")],
@@ -77,7 +81,8 @@ fn products(dof: Dof) -> &'static [(&'static str, &'static str)] {
     }
 }
 
-/// Commands of a degree of freedom: its own nominal force, else those of all thrusters, else their voltages.
+/// Returns the varying commands of a degree of freedom: its nominal force if that is logged, or else
+/// the forces of all thrusters, or else their voltages.
 pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
     let varies = |name: &str| run.signal(name)?.varies().then(|| name.to_string());
     if let Some(own) = varies(dof.force()) {
@@ -97,12 +102,12 @@ pub fn commands(run: &Run, dof: Dof) -> Vec<String> {
 }
 
 impl Balance {
-    /// The balance that this run has of `dof`; `None` without velocity, command or enough windows.
+    /// Returns the balance of `dof` in this run; `None` without velocity, command or enough windows.
     pub fn new(run: &Run, dof: Dof) -> Option<Balance> {
         Balance::over(run, dof, WINDOW)
     }
 
-    /// The same over windows of `width` s, or of two steps of the slowest channel where that is longer.
+    /// The same over windows of `width` s, or of two steps of the slowest channel if that is longer.
     pub fn over(run: &Run, dof: Dof, width: f64) -> Option<Balance> {
         let straight = Balance::by_power(run, dof, width, 1.0)?;
         if !straight.commands_are_voltages() {
@@ -115,7 +120,8 @@ impl Balance {
         Some(Balance { curves, ..best })
     }
 
-    /// V, V |V| and V² of each command, without those that are sums of the others: steps between two values show no curve.
+    /// Returns V, V |V| and V² of each command, without those that are linear combinations of the
+    /// others: a command that steps between two values shows no curve.
     fn powers_of_commands(&self) -> Vec<Samples> {
         let powers: [fn(f64) -> f64; 3] = [|v| v, |v| v * v.abs(), |v| v * v];
         let all = powers.iter().flat_map(|power| self.commands.iter().map(|c| c.map(|_, v| power(v))));
@@ -125,7 +131,8 @@ impl Balance {
         kept.into_iter().map(|k| all[k].clone()).collect()
     }
 
-    /// Whether the commands are voltages or normalised commands that go both ways: pulses have their zero elsewhere.
+    /// Whether the commands are voltages or normalised commands, all below 100 in magnitude: pulse
+    /// widths, which have their zero elsewhere, are not.
     fn commands_are_voltages(&self) -> bool {
         let voltages = self.channels().iter().all(|n| n.starts_with('V') && number_of(n).is_some());
         voltages && self.commands.iter().all(|c| c.values().iter().all(|x| x.abs() < 100.0))
@@ -158,7 +165,7 @@ impl Balance {
         for (a, b) in products(dof) {
             let (Some(x), Some(y)) = (other(a), other(b)) else { continue };
             let column = over(&nu.map(|t, _| x.at(t) * y.at(t)));
-            // of a rate that rests nothing depends
+            // a rate at rest adds no term
             if rms(&column) > 0.0 {
                 terms.push(Term::Product(a, b));
                 others.push(column);
@@ -179,22 +186,23 @@ impl Balance {
         Some(Balance { dof, terms, nu, curves: commands.clone(), commands, together, windows, others, target })
     }
 
-    /// The columns of `commands`, `delay` s late, and of the other terms.
+    /// Returns the columns of `commands`, delayed by `delay` s, and those of the other terms.
     fn columns(&self, commands: &[Samples], delay: f64) -> Vec<Vec<f64>> {
         commands.iter().map(|s| self.late(s, delay)).chain(self.others.iter().cloned()).collect()
     }
 
-    /// The integrals of `samples`, `delay` s late.
+    /// Returns the integrals of `samples`, delayed by `delay` s.
     fn late(&self, samples: &Samples, delay: f64) -> Vec<f64> {
         self.windows.iter().map(|(a, b)| samples.integral(a - delay, b - delay)).collect()
     }
 
-    /// The fit with the commands `delay` s late.
+    /// Returns the fit with the commands delayed by `delay` s.
     pub fn fit(&self, delay: f64) -> Option<Fit> {
         self.fit_to(&self.commands, delay)
     }
 
-    /// The same with a curve a V + b V |V| + c V² of its own for each voltage: beside drag, an error of the curve looks like a delay.
+    /// The same with a free curve a V + b V |V| + c V² for each voltage: together with drag, an
+    /// error of the curve looks like a delay.
     pub fn fit_with_any_curve(&self, delay: f64) -> Option<Fit> {
         self.fit_to(&self.curves, delay)
     }
@@ -204,8 +212,9 @@ impl Balance {
         fit(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &self.target)
     }
 
-    /// The fit with all commands as one, each as strong beside the others as `each` has it, and the root mean square of every
-    /// column: the first is that of the commands. What thrusters that push together do apart no run has to show.
+    /// Returns the fit with all commands combined into one, weighted with their gains in `each`,
+    /// and the root mean square of every column, of which the first is that of the commands. A run
+    /// need not show the separate effects of thrusters that push together.
     pub fn with_commands_as_one(&self, each: &Fit) -> Option<(Fit, Vec<f64>)> {
         let columns = self.columns(&self.commands, 0.0);
         let (commands, others) = columns.split_at(self.commands.len());
@@ -215,7 +224,8 @@ impl Balance {
         Some((fit(&all, &self.target)?, all.iter().map(|column| rms(column)).collect()))
     }
 
-    /// Part of the changes of velocity that the commands add to what the other terms explain.
+    /// 1 − SSE(all terms)/SSE(without the commands): the share of the changes of velocity, after the
+    /// other terms, that the commands explain.
     pub fn owed_to_commands(&self, full: &Fit) -> f64 {
         let others: Vec<&[f64]> = self.others.iter().map(Vec::as_slice).collect();
         let without = fit(&others, &self.target).map_or(self.target.iter().map(|x| x * x).sum(), |f| f.cost);
@@ -232,7 +242,7 @@ impl Balance {
         self.commands.iter().map(Samples::step).fold(self.nu.step(), f64::max)
     }
 
-    /// How often command number `k` goes from the lowest quarter of its range to the highest, or back.
+    /// Number of times that command `k` goes from the lowest quarter of its range to the highest, or back.
     pub fn swings(&self, k: usize) -> usize {
         let values = self.commands[k].values();
         let (low, high) =
@@ -248,7 +258,7 @@ impl Balance {
         sides.len().saturating_sub(1)
     }
 
-    /// Whether the command number `k` stands for others that always go with it: its gain is theirs together.
+    /// Whether command `k` stands for others that always vary with it: its gain is that of all of them.
     pub fn is_joined(&self, k: usize) -> bool {
         self.together[k]
     }
@@ -259,7 +269,7 @@ impl Balance {
     }
 }
 
-/// Which of the columns say something of their own, and which of those stand for others.
+/// Returns the columns that are independent of those before, and whether each of them stands for others.
 fn independent(columns: &[Vec<f64>]) -> (Vec<usize>, Vec<bool>) {
     let (mut kept, mut together): (Vec<usize>, Vec<bool>) = (Vec::new(), Vec::new());
     for (k, column) in columns.iter().enumerate() {
@@ -289,7 +299,8 @@ mod tests {
     use crate::noise::Noise;
     use crate::run::Signal;
 
-    /// ẇ = V₁ + V₂ − w, the two thrusters always driven alike; `late` s after their commands.
+    /// ẇ = V₁ + V₂ − w, the two thrusters always driven alike; `late` samples of 0.1 s after their
+    /// commands.
     fn hovering(late: usize) -> Run {
         let time: std::sync::Arc<[f64]> = (0..900).map(|k| 0.1 * f64::from(k)).collect();
         let mut noise = Noise::new(3, 1);
@@ -310,17 +321,17 @@ mod tests {
         run
     }
 
-    /// Two commands that are one, and rates and angles that rest, leave a balance that can be solved.
+    /// Two identical commands, and rates and angles at rest, leave a balance that can be solved.
     #[test]
     fn commands_that_always_go_together_are_asked_as_one() {
         let balance = Balance::new(&hovering(0), Dof::Heave).expect("velocity and commands");
         assert_eq!((balance.channels(), balance.is_joined(0)), (vec!["V1"], true));
         let fit = balance.fit(0.0).expect("independent columns");
-        // the sums of ẇ go by steps of a tenth of the time constant
+        // ẇ is integrated in steps of a tenth of the time constant
         assert!((fit.theta[0] - 2.0).abs() < 0.2, "{fit:?}");
     }
 
-    /// Of one step, one that is taken back, and sixty at random.
+    /// One step, one step and back, and sixty random steps.
     #[test]
     fn a_step_swings_once() {
         let swings = |command: &dyn Fn(usize, f64) -> f64| {
@@ -360,7 +371,7 @@ mod tests {
         super::super::commands::measure(&Balance::new(&run, Dof::Surge).expect("a balance")).first()?.delay
     }
 
-    /// A curve that is not known is no delay, and a delay is found beside it.
+    /// An unknown curve is not taken for a delay, and a delay is found in spite of it.
     #[test]
     fn a_curve_with_a_dead_band_is_no_delay() {
         let told = |late| driven_by_a_curve(late).filter(|lag| lag.is_clear(8.0, 0.15));

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! t       |Δt/T − round(Δt/T)| > 0.1 where 98 of 100 steps are T within 2 %
-//! drift = (s_n − s_0)/(t_n − t_0) − 1        step: |Δs − (1 + drift) Δt| > 0.2 s and more than five usual steps
+//! drift = (s_n − s_0)/(t_n − t_0) − 1        step: |Δs − Δt| > 0.2 s and more than five usual steps
 //! ```
 //!
-//! A second clock is an auxiliary column that is named like one (`time`, `stamp`, `clock`, `t_…`), never falls and
-//! advances between half and twice as fast as t, or the same in ms, µs or ns.
+//! A second clock is an auxiliary column that is named like one (`time`, `stamp`, `clock`, `utc`, `epoch`,
+//! `t_…`), never falls and advances between half and twice as fast as t, or the same in ms, µs or ns.
 
 use super::codes;
 use super::report::Found;
@@ -16,12 +16,12 @@ use crate::log::check::time::usual_step;
 use crate::log::number::short;
 use crate::run::{Run, Signal, is_command};
 
-/// Drift that two honest clocks do not have over one run.
+/// Largest drift between two sound clocks over one run.
 const DRIFT: f64 = 0.002;
-/// Smallest step of a clock that is spoken of, s.
+/// Smallest step of a clock that is reported, s.
 const STEP: f64 = 0.2;
 
-/// The run's own clock and all second ones.
+/// Checks the run's own clock and all second clocks.
 pub fn check(run: &Run) -> Vec<Found> {
     let longest = run.signals.values().max_by_key(|signal| signal.len());
     let mut found: Vec<Found> = longest.and_then(|signal| own(signal.time())).into_iter().collect();
@@ -30,14 +30,15 @@ pub fn check(run: &Run) -> Vec<Found> {
     found
 }
 
-/// Steps of an even clock that lost samples do not explain: those leave a whole number of usual steps.
+/// Finds steps of an even clock that lost samples do not explain: a step across lost samples is a
+/// whole number of usual steps.
 fn own(time: &[f64]) -> Option<Found> {
-    /// Fewest stamps of which a clock can be said to be even.
+    /// Least number of stamps that show that a clock is even.
     const FEWEST: usize = 50;
     let step = usual_step(time).filter(|s| *s > 0.0 && time.len() >= FEWEST)?;
     let turns = |k: usize| (time[k] - time[k - 1]) / step;
     let uneven: Vec<usize> = (1..time.len()).filter(|k| (turns(*k) - 1.0).abs() > 0.02).collect();
-    // a gap is told as one
+    // a gap has a finding of its own
     let set: Vec<usize> =
         uneven.iter().copied().filter(|k| turns(*k) < 5.0 && (turns(*k) - turns(*k).round()).abs() > 0.1).collect();
     let first = *set.first().filter(|_| 50 * uneven.len() <= time.len())?;
@@ -52,13 +53,13 @@ fn own(time: &[f64]) -> Option<Found> {
     Some(Found::new(&codes::CLOCK_STEP, &["t"], text))
 }
 
-/// Whether the name is that of a clock: a distance run at 1 m/s advances like one.
+/// Whether the name is that of a clock: a distance covered at 1 m/s advances like a clock.
 fn is_named(name: &str) -> bool {
     let name = name.to_lowercase();
     name.starts_with("t_") || ["time", "stamp", "clock", "utc", "epoch"].iter().any(|word| name.contains(word))
 }
 
-/// `None` when the column is no clock.
+/// Returns the findings about a second clock; `None` if the column is no clock.
 fn second(name: &str, signal: &Signal) -> Option<Vec<Found>> {
     let (time, x) = (signal.time(), signal.values());
     let step = usual_step(time).filter(|s| *s > 0.0)?;
@@ -143,7 +144,7 @@ mod tests {
             let found = check(&run(shift, 300));
             assert_eq!((found.len(), found[0].code.code), (1, codes::CLOCK_STEP.code), "{shift}");
         }
-        // nothing, lost samples, a gap
+        // no step, lost samples, a gap
         for shift in [0.0, 0.1, 0.2, 7.77] {
             assert!(check(&run(shift, 300)).is_empty(), "{shift}");
         }

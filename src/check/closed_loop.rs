@@ -1,12 +1,13 @@
 //! Closed loop: a controller that holds the speed makes the command follow the speed.
 //!
 //! ```text
-//! ρ = corr(Δτ, Δν) over successive windows of 1 s         closed:  ρ < −0.5 while the speed stays within a quarter
+//! ρ = corr(Δτ, Δν) over successive windows of 1 s
+//! closed:  ρ < −0.5 while the speed stays within a quarter of its mean
 //! ```
 //!
-//! Without a controller a larger force comes with a rising speed, ρ > 0; a controller lowers the force as the speed
-//! rises. A fit on such data finds the controller's gain and calls it drag. Source: Ljung, *System Identification*,
-//! 2nd ed. (1999), section 13.4.
+//! Without a controller a larger force comes with a rising speed, ρ > 0; a controller lowers the force
+//! as the speed rises. A fit to such data takes the gain of the controller for drag. Source: Ljung,
+//! *System Identification*, 2nd ed. (1999), section 13.4.
 
 use serde::Serialize;
 
@@ -20,7 +21,7 @@ use crate::run::Run;
 
 /// Length of a window, s.
 const WINDOW: f64 = 1.0;
-/// Spread of a held speed, relative to its mean.
+/// Largest spread of a held speed, relative to its mean.
 const HELD: f64 = 0.25;
 /// Correlation below which the command follows the speed.
 const FOLLOWS: f64 = -0.5;
@@ -34,11 +35,12 @@ pub struct Loop {
     pub commands: Vec<String>,
     /// Correlation of the changes of both.
     pub correlation: f64,
-    /// Standard deviation of the speed over its mean; infinite for a speed about zero.
+    /// Half the range from the 10th to the 90th percentile of the speed, over its mean; infinite
+    /// for a mean of zero.
     pub spread: f64,
 }
 
-/// Surge, sway and heave: speeds that a controller may hold.
+/// Measures surge, sway and heave: speeds that a controller may hold.
 pub fn measure(run: &Run) -> Vec<Loop> {
     [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().filter_map(|dof| of(run, dof)).collect()
 }
@@ -46,7 +48,7 @@ pub fn measure(run: &Run) -> Vec<Loop> {
 fn of(run: &Run, dof: Dof) -> Option<Loop> {
     let nu = Samples::of(run.signal(dof.velocity())?)?;
     let names = commands(run, dof);
-    // voltages of all thrusters add up to a thrust ahead, and to nothing else that is known
+    // the sum of the commands of all thrusters is a thrust ahead, and has no meaning in other directions
     if names.is_empty() || (dof != Dof::Surge && names[0] != dof.force()) {
         return None;
     }
@@ -65,7 +67,7 @@ fn of(run: &Run, dof: Dof) -> Option<Loop> {
         mean(c).iter().zip(&mut force).for_each(|(x, f)| *f += x);
     }
     let average = speed.iter().sum::<f64>() / speed.len().max(1) as f64;
-    // the middle of the speeds: a start from rest is no part of what is held
+    // 10th to 90th percentile: a start from rest is not part of the held speed
     let quantile = |p: f64| crate::log::check::statistics::quantile(speed.iter().copied(), p);
     let spread = 0.5 * (quantile(0.9)? - quantile(0.1)?) / average.abs();
     let change = |x: &[f64]| -> Vec<f64> { x.windows(2).map(|w| w[1] - w[0]).collect() };
@@ -84,10 +86,10 @@ fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     (scale > 0.0).then(|| sum(&|x, y| x * y) / scale)
 }
 
-/// Channel that is 1 where the log's mode says that a controller steers, 0 elsewhere.
+/// Channel that is 1 where the mode in the log says that a controller steers, 0 elsewhere.
 pub const MODE: &str = "closed_loop";
 
-/// Stretches in which the log itself says that a controller steers.
+/// Finds the stretches in which the log itself says that a controller steers.
 pub fn judge_modes(run: &Run) -> Vec<Found> {
     let Some(mode) = run.signal(MODE).filter(|s| !s.is_empty()) else { return Vec::new() };
     let (time, steers) = (mode.time(), mode.values());
@@ -116,7 +118,7 @@ pub fn judge_modes(run: &Run) -> Vec<Found> {
     vec![Found::new(&codes::MODE_CLOSED_LOOP, &[MODE], text)]
 }
 
-/// Loops that are closed.
+/// Finds the loops that are closed.
 pub fn judge(loops: &[Loop]) -> Vec<Found> {
     let closed = loops.iter().filter(|l| l.spread < HELD && l.correlation < FOLLOWS);
     let say = |l: &Loop| {

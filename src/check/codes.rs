@@ -1,4 +1,4 @@
-//! The codes of this room, and the topic and light that each belongs to.
+//! Codes of this module, and the topic and light of each.
 
 use super::report::{Light, Topic};
 use crate::finding::codes;
@@ -6,7 +6,7 @@ use crate::finding::codes;
 macro_rules! placed {
     ($($name:ident = $code:literal $kind:literal $severity:ident $topic:ident $light:ident $meaning:literal;)*) => {
         codes! { $($name = $code $kind $severity $meaning;)* }
-        /// Topic and light of a code of this room, `None` for another room's.
+        /// Topic and light of a code of this module; `None` for a code of another one.
         pub fn place(code: &str) -> Option<(Topic, Light)> {
             match code { $($code => Some((Topic::$topic, Light::$light)),)* _ => None }
         }

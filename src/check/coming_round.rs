@@ -1,11 +1,11 @@
-//! A heading that comes round within a tenth of a radian: radians that were read as degrees.
+//! A heading that wraps within a tenth of a radian: radians that were read as degrees.
 //!
 //! ```text
-//! |Δψ| = 2π · π/180 = 0.110 rad where it comes round, and ψ never leaves such an interval
+//! |Δψ| = 2π · π/180 = 0.110 rad where ψ wraps, and ψ never leaves such an interval
 //! ```
 //!
-//! Compared with its rate such a heading makes the gyro 57 times too large, or, where it comes round often, fits nothing at all. What
-//! else is asked of the run is asked of the heading in its own unit.
+//! Compared with such a heading the gyro appears 57 times too large or, if the heading wraps often,
+//! does not fit at all. The other checks use the heading in the corrected unit.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,16 +16,16 @@ use crate::log::check::statistics::{median, range};
 use crate::log::number::short;
 use crate::run::{Run, Signal};
 
-/// A turn in radians that was read as degrees, rad.
+/// A full turn in radians that was read as degrees, rad.
 const TURN: f64 = TAU * PI / 180.0;
 
-/// Share of a turn by which a heading jumps where it comes round, between two samples of one that turns meanwhile.
+/// Least share of a turn by which a heading jumps where it wraps: it turns on between the two samples.
 const JUMP: f64 = 0.9;
 
-/// Least share of the samples in each quarter of a turn: what comes round has been everywhere.
+/// Least share of the samples in each quarter of a turn: a heading that wraps has been in all of them.
 const LEAST: f64 = 0.02;
 
-/// What is wrong with the heading's unit, and the run with the heading that was meant.
+/// Returns the finding about the unit of the heading, and the run with the heading in the right unit.
 pub fn mended(run: &Run) -> Option<(Found, Run)> {
     let psi = Dof::Yaw.position();
     let signal = run.signal(psi)?;
@@ -36,7 +36,8 @@ pub fn mended(run: &Run) -> Option<(Found, Run)> {
     let mut quarters = [0_usize; 4];
     values.iter().for_each(|x| quarters[((4.0 * (x - low) / (high - low)) as usize).min(3)] += 1);
     let turns = quarters.iter().all(|count| *count as f64 >= LEAST * values.len() as f64);
-    // a heading that is held is a few degrees wide: its noise jumps at every sample, a spike leaves the way there empty
+    // a held heading a few degrees wide is excluded: its noise jumps at every sample, and a spike
+    // leaves the values in between empty
     if jumps == 0 || !turns || high - low > 1.05 * TURN || median(steps())? > 0.2 * TURN {
         return None;
     }

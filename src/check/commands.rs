@@ -1,10 +1,11 @@
-//! Commands against the motion: the sign of each, and how late the vehicle answers.
+//! Commands compared with the motion: the sign of each, and the delay of the answer.
 //!
-//! The fit is that of [`Balance`](super::balance). A command whose gain is negative pushes the wrong way; the delay is the
-//! one at which the fit leaves least. A lag of the thrusters looks like a delay of about its time constant. In roll and
-//! pitch a sine cannot tell a delay from the righting moment: there none is sought. Nor can a pilot's commands, which swing
-//! with the motion: half a swing later they push the other way. A gain that has another sign without the delay is told by
-//! neither.
+//! The fit is that of [`Balance`](super::balance). A command with a negative gain pushes the wrong way;
+//! the delay is the one with the least residual. A lag of the thrusters looks like a delay of about its
+//! time constant. With a righting moment in the balance (roll and pitch) no delay is estimated: in a
+//! sinusoidal motion the two cannot be distinguished. Commands of a pilot that oscillate with the
+//! motion are ambiguous, too: half a period later they push the other way. An answer is therefore
+//! reported only if its gain has the same sign with and without the delay.
 
 use super::balance::{Balance, Term};
 use super::codes;
@@ -17,20 +18,21 @@ use crate::log::number::short;
 use crate::run::Run;
 use crate::thrust::thruster::Thruster;
 
-/// How many standard deviations a gain must be from zero to speak of its sign or its delay.
+/// Number of standard deviations from zero at which the sign and the delay of a gain are certain.
 pub(super) const CERTAIN: f64 = 8.0;
-/// Least part of the changes of velocity that the commands must explain.
+/// Least share of the changes of velocity, after the other terms, that the commands must explain.
 const OWED: f64 = 0.3;
 
-/// How often a command must go from one side of its range to the other: one step has one answer, which drag, Coriolis force and a
-/// constant that step with it explain as well.
+/// Least number of times that a command must go from one side of its range to the other: drag,
+/// Coriolis force and a constant explain the answer to a single step as well.
 const SWINGS: usize = 2;
 
-/// What to do about thrusters that push the wrong way.
+/// Advice for thrusters that push the wrong way.
 pub const MISPLACED: &str =
     "position, axis or sign of one of them is opposite, or body_frame is; mend the [[thruster]] tables";
 
-/// Answers of one degree of freedom to its commands; none where the motion does not depend on them clearly.
+/// Returns the answers of one degree of freedom to its commands; empty if the motion does not
+/// clearly depend on them.
 pub fn measure(balance: &Balance) -> Vec<Answer> {
     let free = |f: &super::fit::Fit| f.rows - f.theta.len();
     let righting = balance.terms.contains(&Term::Restoring);
@@ -57,12 +59,14 @@ pub fn measure(balance: &Balance) -> Vec<Answer> {
     answers.filter(clear).map(|(_, a)| a).collect()
 }
 
-/// The command as the log has it: of a thruster's force the control of which it is made.
+/// Returns the command as it is in the log: for the force of a thruster, the control from which it
+/// is computed.
 pub fn as_logged(channel: &str, run: &Run) -> String {
     run.command_of(channel).unwrap_or_else(|| channel.to_string())
 }
 
-/// How the sign of `channel` is turned in the log of `run`: that of a thruster's force by the command of which it is made.
+/// Advice on how to reverse the sign of `channel` in the log of `run`: for the force of a thruster,
+/// that of the command from which it is computed.
 fn turned(channel: &str, run: &Run) -> String {
     match run.command_of(channel) {
         Some(command) => format!("turn its command, columns.{command} = {{ name = \"its column\", sign = -1 }}"),
@@ -70,7 +74,8 @@ fn turned(channel: &str, run: &Run) -> String {
     }
 }
 
-/// Whether each answer has the sign that it should have, where that is known. Of several together it is that of the strongest, and says nothing.
+/// Returns whether each answer has the sign that it should have, where that is known. An answer to
+/// several joined commands is skipped: its sign is that of the strongest.
 pub fn signs<'a>(answers: &'a [Answer], thrusters: &[Thruster]) -> Vec<(&'a Answer, bool)> {
     let told = |a: &'a Answer| Some((a, a.gain * expected(a, thrusters).filter(|_| !a.joined)? > 0.0));
     answers.iter().filter_map(told).collect()
@@ -81,7 +86,8 @@ pub fn by_dof(signs: &[(&Answer, bool)]) -> Vec<(Dof, bool)> {
     signs.iter().filter_map(|(a, right)| Some((dof_of(a)?, *right))).collect()
 }
 
-/// Signs that are wrong. A nominal force has a positive gain; a thruster's sign is known when the vehicle's thrusters are.
+/// Finds wrong signs. A nominal force has a positive gain; the sign of a thruster is known if the
+/// vehicle's thrusters are.
 pub fn judge_signs(run: &Run, signs: &[(&Answer, bool)]) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for (a, _) in signs.iter().filter(|(_, right)| !right) {
@@ -108,14 +114,14 @@ fn dof_of(answer: &Answer) -> Option<Dof> {
     Dof::ALL.into_iter().find(|dof| dof.velocity() == answer.velocity)
 }
 
-/// How `dof` answers what the thrusters of a vehicle push together, where they are: τ of `run` is theirs. Two that always push at
-/// once show no sign of their own.
+/// Returns the answer of `dof` to the total force or moment of the thrusters as placed, which is τ of
+/// `run`. Two thrusters that always push together do not show their own signs.
 pub fn answer_to_thrusters(run: &Run, dof: Dof) -> Option<Answer> {
     measure(&Balance::new(run, dof)?).into_iter().find(|answer| answer.channel == dof.force())
 }
 
-/// Thrusters that push a degree of freedom the wrong way, as they are placed, or what explains that more simply; `holds` says
-/// whether other channels find the sign of a velocity right.
+/// Finds degrees of freedom that the thrusters, as placed, push the wrong way, or what explains
+/// that more simply; `holds` tells whether other channels confirm the sign of a velocity.
 pub fn judge_placement(run: &Run, dofs: &[Dof], holds: impl Fn(Dof) -> bool) -> Vec<Found> {
     let answers: Vec<(Dof, Answer)> =
         dofs.iter().filter_map(|dof| Some((*dof, answer_to_thrusters(run, *dof)?))).collect();
@@ -135,10 +141,10 @@ pub fn judge_placement(run: &Run, dofs: &[Dof], holds: impl Fn(Dof) -> bool) -> 
     answers.iter().filter(|(_, answer)| answer.gain < 0.0).map(wrong).collect()
 }
 
-/// The sign that the gain should have; `None` when it is not known.
+/// Returns a number with the sign that the gain should have; `None` if it is unknown.
 fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
     let dof = dof_of(answer)?;
-    // that of a fin is told as one that has its own sign already
+    // the gain of a fin is computed so that it should be positive
     if answer.channel == dof.force() || id::fins().iter().any(|fin| fin.channel == answer.channel) {
         return Some(1.0);
     }
@@ -146,12 +152,12 @@ fn expected(answer: &Answer, thrusters: &[Thruster]) -> Option<f64> {
     let thruster = thrusters.get(number.checked_sub(1)?)?;
     thruster.validate().ok()?;
     let share = thruster.unit_wrench()[dof.index()];
-    // a hair's breadth of leverage has no sign to rely on
+    // the sign of a very small component is not reliable
     (share.abs() > 0.05).then_some(share)
 }
 
-/// Delays, those of all degrees of freedom in one finding. `answers` come with the usual steps of their channels, s; a lag of the
-/// thrusters that the model holds, `known`, is none.
+/// Finds delays; those of all degrees of freedom are one finding. `answers` come with the usual steps of
+/// their channels, s. `known`: the model has a lag of the thrusters, so that a late answer is no finding.
 pub fn judge_delays(run: &Run, answers: &[(Vec<Answer>, f64)], known: bool) -> Vec<Found> {
     let is_told = |d: Lag, step: f64| d.is_clear(8.0, (1.25 * step).max(0.15)) && !(known && d.seconds > 0.0);
     let late: Vec<(&[Answer], Lag)> = answers
@@ -200,7 +206,7 @@ mod tests {
     use super::*;
     use crate::run::{Run, Signal};
 
-    /// The sign of the gain of yaw that is told; ṙ is the slope of `rate`.
+    /// Sign of the gain in yaw that is reported; `rate` gives r, `moment` τ_r.
     fn told(rate: impl Fn(f64) -> f64, moment: impl Fn(f64) -> f64) -> Option<f64> {
         let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
         let mut run = Run::default();
@@ -211,8 +217,9 @@ mod tests {
         answers.first().map(|a| a.gain.signum())
     }
 
-    /// A swing of 2 s is as well a push with it as one against it that is half a swing late: its sign is not told. That of a
-    /// swing that is not regular is, for a command that acts at once, and late.
+    /// In an oscillation with a period of 2 s a push with the motion equals a push against it half
+    /// a period later: no sign is reported. In an irregular motion the sign is reported, for a
+    /// command that acts at once and for a late one.
     #[test]
     fn the_sign_of_a_command_that_swings_with_the_motion_is_not_told() {
         let swelling = |t: f64| (1.0 + 0.3 * (0.37 * t).sin()) * (std::f64::consts::PI * t).sin();

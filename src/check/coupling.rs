@@ -1,12 +1,14 @@
-//! Coupling against inertia: the Coriolis force in surge must carry the inertia found in sway, and the other way round.
+//! Coupling compared with inertia: the Coriolis force in surge must contain the inertia found in
+//! sway, and vice versa.
 //!
 //! ```text
 //! surge   u̇ = τ_u/m_u + (m_v/m_u) v r − …          ratio  c_vr (m_u of surge)/(m_v of sway) = 1
 //! sway    v̇ = τ_v/m_v − (m_u/m_v) u r − …          ratio −c_ur (m_v of sway)/(m_u of surge) = 1
 //! ```
 //!
-//! With r in deg/s the ratios are 1/57.3; with one axis of r, u or v the other way they are −1. This is seen even where
-//! force and velocity of each degree of freedom agree, as when a whole frame is upside down. Source: Fossen (2011), (6.53).
+//! With r in deg/s the ratios are 1/57.3; with one of r, u and v reversed they are −1. This shows
+//! even if force and velocity of each degree of freedom agree, as when a whole frame is upside
+//! down. Source: Fossen (2011), (6.53).
 
 use std::f64::consts::PI;
 
@@ -16,10 +18,10 @@ use super::fit::Fit;
 use super::report::{Agreement, FaultKind, Found};
 use crate::log::number::short;
 
-/// How many standard deviations from zero a ratio must be.
+/// Number of standard deviations from zero at which a coefficient is certain.
 const CERTAIN: f64 = 5.0;
 
-/// The two ratios, where they can be told: the coefficient over the inertia it should be.
+/// Returns the two ratios, where they can be determined: the coefficient over its value from the inertias.
 pub fn measure(surge: &Balance, sway: &Balance) -> Vec<Agreement> {
     let (Some(surge_fit), Some(sway_fit)) = (surge.fit(0.0), sway.fit(0.0)) else { return Vec::new() };
     let gain = |b: &Balance, f: &Fit| {
@@ -51,7 +53,7 @@ pub fn measure(surge: &Balance, sway: &Balance) -> Vec<Agreement> {
     of_surge.into_iter().chain(of_sway).collect()
 }
 
-/// What the ratios mean; only what both of them say, or one where the other cannot be told.
+/// Returns the finding that all ratios support: both, or the one that could be determined.
 pub fn judge(ratios: &[Agreement]) -> Vec<Found> {
     if ratios.is_empty() {
         return Vec::new();
@@ -67,7 +69,7 @@ pub fn judge(ratios: &[Agreement]) -> Vec<Found> {
     };
     let said = ratios.iter().map(says).collect::<Vec<_>>().join(", ");
     let all = |f: fn(&Agreement) -> bool| ratios.iter().all(f);
-    // another effect may add to the coupling: only a factor of its own kind speaks
+    // another effect may add to the coupling: a fault is reported only if every ratio is in its range
     if all(|a| (-3.0..-0.4).contains(&a.factor)) {
         let text = format!(
             "{said}: one axis points the other way, most likely r counts the wrong way round (z up instead of down) with its moment; check body_frame"

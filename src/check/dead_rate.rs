@@ -1,11 +1,11 @@
-//! Rates that stay near zero while their angle turns: a gyro, or a column, that is dead.
+//! Rates that stay near zero while their angle turns: the gyro or its column is dead.
 //!
 //! ```text
-//! over windows with |Δα| > max(8 √2 σ_α, 0.02 rad):     dead where |∫(own rate)| < 0.01 |Δα| in 9 of 10 of them
+//! over windows with |Δα| > max(8 √2 σ_α, 0.02 rad):   dead where |∫(own rate)| < 0.01 |Δα| in 9 of 10
 //! ```
 //!
-//! A wrong unit leaves a part that follows the angle, 1/57 at least of what is right; a dead channel leaves none. The
-//! kinematics are those of [`attitude`](super::attitude).
+//! A rate in a wrong unit still follows the angle, with at least 1/57 of the right size; a dead
+//! channel does not. The kinematics are those of [`attitude`](super::attitude).
 
 use super::attitude::{WINDOW, kinematics, level_windows};
 use super::codes;
@@ -15,14 +15,15 @@ use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::Run;
 
-/// Fewest windows in which the angle turns.
+/// Least number of windows in which the angle turns.
 const FEWEST: usize = 10;
-/// Change of an angle over a window that is a turn, rad, and in standard deviations of its difference.
+/// Least change of an angle over a window that counts as a turn: rad, and standard deviations of
+/// its difference.
 const TURN: (f64, f64) = (0.02, 8.0);
-/// Part of the turn below which a rate says nothing of it.
+/// Share of the turn below which the integral of the rate counts as silent.
 const SILENT: f64 = 0.01;
 
-/// Dead rates of roll, pitch and yaw.
+/// Finds dead rates of roll, pitch and yaw.
 pub fn judge(run: &Run) -> Vec<Found> {
     [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter_map(|dof| dead(run, dof)).collect()
 }
@@ -36,7 +37,7 @@ fn dead(run: &Run, dof: Dof) -> Option<Found> {
     let width = WINDOW.max(2.0 * angle.step().max(rate.step()));
     let least = TURN.0.max(TURN.1 * 2f64.sqrt() * angle.noise());
     let turn = |(a, b): &(f64, f64)| (angle.at(*b) - angle.at(*a)).abs();
-    // what the other two rates turn is not asked of this one
+    // windows in which the other two rates turn the angle are left out
     let turns = |w: &(f64, f64)| turn(w) > least && others.integral(w.0, w.1).abs() < 0.3 * turn(w);
     let turning: Vec<_> = windows(&[&angle, &rate], width, 0.0).into_iter().filter(&level).filter(turns).collect();
     let silent = turning.iter().filter(|w| own.integral(w.0, w.1).abs() < SILENT * turn(w)).count();
@@ -61,7 +62,8 @@ mod tests {
     use crate::noise::Noise;
     use crate::run::Signal;
 
-    /// A heading that swings, with noise, and a gyro that shows `factor` of its rate with noise of `sigma` rad/s.
+    /// A heading that oscillates, with noise, and a gyro that shows `factor` times its rate, with noise
+    /// of `sigma` rad/s.
     fn swing(factor: f64, sigma: f64, psi_scale: f64) -> Run {
         let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
         let mut noise = Noise::new(4, 1);
@@ -84,7 +86,7 @@ mod tests {
         }
         // a heading in degrees beside a sound gyro
         assert!(judge(&swing(1.0, 0.003, 57.3)).is_empty());
-        // nothing turns: nothing is known of the gyro
+        // nothing turns, so the gyro cannot be judged
         assert!(judge(&swing(0.0, 1e-7, 0.0)).is_empty());
     }
 }

@@ -1,14 +1,15 @@
-//! Excitation: what a run can show of each degree of freedom.
+//! Excitation: what a run shows of each degree of freedom.
 //!
 //! ```text
 //! smallest visible share of term j = 3 σ_j rms(column j)/max(rms(Δν), rms(column of the commands))
 //! ```
 //!
-//! The commands count as one term, the inertia's; σ_j is the standard deviation of its coefficient in the quick
-//! [`Balance`](super::balance), which grows with the noise and with what the columns have in common. A share below 0.2 is
-//! shown well; above 1 the term could be as large as the whole motion and not be seen. Where drag balances the commands
-//! they are the largest part of the motion, and the change of velocity a small difference. Short windows follow a fast motion,
-//! long ones lift a slow one above the noise: the length that shows most counts.
+//! The commands count as one term, that of the inertia; σ_j is the standard deviation of its
+//! coefficient in the quick [`Balance`](super::balance), which grows with the noise and with the
+//! correlation of the columns. A share below 0.2 is shown well; above 1 the term could be as large
+//! as the whole motion and not be seen. If drag balances the commands, these are the largest part
+//! of the motion, and the change of velocity is a small difference. Short windows follow a fast
+//! motion, long ones raise a slow motion above the noise: the length that shows most is used.
 
 use serde::Serialize;
 
@@ -23,52 +24,53 @@ use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::Run;
 
-/// A share up to this is shown.
+/// Largest share at which a term counts as shown.
 const SHOWN: f64 = 0.5;
-/// Least part of the changes of velocity that the commands must explain.
+/// Least share of the changes of velocity, after the other terms, that the commands must explain.
 const OWED: f64 = 0.2;
-/// Deviations by which the gain of the commands must differ from zero where a righting moment, which the angle tells,
-/// explains most of the motion.
+/// Standard deviations by which the gain of the commands must differ from zero if a righting
+/// moment, known from the angle, explains most of the motion.
 const CERTAIN: f64 = 8.0;
-/// Lengths of windows that are tried, in the shortest one's.
+/// Lengths of windows that are tried, relative to the shortest.
 const WINDOWS: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// What a run can show of one term.
+/// What a run shows of one term.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Visible {
-    /// `inertia`, `linear`, `quadratic`, `coriolis v·r`, `restoring`.
+    /// `inertia`, `linear drag`, `quadratic drag`, `Coriolis v r`, `restoring`.
     pub term: String,
-    /// Smallest part of the motion that this term could be and still be seen.
+    /// Smallest share of the motion at which this term would still be seen.
     pub smallest_share: f64,
 }
 
-/// What a run can show of one degree of freedom.
+/// What a run shows of one degree of freedom.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excitation {
     /// Degree of freedom.
     pub dof: Dof,
     /// Its commands.
     pub commands: Vec<String>,
-    /// Change of velocity over a window against the noise of the velocity.
+    /// Change of velocity over a window, relative to the noise of such a change.
     pub signal_to_noise: f64,
     /// Mean of the velocity, and standard deviation about it, SI.
     pub speed: [f64; 2],
-    /// Part of the changes of velocity that the commands explain beyond the other terms.
+    /// Share of the changes of velocity, after the other terms, that the commands explain.
     pub explained: f64,
     /// Condition number of the scaled columns.
     pub condition: f64,
-    /// Each term.
+    /// Figures of each term.
     pub terms: Vec<Visible>,
     /// One plain sentence.
     pub sentence: String,
-    /// Whether inertia and drag can be told from this run.
+    /// Whether inertia and drag can be estimated from this run.
     pub enough: bool,
-    /// Whether the velocity is told by positions alone, whose noise hides what a varying command does: a filter may well see it.
+    /// Whether the velocity is known from positions only, whose noise hides the effect of a varying
+    /// command: a filter may still see it.
     #[serde(skip)]
     pub hidden_by_noise: bool,
 }
 
-/// What a run can show of `dof`, with windows of the length that shows most.
+/// Returns what a run shows of `dof`, with windows of the length that shows most.
 pub fn of_run(run: &Run, dof: Dof) -> Option<Excitation> {
     let over = |times: f64| measure(&Balance::over(run, dof, times * WINDOW)?);
     let hidden = |e: &Excitation| {
@@ -87,7 +89,7 @@ pub fn of_run(run: &Run, dof: Dof) -> Option<Excitation> {
     Some(found)
 }
 
-/// What the balance can show.
+/// Returns what a balance shows.
 pub fn measure(balance: &Balance) -> Option<Excitation> {
     let each = balance.fit(0.0)?;
     let (fit, sizes) = balance.with_commands_as_one(&each)?;
@@ -163,9 +165,10 @@ fn sentence(dof: Dof, [mean, spread]: [f64; 2], explained: f64, terms: &[Visible
     )
 }
 
-/// Degrees of freedom that were asked for, or whose own command varies, and cannot be shown. Where they have no command of
-/// their own, those of the model that move are looked at, save what a fin moves; surge is slowed by its turns, whatever the
-/// thruster does.
+/// Finds degrees of freedom that were asked for but that the run cannot show. If none was asked for,
+/// those of the model are checked whose own command varies, or which move without a command of their
+/// own. Not checked then are those without a command of their own that a fin drives, and surge if the
+/// angle of a fin varies: turns slow the vehicle whatever the thruster does.
 pub fn judge(run: &Run, excitation: &[Excitation], options: &CheckOptions) -> Vec<Found> {
     let asked = &options.dofs;
     let moves = |dof: Dof| motion::of(&run.signals, dof) == Moved::Moves;
@@ -196,12 +199,13 @@ mod tests {
     use crate::noise::Noise;
     use crate::run::Signal;
 
-    /// Two thrusters that are always driven against each other push as one: what each does alone need not be known.
+    /// Two thrusters that are always driven against each other act as one: their separate effects
+    /// need not be known.
     #[test]
     fn thrusters_that_push_together_show_what_one_would() {
         let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
         let mut noise = Noise::new(1, 1);
-        // steps at random, which ṙ = V₁ − r follows
+        // random steps, which ṙ = V₁ − r follows
         let (mut force, mut rate) = (0.0, 0.0);
         let (mut first, mut second, mut r) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..time.len() {
@@ -222,7 +226,8 @@ mod tests {
         assert!(found.enough && found.terms[0].smallest_share < 0.1, "{found:?}");
     }
 
-    /// What commands explain and noise hides is told by its size, not as a want of commands.
+    /// If commands explain the motion but noise hides a term, the message gives its size, not a
+    /// lack of commands.
     #[test]
     fn the_reason_is_told() {
         let of = |inertia: f64| Visible { term: "inertia".into(), smallest_share: inertia };

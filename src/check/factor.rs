@@ -1,13 +1,14 @@
-//! What a factor between two channels that should agree means.
+//! Meaning of a factor between two channels that should agree.
 //!
 //! ```text
-//! f = channel/reference:   1 agrees,   −1 is reversed,   ±57.3, ±1000, … is in another unit,   else another scale
+//! f = channel/reference:  1 agrees, −1 is reversed, ±57.3, ±1000, … is in another unit, else another scale
 //! ```
 
-/// Factors of units that a velocity is met in.
+/// Factors of the units in which a velocity may be logged.
 pub const VELOCITY: &[(f64, &str)] =
     &[(1e3, "mm/s"), (1e2, "cm/s"), (3600.0 / 1852.0, "kn"), (3.6, "km/h"), (1.0 / 0.3048, "ft/s")];
-/// Factors of units that an angular rate is met in, against an angle in radians; the inverse is an angle in degrees.
+/// Factors of the units in which an angular rate may be logged, against an angle in radians; the
+/// inverse means an angle in degrees.
 pub const RATE: &[(f64, &str)] =
     &[(180.0 / std::f64::consts::PI, "deg/s"), (std::f64::consts::PI / 180.0, "rad/s while the angle is in deg")];
 
@@ -22,13 +23,14 @@ pub enum Meaning {
     Unit(&'static str, f64, bool),
     /// None of these.
     Scale,
-    /// The data do not say.
+    /// Not determined by the data.
     Unknown,
 }
 
-/// Meaning of `factor` with standard deviation `std`; a difference below `tolerance` is none.
+/// Returns the meaning of `factor` with standard deviation `std`; a difference below `tolerance` is
+/// ignored.
 pub fn meaning(factor: f64, std: f64, tolerance: f64, units: &[(f64, &'static str)]) -> Meaning {
-    /// How far a factor may be from a unit's, relative: scales of sensors come on top.
+    /// Largest relative difference of a factor from that of a unit: sensors may have a scale error as well.
     const NEAR: f64 = 0.15;
     if !factor.is_finite() || !std.is_finite() || std > 0.1 * factor.abs() {
         return Meaning::Unknown;
@@ -41,7 +43,7 @@ pub fn meaning(factor: f64, std: f64, tolerance: f64, units: &[(f64, &'static st
         return Meaning::Reversed;
     }
     let near = |unit: &&(f64, &str)| (factor.abs() / unit.0 - 1.0).abs() <= NEAR;
-    // the nearest one: a knot and a foot per second are not far apart
+    // the nearest one: km/h and ft/s are close to each other
     let off = |unit: &(f64, &str)| (factor.abs() / unit.0).ln().abs();
     match units.iter().filter(near).min_by(|a, b| off(a).total_cmp(&off(b))) {
         Some((unit, name)) => Meaning::Unit(name, unit.copysign(factor), factor < 0.0),

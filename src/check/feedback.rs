@@ -5,10 +5,11 @@
 //! F = (SSE(c = 0) − SSE)/(p s²)
 //! ```
 //!
-//! y: the sensors that a controller of this command would read; p: number of c. What is new in yₖ, given all before, is
-//! noise and what pushes the vehicle by chance. A pilot's commands know nothing of it, F ≈ 1; a controller multiplies it by
-//! its gain; so does an autopilot with the angle of a fin. Only commands that are noisy themselves are looked at: profiles and steps are not. Source: Granger,
-//! *Econometrica* 37 (1969) 424-438.
+//! y: the sensors that a controller of this command would read; p: number of coefficients c. The
+//! part of yₖ that earlier values do not predict is noise and random disturbance of the vehicle.
+//! The commands of a pilot do not depend on it, F ≈ 1; a controller multiplies it by its gain, and
+//! so does an autopilot with the angle of a fin. Only commands that are noisy themselves are
+//! tested, not profiles and steps. Source: Granger, *Econometrica* 37 (1969) 424-438.
 
 use super::balance::commands;
 use super::codes;
@@ -21,24 +22,25 @@ use crate::log::number::short;
 use crate::navigation::unwrap;
 use crate::run::{Run, Signal};
 
-/// Lags of the command, and of a sensor beside the two that are tested.
+/// Number of lags of the command, and of a sensor besides the two that are tested.
 const LAGS: [usize; 2] = [4, 3];
-/// F from which on a command follows a sensor; without feedback it is beyond 12 once in 10⁵ with two numbers tested.
+/// Least F of a command that follows a sensor; without feedback F exceeds 12 once in 10⁵ if two
+/// coefficients are tested.
 const FOLLOWS: f64 = 12.0;
-/// Fewest samples.
+/// Least number of samples.
 const FEWEST: usize = 150;
-/// Least share of samples at which a noisy command changes its slope, and most correlation of neighbouring third
-/// differences: white noise has −0.75, a profile +1, steps change at few samples.
+/// Least share of third differences of a noisy command that are not zero, and largest correlation
+/// of neighbouring ones: white noise has −0.75, a profile +1, and steps have few that are not zero.
 const NOISY: (f64, f64) = (0.5, -0.3);
 
-/// Commands that follow a sensor, except in the channels `told` already.
+/// Finds commands that follow a sensor, except in the channels of `told`.
 pub fn judge(run: &Run, told: &[Found]) -> Vec<Found> {
     let is_told = |channel: &str| {
         told.iter().any(|f| *f.code == codes::CLOSED_LOOP && f.channels.iter().any(|other| other == channel))
     };
     let mut found: Vec<Found> = Vec::new();
     for Steers { command, channel, dof } in steering(run) {
-        // thrusters serve several degrees of freedom, and are told once
+        // thrusters serve several degrees of freedom, and are reported once
         if is_told(&channel) || found.iter().any(|f| f.channels[0] == channel) {
             continue;
         }
@@ -60,14 +62,15 @@ pub fn judge(run: &Run, told: &[Found]) -> Vec<Found> {
     found
 }
 
-/// A command, the channel under which it is told, and what a controller of it would read: all where it serves several.
+/// A command, the channel under which it is reported, and the degree of freedom whose sensors a
+/// controller of it would read; `None` if it serves several.
 struct Steers {
     command: String,
     channel: String,
     dof: Option<Dof>,
 }
 
-/// Forces, thrusters and fins.
+/// Returns the forces, thrusters and fins of a run.
 fn steering(run: &Run) -> Vec<Steers> {
     let of_dof = |dof: Dof| {
         commands(run, dof).into_iter().map(move |command| {
@@ -83,7 +86,8 @@ fn steering(run: &Run) -> Vec<Steers> {
     Dof::ALL.into_iter().flat_map(of_dof).chain(id::fins().iter().map(of_fin)).collect()
 }
 
-/// What a controller of a degree of freedom reads, of all where it is not known which; horizontal fixes are too rare.
+/// Returns the sensors that a controller of `dof` reads, or those of all degrees of freedom if it is
+/// unknown. Horizontal fixes are left out: they are too rare.
 fn sensors(run: &Run, dof: Option<Dof>) -> Vec<(&'static str, Signal)> {
     let mut read = Vec::new();
     for dof in Dof::ALL.into_iter().filter(|other| dof.is_none_or(|dof| dof == *other)) {
@@ -98,7 +102,8 @@ fn sensors(run: &Run, dof: Option<Dof>) -> Vec<(&'static str, Signal)> {
     read
 }
 
-/// F of the newest samples of these sensors in a command; `None` where the command is not noisy, or nothing can be told.
+/// Returns F of the newest samples of these sensors in a command; `None` if the command is not
+/// noisy or the data do not suffice.
 fn follows(command: &Signal, sensors: &[(&'static str, Signal)]) -> Option<f64> {
     let (time, tau) = (command.time(), command.values());
     if tau.len() < FEWEST || sensors.is_empty() || !is_noisy(tau) {
@@ -150,10 +155,11 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    /// The command for time, measured heading and rate.
+    /// Command as a function of time, measured heading, measured rate and noise.
     type Pilot = dyn Fn(f64, f64, f64, &mut Noise) -> f64;
 
-    /// A heading under r' = τ/20 − r, at 10 Hz with noise of both sensors; the command by what is measured.
+    /// A heading under r' = τ/20 − r, at 10 Hz with noise of both sensors; the command is a
+    /// function of the measurements.
     fn sailed(seed: u64, moment: impl Fn(f64, f64, f64, &mut Noise) -> f64) -> Run {
         let mut noise = Noise::new(seed, 3);
         let (mut psi, mut r) = (0.0, 0.0);
@@ -190,7 +196,7 @@ mod tests {
             let pilots: [&Pilot; 5] = [
                 &|t, _, _, _| 8.0 * (0.7 * t).sin() + 5.0 * (1.9 * t).cos(),
                 &|t, _, _, _| if (0.4 * t).sin() > 0.0 { 9.0 } else { -9.0 },
-                // as coarse as a pulse width, and a stick that trembles
+                // coarse as a pulse width; a stick that trembles
                 &|t, _, _, _| (20.0 * (0.7 * t).sin()).round() / 2.0,
                 &|t, _, _, noise| 8.0 * (0.7 * t).sin() + noise.normal(),
                 &|_, _, _, noise| 6.0 * noise.normal(),

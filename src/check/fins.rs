@@ -1,14 +1,16 @@
-//! The angle of a fin against the turn that it makes.
+//! Angle of a fin compared with the turn that it causes.
 //!
 //! ```text
 //! Δr = g ∫ u|u| δ dt + drag, Coriolis and a constant        q: g ∫ −u|u| δ dt        g > 0
 //! ```
 //!
-//! A rudder is positive where it turns the vehicle to starboard, a stern plane where it turns the nose down
-//! (`rudder_force`). Many logs have it the other way: helms count port rudder positive as often as not.
+//! A rudder angle is positive if it turns the vehicle to starboard, the angle of a stern plane if
+//! it turns the nose down (`rudder_force`). Many logs have the opposite sign: port rudder is often
+//! counted positive.
 //!
-//! An autopilot's rudder repeats the noise of the gyro, which stands on the left, too: where the vehicle moves little, that gives the gain
-//! either sign. Such a log is told by [`feedback`](super::feedback) and accuses no fin.
+//! The rudder of an autopilot repeats the noise of the gyro, which is also on the left-hand side:
+//! if the vehicle moves little, that can give the gain either sign. [`feedback`](super::feedback)
+//! reports such a log, and no fin is accused.
 
 use super::balance::{Balance, WINDOW};
 use super::codes;
@@ -19,35 +21,36 @@ use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::{Run, Signal};
 
-/// Lengths of the windows, in the shortest one's: a ship answers its rudder within half a minute. The one that shows most counts.
+/// Lengths of the windows, relative to the shortest: a ship answers its rudder within half a
+/// minute. The length with the most certain gain is used.
 const WINDOWS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// How the turn rate answers a fin.
+/// Answer of the turn rate to a fin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
     /// Channel of the fin's angle.
     pub channel: &'static str,
-    /// What it turns.
+    /// Degree of freedom that it turns.
     pub turns: Dof,
-    /// g and its deviation, rad/s² per rad at 1 m/s; at the speed of the run where none is logged.
+    /// g, rad/s² per rad at 1 m/s; at the speed of the run if no speed is logged.
     pub value: f64,
-    /// Standard deviation of it.
+    /// Standard deviation of g.
     pub std: f64,
 }
 
 impl Gain {
-    /// Whether the fin's angle has the other sign than that of the model, beyond doubt.
+    /// Whether the sign of the fin's angle is certainly opposite to that of the model.
     pub fn is_reversed(&self) -> bool {
         self.value < -CERTAIN * self.std
     }
 
-    /// Whether it has the same sign, beyond doubt.
+    /// Whether it certainly has the same sign.
     pub fn is_right(&self) -> bool {
         self.value > CERTAIN * self.std
     }
 }
 
-/// The answer to each fin that a run logs.
+/// Returns the answer to each fin that a run logs.
 pub fn measure(run: &Run) -> Vec<Gain> {
     let over = |(turns, channel): (Dof, &'static str), steered: &Run, times: f64| {
         let balance = Balance::over(steered, turns, times * WINDOW)?;
@@ -63,13 +66,13 @@ pub fn measure(run: &Run) -> Vec<Gain> {
     id::fins().iter().filter_map(of).collect()
 }
 
-/// What the fins of a run turn and push across, where their angles vary: no thruster has to.
+/// Returns the degrees of freedom in which fins with a varying angle turn and push: these need no thruster.
 pub fn steered(run: &Run) -> Vec<Dof> {
     let varies = |fin: &FinIds| run.signal(fin.channel).is_some_and(Signal::varies);
     id::fins().into_iter().filter(varies).flat_map(|fin| [fin.turns, fin.across]).collect()
 }
 
-/// The gains as answers to a command.
+/// Returns the gains as answers to a command.
 pub fn answers(gains: &[Gain]) -> Vec<Answer> {
     let answer = |gain: &Gain| Answer {
         channel: gain.channel.to_string(),
@@ -82,7 +85,7 @@ pub fn answers(gains: &[Gain]) -> Vec<Answer> {
     gains.iter().filter(|gain| gain.is_right() || gain.is_reversed()).map(answer).collect()
 }
 
-/// Fins whose angle has the wrong sign.
+/// Finds fins whose angle has the wrong sign.
 pub fn judge(gains: &[Gain]) -> Vec<Found> {
     let wrong = |gain: &Gain| {
         let Gain { channel, turns, value, std } = *gain;
@@ -100,7 +103,8 @@ pub fn judge(gains: &[Gain]) -> Vec<Found> {
     gains.iter().filter(|gain| gain.is_reversed()).map(wrong).collect()
 }
 
-/// The run with the moment of the fin, but for its size, as the only command of what it turns.
+/// Returns the run with the moment of the fin, up to a factor, as the only command of the degree of
+/// freedom that it turns.
 fn with_lift(run: &Run, turns: Dof, channel: &str) -> Option<Run> {
     let angle = run.signal(channel).filter(|s| s.len() > 1)?;
     let speed = run.signal(Dof::Surge.velocity()).filter(|s| !s.is_empty());
@@ -145,7 +149,8 @@ mod tests {
         run
     }
 
-    /// A vehicle of 2 s that an autopilot brings from heading to heading, its rudder logged with the other sign.
+    /// A vehicle with a time constant of 2 s that an autopilot steers from heading to heading; its
+    /// rudder is logged with the opposite sign.
     fn steered_by_autopilot() -> Run {
         let mut noise = Noise::new(7, 1);
         let (mut psi, mut r, mut delta) = (0.0_f64, 0.0_f64, 0.0);

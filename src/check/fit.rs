@@ -1,18 +1,19 @@
-//! A small least-squares fit whose standard deviations bear correlated residuals.
+//! A small least-squares fit whose standard deviations allow for correlated residuals.
 //!
 //! ```text
 //! min ‖y − H θ‖,   H = Q R (columns scaled),   cov θ = R⁻¹ (Σ_g s_g s_gᵀ) R⁻ᵀ,   s_g = Σ_{i in g} qᵢ eᵢ
 //! ```
 //!
-//! g runs over some thirty stretches of neighbouring rows (cluster-robust covariance; Cameron and Miller, *Journal of
-//! Human Resources* 50 (2015) 317-372); where white residuals would give more, that is taken.
+//! g runs over up to thirty stretches of neighbouring rows (cluster-robust covariance; Cameron and
+//! Miller, *Journal of Human Resources* 50 (2015) 317-372); the standard deviation for white
+//! residuals is used if it is larger.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Stretches of rows that are taken as independent of each other.
+/// Largest number of stretches of rows that are treated as independent of each other.
 const CLUSTERS: usize = 30;
 
-/// A fit.
+/// Result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// Estimates, in the order of the columns.
@@ -21,11 +22,11 @@ pub struct Fit {
     pub std: Vec<f64>,
     /// Sum of squared residuals.
     pub cost: f64,
-    /// Part of the sum of squares of the target that the fit explains.
+    /// Share of the sum of squares of the target that the fit explains.
     pub explained: f64,
     /// Ratio of the largest to the smallest singular value of the scaled columns.
     pub condition: f64,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
 }
 
@@ -47,7 +48,7 @@ pub fn fit(columns: &[&[f64]], target: &[f64]) -> Option<Fit> {
     let total = y.norm_squared();
     let qr = h.clone().qr();
     let (q, r) = (qr.q(), qr.r());
-    // dependent to within what the noise of any sensor leaves
+    // dependent: a difference this small is below the noise of any sensor
     if total <= 0.0 || r.diagonal().iter().any(|d| d.abs() < 1e-9) {
         return None;
     }
@@ -64,7 +65,7 @@ pub fn fit(columns: &[&[f64]], target: &[f64]) -> Option<Fit> {
         meat += &s * s.transpose();
     }
     let robust = &inverse * meat * inverse.transpose() * (groups as f64 / (groups - 1) as f64);
-    // an exact fit leaves nothing to spread
+    // an exact fit has no residuals
     let wider = |i: usize| if white[(i, i)] > 0.0 { (robust[(i, i)] / white[(i, i)]).max(1.0).sqrt() } else { 1.0 };
     let std = |i: usize| white[(i, i)].sqrt() * wider(i) / scale[i];
     Some(Fit {
@@ -77,7 +78,7 @@ pub fn fit(columns: &[&[f64]], target: &[f64]) -> Option<Fit> {
     })
 }
 
-/// Condition number of R through the eigenvalues of RᵀR: good to 1e7, which is as far as this number is read.
+/// Condition number of R from the eigenvalues of RᵀR: accurate up to 1e7, which is enough here.
 fn condition(r: &DMatrix<f64>) -> f64 {
     let values = (r.transpose() * r).symmetric_eigenvalues();
     let (low, high) = values.iter().fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(*x), b.max(*x)));
@@ -113,7 +114,7 @@ mod tests {
                 *hits += usize::from((f.theta[0] - 1.0).abs() < 2.0 * f.std[0]);
             }
         }
-        // 95 % of 200 is 190 ± 3; with AR(1) 0.8 white intervals would cover half
+        // 95 % of 200 is 190 ± 3; with AR(1) 0.8 intervals for white residuals would cover half
         assert!(white > 178, "{white}");
         assert!(slow > 160, "{slow}");
     }

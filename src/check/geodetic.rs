@@ -1,4 +1,4 @@
-//! Metres of position against degrees of latitude and longitude.
+//! Metres of position compared with degrees of latitude and longitude.
 //!
 //! ```text
 //! north: M(φ) π/180 m a degree of latitude        east: N(φ) cos φ π/180 m a degree of longitude
@@ -15,12 +15,13 @@ use crate::log::derived::geodetic::metres_per_degree;
 use crate::log::number::short;
 use crate::run::Run;
 
-/// Least way covered along an axis, m, to speak of its scale.
+/// Least distance covered along an axis for a test of its scale, m.
 const LEAST_WAY: f64 = 5.0;
-/// Largest difference that is let pass: spherical formulas differ from the ellipsoid by 0.3 percent and less.
+/// Largest difference that is accepted: spherical formulas differ from the ellipsoid by 0.3 percent
+/// and less.
 pub const TOLERANCE: f64 = 0.01;
 
-/// Scale of each axis: logged metres over true ones.
+/// Returns the scale of each axis: logged metres over true ones.
 pub fn measure(run: &Run, columns: &Geodetic) -> Vec<Agreement> {
     let Some(latitude) = columns.latitude.as_ref().and_then(|n| run.signal(n)).filter(|s| !s.is_empty()) else {
         return Vec::new();
@@ -47,7 +48,7 @@ pub fn measure(run: &Run, columns: &Geodetic) -> Vec<Agreement> {
     axes.into_iter().zip(scale).filter_map(|(axis, scale)| slope(axis, scale)).collect()
 }
 
-/// What it means.
+/// Returns the findings.
 pub fn judge(agreements: &[Agreement]) -> Vec<Found> {
     let wrong: Vec<&Agreement> =
         agreements.iter().filter(|a| (a.factor - 1.0).abs() > TOLERANCE.max(5.0 * a.std)).collect();
@@ -85,7 +86,8 @@ mod tests {
 
     #[test]
     fn exact_degrees_of_the_ellipsoid() {
-        // NGA, length of a degree calculator: 45°: 111 131.7 m and 78 846.8 m; equator 110 574.3 and 111 319.5
+        // NGA, length of a degree calculator: 45°: 111 131.7 m and 78 846.8 m;
+        // equator 110 574.3 and 111 319.5
         for (latitude, north, east) in [(45.0, 111_131.75, 78_846.84), (0.0, 110_574.28, 111_319.49)] {
             let [n, e] = metres_per_degree(latitude);
             // those figures are rounded to a tenth of a metre

@@ -1,11 +1,12 @@
-//! The lag at which a fit leaves least: how much later one channel says what another one says.
+//! The lag with the least residual of a fit: how much later one channel shows what another one shows.
 //!
 //! ```text
-//! d̂ = argmin SSE(d),      σ_d² = 2 s² / SSE″(d̂),      s² = SSE(d̂)/(n − p),      c² = (SSE(0) − SSE(d̂))/s²
+//! d̂ = argmin SSE(d),   σ_d² = 2 s² / SSE″(d̂),   s² = SSE(d̂)/(n − p),   c² = (SSE(0) − SSE(d̂))/s²
 //! ```
 //!
-//! On a grid, refined by the parabola through the three lowest points. c says how far from no lag at all it is by what the
-//! fits leave, in deviations: a dent in a cost that is flat has a small σ_d and a small c.
+//! The minimum on a grid is refined by the parabola through it and its two neighbours. c is the
+//! distance from zero lag in standard deviations, by the sums of squares: a dent in a flat cost has
+//! a small σ_d, but also a small c.
 
 use serde::Serialize;
 
@@ -14,25 +15,27 @@ use serde::Serialize;
 pub struct Lag {
     /// Lag, s; positive when the second channel is late.
     pub seconds: f64,
-    /// Standard deviation, s; residuals taken as white.
+    /// Standard deviation, s, for white residuals.
     pub std: f64,
-    /// How far no lag at all lies from it by the sums of squares, in deviations.
+    /// Distance from zero lag by the sums of squares, in standard deviations.
     #[serde(skip)]
     pub certainty: f64,
 }
 
 impl Lag {
-    /// Whether it is a lag: by so many deviations, both of its own and of what the fits leave, and by more than `least` s.
+    /// Whether the lag is significant: by this many standard deviations, both σ_d and those of the
+    /// sums of squares, and by more than `least` s.
     pub fn is_clear(&self, deviations: f64, least: f64) -> bool {
         self.certainty > deviations && self.seconds.abs() > (deviations * self.std).max(least)
     }
 }
 
-/// Longest lag looked for, s.
+/// Longest lag that is searched, s.
 pub const REACH: f64 = 1.5;
 
-/// The lag between −[`REACH`] and [`REACH`] with the least cost, in steps of `step` s; `cost` gives the sum of squares
-/// and the degrees of freedom left. `None` when the least lies at an end: then it is not a lag that was found.
+/// Returns the lag between −[`REACH`] and [`REACH`] with the least cost, on a grid of `step` s;
+/// `cost` gives the sum of squares and the remaining degrees of freedom. `None` if the minimum lies
+/// at an end: then no lag was found.
 pub fn least(step: f64, cost: impl Fn(f64) -> Option<(f64, usize)>) -> Option<Lag> {
     let half = (REACH / step).floor() as i32;
     let costs: Vec<(f64, usize)> = (-half..=half).map(|k| cost(f64::from(k) * step)).collect::<Option<_>>()?;

@@ -1,9 +1,10 @@
-//! What a log says about itself: rates, clocks, units, signs, frames, delays, and whether it can show what is asked.
+//! Checks of a log: rates, clocks, units, signs, frames, delays, and whether it can show what is asked.
 //!
-//! [`run()`] looks at one run, [`log()`] at a log with what reading it found. Each check is a small file with its
-//! equation in the heading: it measures (`measure`, figures with standard deviations) and judges (`judge`, findings).
-//! Nothing is changed, dropped or rescaled. Two channels are held against each other only where both move clearly above
-//! their noise; where the data say nothing the light stays off.
+//! [`run()`] checks one run, [`log()`] a log together with the findings of reading it. Each check
+//! is a small file with its equation in the heading: `measure` computes figures with standard
+//! deviations, and `judge` turns them into findings. Nothing in the log is changed, dropped or
+//! rescaled. Two channels are compared only if both move clearly above their noise; the light stays
+//! off if the data cannot answer the question.
 
 pub mod attitude;
 pub mod balance;
@@ -53,7 +54,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     found.extend(values::check(run));
     found.extend(motion::judge(run));
     found.extend(closed_loop::judge_modes(run));
-    // samples that are none say nothing of units, signs, delays or excitation
+    // bad samples must not affect the checks of units, signs, delays and excitation
     let run = &without_bad_samples(run);
     let mended = coming_round::mended(run);
     found.extend(mended.iter().map(|(of_unit, _)| of_unit.clone()));
@@ -117,7 +118,7 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     let lights = Topic::ALL.map(|topic| TopicLight { topic, light: examined(topic).then_some(Light::Green) });
     let mut log_findings: Vec<LogFault> = Vec::new();
     for fault in found.iter().flat_map(|f| &f.faults) {
-        // two checks may see one fault
+        // two checks may find the same fault
         if !log_findings.iter().any(|l| (l.kind, &l.channel) == (fault.kind, &fault.channel)) {
             log_findings.push(fault.clone());
         }
@@ -129,7 +130,8 @@ pub fn run(run: &Run, options: &CheckOptions) -> CheckReport {
     report
 }
 
-/// What the thrusters of a vehicle push together against the motion: `run` holds the forces that they give by their places.
+/// Checks the placement of the thrusters of a vehicle: the total forces and moments of the thrusters
+/// as placed, which `run` holds, are compared with the motion.
 pub fn placement(run: &Run, dofs: &[Dof]) -> Vec<Finding> {
     let sound = without_bad_samples(run);
     let balances: Vec<Balance> = dofs.iter().filter_map(|dof| Balance::new(&sound, *dof)).collect();
@@ -139,8 +141,8 @@ pub fn placement(run: &Run, dofs: &[Dof]) -> Vec<Finding> {
     commands::judge_placement(&sound, dofs, holds).into_iter().map(|f| in_words(f, &run.name)).collect()
 }
 
-/// Signs of commands that are wrong, or of the velocities where all thrusters say so. Where a controller makes the command, its
-/// sign is not what the relation of both shows.
+/// Returns findings for commands with a wrong sign, or for the velocities if all thrusters indicate that.
+/// Commands of a controller are skipped: its gain determines the sign of their relation to the motion.
 fn signs(
     run: &Run,
     answers: &[Answer],
@@ -165,7 +167,8 @@ fn is_closed(closed: &[Found], channel: &str) -> bool {
     closed.iter().any(|f| f.channels.iter().any(|other| other == channel))
 }
 
-/// The run without codes for no value, outliers and values beyond all measure, which the log's own checks name.
+/// Returns the run without sentinels, outliers and values above the plausible limit; the checks of
+/// reading report these.
 fn without_bad_samples(run: &Run) -> Run {
     let mut sound = run.clone();
     for (name, signal) in &mut sound.signals {
@@ -176,7 +179,7 @@ fn without_bad_samples(run: &Run) -> Run {
     sound
 }
 
-/// Adds dead rates, and takes back what the noise of such a channel was taken for.
+/// Adds findings of dead rates, and removes those that the noise of such a channel caused.
 fn dead_rates(run: &Run, found: &mut Vec<Found>) {
     let dead = dead_rate::judge(run);
     let is_dead = |f: &Found| dead.iter().any(|d| d.channels.first() == f.channels.first());
@@ -184,14 +187,15 @@ fn dead_rates(run: &Run, found: &mut Vec<Found>) {
     found.extend(dead);
 }
 
-/// Takes back what was said of a velocity's scale where it is that of the position, which degrees have shown.
+/// Removes findings about the scale of a velocity if degrees of latitude and longitude show that
+/// the scale is that of the position.
 fn explained_by_position(found: &mut Vec<Found>, degrees: &[Agreement]) {
     let position = |factor: f64| degrees.iter().any(|d| (factor * d.factor - 1.0).abs() < 2.0 * geodetic::TOLERANCE);
     let wrong = found.iter().any(|f| *f.code == codes::POSITION_SCALE);
     found.retain(|f| !(wrong && *f.code == codes::SCALE && f.faults.iter().all(|fault| position(fault.factor))));
 }
 
-/// Checks a log that was read, with what reading it found.
+/// Checks a log that was read, together with the findings of reading it.
 pub fn log(log: &LogFile, options: &CheckOptions) -> CheckReport {
     // messages name the file; a log that stands alone is no run of a campaign
     let as_run = Run { name: log.file.clone(), gaps: log.gaps.clone(), signals: log.signals.clone(), ..Run::default() };
@@ -210,7 +214,7 @@ fn in_words(found: Found, run: &str) -> Finding {
     if run.is_empty() { finding } else { finding.of_run(run) }
 }
 
-/// Topic and light of any finding, of this room or of reading.
+/// Topic and light of any finding, of this module or of reading.
 fn place(finding: &Finding) -> (Topic, Light) {
     if let Some(place) = codes::place(finding.code) {
         return place;
@@ -242,7 +246,9 @@ fn place(finding: &Finding) -> (Topic, Light) {
 }
 
 impl CheckReport {
-    /// The report with what reading the log found: that comes first, and what only follows from it is not said again.
+    /// Returns the report with the findings of reading in front. Held samples that both found are
+    /// kept once; wrong signs of commands are removed if the quick fit of reading found a negative
+    /// inertia or drag, because they follow from the same fault.
     #[must_use]
     pub fn after_reading(mut self, found: impl IntoIterator<Item = Finding>) -> CheckReport {
         let held = self.findings.iter().any(|f| f.code == codes::HELD.code);
@@ -258,7 +264,7 @@ impl CheckReport {
         self
     }
 
-    /// The report with more of the same kind.
+    /// Returns the report with further findings.
     #[must_use]
     pub fn with(mut self, found: impl IntoIterator<Item = Finding>) -> CheckReport {
         self.findings.extend(found);
@@ -266,7 +272,7 @@ impl CheckReport {
         self
     }
 
-    /// Each light at the worst of its findings.
+    /// Sets each light to the worst of its findings.
     fn light_up(&mut self) {
         for finding in &self.findings {
             let (topic, light) = place(finding);

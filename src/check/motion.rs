@@ -4,7 +4,8 @@
 //! moves:  x₀.₉₅ − x₀.₀₅ > max(6 σ, least)        σ = median |second difference| / (0.6745 √6)
 //! ```
 //!
-//! A rate may be less where the angle is logged beside it and says that the vehicle turns: a ship takes minutes for a zig-zag.
+//! A rate may be smaller if the angle is logged, too, and shows that the vehicle turns: a ship
+//! takes minutes for a zig-zag.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -15,22 +16,22 @@ use crate::frame::Dof;
 use crate::log::check::statistics::quantile;
 use crate::run::{Run, RunKind, Signal};
 
-/// How a degree of freedom stands in a log.
+/// State of a degree of freedom in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Moved {
-    /// Neither its velocity nor its position.
+    /// Neither its velocity nor its position is measured.
     Unmeasured,
-    /// Measured, and within the noise of its sensor.
+    /// Measured, but within the noise of its sensor or below the least spread.
     Rests,
     /// It moves.
     Moves,
 }
 
-/// Least spread that counts: of a velocity, m/s, and of a position, m; of a rate, rad/s, and of an angle, rad. Below, a
-/// vehicle drifts or is held.
+/// Least spread that counts as motion: of a velocity, m/s, and of a position, m; of a rate, rad/s,
+/// and of an angle, rad. Below it a vehicle drifts or is held.
 const LEAST: [[f64; 2]; 2] = [[0.03, 0.1], [0.03, 0.1]];
 
-/// How `dof` stands in a log.
+/// Returns the state of `dof` in a log.
 pub fn of(signals: &BTreeMap<String, Signal>, dof: Dof) -> Moved {
     let velocity = signals.get(dof.velocity());
     let [fast, slow] = LEAST[usize::from(dof.is_rotation())];
@@ -38,7 +39,8 @@ pub fn of(signals: &BTreeMap<String, Signal>, dof: Dof) -> Moved {
         None => Moved::Unmeasured,
         Some(signal) => {
             let least = if velocity.is_some() { fast } else { slow };
-            // roll and pitch follow the thrust of every vehicle a little, and a model of them needs more than that
+            // roll and pitch follow the thrust of every vehicle a little; a model of them needs
+            // more than that
             let tilt = if matches!(dof, Dof::Roll | Dof::Pitch) { 3.0 } else { 1.0 };
             let spread = spread(signal);
             let turns =
@@ -49,17 +51,17 @@ pub fn of(signals: &BTreeMap<String, Signal>, dof: Dof) -> Moved {
     }
 }
 
-/// The position or angle that tells the motion where no velocity is logged.
+/// Returns the position or angle that shows the motion if no velocity is logged.
 fn pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> Option<&Signal> {
     let own = signals.get(dof.position());
     match dof {
-        // north and east are no surge and sway without the heading
+        // north and east give no surge and sway without the heading
         Dof::Surge | Dof::Sway => own.filter(|_| ["x", "y", "psi"].iter().all(|c| signals.contains_key(*c))),
         _ => own,
     }
 }
 
-/// Says of a free run in which nothing moves that there is nothing to learn from it.
+/// Finds a free run in which nothing moves, so that there is nothing to learn from it.
 pub fn judge(run: &Run) -> Vec<Found> {
     let measured: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| of(&run.signals, *dof) > Moved::Unmeasured).collect();
     let held = matches!(run.kind, RunKind::Bollard | RunKind::Towing | RunKind::Bench);
@@ -76,13 +78,14 @@ pub fn judge(run: &Run) -> Vec<Found> {
     vec![Found::new(&codes::AT_REST, &channels, text)]
 }
 
-/// From the 5th to the 95th percentile.
+/// Range from the 5th to the 95th percentile.
 fn spread(signal: &Signal) -> f64 {
     let at = |p| quantile(signal.values().iter().copied(), p).unwrap_or(0.0);
     at(0.95) - at(0.05)
 }
 
-/// The angle by which the vehicle turns, rad: a compass may step from π to −π on the way.
+/// Range from the 5th to the 95th percentile of the unwrapped angle, rad: a compass may step from π
+/// to −π.
 fn turned(angle: &Signal) -> f64 {
     let mut whole = vec![0.0];
     for w in angle.values().windows(2) {

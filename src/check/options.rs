@@ -1,4 +1,4 @@
-//! What a check may be told.
+//! Options of a check.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,33 +10,36 @@ use crate::thrust::thruster::Thruster;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CheckOptions {
-    /// Degrees of freedom that the run should show; those whose own command varies when empty.
+    /// Degrees of freedom that the run should show; if empty, those whose own command varies, or
+    /// which move without a command of their own.
     pub dofs: Vec<Dof>,
-    /// Degrees of freedom of the model that the run is for; all when empty.
+    /// Degrees of freedom of the model that the run is for; all if empty.
     pub model: Vec<Dof>,
-    /// Whether the velocities are those through the water: they tell no path over ground.
+    /// Whether the velocities are those through the water: then they give no path over ground.
     pub through_water: bool,
-    /// Whether the model holds a lag of the thrusters: a motion that answers late is no finding then.
+    /// Whether the model contains a lag of the thrusters: a late answer is then no finding.
     pub lag_is_known: bool,
-    /// Whether the model holds the lever arm of a sensor: one between position and velocity is no finding then.
+    /// Whether the model contains the lever arm of a sensor: a lever arm between position and
+    /// velocity is then no finding.
     pub arm_is_known: bool,
-    /// The vehicle's thrusters, in the order of `V1`, `F1`, …: their signs can be checked when they are known.
+    /// The vehicle's thrusters, in the order of `V1`, `F1`, …: without them the signs of their
+    /// commands are not checked.
     pub thrusters: Vec<Thruster>,
-    /// Column of latitude, deg; looked for by name when absent.
+    /// Column of latitude, deg; found by its name if absent.
     pub latitude: Option<String>,
-    /// Column of longitude, deg; looked for by name when absent.
+    /// Column of longitude, deg; found by its name if absent.
     pub longitude: Option<String>,
-    /// Column of metres north; `x` when absent.
+    /// Column of metres north; `x` if absent.
     pub north: Option<String>,
-    /// Column of metres east; `y` when absent.
+    /// Column of metres east; `y` if absent.
     pub east: Option<String>,
-    /// Column of the course over ground, deg; looked for by name when absent.
+    /// Column of the course over ground, deg; found by its name if absent.
     pub course: Option<String>,
-    /// Column of the speed over ground, m/s; looked for by name when absent.
+    /// Column of the speed over ground, m/s; found by its name if absent.
     pub speed: Option<String>,
 }
 
-/// The columns of a satellite receiver, where they are there.
+/// Columns of a satellite receiver, if present.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Geodetic {
     /// Latitude, deg.
@@ -51,12 +54,12 @@ pub struct Geodetic {
     pub course: Option<String>,
     /// Speed over ground, m/s.
     pub speed: Option<String>,
-    /// Those that were taken for what their names suggest.
+    /// Columns that were found by their names.
     pub guessed: Vec<String>,
 }
 
 impl Geodetic {
-    /// Columns as the options name them, else by their names in the run.
+    /// Returns the columns named in the options, or else found by their names in the run.
     pub fn of(run: &Run, options: &CheckOptions) -> Geodetic {
         let mut guessed = Vec::new();
         let mut column = |said: &Option<String>, known: Option<&str>, names: &[&str]| {

@@ -1,20 +1,22 @@
-//! Velocity against position: units, signs, axes and lag of the velocity sensor.
+//! Velocity compared with position: units, signs, axes and lag of the velocity sensor.
 //!
 //! ```text
-//! Δ(x, y) = ∫ R(±ψ) G (u, v) dt + c (b − a) + ΔR(±ψ) l          G = [ g₁₁ g₁₂ ]   = [ a_u cos α_u   −a_v sin α_v ]
-//!                                                                   [ g₂₁ g₂₂ ]     [ a_u sin α_u    a_v cos α_v ]
+//! Δ(x, y) = ∫ R(±ψ) G (u, v) dt + c (b − a) + ΔR(±ψ) l    G = [ g₁₁ g₁₂ ]   = [ a_u cos α_u   −a_v sin α_v ]
+//!                                                             [ g₂₁ g₂₂ ]     [ a_u sin α_u    a_v cos α_v ]
 //! ```
 //!
-//! over windows [a, b], with c the current (m/s) where velocity is measured against water. l is the lever arm between what
-//! measures the position and what measures the velocity, m, where the vehicle turns and the fit is far better with one: an antenna
-//! ahead of the origin swings sideways, which otherwise looks like a wrong sign or a turned sensor. G = 1 when all agrees: a_u,
-//! a_v are scales, α_u, α_v the angles (rad) by which each axis is turned. A misalignment of the sensor and an offset of
-//! the heading are the same here. −ψ with det G < 0 is a swap of x and y, with det G > 0 a heading that counts the wrong
-//! way. ±57.3 ψ or ±ψ/57.3, where that alone fits, is a heading in another unit. Roll and pitch, where logged, take the
-//! velocity to the horizontal plane first.
+//! over windows [a, b]. c is the current (m/s) if the velocity is measured relative to the water. l
+//! is the lever arm from the velocity sensor to the position sensor, m; it is part of the fit if
+//! the vehicle turns and the fit is far better with it: an antenna ahead of the origin swings
+//! sideways, which otherwise looks like a wrong sign or a turned sensor. G = 1 if all agree: a_u,
+//! a_v are scales, α_u, α_v the angles (rad) by which each axis is turned. A misalignment of the
+//! sensor and an offset of the heading cannot be distinguished here. −ψ with det G < 0 means that x
+//! and y are swapped or one of them is reversed, −ψ with det G > 0 that the heading has the wrong
+//! sense. ±57.3 ψ or ±ψ/57.3, if only that fits, means a heading in another unit. Roll and pitch,
+//! if logged, are used to project the velocity on the horizontal plane first.
 //!
-//! Where no sense of ψ fits and the speeds are alike all the same, |Δ(x, y)| ≈ |∫ R(ψ) (u, v) dt|, the heading contradicts the way. A
-//! current is part of every fit, so that it is no contradiction.
+//! If no sense of ψ fits although the speeds are alike, |Δ(x, y)| ≈ |∫ R(ψ) (u, v) dt|, the heading
+//! contradicts the path. A current is part of every fit and therefore no contradiction.
 
 use std::f64::consts::PI;
 
@@ -28,48 +30,52 @@ use super::samples::{Samples, windows};
 use crate::log::number::short;
 use crate::run::Run;
 
-/// Shortest window, s: long against the noise of a position, short against the motion.
+/// Shortest window, s: long compared with the noise of a position, short compared with the motion.
 const WINDOW: f64 = 2.0;
-/// The heading must turn by this much, rad, before a wrong sense of it can be told.
+/// Least range of the heading, rad, for a test of its sense and unit and of a lever arm.
 const TURNED: f64 = 0.5;
-/// Least part of the displacement that must be explained.
+/// Least share of the displacement that must be explained.
 const EXPLAINED: f64 = 0.5;
-/// Part of the displacement above which the heading as it is leaves nothing to be asked of its unit.
+/// Share of the displacement explained above which the unit of the heading is not questioned.
 const WELL_EXPLAINED: f64 = 0.9;
-/// Least part of the way covered that speeds which are alike explain: of noise about a slow way they explain 0.79.
+/// Least share of the distance covered (sum of squares) that velocities of the same size explain:
+/// pure noise about a slow path gives 0.79.
 const ALIKE: f64 = 0.9;
-/// Cost of a fit with a lever arm over that of one without, below which there is an arm: its part of the way is then as large
-/// as all that is left.
+/// Largest ratio of the cost with a lever arm to that without, at which there is an arm: the arm then
+/// explains as much as remains unexplained.
 const ARM: f64 = 0.5;
 /// Longest lever arm that a vehicle has, m.
 const LONGEST_ARM: f64 = 30.0;
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / PI;
 
-/// What velocity, heading and position say of each other.
+/// Result of comparing velocity, heading and position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
-    /// Scale and angle of each velocity that moved enough: u, v.
+    /// Scale and angle of each velocity that moves enough: u, v.
     pub agreements: Vec<Agreement>,
     /// Whether the position fits the heading with its sense reversed.
     pub mirrored: bool,
-    /// By how much the heading turns too far: 57.3 where degrees are taken for radians, 1/57.3 the other way round, else 1.
+    /// Factor by which the heading turns too far: 57.3 if degrees are taken for radians, 1/57.3 in
+    /// the opposite case, else 1.
     pub turns: f64,
-    /// Whether the velocities are as fast as the position and no sense of the heading turns them to where that goes.
+    /// Whether the velocities are as fast as the position, but no sense of the heading turns them
+    /// into its direction.
     pub contradicted: bool,
     /// Names of the two channels of the position.
     pub position: [String; 2],
-    /// Where the position is measured, ahead and to starboard of the velocity, m, and deviations, where that is not the same place.
+    /// Place of the position sensor ahead and to starboard of the velocity sensor, m, each with its
+    /// standard deviation; `None` without a lever arm.
     pub arm: Option<[(f64, f64); 2]>,
 }
 
-/// Velocities turned to earth by the heading: north and east of each.
+/// Velocities turned to earth axes by the heading: north and east of each.
 struct ToEarth {
     moving: Vec<[Samples; 2]>,
     still: Option<[Samples; 2]>,
 }
 
-/// The fit with the heading times a factor.
+/// A fit with the heading multiplied by a factor.
 struct Sense {
     factor: f64,
     fit: Fit,
@@ -78,7 +84,7 @@ struct Sense {
     armed: bool,
 }
 
-/// Compares; `None` without heading, position or motion.
+/// Compares velocity, heading and position; `None` without heading, position or motion.
 pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     let psi = Samples::of_angle(run.signal("psi")?)?;
     let x = Samples::of(run.signal(position[0])?)?;
@@ -92,7 +98,7 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     let width = WINDOW.max(4.0 * step.fold(0.0, f64::max));
     let mut all = vec![&x, &y, &psi];
     all.extend(u.iter().chain(&v));
-    // velocities carried to the horizontal plane by roll and pitch; forward takes its part of heave
+    // velocities projected on the horizontal plane by roll and pitch; forward includes its share of heave
     let forward = u.as_ref().map(|u| {
         u.map(|t, u| {
             let ((sp, cp), (st, ct)) = (at(&phi, t).sin_cos(), at(&theta, t).sin_cos());
@@ -116,7 +122,8 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     let quiet = if moving.len() == 2 { None } else { [&forward, &starboard][usize::from(first.0 == "u")].as_ref() };
     let quiet_turn = if first.0 == "u" { PI / 2.0 } else { 0.0 };
 
-    // velocity `s` turned to earth, as (north, east) columns of its two coefficients; the same for every lag
+    // velocity `s` turned to earth axes, (north, east), for the columns of its two coefficients;
+    // the same for every lag
     let turned = |sense: f64| {
         let earth = |s: &Samples, turn: f64| {
             let along = s.map(|t, s| s * (sense * psi.at(t) + turn).cos());
@@ -126,7 +133,7 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
         let moving = moving.iter().map(|(_, s, turn)| earth(s, *turn)).collect();
         ToEarth { moving, still: quiet.map(|s| earth(s, quiet_turn)) }
     };
-    // with a lever arm where `arm` gives the sense of the heading
+    // `arm`: factor of the heading in the columns of the lever arm; `None` for a fit without them
     let fit_armed = |ToEarth { moving, still }: &ToEarth, late: f64, windows: &[(f64, f64)], arm: Option<f64>| {
         let width = 2 * moving.len() + 2 + if arm.is_some() { 2 } else { 0 };
         let (mut target, mut columns) = (Vec::new(), vec![Vec::new(); width]);
@@ -231,7 +238,7 @@ pub fn measure(run: &Run, position: [&str; 2]) -> Option<Path> {
     Some(Path { agreements, mirrored, turns, contradicted: false, position, arm })
 }
 
-/// Whether ways swum and covered are of one size throughout.
+/// Whether the distances from the velocities and from the positions are alike throughout.
 fn are_alike(ways: &[(f64, f64)]) -> bool {
     let sum = |f: fn(&(f64, f64)) -> f64| ways.iter().map(f).sum::<f64>();
     let (swum, both, covered) = (sum(|w| w.0 * w.0), sum(|w| w.0 * w.1), sum(|w| w.1 * w.1));
@@ -239,7 +246,7 @@ fn are_alike(ways: &[(f64, f64)]) -> bool {
     (0.5..2.0).contains(&scale) && explained > ALIKE
 }
 
-/// What it means. `steps` gives the usual step of a channel, s.
+/// Returns the findings. `steps` gives the usual step of a channel, s.
 pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     let [x, y] = path.position.each_ref().map(String::as_str);
     if path.contradicted {
@@ -301,7 +308,7 @@ pub fn judge(path: &Path, steps: impl Fn(&str) -> f64) -> Vec<Found> {
     found
 }
 
-/// Signs and directions of the axes.
+/// Finds wrong signs and directions of the axes.
 fn axes(path: &Path) -> Vec<Found> {
     let [x, y] = path.position.each_ref().map(String::as_str);
     let angle = |name: &str| {
@@ -320,7 +327,8 @@ fn axes(path: &Path) -> Vec<Found> {
         Found::new(&codes::SIGN, &[c], text).fault(FaultKind::Sign, c, -1.0)
     };
     if path.mirrored {
-        // an axis of the position that is turned round leaves forward where it was, or turns it back; a swap turns it to the side
+        // a reversed axis of the position leaves forward where it was, or reverses it; a swap turns
+        // it to the side
         let turned_round = u.filter(|_| both && !handed).and_then(|(angle, _)| match angle.abs() {
             ..0.5 => Some(y),
             a if a > PI - 0.5 => Some(x),
@@ -355,12 +363,12 @@ fn axes(path: &Path) -> Vec<Found> {
         _ => {}
     }
     let Some((offset, std)) = u.or(v) else { return Vec::new() };
-    // a few degrees are a mounting, a right angle is a frame
+    // a few degrees come from the mounting, a right angle from the axes
     if offset.abs() < (5.0 * std).max(0.05) {
         return Vec::new();
     }
     let code = if offset.abs() > 0.35 { &codes::FRAME } else { &codes::MISALIGNED };
-    // of two axes that turn against each other no one is mounted askew
+    // two axes that are turned in opposite senses cannot come from the mounting
     if both && !handed {
         let text = format!(
             "u and v fit heading and way over {x}, {y} only when they are exchanged: name them rightly in [log.columns]"

@@ -1,12 +1,13 @@
-//! Body velocities of a log that has positions and angles only.
+//! Body velocities from positions and angles, for a log that has no velocities.
 //!
 //! ```text
-//! (u, v, w) = Rᵀ(φ, θ, ψ) (Δx, Δy, Δz)/Δt         p, q, r ≈ Δφ/Δt, Δθ/Δt, Δψ/Δt
+//! (u, v, ·) = Rᵀ(φ, θ, ψ) (Δx, Δy, Δz)/Δt         w ≈ Δz/Δt,   p, q, r ≈ Δφ/Δt, Δθ/Δt, Δψ/Δt
 //! ```
 //!
-//! over the least number of steps that spans a quarter of a second (`SPAN`), at the middle of each: a slope between
-//! neighbouring samples of a fast log is mostly noise. Angles and depth that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft
-//! Hydrodynamics and Motion Control* (2011), (2.17). For judging a run only, not for a fit.
+//! over the least number of steps that spans a quarter of a second (`SPAN`), at the middle of each
+//! span: a slope between neighbouring samples of a fast log is mostly noise. Roll, pitch and depth
+//! that are not logged count as zero. Source: Fossen, *Handbook of Marine Craft Hydrodynamics and
+//! Motion Control* (2011), (2.17). For checks of a run only, not for a fit.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -17,7 +18,7 @@ use crate::run::Run;
 /// Least time over which a slope is taken, s.
 const SPAN: f64 = 0.25;
 
-/// The velocity in `dof`: as logged, else by positions and angles; `None` where neither tells it.
+/// Returns the velocity in `dof`: as logged, or else from positions and angles; `None` if neither gives it.
 pub fn velocity(run: &Run, dof: Dof) -> Option<Samples> {
     if let Some(signal) = run.signal(dof.velocity()) {
         return Samples::of(signal);
@@ -29,7 +30,7 @@ pub fn velocity(run: &Run, dof: Dof) -> Option<Samples> {
     }
 }
 
-/// Surge or sway by north, east and the heading.
+/// Returns surge or sway from north, east and the heading.
 fn horizontal(run: &Run, dof: Dof) -> Option<Samples> {
     let [north, east] = ["x", "y"].map(|name| run.signal(name).and_then(Samples::of).as_ref().and_then(slope));
     let (north, east) = (north?, east?);
@@ -45,7 +46,7 @@ fn horizontal(run: &Run, dof: Dof) -> Option<Samples> {
     }))
 }
 
-/// The slope over successive spans of samples.
+/// Returns the slope over successive spans of samples.
 fn slope(position: &Samples) -> Option<Samples> {
     let (time, x) = (position.time(), position.values());
     let steps = (SPAN / position.step() * (1.0 - 1e-9)).ceil().max(1.0) as usize;
@@ -60,7 +61,7 @@ mod tests {
     use super::*;
     use crate::run::Signal;
 
-    /// A circle sailed with a drift angle: u, v, r are constant, and x, y, psi tell them.
+    /// A circle with a drift angle: u, v, r are constant and follow from x, y, psi.
     #[test]
     fn a_circle_has_its_constant_velocities() {
         let (u, v, r) = (0.5, 0.1, 0.2);

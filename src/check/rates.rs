@@ -1,7 +1,8 @@
-//! Rates: how often each channel really says something new.
+//! Rates: how often each channel has a new value.
 //!
 //! ```text
-//! rate = 1/median(tₖ₊₁ − tₖ)/ρ        ρ rows for which a value is held, see `log::check::hold`
+//! rate = 1/mean(tₖ₊₁ − tₖ)/ρ        mean of the steps up to five times the median
+//!                                   ρ rows for which a value is held, see `log::check::hold`
 //! ```
 
 use serde::Serialize;
@@ -13,26 +14,26 @@ use crate::log::check::{hold, is_measured};
 use crate::log::number::short;
 use crate::run::{Run, Signal, is_command, thruster_of};
 
-/// How often a channel says something new.
+/// Rate of new values of a channel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelRate {
     /// Channel.
     pub channel: String,
-    /// True samples a second, Hz.
+    /// True samples per second, Hz.
     pub rate_hz: f64,
-    /// Rows a second, Hz.
+    /// Rows per second, Hz.
     pub logged_hz: f64,
-    /// Rows.
+    /// Number of rows.
     pub samples: usize,
-    /// Steps of more than five times the usual one.
+    /// Number of gaps: steps of more than five times the usual one and of more than 0.2 s.
     pub gaps: usize,
-    /// Mean number of rows for which a value is held; 1 when each row is a sample.
+    /// Mean number of rows for which a value is held; 1 if each row is a sample.
     pub held: f64,
     /// Spread of the steps: (95th − 5th percentile)/median.
     pub jitter: f64,
 }
 
-/// Rates of all channels.
+/// Returns the rates of all channels.
 pub fn measure(run: &Run) -> Vec<ChannelRate> {
     run.signals.iter().filter_map(|(name, signal)| rate(name, signal)).collect()
 }
@@ -40,7 +41,7 @@ pub fn measure(run: &Run) -> Vec<ChannelRate> {
 fn rate(name: &str, signal: &Signal) -> Option<ChannelRate> {
     let time = signal.time();
     let step = usual_step(time).filter(|s| *s > 0.0)?;
-    // a command may well be held: that is what commands are
+    // a command is held by its nature
     let held = if is_command(name) { 1.0 } else { hold::of(signal.values()).map_or(1.0, |h| h.rows) };
     let gaps = gaps(time);
     let mean = {
@@ -54,12 +55,12 @@ fn rate(name: &str, signal: &Signal) -> Option<ChannelRate> {
     Some(ChannelRate { channel, rate_hz: logged_hz / held, logged_hz, samples, gaps: gaps.len(), held, jitter })
 }
 
-/// The number of the thruster that a channel `V3` or `F3` belongs to.
+/// Returns the number of the thruster that a channel `V3` or `F3` belongs to.
 pub fn number_of(name: &str) -> Option<usize> {
     ["V", "F"].into_iter().find_map(|letter| thruster_of(name, letter))
 }
 
-/// Held channels, those of one rate together.
+/// Finds held channels; those of one rate are one finding.
 pub fn judge(rates: &[ChannelRate]) -> Vec<Found> {
     let mut held: Vec<&ChannelRate> = rates.iter().filter(|r| r.held > 1.0 && !is_auxiliary(&r.channel)).collect();
     let mut found = Vec::new();
@@ -81,7 +82,7 @@ pub fn judge(rates: &[ChannelRate]) -> Vec<Found> {
     found
 }
 
-/// A channel that no fit reads unless an effect asks for it: its rate stands in the table only.
+/// Whether no fit reads the channel unless an effect asks for it: its rate is in the table only.
 fn is_auxiliary(name: &str) -> bool {
     !is_measured(name) && !is_command(name)
 }

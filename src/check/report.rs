@@ -1,4 +1,4 @@
-//! What a check reports: a light for each topic, findings, and the figures behind them.
+//! Report of a check: a light for each topic, findings, and the figures behind them.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use super::lag::Lag;
 use super::rates::ChannelRate;
 use crate::finding::{Code, Finding};
 
-/// What a light stands for.
+/// Topic of a light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
@@ -26,7 +26,7 @@ pub enum Topic {
     Commands,
     /// Whether the run can show what is asked.
     Excitation,
-    /// Whether a controller holds what should move.
+    /// Whether a controller holds the motion.
     Loop,
 }
 
@@ -48,11 +48,11 @@ impl Topic {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Light {
-    /// Looked at, nothing found.
+    /// Checked, nothing found.
     Green,
-    /// Usable, with what the finding says in mind.
+    /// Usable, subject to the finding.
     Amber,
-    /// Not to be used before it is mended.
+    /// Not to be used before it is corrected.
     Red,
 }
 
@@ -61,11 +61,11 @@ pub enum Light {
 pub struct TopicLight {
     /// Topic.
     pub topic: Topic,
-    /// Its light; `None` where the log holds nothing to judge it by.
+    /// Its light; `None` if the log has no data to judge it by.
     pub light: Option<Light>,
 }
 
-/// What a fault of the log is, for the discovery.
+/// Kind of a fault of the log, for the discovery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FaultKind {
@@ -75,41 +75,41 @@ pub enum FaultKind {
     Sign,
     /// Turned axes; factor = angle to add to the channel, rad.
     Frame,
-    /// A lag; factor = s, positive when the channel's effect or news comes late.
+    /// A lag; factor = s, positive if the channel, or the answer to it, is late.
     Delay,
 }
 
 /// A fault of the log that a model could mistake for an effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogFault {
-    /// What it is.
+    /// Kind.
     pub kind: FaultKind,
     /// Channel.
     pub channel: String,
-    /// How much, by [`FaultKind`].
+    /// Size, with the meaning given by [`FaultKind`].
     pub factor: f64,
 }
 
-/// How one channel agrees with another that says the same.
+/// Agreement of a channel with another one that shows the same quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Agreement {
     /// Channel that is judged.
     pub channel: String,
-    /// What it is held against, `d(psi)/dt`.
+    /// Reference, such as `d(psi)/dt`.
     pub against: String,
-    /// Channel over what it is held against; 1 when they agree.
+    /// Channel over reference; 1 if they agree.
     pub factor: f64,
     /// Standard deviation of the factor.
     pub std: f64,
     /// Angle between them in the horizontal plane, rad; only for velocities.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<f64>,
-    /// How much later than the channel the other one is, s.
+    /// How much later than the channel the reference is, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lag: Option<Lag>,
 }
 
-/// How a degree of freedom answers its command.
+/// Answer of a degree of freedom to its command.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Answer {
     /// Channel of the command.
@@ -120,22 +120,22 @@ pub struct Answer {
     pub gain: f64,
     /// Its standard deviation.
     pub std: f64,
-    /// How much later the motion answers, s.
+    /// Delay of the motion, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay: Option<Lag>,
-    /// Whether it stands for commands that always go with it: the gain is theirs together.
+    /// Whether it stands for commands that always vary with it: the gain is that of all of them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub joined: bool,
 }
 
-/// Everything a check says about one run.
+/// Result of the check of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
     /// Name of the run, or the file.
     pub run: String,
-    /// One light a topic.
+    /// One light per topic.
     pub lights: Vec<TopicLight>,
-    /// What was found; from reading the log too, when the check was given one.
+    /// Findings; with those of reading, if the check was given any.
     pub findings: Vec<Finding>,
     /// The same faults in the form the discovery reports them.
     pub log_findings: Vec<LogFault>,
@@ -152,37 +152,37 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// The worst light.
+    /// Returns the worst light.
     pub fn worst(&self) -> Light {
         self.lights.iter().filter_map(|l| l.light).max().unwrap_or(Light::Green)
     }
 
-    /// The light of a topic.
+    /// Returns the light of a topic.
     pub fn light(&self, topic: Topic) -> Option<Light> {
         self.lights.iter().find(|l| l.topic == topic)?.light
     }
 }
 
-/// One thing a check of this room found, before it is put into words for a file.
+/// A finding of a check of this module, before it becomes a message about a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// Code.
     pub code: &'static Code,
     /// Channels concerned.
     pub channels: Vec<String>,
-    /// What, in one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// The faults it means.
+    /// Faults that it implies.
     pub faults: Vec<LogFault>,
 }
 
 impl Found {
-    /// A finding about channels.
+    /// Returns a finding about channels.
     pub fn new(code: &'static Code, channels: &[&str], text: String) -> Found {
         Found { code, channels: channels.iter().map(|c| (*c).to_string()).collect(), text, faults: Vec::new() }
     }
 
-    /// With the fault it means.
+    /// Adds a fault that it implies.
     #[must_use]
     pub fn fault(mut self, kind: FaultKind, channel: &str, factor: f64) -> Found {
         self.faults.push(LogFault { kind, channel: channel.to_string(), factor });

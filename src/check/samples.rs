@@ -4,9 +4,9 @@
 //! F(t) = ∫ x dt by the trapezoid,     ∫ₐᵇ x dt = F(b) − F(a),     σ² = ⟨(Δ³x)²⟩/20
 //! ```
 //!
-//! Between samples the signal is a straight line. A value that a slower sensor's log repeats is no sample and is left
-//! out. σ is the standard deviation of white noise: a third difference of noise has the variance 20 σ², and what moves
-//! smoothly hardly has one.
+//! The signal is linear between samples. A value that the log of a slower sensor repeats is no
+//! sample and is left out. σ is the standard deviation of white noise: its third difference has the
+//! variance 20 σ², while that of a smooth motion is nearly zero.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,7 +15,7 @@ use crate::log::check::statistics::median;
 use crate::navigation::comes_round;
 use crate::run::Signal;
 
-/// A step this many times the usual one is a hole.
+/// Factor by which a step must exceed the usual one to be a hole.
 const HOLE: f64 = 5.0;
 
 /// Samples of one quantity.
@@ -28,7 +28,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// The true samples of a signal; `None` with fewer than eight.
+    /// Returns the true samples of a signal; `None` with fewer than eight.
     pub fn of(signal: &Signal) -> Option<Samples> {
         let (time, values) = (signal.time(), signal.values());
         match hold::of(values) {
@@ -41,8 +41,8 @@ impl Samples {
         }
     }
 
-    /// The same for an angle: turns are unwound. An angle that jumps by 360 is unwound as degrees; one that goes further than an angle
-    /// in radians that comes round is left as it is.
+    /// The same for an angle, which is unwrapped. An angle that jumps by 360 is unwrapped as
+    /// degrees; one with a wider range than a wrapped angle in radians is left as it is.
     pub fn of_angle(signal: &Signal) -> Option<Samples> {
         let samples = Samples::of(signal)?;
         let degrees = samples.values.windows(2).any(|w| ((w[1] - w[0]).abs() - 360.0).abs() < 30.0);
@@ -54,7 +54,8 @@ impl Samples {
         Samples::new(samples.time, values)
     }
 
-    /// From time stamps (s) and values of equal length; `None` with fewer than eight.
+    /// Returns samples with these time stamps (s) and values, of equal number; `None` with fewer
+    /// than eight.
     pub fn new(time: Vec<f64>, values: Vec<f64>) -> Option<Samples> {
         let steps = time.windows(2).map(|w| w[1] - w[0]);
         let step = median(steps)?;
@@ -68,7 +69,7 @@ impl Samples {
         Some(Samples { time, values, area, step })
     }
 
-    /// A function of time at the instants of these samples.
+    /// Returns a function of time and value at the instants of these samples.
     pub fn map(&self, f: impl Fn(f64, f64) -> f64) -> Samples {
         let values: Vec<f64> = self.time.iter().zip(&self.values).map(|(t, x)| f(*t, *x)).collect();
         let mut area = vec![0.0; values.len()];
@@ -88,18 +89,18 @@ impl Samples {
         &self.values
     }
 
-    /// The usual step, s.
+    /// Usual step, s.
     pub fn step(&self) -> f64 {
         self.step
     }
 
-    /// Value at `t`, straight lines, constant outside.
+    /// Value at `t`, linear between samples, constant outside.
     pub fn at(&self, t: f64) -> f64 {
         let (k, part) = self.place(t);
         self.values[k] + part * (self.values[k + 1] - self.values[k])
     }
 
-    /// ∫ from `a` to `b`; nothing is added outside of the samples.
+    /// Integral from `a` to `b`; the part outside of the samples adds nothing.
     pub fn integral(&self, a: f64, b: f64) -> f64 {
         self.area_at(b) - self.area_at(a)
     }
@@ -110,10 +111,10 @@ impl Samples {
         self.area[k] + here * part * (self.time[k + 1] - self.time[k])
     }
 
-    /// The interval of `t` and the part of it that has passed, 0 to 1.
+    /// Returns the interval that contains `t` and the fraction of it before `t`, 0 to 1.
     fn place(&self, t: f64) -> (usize, f64) {
         let last = self.time.len() - 2;
-        // where the samples are regular the step tells; else they are searched
+        // with regular samples the step gives the interval; otherwise it is searched
         let regular = (((t - self.time[0]) / self.step) as usize).min(last);
         let within = self.time[regular] <= t && t < self.time[regular + 1];
         let k = if within { regular } else { self.time.partition_point(|s| *s <= t).clamp(1, last + 1) - 1 };
@@ -123,20 +124,20 @@ impl Samples {
     /// Standard deviation of white noise on the samples.
     pub fn noise(&self) -> f64 {
         let third: Vec<f64> = self.values.windows(4).map(|w| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).collect();
-        // the median bears spikes; where most differences vanish only the mean square says anything
+        // the median resists spikes; if most differences are zero only the mean square is informative
         let usual = median(third.iter().map(|d| d.abs())).unwrap_or(0.0) / 0.6745;
         let square = (third.iter().map(|d| d * d).sum::<f64>() / third.len().max(1) as f64).sqrt();
         if usual > 0.0 { usual.min(square) / 20f64.sqrt() } else { square / 20f64.sqrt() }
     }
 
-    /// Stretches without samples: from, to.
+    /// Returns the stretches without samples: from, to.
     fn holes(&self) -> impl Iterator<Item = (f64, f64)> {
         self.time.windows(2).filter(|w| w[1] - w[0] > HOLE * self.step).map(|w| (w[0], w[1]))
     }
 }
 
-/// Windows of this width, side by side, in which every signal has samples; `margin` is left free at both ends. Of a
-/// long log they are taken evenly, 3000 at most.
+/// Returns adjacent windows of this width in which every signal has samples; `margin` is left free
+/// at both ends of each stretch. A long log gives 3000 at most, evenly distributed.
 pub fn windows(signals: &[&Samples], width: f64, margin: f64) -> Vec<(f64, f64)> {
     const MOST: usize = 3000;
     let begin = signals.iter().map(|s| s.time[0]).fold(f64::NEG_INFINITY, f64::max) + margin;
@@ -159,7 +160,7 @@ pub fn windows(signals: &[&Samples], width: f64, margin: f64) -> Vec<(f64, f64)>
     stretches.into_iter().flat_map(tiles).step_by(stride).collect()
 }
 
-/// An angle without its jumps by a turn.
+/// Returns an angle without its jumps by a full turn.
 fn unwound(angle: &[f64], turn: f64) -> Vec<f64> {
     let mut turns = 0.0;
     let mut last = angle.first().copied().unwrap_or(0.0);
@@ -171,7 +172,7 @@ fn unwound(angle: &[f64], turn: f64) -> Vec<f64> {
     angle.iter().map(next).collect()
 }
 
-/// An angle between −π and π, rad.
+/// Returns an angle wrapped to (−π, π], rad.
 pub fn within_half_turn(angle: f64) -> f64 {
     let x = angle.rem_euclid(TAU);
     if x > PI { x - TAU } else { x }

@@ -1,17 +1,20 @@
-//! Angles that an estimator has smoothed: their noise is slow, and their differences are far too quiet.
+//! Angles that an estimator has smoothed: their noise is slow, and their differences are too quiet.
 //!
 //! ```text
-//! Δe = Δψ − c ∫ψ̇(r) dt − β Δt − d Δr − …                   what the angle says beside the gyro, step by step
+//! Δe = Δψ − c ∫ψ̇(r) dt − β Δt − d Δr − …         residual of the angle against the gyro, step by step
 //! white noise of a sensor   ρ₁ = corr(Δeₖ, Δeₖ₊₁) = −½
 //! smoothed over T           ρ₁ = −(1 − a)/2,   ⟨Δe²⟩ = 2 σ² (1 − a),   D(K) = 2 σ² (1 − aᴷ),   a = e^(−Δ/T)
 //! integral of the gyro      ⟨Δe²⟩ = (σ_r Δ)²,  D(K) = K (σ_r Δ)²
 //! both of these             ρ₁ = −w/2,         D(K) = (w + K (1 − w)) ⟨Δe²⟩
 //! ```
 //!
-//! D(K) is the mean square of e over K steps. Told where ρ₁ is that of no white noise, Δe is more than the gyro's own noise
-//! makes (σ_r from third differences), D stops to grow, and ρ₁ is the one that belongs to the T that D shows: all four, so that neither a good angle beside a noisy gyro nor a
-//! filtered gyro is taken for it, nor stamps that come late by chance: these make a white error of the angle beside a rate whose integral wanders. A smoothing whose error is less than what the gyro's noise integrates to is not seen. Source
-//! of the structure function: Allan, *Proceedings of the IEEE* 54 (1966) 221-230.
+//! D(K) is the mean square of the change of e over K steps. An angle is reported if ρ₁ is not that of
+//! white noise, Δe is larger than the noise of the gyro makes it (σ_r from third differences), D stops
+//! growing, and ρ₁ belongs to the T that D shows. All four are required, so that a good angle
+//! beside a noisy gyro, a filtered gyro and stamps that are late at random are not reported: the
+//! latter make a white error of the angle beside a rate whose integral wanders. A smoothing whose
+//! error is below the integrated noise of the gyro is not detected. Source of the structure
+//! function: Allan, *Proceedings of the IEEE* 54 (1966) 221-230.
 
 use super::attitude::{self, kinematics};
 use super::codes;
@@ -22,17 +25,18 @@ use crate::frame::Dof;
 use crate::log::number::short;
 use crate::run::Run;
 
-/// Fewest steps that tell −½ from the correlation of a smoothed angle.
+/// Least number of steps that distinguish −½ from the correlation of a smoothed angle.
 const ROWS: usize = 150;
-/// Correlation of neighbouring steps from which on no white noise has made them, and up to which no slow motion has.
+/// Range of the correlation of neighbouring steps of a smoothed angle: white noise lies below it,
+/// slow motion above it.
 const QUIET: [f64; 2] = [-0.33, 0.15];
-/// Least ⟨Δe²⟩ in units of what the gyro's noise makes.
+/// Least ⟨Δe²⟩, relative to that from the noise of the gyro.
 const BEYOND_GYRO: f64 = 4.0;
-/// Greatest D(K)/(K D(1)): 1 where steps are independent.
+/// Greatest D(K)/(K D(1)); independent steps have 1.
 const SATURATED: f64 = 0.8;
-/// How far ρ₁ may lie below the one that belongs to T, in 1/√n, which is its deviation.
+/// Largest distance of ρ₁ below the value that belongs to T, in standard deviations of 1/√n.
 const SCATTER: f64 = 2.5;
-/// Time over which D is taken, s.
+/// Time over which D is evaluated, s.
 const REACH: f64 = 2.0;
 
 /// An angle that was smoothed.
@@ -44,11 +48,12 @@ pub struct Smoothed {
     pub seconds: f64,
     /// Standard deviation σ of its error, rad.
     pub error: f64,
-    /// Samples, and of how many independent ones they are worth: n (1 − a)/(1 + a).
+    /// Number of samples, and number of independent samples that they are worth: n (1 − a)/(1 + a).
     pub samples: [f64; 2],
 }
 
-/// Smoothed angles of a run; `agreements` are those of [`attitude::measure`], whose lags are taken out.
+/// Returns the smoothed angles of a run; the lags of `agreements`, those of [`attitude::measure`],
+/// are removed.
 pub fn measure(run: &Run, agreements: &[Agreement]) -> Vec<Smoothed> {
     [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().filter_map(|dof| of(run, dof, agreements)).collect()
 }
@@ -57,7 +62,7 @@ fn of(run: &Run, dof: Dof, agreements: &[Agreement]) -> Option<Smoothed> {
     let angle = Samples::of_angle(run.signal(dof.position())?)?;
     let rate = Samples::of(run.signal(dof.velocity())?)?;
     let agreement = agreements.iter().find(|a| a.channel == dof.velocity());
-    // an angle that turns and has nothing to do with its rate says nothing here
+    // an angle that turns without relation to its rate shows nothing here
     if agreement.is_none() && spread(angle.values()) > 0.3 {
         return None;
     }
@@ -99,7 +104,7 @@ fn of(run: &Run, dof: Dof, agreements: &[Agreement]) -> Option<Smoothed> {
     let square = left.iter().map(|x| x * x).sum::<f64>() / left.len() as f64;
     let neighbours = mean(stretches.iter().flat_map(|(a, b)| left[*a..*b].windows(2).map(|w| w[0] * w[1])))?;
     let correlation = neighbours / square;
-    // a correlation of −½ by n samples is known to 0.7/√n
+    // the standard deviation of a correlation of −½ from n samples is 0.7/√n
     let least = QUIET[0].max(-0.5 + 3.5 / (left.len() as f64).sqrt());
     let gyro = (rate.noise() * theta[0]).powi(2) * rate.step() * usual;
     let count = (REACH / usual).round().max(4.0) as usize;
@@ -128,7 +133,7 @@ fn of(run: &Run, dof: Dof, agreements: &[Agreement]) -> Option<Smoothed> {
     })
 }
 
-/// Runs of steps that follow each other.
+/// Returns the runs of consecutive steps.
 fn stretches(steps: &[&[usize]]) -> Vec<(usize, usize)> {
     let mut found = vec![(0, 1)];
     for k in 1..steps.len() {
@@ -140,7 +145,7 @@ fn stretches(steps: &[&[usize]]) -> Vec<(usize, usize)> {
     found
 }
 
-/// The a of (1 − aᴷ)/(1 − a) = `ratio`, by bisection.
+/// Returns the a of (1 − aᴷ)/(1 − a) = `ratio`, by bisection.
 fn memory(ratio: f64, count: usize) -> f64 {
     let (mut low, mut high) = (0.01_f64, 0.9999);
     for _ in 0..60 {
@@ -160,7 +165,7 @@ fn spread(values: &[f64]) -> f64 {
     high - low
 }
 
-/// Says of smoothed angles what their samples are worth.
+/// Reports how many independent samples the samples of smoothed angles are worth.
 pub fn judge(smoothed: &[Smoothed]) -> Vec<Found> {
     let say = |s: &Smoothed| {
         let text = format!(
@@ -184,7 +189,8 @@ mod tests {
     use crate::noise::Noise;
     use crate::run::Signal;
 
-    /// A heading under r = 0.3 sin(0.5 t) at 10 Hz; noise of the angle and of the gyro, the angle's smoothed over `seconds`.
+    /// A heading under r = 0.3 sin(0.5 t) at 10 Hz with noise of the angle and of the gyro; that of
+    /// the angle is smoothed over `seconds`.
     fn sailed(seed: u64, angle: f64, gyro: f64, seconds: f64) -> Run {
         let mut noise = Noise::new(seed, 5);
         let time: std::sync::Arc<[f64]> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
@@ -221,7 +227,8 @@ mod tests {
         assert_eq!((found[0].code.code, &found[0].channels[..]), ("K106", &["psi".to_string()][..]));
     }
 
-    /// A compass with white noise of half a degree in zig-zags of 2 rad/s, both sensors' stamps late by 20 ms on average, by chance.
+    /// A compass with white noise of half a degree in zig-zags of 2 rad/s; the stamps of both
+    /// sensors are late at random, by 20 ms on average.
     #[test]
     fn stamps_that_come_late_by_chance_are_no_smoothing() {
         let heading = |t: f64| 1.5 * (1.0 - (1.3 * t).cos()) + 0.4 * (0.45 * t).sin();
@@ -250,7 +257,7 @@ mod tests {
         }
     }
 
-    /// A sensor's own noise, a good angle beside a noisy gyro, exact data, a gyro that is dead.
+    /// Noise of a sensor, a good angle beside a noisy gyro, exact data, a dead gyro.
     #[test]
     fn sound_angles_are_not_told() {
         for seed in 0..20 {

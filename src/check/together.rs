@@ -1,11 +1,13 @@
-//! What the logs of one vehicle say together about the sign of a command or a velocity.
+//! Combined verdict of the logs of one vehicle on the sign of a command or a velocity.
 //!
 //! ```text
 //! wrong in all of them:    more logs by which it is wrong than logs by which it is right
 //! ```
 //!
-//! A sign is a matter of wiring and of the log's columns, and so of all logs: one in which a controller moves the rudder, or that shows
-//! little, may deceive. Where the fewer accuse, it is told of these, and nothing is to be set for all.
+//! A sign depends on the wiring and on the columns of the log, and is therefore the same in all logs;
+//! a log in which a controller moves the rudder, or that shows little, may mislead. Unless more logs
+//! find it wrong than right, the finding in the former only says that the logs disagree, and no sign is
+//! to be set for all.
 
 use super::codes;
 use super::commands::signs;
@@ -14,7 +16,8 @@ use super::report::{Answer, CheckReport, FaultKind, Light, Topic};
 use crate::finding::Finding;
 use crate::thrust::thruster::Thruster;
 
-/// Takes back from the reports of one vehicle the accusations of a sign that not more logs bear than deny.
+/// Withdraws from the reports of one vehicle each finding of a wrong sign, unless more logs support
+/// than contradict it.
 pub fn weigh(reports: &mut [CheckReport], thrusters: &[Thruster]) {
     let mut accused: Vec<String> = reports.iter().flat_map(accusations).collect();
     accused.sort();
@@ -32,7 +35,7 @@ pub fn weigh(reports: &mut [CheckReport], thrusters: &[Thruster]) {
     }
 }
 
-/// Columns whose sign a report finds wrong.
+/// Returns the columns whose sign a report finds wrong.
 fn accusations(report: &CheckReport) -> Vec<String> {
     let of_sign = report.findings.iter().filter(|f| f.code == codes::COMMAND_SIGN.code);
     of_sign.filter_map(|f| f.column.clone()).collect()
@@ -72,7 +75,7 @@ mod tests {
     use super::*;
     use crate::check::TopicLight;
 
-    /// A log by which the rudder turns the vehicle the right way, or the wrong way.
+    /// A log in which the rudder turns the vehicle the right way (positive gain) or the wrong way.
     fn log(name: &str, gain: f64) -> CheckReport {
         let answer =
             Answer { channel: "rudder".into(), velocity: "r".into(), gain, std: 0.01, delay: None, joined: false };

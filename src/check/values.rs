@@ -1,7 +1,7 @@
-//! Values that stand still: sensors that froze, commands at their limit.
+//! Values that do not change: frozen sensors, commands at their limit.
 //!
-//! A frozen sensor is one that otherwise changes with nearly every sample and stays at exactly one value for more than
-//! 2 s and more than twenty samples.
+//! A frozen sensor otherwise changes with nearly every sample and stays at exactly one value for
+//! more than 2 s and more than twenty samples.
 
 use super::codes;
 use super::rates::number_of;
@@ -11,10 +11,10 @@ use crate::log::check::{hold, is_measured, repeat};
 use crate::log::number::short;
 use crate::run::{Run, Signal, is_command};
 
-/// Fewest samples and shortest time of a freeze.
+/// Number of samples, and time in s, that a freeze must exceed.
 const FREEZE: (usize, f64) = (20, 2.0);
 
-/// Frozen sensors and saturated commands.
+/// Finds frozen sensors and saturated commands.
 pub fn check(run: &Run) -> Vec<Found> {
     let mut found = Vec::new();
     for (name, signal) in &run.signals {
@@ -30,7 +30,7 @@ pub fn check(run: &Run) -> Vec<Found> {
             );
             found.push(Found::new(&codes::FROZEN, &[name], text));
         }
-        // a force that is made of a command stays where that does
+        // a force computed from a command is at its limit where the command is
         if is_command(name)
             && number_of(name).is_some()
             && run.command_of(name).is_none()
@@ -48,7 +48,7 @@ pub fn check(run: &Run) -> Vec<Found> {
     found
 }
 
-/// When the longest freeze begins and how long it lasts, s.
+/// Returns start and duration of the longest freeze, s.
 fn frozen(signal: &Signal) -> Option<(f64, f64)> {
     let (time, values) = (signal.time(), signal.values());
     let held = hold::of(values).map_or(1.0, |h| h.rows);
@@ -91,7 +91,7 @@ mod tests {
         let volts = |limit: f64| time.iter().map(|t| (5.0 * t.sin()).clamp(-limit, limit)).collect::<Vec<_>>();
         run.signals.insert("V1".into(), Signal::new(time.clone(), volts(4.0)));
         run.signals.insert("V2".into(), Signal::new(time.clone(), volts(6.0)));
-        // made of the command: at its limit where that is
+        // computed from the command: at its limit where the command is
         run.signals.insert("F1".into(), Signal::new(time.clone(), volts(4.0)));
         let found = check(&run);
         assert_eq!(found.len(), 1);

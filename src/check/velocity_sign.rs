@@ -1,4 +1,4 @@
-//! Thrusters that all push the wrong way: more simply, the velocity that they move has the opposite sign.
+//! Velocities that all thrusters push the wrong way: more likely the velocity has the opposite sign.
 //!
 //! ```text
 //! wrong in one degree of freedom, right in the others      the column of that velocity
@@ -6,15 +6,17 @@
 //! wrong in all, or both ways in one                        the commands, or the places of the thrusters
 //! ```
 //!
-//! A thruster acts in several degrees of freedom at once, and a wrong sign of its command shows in all of them. An axis that was
-//! written the other way shows in one alone, too; of both other channels know: a rate has its angle, a depth its slope, and
-//! the Coriolis force is as the velocities say, whatever the thrusters do.
+//! A thruster acts in several degrees of freedom at once, and a wrong sign of its command shows in
+//! all of them. A velocity with the opposite sign shows in one alone, but so does an axis that is
+//! reversed in the placement of the thrusters. Other channels distinguish the two: a rate is compared
+//! with its angle, w with the slope of the depth, and the Coriolis force depends on the velocities,
+//! whatever the thrusters do.
 //!
 //! ```text
 //! u̇ = … + (m_v/m_u) v r,      v̇ = … − (m_u/m_v) u r,      ẇ = … + (m_u/m_w) u q
 //! ```
 //!
-//! Where one of them says that the column is right, the thrusters stay accused. Source: Fossen (2011), (6.53).
+//! If one of them confirms the column, the finding is about the thrusters. Source: Fossen (2011), (6.53).
 
 use super::attitude::{CLEAR, level_windows};
 use super::balance::{Balance, Term};
@@ -25,22 +27,23 @@ use super::samples::{Samples, windows};
 use crate::frame::Dof;
 use crate::run::Run;
 
-/// How many deviations a Coriolis term or a slope of depth must be from zero to say anything.
+/// Standard deviations from zero at which a Coriolis term or a slope of depth is significant.
 const CERTAIN: f64 = 5.0;
 /// Length of a window over which a slope of depth is taken, s.
 const WINDOW: f64 = 1.0;
 
-/// What is wrong instead of the thrusters.
+/// Explanation other than the thrusters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Instead {
     /// The column of this velocity.
     Column(Dof),
-    /// The body axes: these velocities of it.
+    /// The body axes, shown by these velocities.
     Frame(Vec<Dof>),
 }
 
-/// What explains `answers`, a degree of freedom and whether a thruster pushes it the right way, more simply than the
-/// thrusters do; `holds` says whether other channels say that the velocity is as it should be.
+/// Returns what explains `answers` more simply than the thrusters do. `answers`: degrees of
+/// freedom, and whether a thruster pushes each the right way; `holds` tells whether other channels
+/// confirm the sign of a velocity.
 pub fn instead(answers: &[(Dof, bool)], holds: impl Fn(Dof) -> bool) -> Option<Instead> {
     let any = |dof: Dof, right: bool| answers.contains(&(dof, right));
     let wrong: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| any(*dof, false)).collect();
@@ -56,7 +59,7 @@ pub fn instead(answers: &[(Dof, bool)], holds: impl Fn(Dof) -> bool) -> Option<I
     }
 }
 
-/// What is wrong instead, in words; `answers` as in [`instead`].
+/// Returns the finding about this explanation; `answers` as in [`instead`].
 pub fn judge(instead: &Instead, answers: &[(Dof, bool)]) -> Found {
     let right: Vec<&str> =
         Dof::ALL.into_iter().filter(|dof| answers.contains(&(*dof, true))).map(Dof::velocity).collect();
@@ -82,8 +85,8 @@ pub fn judge(instead: &Instead, answers: &[(Dof, bool)]) -> Found {
     }
 }
 
-/// Whether other channels of a run say that the column of this velocity has the sign that it should have; `agreements` are those
-/// with angles and positions.
+/// Whether other channels of a run confirm the sign of the column of this velocity; `agreements`
+/// are those with angles and positions.
 pub fn holds(run: &Run, dof: Dof, agreements: &[Agreement], balances: &[Balance]) -> bool {
     let compared = |a: &Agreement| a.angle.map_or(a.factor, |angle| a.factor.abs() * angle.cos());
     let agrees = agreements.iter().any(|a| a.channel == dof.velocity() && compared(a) > 0.0);
@@ -91,7 +94,8 @@ pub fn holds(run: &Run, dof: Dof, agreements: &[Agreement], balances: &[Balance]
     agrees || of_depth || balances.iter().find(|b| b.dof == dof).and_then(coriolis).is_some_and(|c| c > 0.0)
 }
 
-/// The Coriolis term of a balance, positive where it has the sign that it should have; `None` where it is not told.
+/// Returns the Coriolis term of a balance, positive if it has the right sign; `None` if it is not
+/// significant.
 fn coriolis(balance: &Balance) -> Option<f64> {
     let (of, sign) = match balance.dof {
         Dof::Surge => (("v", "r"), 1.0),
@@ -104,7 +108,7 @@ fn coriolis(balance: &Balance) -> Option<f64> {
     (fit.theta[k].abs() > CERTAIN * fit.std[k]).then_some(sign * fit.theta[k])
 }
 
-/// How the depth goes with w: Δz = c ∫ w cos φ cos θ dt + … ; `None` where it is not told.
+/// Returns the slope c of the depth over w, Δz = c ∫ w cos φ cos θ dt + …; `None` if it is not significant.
 fn by_depth(run: &Run) -> Option<f64> {
     let depth = Samples::of(run.signal("z")?)?;
     let w = Samples::of(run.signal("w")?)?;

@@ -9,20 +9,20 @@ use super::options::{LogOptions, Missing};
 use super::records::Record;
 use crate::finding::Quote;
 
-/// What became of a cell.
+/// Result of reading a cell.
 pub(super) enum Cell {
     /// A finite number, in the unit of the file.
     Value(f64),
-    /// No value, and the options allow that.
+    /// No value, which the options allow.
     Missing,
-    /// A fault; counted when the column is strict.
+    /// A fault; counted if the column is strict.
     Fault,
 }
 
-/// What the cells of one row are read with.
+/// Context for reading the cells of one row.
 pub(super) struct Cells<'a> {
     pub options: &'a LogOptions,
-    /// Those of `missing_values` that are numbers.
+    /// Entries of `missing_values` that are numbers.
     pub missing_numbers: &'a [f64],
     pub decimal: u8,
     pub record: &'a Record<'a>,
@@ -40,7 +40,7 @@ impl Cells<'_> {
         }
     }
 
-    /// A cell that is not simply a finite number.
+    /// Reads a cell that is no finite number, or any cell if `missing_values` lists numbers.
     fn odd(&mut self, number: Option<f64>, cell: &[u8], column: &Column) -> Cell {
         const HINT: &str =
             "set missing = \"drop\" to leave such rows out, or \"no_sample\" if this sensor has no sample there";
@@ -75,7 +75,8 @@ impl Cells<'_> {
         Cell::Fault
     }
 
-    /// Reads the time in field `index`, of the day in field `date` where there is one; `header` is the text over its column. A fault is counted and gives `None`.
+    /// Reads the time in field `index`, a time of day if field `date` holds the date; `header` is
+    /// the header of its column. Counts a fault and returns `None` if the cell is no time.
     #[inline]
     pub fn time(&mut self, clock: &mut Clock, index: usize, date: Option<usize>, header: &str) -> Option<f64> {
         let cell = self.record.field(index).unwrap_or_default();
@@ -140,7 +141,7 @@ impl Cells<'_> {
     }
 }
 
-/// A row with another number of fields than the header.
+/// A row whose number of fields differs from that of the header.
 pub(super) struct OtherWidth {
     line: u64,
     pub fields: usize,
@@ -153,7 +154,7 @@ impl OtherWidth {
         OtherWidth { line: record.line, fields: record.width(), quote: record.quote(usize::MAX) }
     }
 
-    /// Counts it; `hint` ends the message.
+    /// Adds it to `faults`; `hint` ends the message.
     #[cold]
     pub fn add_to(self, faults: &mut Faults, width: usize, hint: &str) {
         let OtherWidth { line, fields, quote } = self;
@@ -163,7 +164,7 @@ impl OtherWidth {
     }
 }
 
-/// Counts a time stamp that is not later than the one before, in the line of `quote`.
+/// Counts a time stamp, in the line of `quote`, that is not later than the previous one.
 #[cold]
 pub(super) fn add_time_order(faults: &mut Faults, line: u64, t: f64, before: f64, quote: Option<Quote>) {
     faults.add_quoting(&codes::TIME_ORDER, Some(line), Some("t"), || {
@@ -176,7 +177,7 @@ pub(super) fn add_time_order(faults: &mut Faults, line: u64, t: f64, before: f64
     });
 }
 
-/// A word on rows that look like comments.
+/// Returns a hint for rows that look like comments; empty for others.
 pub(super) fn comment_hint(record: &Record) -> String {
     let first = record.text(0);
     match ["#", "%", "//"].into_iter().find(|mark| first.starts_with(mark)) {
@@ -185,7 +186,7 @@ pub(super) fn comment_hint(record: &Record) -> String {
     }
 }
 
-/// Digits behind the decimal mark; `None` for anything but a plain decimal.
+/// Number of digits after the decimal mark; `None` for anything but a plain decimal.
 #[inline]
 pub(super) fn decimals(cell: &[u8], decimal: u8) -> Option<usize> {
     let behind = cell.iter().rev().take_while(|b| b.is_ascii_digit()).count();

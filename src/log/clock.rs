@@ -1,15 +1,15 @@
-//! Time stamps to seconds.
+//! Conversion of time stamps to seconds.
 //!
-//! A 64-bit float holds a wall clock in nanoseconds to 256 ns only. Stamps of a wall clock are therefore read as
-//! integers (decimals as integers of 10⁻⁹ units), the first one is subtracted, and only the difference becomes a
-//! float. Stamps that start near zero are kept as they are.
+//! A 64-bit float resolves the nanoseconds of a wall clock to 256 ns only. Stamps of a wall clock are
+//! therefore read as integers (decimals as integers of 10⁻⁹ units), the first one is subtracted, and only
+//! the difference becomes a float. Stamps that start near zero are kept as they are.
 
 use super::iso8601;
 use super::number;
 use super::options::{TimeFormat, TimeUnit};
 use crate::run::WALL_CLOCK;
 
-/// Why a cell is no time stamp.
+/// Reason why a cell is no time stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoTime {
     /// Not a number.
@@ -20,7 +20,7 @@ pub enum NoTime {
     Date,
     /// No date where one was expected.
     NoDate,
-    /// No date and time of day in two columns.
+    /// No date and time of day where two columns should hold them.
     NoDateAndTime,
     /// No time of day where one was expected.
     NoTimeOfDay,
@@ -28,7 +28,7 @@ pub enum NoTime {
     NoDuration,
 }
 
-/// Nanoseconds of `12.3 sec`.
+/// Nanoseconds of a duration such as `12.3 sec`; `None` if the cell holds no number with a unit of time.
 #[allow(clippy::cast_possible_truncation)] // a duration of 300 years fits
 pub fn duration(cell: &[u8], decimal: u8) -> Option<i128> {
     let text = std::str::from_utf8(cell).ok()?.trim();
@@ -45,7 +45,7 @@ pub fn duration(cell: &[u8], decimal: u8) -> Option<i128> {
     (x.is_finite() && x.abs() < 1e10).then(|| (x * seconds * 1e9).round() as i128)
 }
 
-/// Reads the time column.
+/// Reader of the time column.
 #[derive(Debug, Clone)]
 pub struct Clock {
     written: Written,
@@ -54,7 +54,7 @@ pub struct Clock {
     zero: Zero,
 }
 
-/// How stamps are written.
+/// Notation of the stamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Written {
     /// As numbers.
@@ -63,11 +63,11 @@ enum Written {
     Date,
     /// As numbers with a unit.
     Duration,
-    /// As times of day: days gone by, and the stamp before.
+    /// As times of day: number of midnights passed, and the previous stamp.
     TimeOfDay { days: i128, before: i128 },
 }
 
-/// What is subtracted.
+/// Value that is subtracted from the stamps.
 #[derive(Debug, Clone, Copy)]
 enum Zero {
     /// No stamp has been read yet.
@@ -81,7 +81,7 @@ enum Zero {
 }
 
 impl Clock {
-    /// A clock of this unit or, with a format, of dates.
+    /// Returns a clock for numbers in this unit or, if `format` is given, for stamps in that format.
     pub fn new(unit: TimeUnit, format: Option<TimeFormat>, decimal: u8) -> Clock {
         let written = match format {
             None => Written::Number,
@@ -93,13 +93,13 @@ impl Clock {
         Clock { written, per_second, decimal, zero: Zero::Unknown }
     }
 
-    /// The clock whose unit is this many times longer: a row of a log by 10 Hz takes 0.1 s.
+    /// Returns the clock with a unit `times` as long: 0.1 for a counter of rows at 10 Hz.
     #[must_use]
     pub fn scaled(self, times: f64) -> Clock {
         Clock { per_second: self.per_second / times, ..self }
     }
 
-    /// What was subtracted from the stamps, s since 1970 for dates; `None` when nothing was.
+    /// Value subtracted from the stamps, s (since 1970 for dates); `None` if nothing was subtracted.
     #[allow(clippy::cast_precision_loss)] // for people, the differences are exact
     pub fn origin(&self) -> Option<f64> {
         match self.zero {
@@ -109,27 +109,28 @@ impl Clock {
         }
     }
 
-    /// How many of the integers make a second.
+    /// Number of integer units of an exact stamp per second.
     fn scale(&self) -> f64 {
         if self.written == Written::Number { 1e9 * self.per_second } else { 1e9 }
     }
 
-    /// By what a number is divided to be seconds; `None` where the bytes of its cell have to be looked at.
+    /// Divisor that turns a number into seconds; `None` if the stamp must be read from the bytes of
+    /// its cell.
     #[inline]
     pub fn per_second(&self) -> Option<f64> {
         matches!(self.zero, Zero::None).then_some(self.per_second)
     }
 
-    /// Whether a stamp has been read that says where it begins.
+    /// Whether a stamp has been read, so that the zero of the clock is known.
     #[inline]
     pub fn has_begun(&self) -> bool {
         !matches!(self.zero, Zero::Unknown)
     }
 
-    /// The time in this cell, s.
+    /// Returns the time in this cell, s.
     ///
     /// # Errors
-    /// When it is none.
+    /// [`NoTime`] if the cell holds no time stamp.
     #[inline]
     pub fn read(&mut self, cell: &[u8]) -> Result<f64, NoTime> {
         if let (Zero::None, Some(x)) = (self.zero, number::parse(cell, self.decimal)) {
@@ -138,10 +139,10 @@ impl Clock {
         self.read_wall_clock(cell)
     }
 
-    /// The time in the cells of a date and of a time of day, s.
+    /// Returns the time in a cell with the date and a cell with the time of day, s.
     ///
     /// # Errors
-    /// When they are none.
+    /// [`NoTime::NoDateAndTime`] if they hold none.
     #[allow(clippy::cast_precision_loss)] // differences of stamps
     pub fn read_dated(&mut self, date: &[u8], time: &[u8]) -> Result<f64, NoTime> {
         let n = iso8601::of_date_and_time(date, time).ok_or(NoTime::NoDateAndTime)?;
@@ -158,7 +159,7 @@ impl Clock {
             Written::Duration => Some(duration(cell, self.decimal).ok_or(NoTime::NoDuration)?),
             Written::TimeOfDay { days, before } => {
                 let n = iso8601::time_of_day(cell).ok_or(NoTime::NoTimeOfDay)?;
-                // back by more than half a day: midnight has gone by
+                // back by more than half a day: midnight has passed
                 if *before - n > iso8601::NANOSECONDS_A_DAY / 2 {
                     *days += 1;
                 }
@@ -203,7 +204,8 @@ impl Clock {
     }
 }
 
-/// A plain decimal with at most 20 digits before and 9 after the mark, as an integer of 10⁻⁹.
+/// A plain decimal with at most 9 digits after the mark and at most 30 bytes without its sign, as
+/// an integer of 10⁻⁹ units.
 fn decimal_nanos(cell: &[u8], decimal: u8) -> Option<i128> {
     let (negative, digits) = match cell {
         [b'-', rest @ ..] => (true, rest),
@@ -241,7 +243,7 @@ mod tests {
         assert_eq!(t, [0.0, 1e-9, 0.1]);
         let t = read(TimeUnit::S, None, &["1719830400.0", "1719830400.1"]);
         assert_eq!(t, [0.0, 0.1]);
-        // read in seconds by mistake: the step is wrong, and says so
+        // nanoseconds read as seconds by mistake: the step of 1e8 s shows it
         assert_eq!(read(TimeUnit::S, None, &["1719830400000000000", "1719830400100000000"]), [0.0, 1e8]);
     }
 
@@ -267,7 +269,7 @@ mod tests {
         assert_eq!(read(TimeUnit::S, Some(TimeFormat::Duration), &durations), [0.0, 0.25, 59.9, 8999.9]);
         assert_eq!(duration(b"12.3", b'.'), None);
         assert_eq!(duration(b"12.3 parsec", b'.'), None);
-        // a letter of several bytes, and one that no reader knew
+        // a letter of several bytes, and the replacement character
         for text in ["3.5 µ", "3.5\u{fffd}", "µs", "ms"] {
             assert_eq!(duration(text.as_bytes(), b'.'), None, "{text}");
         }

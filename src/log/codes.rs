@@ -1,4 +1,4 @@
-//! The codes of this room: what reading a log can find.
+//! Codes of the findings of reading a log.
 
 use crate::finding::codes;
 

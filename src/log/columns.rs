@@ -1,11 +1,12 @@
-//! The known columns of a log, what they measure, and the units they are read in.
+//! The known columns of a log, their quantities, and the units in which they can be read.
 //!
-//! Inside the crate everything is SI; a unit changes here and nowhere else. Sources of the factors: knot 1852 m/h and
-//! kilogram-force 9.80665 N exact by definition, pound-force 4.4482216152605 N and foot 0.3048 m (NIST SP 811).
+//! Inside the crate everything is SI; units are converted here and nowhere else. Sources of the
+//! factors: knot 1852 m/h and kilogram-force 9.80665 N exact by definition, pound-force
+//! 4.4482216152605 N and foot 0.3048 m (NIST SP 811).
 
 use crate::frame::Dof;
 
-/// What a column measures.
+/// Quantity that a column measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Time, s.
@@ -22,11 +23,13 @@ pub enum Quantity {
     Force,
     /// Moment, N·m.
     Moment,
-    /// Control voltage or normalised command of a thruster; a pulse width stays in µs until the thruster is known.
+    /// Control voltage or normalised command of a thruster; a pulse width stays in µs until the
+    /// thruster is known.
     Command,
 }
 
-/// A unit and the way to SI: `x_SI = x · times / over`. Two numbers, because x/1000 rounds better than x · 0.001.
+/// A unit and its conversion to SI: `x_SI = x · times / over`. Two numbers, because x/1000 rounds
+/// better than x · 0.001.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Name as in a header.
@@ -44,7 +47,7 @@ const fn unit(name: &'static str, times: f64, over: f64) -> Unit {
 const POUND: f64 = 4.448_221_615_260_5;
 
 impl Quantity {
-    /// Units this quantity is read in; the first is the one it has when none is given.
+    /// Units in which this quantity can be read; the first is the default.
     pub const fn units(self) -> &'static [Unit] {
         const DEGREE: f64 = std::f64::consts::PI;
         match self {
@@ -74,7 +77,8 @@ impl Quantity {
         }
     }
 
-    /// The unit of this name, in any of its usual spellings; `None` when the quantity is not read in it.
+    /// Returns the unit of this name, in any of its usual spellings; `None` if the quantity is not
+    /// read in it.
     pub fn unit(self, name: &str) -> Option<Unit> {
         let plain: String = name.chars().filter(|c| !c.is_whitespace()).collect();
         let name = match plain.as_str() {
@@ -88,13 +92,13 @@ impl Quantity {
         self.units().iter().find(|u| u.name == name).copied()
     }
 
-    /// The accepted units as a list for people: `m/s, mm/s, cm/s, kn`.
+    /// Returns the accepted units as a list for people: `m/s, mm/s, cm/s, kn`.
     pub fn accepted(self) -> String {
         self.units().iter().map(|u| u.name).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// What the column of this canonical name measures; `None` for an auxiliary channel.
+/// Returns the quantity that the column of this canonical name measures; `None` for an auxiliary channel.
 pub fn quantity(name: &str) -> Option<Quantity> {
     match name {
         "t" => return Some(Quantity::Time),
@@ -122,8 +126,9 @@ pub fn quantity(name: &str) -> Option<Quantity> {
     }
 }
 
-/// The name and the unit of a header `name [unit]`; the unit is `None` without brackets. Digits right behind a name are no
-/// unit: `data[0]` is an element's name, and `V1 [1]` a part of the full command.
+/// Splits a header `name [unit]` into name and unit; the unit is `None` without brackets. Digits in
+/// brackets directly after a name are no unit: `data[0]` is the name of an element, but `V1 [1]` is
+/// a command as a fraction of full command.
 pub fn split_header(header: &str) -> (&str, Option<&str>) {
     let header = header.trim();
     match header.strip_suffix(']').and_then(|h| h.rsplit_once('[')) {
@@ -137,13 +142,14 @@ fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// A unit that some known quantity is read in: an auxiliary channel with such a unit becomes SI too.
+/// Returns the unit of this name if a known quantity is read in it: an auxiliary channel with such
+/// a unit is converted to SI too.
 pub fn any_unit(name: &str) -> Option<Unit> {
     use Quantity::{Angle, Force, Moment, Position, Rate, Velocity};
     [Position, Angle, Velocity, Rate, Force, Moment].into_iter().find_map(|q| q.unit(name))
 }
 
-/// SI unit of what is read in `unit`: `m/s` for `cm/s`.
+/// Returns the SI unit of values read in `unit`: `m/s` for `cm/s`.
 pub fn si_name(unit: Unit) -> &'static str {
     use Quantity::{Angle, Force, Moment, Position, Rate, Velocity};
     let same = |q: &Quantity| q.unit(unit.name).is_some();

@@ -1,4 +1,5 @@
-//! Velocities logged along earth axes, turned to body axes by the logged attitude: ν = Rᵀ(φ, θ, ψ) (north, east, down).
+//! Velocities logged along earth axes, turned to body axes by the logged attitude: ν = Rᵀ(φ, θ, ψ)
+//! (north, east, down).
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -8,30 +9,30 @@ use nalgebra::{Rotation3, Vector3};
 use super::options::EarthFrame;
 use crate::run::Signal;
 
-/// The channels that are turned.
+/// Names of the channels that are turned.
 pub const VELOCITIES: [&str; 3] = ["u", "v", "w"];
-/// The channels that they are turned by, north-east-down.
+/// Names of the channels of the attitude, north-east-down.
 const ANGLES: [&str; 3] = ["phi", "theta", "psi"];
 
-/// Why velocities along earth axes cannot be turned.
+/// Reason why velocities along earth axes cannot be turned.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EarthVelocityError {
-    /// A channel that is needed is not there.
+    /// A required channel is missing.
     #[error("velocities along earth axes need u, v, w in one frame, and phi, theta, psi; missing: {0}")]
     Missing(String),
-    /// The components come at different instants.
+    /// The components have different time stamps.
     #[error("u, v, w along earth axes must come at the same instants")]
     Instants,
-    /// Velocities and attitude never overlap.
+    /// Velocities and attitude have no time in common.
     #[error("the attitude and the velocities have no time in common")]
     Apart,
 }
 
-/// Turns `u`, `v`, `w`, which hold north, east, down (or east, north, up), to body axes; says how. What lies outside the time of
-/// the attitude is left out.
+/// Turns `u`, `v`, `w`, which hold north, east, down (or east, north, up), to body axes; returns a
+/// sentence that says how. Samples outside the time range of the attitude are dropped.
 ///
 /// # Errors
-/// See [`EarthVelocityError`]; the signals are then as they were.
+/// See [`EarthVelocityError`]; the signals are then unchanged.
 pub fn to_body(signals: &mut BTreeMap<String, Signal>, frame: EarthFrame) -> Result<String, EarthVelocityError> {
     let missing: Vec<&str> = VELOCITIES.into_iter().chain(ANGLES).filter(|name| !signals.contains_key(*name)).collect();
     if !missing.is_empty() {
@@ -79,7 +80,8 @@ pub fn to_body(signals: &mut BTreeMap<String, Signal>, frame: EarthFrame) -> Res
     Ok(format!("u, v, w are turned from earth to body axes by the attitude, {how}"))
 }
 
-/// An angle between its samples, the short way round.
+/// Returns an angle at time `t`, interpolated linearly the short way round; before the first and
+/// after the last sample it returns that sample.
 pub(super) fn angle_at(angle: &Signal, t: f64) -> f64 {
     let (time, x) = (angle.time(), angle.values());
     match time.partition_point(|s| *s <= t) {
@@ -107,7 +109,7 @@ mod tests {
     fn a_vehicle_that_heads_east_goes_forward_when_it_goes_east() {
         let mut there = signals([0.0, 0.0, std::f64::consts::FRAC_PI_2], 0.0, 2.0, 0.5);
         to_body(&mut there, EarthFrame::Ned).unwrap();
-        // one sine and one cosine of rounding
+        // rounding of one sine and one cosine
         for (name, x) in [("u", 2.0), ("v", 0.0), ("w", 0.5)] {
             assert!((there[name].values()[1] - x).abs() < 1e-15, "{name}");
         }

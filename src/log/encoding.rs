@@ -1,17 +1,17 @@
-//! What a file is, from its first bytes.
+//! Recognition of a file by its first bytes.
 
-/// What the first bytes say.
+/// Kind of a file by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Opening {
-    /// Text, after this many bytes of byte order mark.
+    /// Text, after a byte order mark of this many bytes.
     Text(usize),
-    /// Something else, by name: `UTF-16`, `gzip`.
+    /// Another kind of file, by name: `UTF-16`, `gzip`.
     Other(&'static str),
-    /// A log in another format, by name, and the extra of the Python package that reads it.
+    /// A log in another format: its name, and the extra of the Python package that reads it.
     Log(&'static str, &'static str),
 }
 
-/// Marks of files that are not CSV text. UTF-32 comes before UTF-16, whose mark it begins with.
+/// First bytes of files that are not CSV text. UTF-32 comes before UTF-16, whose mark it begins with.
 const MARKS: [(&[u8], &str); 9] = [
     (b"\xff\xfe\0\0", "UTF-32"),
     (b"\0\0\xfe\xff", "UTF-32"),
@@ -24,10 +24,10 @@ const MARKS: [(&[u8], &str); 9] = [
     (b"BZh", "bzip2"),
 ];
 
-/// How many bytes of a file tell all that [`opening`] knows.
+/// Number of bytes from the start of a file that [`opening`] should get.
 pub const LOOKED_AT: u64 = 1 << 16;
 
-/// First bytes of logs in other formats, whatever their names.
+/// First bytes of logs in other formats; the file name does not matter.
 const LOGS: [(&[u8], &str, &str); 15] = [
     (b"\xa3\x95", "an ArduPilot DataFlash log", "ardupilot"),
     (b"ULog\x01\x12\x35", "a PX4 ULog", "px4"),
@@ -46,14 +46,16 @@ const LOGS: [(&[u8], &str, &str); 15] = [
     (b"\x93NUMPY", "a NumPy file", "all"),
 ];
 
-/// An HDF5 file: its signature stands at the beginning, or behind a block of the user's own of 512, 1024, 2048 … bytes.
+/// Whether this is an HDF5 file: its signature stands at byte 0, or after a user block of 512,
+/// 1024, 2048 … bytes.
 fn is_hdf5(bytes: &[u8]) -> bool {
     let blocks = std::iter::successors(Some(512_usize), |block| block.checked_mul(2));
     let mut places = std::iter::once(0).chain(blocks.take_while(|block| *block < bytes.len()));
     places.any(|at| bytes[at..].starts_with(b"\x89HDF\r\n\x1a\n"))
 }
 
-/// A DataFlash log in its text form: among its first lines stands the one that says how such lines are made.
+/// Whether this is a DataFlash log in text form: a line in its first 4096 bytes defines the format
+/// of the lines that define formats (`FMT`).
 fn is_text_dataflash(bytes: &[u8]) -> bool {
     let begin = &bytes[..bytes.len().min(4096)];
     begin.split(|byte| *byte == b'\n').any(|line| {
@@ -66,20 +68,21 @@ fn is_text_dataflash(bytes: &[u8]) -> bool {
     })
 }
 
-/// A MAVLink telemetry log: before each message its time, µs since 1970 in eight bytes, greatest first.
+/// Whether this is a MAVLink telemetry log: each message is preceded by its time, µs since 1970 in
+/// eight bytes, big-endian.
 fn is_telemetry(bytes: &[u8]) -> bool {
     let Some((head, [0xfe | 0xfd, ..])) = bytes.split_first_chunk::<8>() else { return false };
-    // from 2000 to 2100
+    // between the years 2000 and 2100
     (946_684_800_000_000..4_102_444_800_000_000).contains(&u64::from_be_bytes(*head))
 }
 
-/// A zip of NumPy arrays: its first entry is called `….npy`.
+/// Whether this is a zip of NumPy arrays: the name of its first entry ends with `.npy`.
 fn is_npz(bytes: &[u8]) -> bool {
     let length = bytes.get(26..28).map_or(0, |two| usize::from(u16::from_le_bytes([two[0], two[1]])));
     bytes.starts_with(b"PK\x03\x04") && bytes.get(30..30 + length).is_some_and(|name| name.ends_with(b".npy"))
 }
 
-/// Looks at the first bytes of a file.
+/// Recognises a file by its first bytes.
 pub fn opening(bytes: &[u8]) -> Opening {
     let mark = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
     if is_text_dataflash(&bytes[mark..]) {
@@ -97,7 +100,7 @@ pub fn opening(bytes: &[u8]) -> Opening {
     if let Some((_, name, extra)) = LOGS.iter().find(|(mark, ..)| bytes.starts_with(mark)) {
         return Opening::Log(name, extra);
     }
-    // behind those: a MAT file of version 7.3 is an HDF5 file with a block of its own
+    // after those: a MAT file of version 7.3 is an HDF5 file with a user block
     if is_hdf5(bytes) {
         return Opening::Log("an HDF5 file", "hdf5");
     }

@@ -1,14 +1,14 @@
-//! Why a log was not read.
+//! Errors of reading a log.
 
 use super::faults::Faults;
 use super::valid_options::OptionsError;
 use crate::finding::Finding;
 use crate::text_file;
 
-/// Why a log was not read.
+/// Reason why a log was not read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// An option cannot be: wrong use.
+    /// An option has an invalid value: wrong use.
     #[error("[log] {0}")]
     Options(#[from] OptionsError),
     /// The file cannot be opened: wrong use.
@@ -19,20 +19,20 @@ pub enum LogError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// The data was refused.
+    /// The data were refused.
     #[error("{}", list(findings, *further))]
     Refused {
         /// As given.
         file: String,
         /// The first case of each kind and column, at most 20.
         findings: Vec<Finding>,
-        /// Faults that are in none of them.
+        /// Number of faults of further kinds and columns.
         further: u64,
     },
 }
 
 impl LogError {
-    /// The findings, when the data was refused.
+    /// Returns the findings if the data were refused; empty otherwise.
     pub fn findings(&self) -> &[Finding] {
         match self {
             LogError::Refused { findings, .. } => findings,

@@ -1,8 +1,9 @@
-//! Rows in which nothing is odd, read many at a time in one pass over their bytes.
+//! Fast path of reading: plain rows are read many at a time in one pass over their bytes.
 //!
-//! Most rows of most logs are plain decimals between delimiters. At the first row that asks for more (a missing value, a
-//! blank line, a stamp that does not grow) this way ends, and [`Rows`](super::Rows) takes that row the careful way, which
-//! knows what to say. Rows read here are those that the careful way would read, to the bit.
+//! Most rows of most logs are plain decimals between delimiters. The fast path ends at the first
+//! row that needs more (a missing value, a blank line, a stamp that does not increase);
+//! [`Rows`](super::Rows) then reads that row by the careful path, which reports its faults. The
+//! fast path gives the same values as the careful path, to the bit.
 
 use super::cells::decimals;
 use super::clock::Clock;
@@ -22,35 +23,35 @@ pub struct Row<'a> {
     pub values: &'a [f64],
 }
 
-/// What becomes of a field.
+/// Use of a field.
 #[derive(Debug, Clone, Copy)]
 enum Field {
-    /// It is the time.
+    /// The time.
     Time,
-    /// It is the value of this slot.
+    /// The value of this slot.
     Value(usize),
-    /// Nothing.
+    /// Unused.
     Nothing,
 }
 
-/// How the fields of a row are read.
+/// Description of the fields of a row for the fast path.
 #[derive(Debug)]
 pub(super) struct Way {
-    /// What becomes of each; empty where rows cannot be read so.
+    /// Use of each field; empty if the fast path cannot read the rows.
     fields: Vec<Field>,
     slots: usize,
     delimiter: u8,
     decimal: u8,
     comment: Option<Vec<u8>>,
     max_line: usize,
-    /// Whether an empty cell is no sample.
+    /// Whether an empty cell means no sample.
     may_lack: bool,
-    /// Whether stamps need not grow.
+    /// Whether stamps may be in any order.
     any_order: bool,
 }
 
 impl Way {
-    /// For the columns `alive` of a plan.
+    /// Returns the description for the columns `alive` of a plan.
     pub fn new(plan: &Plan, alive: &[usize], options: &LogOptions) -> Way {
         let mut fields = vec![Field::Nothing; plan.width];
         let mut once = true;
@@ -59,7 +60,8 @@ impl Way {
         for (index, field) in values.chain(time) {
             once &= matches!(std::mem::replace(&mut fields[index], field), Field::Nothing);
         }
-        // a table without time counts its rows; dates in two fields, blanks between fields and fields that two channels read are rare
+        // rare cases are left to the careful path: a table without time (its rows are counted),
+        // dates in two fields, a space as delimiter, a field that two channels read
         if !once || plan.time.is_none() || plan.date.is_some() || options.delimiter == ' ' {
             fields.clear();
         }
@@ -90,14 +92,15 @@ impl Way {
         byte == self.delimiter || byte == b'\n' || byte == b'\r'
     }
 
-    /// The field that `text` begins with, without blanks behind it, and the bytes it takes.
+    /// Returns the field at the start of `text`, trimmed, and its length in bytes.
     #[inline]
     fn cell<'a>(&self, text: &'a [u8]) -> (&'a [u8], usize) {
         let bytes = memchr::memchr3(self.delimiter, b'\n', b'\r', text).unwrap_or(text.len());
         (trim(&text[..bytes]), bytes)
     }
 
-    /// The finite number that `text` begins with, NaN where there may be none; bytes and decimals of its field.
+    /// Returns the number at the start of `text` (NaN for an empty cell that means no sample), and
+    /// the length and the decimals of its field; `None` if the field holds no finite number.
     #[inline]
     fn number(&self, text: &[u8]) -> Option<(f64, usize, usize)> {
         if let Some(plain) = leading(text, self.decimal)
@@ -108,7 +111,7 @@ impl Way {
         self.long_number(text)
     }
 
-    /// A number with an exponent, many digits or blanks behind it, or none.
+    /// The same for a number with an exponent, many digits or blanks after it, and for an empty cell.
     fn long_number(&self, text: &[u8]) -> Option<(f64, usize, usize)> {
         let (cell, bytes) = self.cell(text);
         if cell.is_empty() && self.may_lack {
@@ -122,13 +125,13 @@ impl Way {
 /// Rows that were read ahead.
 #[derive(Debug)]
 pub(super) struct Sheet {
-    /// Line of the first.
+    /// Line of the first row.
     line: u64,
     time: Vec<f64>,
-    /// Row by row.
+    /// Values, row by row.
     values: Vec<f64>,
     slots: usize,
-    /// Rows that were given out.
+    /// Number of rows given out.
     given: usize,
     fewest_decimals: usize,
 }
@@ -146,7 +149,7 @@ impl Sheet {
         self.given == self.time.len()
     }
 
-    /// Rows it was filled with.
+    /// Number of rows it was filled with.
     pub fn rows(&self) -> u64 {
         self.time.len() as u64
     }
@@ -156,12 +159,12 @@ impl Sheet {
         self.time.last().copied()
     }
 
-    /// The fewest digits behind the decimal mark of the last field.
+    /// Fewest digits after the decimal mark of the last field.
     pub fn fewest_decimals(&self) -> usize {
         self.fewest_decimals
     }
 
-    /// Gives the next row out.
+    /// Gives out the next row.
     #[inline]
     pub fn next(&mut self) -> Option<Row<'_>> {
         let k = self.given;
@@ -170,8 +173,9 @@ impl Sheet {
         Some(Row { line: self.line + k as u64, t, values: &self.values[k * self.slots..(k + 1) * self.slots] })
     }
 
-    /// Fills itself with the rows that `text`, which begins with line `line` and consists of whole lines, begins with, as
-    /// long as nothing in them is odd and the time grows from `previous` on; returns the bytes they take.
+    /// Fills the sheet with plain rows from the start of `text`, as long as the time increases from
+    /// `previous` on, where it must; returns the number of bytes read. `text` begins at line `line`
+    /// and consists of whole lines.
     pub fn read(
         &mut self,
         text: &[u8],
@@ -188,7 +192,7 @@ impl Sheet {
         let mut taken = 0;
         let next = |rest: &[u8], clock: &mut Clock, row: &mut [f64]| match clock.has_begun() {
             true => read_row(rest, way, columns, clock, row),
-            // a row that is refused in the end must not have said where the clock begins
+            // a row that is rejected must not set the zero of the clock
             false => {
                 let mut trial = clock.clone();
                 read_row(rest, way, columns, &mut trial, row).inspect(|_| *clock = trial)
@@ -208,8 +212,8 @@ impl Sheet {
     }
 }
 
-/// Time, bytes and decimals of the last field of the row at the beginning of `text`, its values into `row`; `None` where
-/// something in it is odd.
+/// Reads the row at the start of `text` into `row`; returns its time, its length in bytes and the
+/// decimals of its last field, or `None` if the row is not plain.
 #[inline]
 fn read_row(
     text: &[u8],
@@ -273,7 +277,7 @@ mod tests {
     use super::*;
     use crate::finding::Finding;
 
-    /// What a reading comes to: stamps and values to the bit, what was said, where.
+    /// Result of a reading as text: stamps and values to the bit, and messages.
     fn outcome(text: &str, options: &LogOptions) -> String {
         let said = |findings: &[Finding]| findings.iter().map(|f| f.message.clone()).collect::<Vec<_>>();
         match read_from(text.as_bytes(), "f.csv", options, &["t", "u"]) {
@@ -287,7 +291,7 @@ mod tests {
         }
     }
 
-    /// A text with a byte beyond ASCII has every line looked at, and takes the careful way all along.
+    /// Results of both paths: a byte beyond ASCII makes every line take the careful path.
     fn both_ways(rows: &str, options: &LogOptions) -> (String, String) {
         let [plain, careful] = ["aux", "a\u{e9}x"].map(|name| outcome(&format!("t,u,{name},v\n{rows}"), options));
         (plain, careful.replace('\u{e9}', "u"))

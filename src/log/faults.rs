@@ -1,11 +1,11 @@
-//! What is wrong with the rows: the first case of each kind and column, and how many more there are.
+//! Faults of the rows: the first case of each kind and column, and the number of further ones.
 
 use super::codes;
 use super::header::quoted;
 use super::records::Broken;
 use crate::finding::{Code, Finding, Quote};
 
-/// Kinds and columns kept apart; further ones are only counted.
+/// Largest number of cases (kind and column) that are kept; faults of further cases are only counted.
 const KEPT: usize = 20;
 
 #[derive(Debug)]
@@ -18,7 +18,7 @@ struct Case {
     count: u64,
 }
 
-/// A tally of faults.
+/// Faults, counted by kind and column.
 #[derive(Debug, Default)]
 pub struct Faults {
     cases: Vec<Case>,
@@ -26,13 +26,14 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Counts a fault; `text` is asked for only the first time.
+    /// Counts a fault; `text` is called only for the first of its kind and column.
     #[cold]
     pub fn add(&mut self, code: &Code, line: Option<u64>, column: Option<&str>, text: impl FnOnce() -> String) {
         self.add_quoting(code, line, column, || (text(), None));
     }
 
-    /// Counts a fault whose line is at hand; text and line are asked for only the first time.
+    /// Counts a fault and quotes its line; `told`, which gives the text and the quotation, is called
+    /// only for the first of its kind and column.
     #[cold]
     pub fn add_quoting(
         &mut self,
@@ -51,7 +52,7 @@ impl Faults {
         }
     }
 
-    /// Counts what ended the reading, at the line of `quote`.
+    /// Counts the fault that ended the reading, in the line of `quote`; `column` gives the name of a field.
     pub fn add_broken(
         &mut self,
         broken: &Broken,
@@ -106,12 +107,12 @@ impl Faults {
         self.add_quoting(&code, line, column.as_deref(), || (text, quote));
     }
 
-    /// Whether nothing is wrong.
+    /// Whether there is no fault.
     pub fn is_empty(&self) -> bool {
         self.cases.is_empty()
     }
 
-    /// The findings by line, and how many faults are in none of them.
+    /// Returns the findings in order of line, and the number of faults of further kinds and columns.
     pub fn into_findings(mut self, file: &str) -> (Vec<Finding>, u64) {
         self.cases.sort_by_key(|c| c.line);
         let total = |code: &Code| self.cases.iter().filter(|c| c.code == *code).map(|c| c.count).sum::<u64>();
@@ -129,7 +130,7 @@ impl Faults {
     }
 }
 
-/// Why a cell is no number, with the option that would allow it.
+/// Returns a message that a cell is not a number, with the option that would allow it.
 pub fn no_number(cell: &[u8], decimal: char, missing_is_error: bool) -> String {
     let text = String::from_utf8_lossy(cell);
     let mut message = format!("{} is not a number", quoted(&text));

@@ -1,27 +1,28 @@
-//! Axes: from the axes of a file to forward-starboard-down and north-east-down.
+//! Conversion from the axes of a file to forward-starboard-down and north-east-down.
 //!
-//! Forward-port-up is forward-starboard-down turned by π about the forward axis: the second and third components of
-//! every vector change sign. East-north-up is north-east-down with x and y exchanged and z reversed. With
-//! R = R_z(ψ) R_y(θ) R_x(φ) from body to earth axes, turning the body axes adds π to φ; turning the earth axes gives
-//! ψ → π/2 − ψ, θ → −θ and adds π to φ. Both together leave φ as it is (ROS REP 103 to Fossen 2011).
+//! Forward-port-up is forward-starboard-down turned by π about the forward axis: the second and
+//! third components of every vector change sign. East-north-up is north-east-down with x and y
+//! exchanged and z reversed. With R = R_z(ψ) R_y(θ) R_x(φ) from body to earth axes, turning the
+//! body axes adds π to φ; turning the earth axes gives ψ → π/2 − ψ, θ → −θ and adds π to φ. Both
+//! together leave φ unchanged (ROS REP 103 to Fossen 2011).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::options::{BodyFrame, EarthFrame};
 use crate::frame::Dof;
 
-/// How one channel changes: `sign · x + offset`, under another name where axes are exchanged.
+/// Change of one channel: `sign · x + offset`, and another name where axes are exchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn<'a> {
     /// Canonical name after the turn.
     pub name: &'a str,
     /// 1 or −1.
     pub sign: f64,
-    /// Added after the sign, rad; 0 but for angles.
+    /// Added after the sign, rad; 0 except for angles.
     pub offset: f64,
 }
 
-/// The turn of the channel of this canonical name.
+/// Returns the change of the channel of this canonical name.
 pub fn turn(name: &str, body: BodyFrame, earth: EarthFrame) -> Turn<'_> {
     let (flu, enu) = (body == BodyFrame::Flu, earth == EarthFrame::Enu);
     let mut turn = Turn { name, sign: 1.0, offset: 0.0 };
@@ -58,7 +59,7 @@ mod tests {
                 let (phi, theta, psi) = (0.3, -0.4, 1.2);
                 let given = Rotation3::from_euler_angles(phi, theta, psi).into_inner();
                 let turned = Rotation3::from_euler_angles(angle("phi", phi), angle("theta", theta), angle("psi", psi));
-                // two roundings a term
+                // two roundings per term
                 assert!((e * given * b - turned.into_inner()).norm() < 1e-14);
             }
         }

@@ -1,4 +1,4 @@
-//! The header of a log: which column is which channel, and how its cells become SI.
+//! The header of a log: assigns columns to channels and converts their cells to SI.
 
 use std::collections::BTreeSet;
 
@@ -15,27 +15,28 @@ use crate::spreadsheet::without_mark;
 /// One channel of the log.
 #[derive(Debug, Clone)]
 pub struct Column {
-    /// Canonical name, or its own for an auxiliary channel.
+    /// Canonical name; an auxiliary channel keeps its own name.
     pub name: String,
     /// Number of the field, from 0.
     pub index: usize,
-    /// Unit of the values after reading; empty when not known.
+    /// Unit of the values after reading; empty if unknown.
     pub unit: &'static str,
-    /// Whether a cell that is no number refuses the log; otherwise it costs the channel.
+    /// Whether the log is refused if a cell is not a number; otherwise the channel is dropped.
     pub strict: bool,
     times: f64,
     over: f64,
     offset: f64,
-    /// Nothing changes.
+    /// Whether the conversion changes nothing.
     plain: bool,
 }
 
 impl Column {
-    /// The channel `name` that `source` says how to find, written in `unit` and in the axes of `options`.
+    /// Returns the channel `name` in field `index`, written in `unit` and in the axes of `source`
+    /// or, without those, of `options`.
     pub fn new(name: &str, index: usize, unit: Option<Unit>, source: &ColumnSource, options: &LogOptions) -> Column {
         let frame = source.frame;
         let along_earth = VELOCITIES.contains(&name) && frame.and_then(Frame::earth).is_some();
-        // components along earth axes have no sign of body axes
+        // components along earth axes take no sign from the body axes
         let own_body = if along_earth { Some(BodyFrame::Frd) } else { frame.and_then(Frame::body) };
         let body = own_body.unwrap_or(options.body_frame);
         let turn = frames::turn(name, body, frame.and_then(Frame::earth).unwrap_or(options.earth_frame));
@@ -54,7 +55,7 @@ impl Column {
         }
     }
 
-    /// The value in SI units and in the axes of the crate.
+    /// Returns the value in SI units and in the axes of the crate.
     #[inline]
     pub fn convert(&self, x: f64) -> f64 {
         if self.plain {
@@ -65,29 +66,29 @@ impl Column {
             return y;
         }
         let y = y + self.offset;
-        // φ + π goes back to (−π, π]; π/2 − ψ may be unwrapped and stays so
+        // φ + π is wrapped to (−π, π]; π/2 − ψ may be unwrapped and stays so
         if self.name == "phi" { y - std::f64::consts::TAU * (y / std::f64::consts::TAU).round() } else { y }
     }
 }
 
-/// What the header says.
+/// Result of reading the header.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Number of fields.
     pub width: usize,
-    /// Field of `t` and its text in the header; `None` in a table without time.
+    /// Field of `t` and its header; `None` in a table without time.
     pub time: Option<(usize, String)>,
-    /// Field of the date, where `columns.date` says that it has one of its own.
+    /// Field of the date, if `columns.date` names one.
     pub date: Option<usize>,
     /// Unit of `t`.
     pub time_unit: TimeUnit,
-    /// All channels but `t`, by field.
+    /// All channels except `t`, in order of field.
     pub columns: Vec<Column>,
-    /// Headers that are no channel: without a name, or overruled by `columns`.
+    /// Headers that are not kept: without a name, overruled by `columns`, or repeated.
     pub ignored: Vec<String>,
 }
 
-/// The header line, with the units of the line below it where an option says that they stand there.
+/// The header line, with the units of the line below it if `unit_row` is set.
 pub struct Heading {
     line: u64,
     quote: Quote,
@@ -97,7 +98,7 @@ pub struct Heading {
 }
 
 impl Heading {
-    /// The header line.
+    /// Returns the header line.
     pub fn of(record: &Record, options: &LogOptions) -> Heading {
         let headers = (0..record.width().min(options.max_columns)).map(|i| record.text(i)).collect();
         Heading {
@@ -109,7 +110,7 @@ impl Heading {
         }
     }
 
-    /// The header with a unit behind each name that has none: `surge`, `m/s` become `surge [m/s]`.
+    /// Returns the header with a unit after each name that has none: `surge`, `m/s` become `surge [m/s]`.
     #[must_use]
     pub fn with_units(mut self, units: &Record) -> Heading {
         for (i, header) in self.headers.iter_mut().enumerate() {
@@ -123,7 +124,7 @@ impl Heading {
     }
 }
 
-/// What the header is held against.
+/// The header, and what it is checked against.
 struct Reader<'a> {
     options: &'a LogOptions,
     required: &'a [&'a str],
@@ -138,7 +139,7 @@ impl Plan {
     /// Reads the header.
     ///
     /// # Errors
-    /// Everything that is wrong with it.
+    /// All faults of the header.
     pub fn new(heading: Heading, options: &LogOptions, required: &[&str], file: &str) -> Result<Plan, Vec<Finding>> {
         let Heading { line, quote, raw, width, headers } = heading;
         let mut reader = Reader { options, required, file, line, quote, headers, found: Vec::new() };
@@ -171,7 +172,7 @@ impl Reader<'_> {
             || self.options.columns.values().any(|s| s.name.trim() == header || s.name.trim() == base)
     }
 
-    /// A first line that is a comment or a row of numbers.
+    /// Returns a finding if the first line is a comment or a row of numbers.
     fn no_header(&self) -> Option<Finding> {
         let first = self.headers.first().map_or("", String::as_str);
         let mark = ["#", "%", "//", "!", ";", "*"].into_iter().find(|m| first.starts_with(m));
@@ -191,7 +192,7 @@ impl Reader<'_> {
         None
     }
 
-    /// Canonical name and field of every column, and the headers that are left over.
+    /// Returns the canonical name and the field of every column, and the headers that are ignored.
     fn names(&mut self) -> (Vec<(String, usize)>, Vec<String>) {
         let mut named: Vec<(String, usize)> = Vec::new();
         let mut taken = BTreeSet::new();
@@ -246,7 +247,7 @@ impl Reader<'_> {
         self.found.push(self.finding(&codes::DUPLICATE_COLUMN, Some(name), &text));
     }
 
-    /// Refuses known names that come twice; of auxiliary ones the first is kept.
+    /// Refuses known names that occur twice; of equal auxiliary names the first is kept.
     fn unique(&mut self, mut named: Vec<(String, usize)>, ignored: &mut Vec<String>) -> Vec<(String, usize)> {
         named.sort();
         let mut unique: Vec<(String, usize)> = Vec::with_capacity(named.len());
@@ -262,7 +263,7 @@ impl Reader<'_> {
         unique
     }
 
-    /// The names that are there, for a message.
+    /// Returns the names in the header as a list for a message.
     fn listed(&self) -> String {
         const SHOWN: usize = 20;
         let names: Vec<String> = self.headers.iter().take(SHOWN).map(|h| quoted(h)).collect();
@@ -270,7 +271,7 @@ impl Reader<'_> {
         if more > 0 { format!("{} and {more} more", names.join(", ")) } else { names.join(", ") }
     }
 
-    /// Another delimiter that finds more of the names asked for.
+    /// Returns a finding if another delimiter yields more of the expected names.
     fn other_delimiter(&self, raw: &str, named: usize) -> Option<Finding> {
         let asked = self.headers.iter().filter(|h| self.is_asked_for(h)).count();
         if asked == named && named > 1 {
@@ -331,7 +332,7 @@ impl Reader<'_> {
         plan
     }
 
-    /// The unit a column is written in; an unknown one of a known column is an error.
+    /// Returns the unit that a column is written in; an unknown unit of a known column is an error.
     fn unit(&mut self, name: &str, index: usize) -> Option<Unit> {
         let written = columns::split_header(&self.headers[index]).1.filter(|u| !u.is_empty());
         let given = self.options.columns.get(name).and_then(|s| s.unit.as_deref()).or(written)?;
@@ -351,7 +352,8 @@ impl Reader<'_> {
     }
 }
 
-/// Unit after conversion. A command keeps its own: what a volt or a microsecond does is the thruster's business.
+/// Unit after conversion. A command keeps its own unit: the effect of a volt or a microsecond
+/// depends on the thruster.
 fn si_unit(quantity: Option<Quantity>, unit: Option<Unit>) -> &'static str {
     match (quantity, unit) {
         (Some(Quantity::Command), Some(unit)) => unit.name,
@@ -361,7 +363,7 @@ fn si_unit(quantity: Option<Quantity>, unit: Option<Unit>) -> &'static str {
     }
 }
 
-/// A text from the file in quotes: line ends and other control characters escaped, long ones cut.
+/// Quotes a text from the file: control characters such as line ends are escaped, long texts are cut.
 pub fn quoted(text: &str) -> String {
     const SHOWN: usize = 40;
     let shown: String = text

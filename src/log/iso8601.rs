@@ -1,9 +1,11 @@
-//! Dates of ISO 8601: `2024-07-01T10:40:00.100Z` to nanoseconds since 1970-01-01T00:00:00Z.
+//! Dates of ISO 8601: converts `2024-07-01T10:40:00.100Z` to nanoseconds since
+//! 1970-01-01T00:00:00Z.
 //!
-//! Days from the civil calendar after H. Hinnant, "chrono-compatible low-level date algorithms". The offset may be
-//! `Z`, `+02:00`, `+0200`, `+02` or absent (then all stamps are taken in the same zone, and only differences count).
+//! The day number of the civil calendar is computed after H. Hinnant, "chrono-compatible low-level
+//! date algorithms". The offset may be `Z`, `+02:00`, `+0200`, `+02` or absent (then all stamps are
+//! assumed to be in the same zone, since only differences count).
 
-/// Nanoseconds since 1970, `None` when the text is no such date.
+/// Nanoseconds since 1970; `None` if the text is no such date.
 pub fn nanoseconds(text: &[u8]) -> Option<i128> {
     let (date, clock) = (text.get(..10)?, text.get(11..)?);
     if !matches!(text[10], b'T' | b't' | b' ') || date[4] != b'-' || date[7] != b'-' {
@@ -16,7 +18,8 @@ pub fn nanoseconds(text: &[u8]) -> Option<i128> {
     Some(seconds * 1_000_000_000 + i128::from(of_day(clock)?))
 }
 
-/// Nanoseconds since 1970 of a date (`2024-07-01`, `2024/07/01`, `20240701`, `01.07.2024`) and a time of day in two texts.
+/// Nanoseconds since 1970 of a date (`2024-07-01`, `2024/07/01`, `20240701`, `01.07.2024`) and a
+/// time of day in two texts.
 pub fn of_date_and_time(date: &[u8], time: &[u8]) -> Option<i128> {
     let days = match *date {
         [y1, y2, y3, y4, b'-' | b'/', m1, m2, b'-' | b'/', d1, d2] | [y1, y2, y3, y4, m1, m2, d1, d2] => {
@@ -35,7 +38,7 @@ pub fn time_of_day(text: &[u8]) -> Option<i128> {
     of_day(text).map(i128::from)
 }
 
-/// What a day has.
+/// Nanoseconds per day.
 pub const NANOSECONDS_A_DAY: i128 = 86_400_000_000_000;
 
 /// Whether the text begins like a date, `dddd-dd-dd`.
@@ -70,7 +73,8 @@ fn days(year: i64, month: i64, day: i64) -> Option<i64> {
     Some(era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468)
 }
 
-/// Nanoseconds of the day, from `hh:mm`, `hh:mm:ss` or `hh:mm:ss.fff`; a leap second is let through.
+/// Nanoseconds of the day, from `hh:mm`, `hh:mm:ss` or `hh:mm:ss.fff`; second 60 is accepted as a
+/// leap second.
 fn of_day(clock: &[u8]) -> Option<i64> {
     if clock.len() < 5 || clock[2] != b':' {
         return None;
@@ -80,7 +84,7 @@ fn of_day(clock: &[u8]) -> Option<i64> {
         [] => (0, 0),
         [b':', a, b] => (digits(&[*a, *b])?, 0),
         [b':', a, b, b'.' | b',', fraction @ ..] => {
-            // Digits beyond the nanosecond are cut.
+            // digits beyond the nanosecond are cut
             let kept = &fraction[..fraction.len().min(9)];
             if !fraction.iter().all(u8::is_ascii_digit) {
                 return None;

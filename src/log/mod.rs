@@ -1,10 +1,12 @@
-//! Logs: CSV of a vehicle into a run, in SI units, checked where it enters.
+//! Logs: a CSV file of a vehicle becomes a run in SI units and is checked when it is read.
 //!
-//! One header line, one row a time stamp, a column `name` or `name [unit]`. What is not plain CSV in SI units is
-//! refused, and the message names file, line, column, value and the option that would allow it; nothing is guessed.
-//! The way of a file: [`encoding`] looks at its first bytes, [`records`] cuts it into lines and fields, [`header`]
-//! names the columns, [`rows`] turns cells into numbers (those of rows in which nothing is odd many at a time), [`read()`] keeps them as signals, [`derived`] tells channels of others, and [`check`] looks at what
-//! they say. [`write()`] is the way back.
+//! The file has one header line and one row per time stamp; a header is `name` or `name [unit]`. A
+//! file that is not plain CSV in SI units is refused, and the message names file, line, column,
+//! value and the option that would allow it; nothing is guessed. Steps of reading a file:
+//! [`encoding`] recognises it by its first bytes, [`records`] cuts it into lines and fields,
+//! [`header`] names the columns, [`rows`] turns cells into numbers (plain rows many at a time),
+//! [`read()`] keeps them as signals, [`derived`] computes channels from others, and [`check`] tests
+//! whether the values are plausible. [`write()`] writes a run as CSV.
 
 mod cells;
 pub mod check;
@@ -40,7 +42,7 @@ pub use write::{WriteError, write, write_log, write_signals, write_to, write_wal
 
 use crate::frame::Dof;
 
-/// Columns that a campaign of these degrees of freedom needs: `t`, the velocities, the forces.
+/// Returns the columns that a campaign of these degrees of freedom needs: `t`, the velocities, the forces.
 pub fn required(dofs: &[Dof]) -> Vec<&'static str> {
     let velocities = dofs.iter().map(|d| d.velocity());
     std::iter::once("t").chain(velocities).chain(dofs.iter().map(|d| d.force())).collect()

@@ -1,15 +1,15 @@
-//! Numbers: from the bytes of a cell without allocating, and short in messages.
+//! Numbers: parsed from the bytes of a cell (plain decimals without allocation), and short in messages.
 
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
     1e21, 1e22,
 ];
 
-/// The same as whole numbers.
+/// The first nine powers of ten as integers.
 const WHOLE: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
-/// The number written in a cell, correctly rounded. It may be NaN or infinite (`nan`, `inf`, `1e400`); `None` when
-/// the cell holds no number. `decimal` is the byte of the decimal mark.
+/// Returns the number written in a cell, correctly rounded. It may be NaN or infinite (`nan`,
+/// `inf`, `1e400`); `None` if the cell holds no number. `decimal` is the byte of the decimal mark.
 #[inline]
 pub fn parse(cell: &[u8], decimal: u8) -> Option<f64> {
     match leading(cell, decimal) {
@@ -23,14 +23,15 @@ pub fn parse(cell: &[u8], decimal: u8) -> Option<f64> {
 pub(super) struct Plain {
     /// Its value, correctly rounded.
     pub value: f64,
-    /// Bytes it takes.
+    /// Its length in bytes.
     pub bytes: usize,
-    /// Digits behind the decimal mark.
+    /// Number of digits after the decimal mark.
     pub decimals: usize,
 }
 
-/// The plain decimal `-12.345` that `text` begins with; `None` where it begins with none, or with one of too many digits.
-/// Up to 2⁵³ mantissa and power of ten are both exact in f64, so one division rounds once (Clinger, PLDI 1990).
+/// Returns the plain decimal (`-12.345`) at the start of `text`; `None` if there is none or if it
+/// has too many digits. A mantissa below 2⁵³ and the power of ten are both exact in f64, so one
+/// division rounds once (Clinger, PLDI 1990).
 #[inline]
 pub(super) fn leading(text: &[u8], decimal: u8) -> Option<Plain> {
     let negative = text.first() == Some(&b'-');
@@ -52,8 +53,9 @@ pub(super) fn leading(text: &[u8], decimal: u8) -> Option<Plain> {
     Some(Plain { value: if negative { -x } else { x }, bytes, decimals })
 }
 
-/// The digits that `text` begins with, behind those of `before`: their number (modulo 2⁶⁴) and how many they are. Eight
-/// bytes at a time, without a branch on how many of them are digits (Langdale and Lemire, *VLDB Journal* 28 (2019) 941).
+/// Returns the number (modulo 2⁶⁴) whose digits are those of `before` followed by those at the
+/// start of `text`, and the count of the latter. Reads eight bytes at a time, without a branch on
+/// the number of digits among them (Langdale and Lemire, *VLDB Journal* 28 (2019) 941).
 #[inline]
 fn digits(mut text: &[u8], before: u64) -> (u64, usize) {
     const EACH: u64 = 0x0101_0101_0101_0101;
@@ -61,10 +63,10 @@ fn digits(mut text: &[u8], before: u64) -> (u64, usize) {
     loop {
         let eight = text.first_chunk().copied().unwrap_or_else(|| padded(text));
         let values = u64::from_le_bytes(eight) ^ (0x30 * EACH);
-        // the high bit of each byte that is no digit; a carry only reaches bytes behind the first such
+        // the high bit of each byte that is no digit; a carry reaches only bytes after the first of them
         let others = (values | values.wrapping_add(0x76 * EACH)) & (0x80 * EACH);
         let here = (others.trailing_zeros() / 8) as usize;
-        // the digits at the end of eight, zeros before them
+        // the digits moved to the end of the eight bytes, zeros before them
         let eight = if here == 0 { 0 } else { values << (64 - 8 * here) };
         let pairs = (eight.wrapping_mul(10 * 256 + 1) >> 8) & 0x00ff_00ff_00ff_00ff;
         let fours = (pairs.wrapping_mul(100 * 65_536 + 1) >> 16) & 0x0000_ffff_0000_ffff;
@@ -78,13 +80,13 @@ fn digits(mut text: &[u8], before: u64) -> (u64, usize) {
     }
 }
 
-/// Fewer than eight bytes, and then no digit.
+/// Returns fewer than eight bytes, filled up with blanks, which are no digits.
 #[cold]
 fn padded(text: &[u8]) -> [u8; 8] {
     std::array::from_fn(|k| text.get(k).copied().unwrap_or(b' '))
 }
 
-/// Exponents, many digits, `nan`, `inf`.
+/// Parses a number that is no plain decimal: an exponent, many digits, `nan`, `inf`.
 #[cold]
 fn any_number(cell: &[u8], decimal: u8) -> Option<f64> {
     let text = std::str::from_utf8(cell).ok()?;
@@ -97,7 +99,7 @@ fn any_number(cell: &[u8], decimal: u8) -> Option<f64> {
     text.replace(char::from(decimal), ".").parse().ok()
 }
 
-/// `x` with at most `digits` significant digits, as C's `%g` writes it: `0.1`, `3600.1`, `1e+08`.
+/// Returns `x` with at most `digits` significant digits, as C's `%g` writes it: `0.1`, `3600.1`, `1e+08`.
 pub fn short(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();

@@ -1,7 +1,9 @@
-//! How a log is to be read: the `[log]` section of a campaign, the Python keywords and the command's options alike.
+//! Options for reading a log: the `[log]` section of a campaign, the Python keywords and the
+//! options of the command.
 //!
-//! The default is plain CSV: comma, decimal point, UTF-8, SI units, body axes forward-starboard-down, earth axes
-//! north-east-down, nothing missing, time increasing. Every deviation has to be said here; nothing is guessed.
+//! The default is plain CSV: comma, decimal point, UTF-8, SI units, body axes
+//! forward-starboard-down, earth axes north-east-down, no missing values, increasing time. Every
+//! deviation must be stated here; nothing is guessed.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -26,41 +28,42 @@ pub struct LogOptions {
     /// Whether the line below the header holds the units of the columns.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub unit_row: bool,
-    /// Canonical name → where it stands in the file.
+    /// Source of a channel in the file, by canonical name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, ColumnSource>,
-    /// Unit of `t`; wins over a unit in the header.
+    /// Unit of `t`; takes precedence over a unit in the header.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<TimeUnit>,
-    /// How `t` is written; a number unless said otherwise.
+    /// Notation of `t`; a number by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_format: Option<TimeFormat>,
-    /// What an empty or NaN cell means.
+    /// Meaning of an empty cell or NaN.
     pub missing: Missing,
-    /// Further texts that mean "no value" (`N/A`, `-32.768`); a number matches however it is written.
+    /// Further texts that mean "no value" (`N/A`, `-32.768`); a number matches in any notation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing_values: Vec<String>,
-    /// What a value means that a slower sensor's channel only repeats.
+    /// Meaning of a value that only repeats the last sample of a slower sensor.
     pub repeated: Repeated,
-    /// What to do with a row that repeats the time stamp before it.
+    /// Treatment of a row that repeats the previous time stamp.
     pub duplicates: Duplicates,
-    /// Sort the rows by time.
+    /// Whether to sort the rows by time.
     pub sort: bool,
-    /// What to do with a last row that is cut short.
+    /// Treatment of a last row that is cut short.
     pub truncated: Truncated,
     /// Body axes of the file.
     pub body_frame: BodyFrame,
     /// Earth axes of the file.
     pub earth_frame: EarthFrame,
-    /// Whether `x`, `y`, `z` are integrated velocity or measured apart from it.
+    /// Whether `x`, `y`, `z` are integrated velocity or measured independently of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_source: Option<PositionSource>,
-    /// What `u`, `v`, `w` are measured against.
+    /// Reference of `u`, `v`, `w`: ground or water.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_reference: Option<VelocityReference>,
-    /// Longest record accepted, bytes. The default, 1 MiB, holds ten thousand columns and stops a file without line ends.
+    /// Length of the longest record accepted, bytes. The default, 1 MiB, holds ten thousand columns
+    /// and stops a file without line ends.
     pub max_line_bytes: usize,
-    /// Most columns accepted.
+    /// Largest number of columns accepted.
     pub max_columns: usize,
 }
 
@@ -90,19 +93,20 @@ impl Default for LogOptions {
     }
 }
 
-/// Where a channel stands in the file: `"Yaw rate [deg/s]"` or `{name = "Yaw rate", unit = "deg/s", sign = -1}`.
+/// Source of a channel in the file: `"Yaw rate [deg/s]"` or
+/// `{name = "Yaw rate", unit = "deg/s", sign = -1}`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColumnSource {
     /// Header in the file, with or without its `[unit]`.
     pub name: String,
-    /// Unit in the file; wins over one in the header.
+    /// Unit in the file; takes precedence over a unit in the header.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Factor after the conversion of units, finite and not zero.
+    /// Factor applied after the conversion of units, finite and not zero.
     pub scale: f64,
     /// Sign: 1 or −1.
     pub sign: i8,
-    /// Axes of this channel alone; `u`, `v`, `w` in earth axes are turned to body axes by the attitude.
+    /// Axes of this channel alone; `u`, `v`, `w` along earth axes are turned to body axes by the attitude.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<Frame>,
 }
@@ -186,12 +190,12 @@ choice! {
 }
 
 impl TimeUnit {
-    /// How many of the unit make one second.
+    /// Number of these units in one second.
     pub const fn per_second(self) -> f64 {
         [1.0, 1e3, 1e6, 1e9, 1.0 / 60.0, 1.0 / 3600.0][self as usize]
     }
 
-    /// The unit of this name.
+    /// Returns the unit of this name.
     pub fn from_name(name: &str) -> Option<TimeUnit> {
         match name {
             "s" => Some(TimeUnit::S),
@@ -205,7 +209,7 @@ impl TimeUnit {
     }
 }
 
-/// How time stamps are written when they are not numbers.
+/// Notation of time stamps that are not numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum TimeFormat {
     /// `2024-07-01T10:40:00.100Z`.
@@ -214,13 +218,13 @@ pub enum TimeFormat {
     /// `12.3 sec`, as MATLAB writes durations; also `ms`, `min`, `hr`, `days`.
     #[serde(rename = "duration")]
     Duration,
-    /// `10:40:00.100`, which goes on over midnight.
+    /// `10:40:00.100`; continues over midnight.
     #[serde(rename = "time_of_day")]
     TimeOfDay,
 }
 
 choice! {
-    /// What an empty cell, a NaN or one of `missing_values` means.
+    /// Meaning of an empty cell, a NaN or one of `missing_values`.
     Missing {
         /// The log is refused.
         Error,
@@ -232,9 +236,11 @@ choice! {
 }
 
 choice! {
-    /// What a repeated value of a measured channel means where a slower sensor is written at the rate of the log.
+    /// Meaning of a repeated value of a measured channel, if a slower sensor is written at the rate
+    /// of the log.
     Repeated {
-        /// No sample, where the whole log is read; a warning says which. A log that is read piece by piece takes them as samples.
+        /// No sample, if the whole log is read; a warning names the channels. A sample, if the log
+        /// is read piece by piece.
         Auto,
         /// A sample like any other.
         Sample,
@@ -244,17 +250,17 @@ choice! {
 }
 
 choice! {
-    /// What to do with a row that repeats the time stamp before it.
+    /// Treatment of a row that repeats the previous time stamp.
     Duplicates {
         /// The log is refused.
         Error,
-        /// The first of them is kept.
+        /// The first of these rows is kept.
         First,
     }
 }
 
 choice! {
-    /// What to do with a last row that is cut short.
+    /// Treatment of a last row that is cut short.
     Truncated {
         /// The log is refused.
         Error,
@@ -298,7 +304,7 @@ choice! {
 }
 
 impl Frame {
-    /// The body axes that are meant, if any.
+    /// Returns the body axes of this frame, if it is one of the body.
     pub const fn body(self) -> Option<BodyFrame> {
         match self {
             Frame::Frd => Some(BodyFrame::Frd),
@@ -307,7 +313,7 @@ impl Frame {
         }
     }
 
-    /// The earth axes that are meant, if any.
+    /// Returns the earth axes of this frame, if it is one of the earth.
     pub const fn earth(self) -> Option<EarthFrame> {
         match self {
             Frame::Ned => Some(EarthFrame::Ned),
@@ -318,17 +324,17 @@ impl Frame {
 }
 
 choice! {
-    /// Where the position comes from.
+    /// Source of the position.
     PositionSource {
-        /// Integrated from velocity and heading: says nothing new.
+        /// Integrated from velocity and heading: no independent information.
         DeadReckoned,
-        /// Measured apart (acoustics, camera, GNSS).
+        /// Measured independently (acoustics, camera, GNSS).
         Independent,
     }
 }
 
 choice! {
-    /// What the velocity is measured against.
+    /// Reference of the velocity.
     VelocityReference {
         /// The bottom.
         Ground,
@@ -343,12 +349,12 @@ impl LogOptions {
         self.velocity_reference == Some(VelocityReference::Water)
     }
 
-    /// The earth axes that `u`, `v`, `w` are logged along, where they are.
+    /// Returns the earth axes along which `u`, `v`, `w` are logged; `None` if they are along body axes.
     pub fn earth_velocity(&self) -> Option<EarthFrame> {
         VELOCITIES.into_iter().find_map(|name| self.columns.get(name)?.frame?.earth())
     }
 
-    /// Factor of the time stamps after their unit: for a counter of rows the time that one takes.
+    /// Returns the factor of the time stamps after their unit: the time of one row, if `t` counts rows.
     pub fn time_scale(&self) -> f64 {
         self.columns.get("t").map_or(1.0, |source| source.scale)
     }

@@ -1,7 +1,8 @@
-//! A log in pieces: signals of some thousand rows at a time, for logs larger than memory.
+//! Reading a log in pieces: signals of some thousand rows at a time, for logs larger than memory.
 //!
-//! Each piece begins with the last row of the one before, so that no interval between rows is lost; of a sensor that
-//! samples less often than there are rows, the interval across a border is.
+//! Each piece begins with the last row of the previous one, so that no interval between rows is
+//! lost. For a sensor that samples less often than there are rows, the interval across the border
+//! of two pieces is lost.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -12,16 +13,16 @@ use super::check::time::log_gaps;
 use super::rows::{Passage, Rows};
 use crate::run::Signal;
 
-/// Some rows of a log.
+/// Consecutive rows of a log.
 #[derive(Debug, Clone, Default)]
 pub struct Piece {
-    /// Signals as [`super::LogFile::signals`].
+    /// Signals as in [`super::LogFile::signals`].
     pub signals: BTreeMap<String, Signal>,
     /// Unit of each known signal after reading.
     pub units: BTreeMap<String, &'static str>,
     /// Time stamps at which a gap ends, s.
     pub gaps: Vec<f64>,
-    /// Rows that no piece before has held.
+    /// Number of rows that were in no earlier piece.
     pub rows: usize,
 }
 
@@ -34,13 +35,13 @@ pub struct Pieces<R> {
 }
 
 impl<R: Read> Pieces<R> {
-    /// Pieces of `length` rows.
+    /// Returns a reader of pieces of `length` rows.
     pub fn new(rows: Rows<R>, length: usize) -> Pieces<R> {
         let width = rows.names().count();
         Pieces { rows, length: length.max(1), time: Vec::new(), values: vec![Vec::new(); width] }
     }
 
-    /// The next piece; `None` at the end. Whether all rows were sound, [`Pieces::finish`] says.
+    /// Returns the next piece; `None` at the end. [`Pieces::finish`] tells whether all rows were sound.
     pub fn next_piece(&mut self) -> Option<Piece> {
         let last = self.time.len().saturating_sub(1);
         self.time.drain(..last);
@@ -79,7 +80,7 @@ impl<R: Read> Pieces<R> {
         piece
     }
 
-    /// Whether every row was sound, and what was met.
+    /// Returns what was met while reading, if every row was sound.
     ///
     /// # Errors
     /// [`LogError::Refused`] with the first case of each kind and column.

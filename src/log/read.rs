@@ -1,4 +1,4 @@
-//! A whole log as signals.
+//! Reading of a whole log into signals.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -21,36 +21,38 @@ use super::rows::{Passage, Rows};
 use crate::finding::{Code, Finding, Severity};
 use crate::run::Signal;
 
-/// Fewer rows than this carry no more than two parameters, with the two rows to spare that a fit asks for.
+/// Number of rows below which a warning is given: fewer rows allow at most two parameters, because
+/// a fit needs two rows more than parameters.
 const FEW_ROWS: usize = 5;
 
 /// A log that was read.
 #[derive(Debug, Clone, Default)]
 pub struct LogFile {
-    /// File, as given.
+    /// File name, as given.
     pub file: String,
-    /// Signals by canonical name or, for auxiliary channels, by their own; SI units.
+    /// Signals by canonical name; auxiliary channels by their own name; SI units.
     pub signals: BTreeMap<String, Signal>,
-    /// Unit of each known signal after reading; a command keeps its own (`V`, `1`, `us`).
+    /// Unit of each known signal after reading; a command keeps its own unit (`V`, `1`, `us`).
     pub units: BTreeMap<String, &'static str>,
-    /// Number of rows taken.
+    /// Number of rows kept.
     pub rows: usize,
     /// Time stamps of the rows, s.
     pub time: Arc<[f64]>,
     /// Time stamps at which a gap ends, s.
     pub gaps: Vec<f64>,
-    /// What was subtracted from the stamps of a wall clock, s (since 1970 for dates).
+    /// Value subtracted from the stamps of a wall clock, s (since 1970 for dates).
     pub origin: Option<f64>,
-    /// What looks wrong.
+    /// Warnings: findings of what looks wrong.
     pub warnings: Vec<Finding>,
-    /// What is worth knowing: columns that were ignored, a missing line end.
+    /// Notes: findings worth knowing, such as ignored columns or a missing line end.
     pub notes: Vec<Finding>,
     /// Headers of the columns that were not kept.
     pub ignored: Vec<String>,
 }
 
-/// Reads a log. `required` names the columns that must be there; a known column that is there must be sound as well.
-/// Without `t` in `required` and in the file the rows are counted instead, as in a bollard table.
+/// Reads a log. `required` names the columns that must be present; a known column that is present
+/// must be sound too. If `t` is neither in `required` nor in the file, the rows are counted
+/// instead, as in a bollard table.
 ///
 /// # Errors
 /// See [`LogError`].
@@ -67,7 +69,8 @@ pub fn read_from(source: impl Read, file: &str, options: &LogOptions, required: 
     collect(Rows::new(source, file, options, &derived::required(options, required))?, file, options, required)
 }
 
-/// Lines of rows: constant but where something was skipped, so that only the changes of (line − row) are kept.
+/// Line numbers of the rows. (line − row) changes only where a line was skipped or rows were sorted,
+/// so only its changes are kept.
 #[derive(Debug, Default)]
 struct Lines {
     rows: u64,
@@ -94,7 +97,7 @@ struct Table {
     time: Vec<f64>,
     values: Vec<Vec<f64>>,
     lines: Lines,
-    /// Rows left out after sorting.
+    /// Number of rows dropped after sorting.
     duplicates: u64,
 }
 
@@ -204,7 +207,8 @@ fn collect<R: Read>(
     Ok(log)
 }
 
-/// A counter of rows that is read as seconds, where nobody has said that it is in seconds.
+/// Returns a finding if a counter of rows is read as seconds although neither header nor options
+/// give a unit.
 fn counted(plan: &Plan, time: &[f64], options: &LogOptions) -> Option<check::Seen> {
     let (_, header) = plan.time.as_ref()?;
     let stated = options.columns.get("t").is_some_and(|source| source.unit.is_some())
@@ -237,7 +241,7 @@ fn sorted(table: Table, duplicates: Duplicates, faults: &mut Faults) -> Table {
     out
 }
 
-/// Tells in which columns the sensor dropped out, how often and for how long.
+/// Warns of columns in which the sensor dropped out: how long and how often.
 fn dropped_out(log: &mut LogFile, repeated: &[Repeats]) {
     let seconds = |rows: &Range<usize>| log.time[rows.end] - log.time[rows.start];
     let of = |r: &Repeats| {
@@ -256,22 +260,22 @@ fn dropped_out(log: &mut LogFile, repeated: &[Repeats]) {
     }
 }
 
-/// What a column only repeats.
+/// Repeated values of one column.
 struct Repeats {
     column: String,
-    /// Values that the log has of it, and how many of them are no samples.
+    /// Number of values of the column, and how many of them are no samples.
     values: usize,
     count: usize,
     /// Rows between which the sensor had dropped out.
     frozen: Vec<Range<usize>>,
 }
 
-/// Takes out of measured columns what a slower sensor only repeats.
+/// Removes from measured columns the values that only repeat the last sample of a slower sensor.
 fn without_repeats(plan: &Plan, values: &mut [Vec<f64>]) -> Vec<Repeats> {
     let measured = plan.columns.iter().zip(values).filter(|(column, _)| check::is_measured(&column.name));
     let mut found = Vec::new();
     for (column, values) in measured {
-        // rows of another sensor, or of commands, are none of this one
+        // a row without a value belongs to another sensor or a command
         let present: Vec<usize> = (0..values.len()).filter(|row| !values[*row].is_nan()).collect();
         let own: Vec<f64> = present.iter().map(|row| values[*row]).collect();
         let Some(hold) = check::hold::of(&own) else { continue };
@@ -285,7 +289,8 @@ fn without_repeats(plan: &Plan, values: &mut [Vec<f64>]) -> Vec<Repeats> {
     found
 }
 
-/// Columns become signals; those with absent samples get their own time stamps, shared where they are the same.
+/// Turns columns into signals; a column with missing samples gets its own time stamps, shared with
+/// columns that have the same.
 fn keep_signals(log: &mut LogFile, plan: &Plan, passage: &Passage, values: Vec<Vec<f64>>) {
     let time = log.time.clone();
     let mut clocks: Vec<Arc<[f64]>> = Vec::new();
@@ -313,7 +318,7 @@ fn keep_signals(log: &mut LogFile, plan: &Plan, passage: &Passage, values: Vec<V
     }
 }
 
-/// What was met while reading, in words.
+/// Adds the findings of reading the rows, and the columns that were not kept.
 fn passage_findings(log: &mut LogFile, passage: &Passage, options: &LogOptions) {
     for finding in passage.findings(&log.file) {
         log.add(finding);
@@ -343,7 +348,7 @@ impl LogFile {
         self.notes.push(Finding::at(code, &self.file, line, None, text));
     }
 
-    /// Number of stretches without a gap.
+    /// Number of segments, which are separated by gaps.
     pub fn segments(&self) -> usize {
         self.gaps.len() + 1
     }

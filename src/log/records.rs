@@ -1,10 +1,11 @@
-//! Records: a stream of bytes cut into lines and fields, with the physical line each record starts at.
+//! Records: a stream of bytes is cut into lines and fields; each record has the number of its first
+//! physical line.
 //!
-//! Fields are read by `csv_core`: line ends LF, CRLF or CR; a field may be quoted (`"a ""b"""`, RFC 4180) and then hold
-//! line ends and delimiters. That reader takes anything for CSV, so what it would pass over is refused here: NUL, bytes
-//! that are not UTF-8, an open quote, text behind a closing one, a record without end. Blank lines and comments are
-//! skipped. Line numbers come from the bytes of each record. Memory is one block and one record, whatever the size of
-//! the file.
+//! `csv_core` reads the fields: line ends LF, CRLF or CR; a field may be quoted (`"a ""b"""`, RFC 4180) and
+//! then contain line ends and delimiters. `csv_core` accepts any bytes as CSV, so this module refuses what
+//! is no CSV: NUL, bytes that are not UTF-8, an unclosed quote, text after a closing quote, a record that
+//! is too long. Blank lines and comments are skipped. Line numbers are counted from the bytes of each
+//! record. Memory is one block and one record, for a file of any size.
 
 use std::io::Read;
 use std::ops::Range;
@@ -16,10 +17,10 @@ use crate::finding::Quote;
 
 const BLOCK: usize = 1 << 18;
 
-/// Why there is no next record.
+/// Reason why there is no next record.
 #[derive(Debug)]
 pub enum Broken {
-    /// The bytes are something else than text: its name.
+    /// The bytes are not text; the name of what they are.
     NotText(&'static str),
     /// A log in another format: its name, and the extra of the Python package that reads it.
     OtherLog(&'static str, &'static str),
@@ -29,15 +30,15 @@ pub enum Broken {
     NotUtf8(u64, u8),
     /// Longer than the limit.
     TooLong(u64),
-    /// A quote that is not closed; the field's number.
+    /// A quote that is not closed: line, and number of the field.
     OpenQuote(u64, usize),
-    /// Something follows a closing quote; the field's number.
+    /// Text after a closing quote: line, and number of the field.
     StrayQuote(u64, usize),
     /// The file could not be read further.
     Io(std::io::Error),
 }
 
-/// A field: its bytes in the text of its record, and as they stand in the file.
+/// A field: range of its bytes in the text of its record, and range in the raw record.
 #[derive(Debug, Clone)]
 struct Field {
     text: Range<usize>,
@@ -49,9 +50,9 @@ struct Field {
 pub struct Record<'a> {
     /// Physical line of its first byte, from 1.
     pub line: u64,
-    /// First blank line between the record before and this one.
+    /// First blank line between the previous record and this one.
     pub blank: Option<u64>,
-    /// Whether a line end follows.
+    /// Whether a line end follows the record.
     pub ended: bool,
     raw: &'a [u8],
     text: &'a [u8],
@@ -64,30 +65,30 @@ impl<'a> Record<'a> {
         self.fields.len()
     }
 
-    /// Field `i`, quotes and blanks around it taken off; `None` beyond the last.
+    /// Field `i` without quotes and blanks around it; `None` beyond the last.
     #[inline]
     pub fn field(&self, i: usize) -> Option<&'a [u8]> {
         self.text.get(self.fields.get(i)?.text.clone()).map(trim)
     }
 
-    /// All of its text, as it stands in the file.
+    /// Whole text of the record, as it stands in the file.
     pub fn raw(&self) -> String {
         String::from_utf8_lossy(self.raw).into_owned()
     }
 
-    /// Field `i` as text. Records are UTF-8, so nothing is lost.
+    /// Field `i` as text; lossless, because records are UTF-8.
     pub fn text(&self, i: usize) -> String {
         String::from_utf8_lossy(self.field(i).unwrap_or_default()).into_owned()
     }
 
-    /// The record with field `i` marked, or all of it where there is no such field.
+    /// Returns the record with field `i` marked; the whole record is marked if there is no such field.
     pub fn quote(&self, i: usize) -> Quote {
         let marked = self.fields.get(i).map_or(0..self.raw.len(), |field| field.raw.clone());
         Quote::new(self.raw, marked)
     }
 }
 
-/// Takes blanks off both ends.
+/// Removes blanks from both ends.
 #[inline]
 pub(super) fn trim(mut bytes: &[u8]) -> &[u8] {
     while let [b' ' | b'\t', rest @ ..] = bytes {
@@ -108,23 +109,24 @@ pub struct Records<R> {
     max_line: usize,
     buffer: Vec<u8>,
     position: usize,
-    /// The source is at its end.
+    /// Whether the source is at its end.
     exhausted: bool,
-    /// The buffer holds no NUL, no quote and nothing beyond ASCII: no line of it needs a closer look.
+    /// Whether the buffer holds only ASCII, no NUL and no quote: then no line of it needs a further check.
     plain: bool,
     line: u64,
     fields: Vec<Field>,
-    /// The fields of the record, quotes taken off, one behind the other; room for as many bytes as the buffer has.
+    /// Text of the fields of the record without quotes, one after the other; it has room for the
+    /// whole buffer.
     text: Vec<u8>,
-    /// Whether any byte but blanks has been seen.
+    /// Whether any byte except blanks has been read.
     seen: bool,
 }
 
 impl<R: Read> Records<R> {
-    /// A reader; takes the byte order mark off.
+    /// Returns a reader of `source`; skips a byte order mark.
     ///
     /// # Errors
-    /// When the first bytes are not text, or cannot be read.
+    /// [`Broken`] if the first bytes are not text, or cannot be read.
     pub fn new(source: R, delimiter: u8, comment: Option<&str>, max_line: usize) -> Result<Records<R>, Broken> {
         let mut records = Records {
             source,
@@ -150,12 +152,12 @@ impl<R: Read> Records<R> {
         Ok(records)
     }
 
-    /// Whether the source held anything but blank lines so far.
+    /// Whether anything except blank lines has been read so far.
     pub fn seen_text(&self) -> bool {
         self.seen
     }
 
-    /// Reads one more block behind what is left in the buffer.
+    /// Reads one more block after the unread rest of the buffer.
     fn fill(&mut self) -> Result<(), Broken> {
         self.buffer.drain(..self.position);
         self.position = 0;
@@ -178,19 +180,20 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
-    /// Whole lines at hand, if no byte of them needs a closer look, and the number of the first one; may be empty.
+    /// Returns the number of the next line, and the whole lines in the buffer if none of their
+    /// bytes needs a further check; may be empty.
     pub fn plain_lines(&self) -> (u64, &[u8]) {
         let text = if self.plain { &self.buffer[self.position..] } else { &[] };
         (self.line, &text[..memchr::memrchr(b'\n', text).map_or(0, |last| last + 1)])
     }
 
-    /// Goes on behind the first `lines` of [`Records::plain_lines`], `bytes` in all.
+    /// Continues after the first `lines` lines of [`Records::plain_lines`], which have `bytes` bytes.
     pub fn skip(&mut self, lines: u64, bytes: usize) {
         self.line += lines;
         self.position += bytes;
     }
 
-    /// The line at which the reading ended, with the field marked that [`Broken`] names.
+    /// Returns the line at which the reading ended, with the field marked that [`Broken`] names.
     pub fn quote(&self, broken: &Broken) -> Option<Quote> {
         let text = &self.buffer[self.position..];
         let line = &text[..memchr::memchr2(b'\n', b'\r', text).unwrap_or(text.len())];
@@ -204,7 +207,8 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// A record longer than the limit; NULs in it say more.
+    /// Returns the fault of a record longer than the limit: [`Broken::Nul`] if there is a NUL in
+    /// the buffer, since that says more.
     fn too_long(&self) -> Broken {
         match memchr::memchr(0, &self.buffer[self.position..]) {
             Some(_) => Broken::Nul(self.line),
@@ -212,7 +216,8 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Length of the line at `position` without and with its line end, filling the buffer as needed; `None` at the end.
+    /// Returns the length of the line at `position` without and with its line end; `None` at the
+    /// end. Fills the buffer as needed.
     fn next_line(&mut self) -> Result<Option<(usize, usize)>, Broken> {
         let mut searched = 0;
         loop {
@@ -241,10 +246,10 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// The next record that is neither blank nor comment; `None` at the end.
+    /// Returns the next record that is neither blank nor comment; `None` at the end.
     ///
     /// # Errors
-    /// What cannot be cut into fields. Nothing can be read after it.
+    /// [`Broken`] if the record cannot be cut into fields. Nothing can be read after it.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Broken> {
         let mut blank = None;
         loop {
@@ -267,7 +272,7 @@ impl<R: Read> Records<R> {
         matches!(byte, b' ' | b'\t') && byte != self.delimiter
     }
 
-    /// The byte `at` behind the position, filling the buffer as needed; `None` at the end.
+    /// Returns the byte `at` bytes after the position; `None` at the end. Fills the buffer as needed.
     #[inline]
     fn byte(&mut self, at: usize) -> Result<Option<u8>, Broken> {
         while self.position + at >= self.buffer.len() && !self.exhausted {
@@ -279,12 +284,12 @@ impl<R: Read> Records<R> {
         Ok(self.buffer.get(self.position + at).copied())
     }
 
-    /// Cuts the record at `position`, which a quote may carry over several lines, into fields.
+    /// Cuts the record at `position` into fields; a quoted field may span several lines.
     fn cut(&mut self, blank: Option<u64>) -> Result<Record<'_>, Broken> {
         self.fields.clear();
         let (mut taken, mut filled) = (0, 0);
         let (ended, fault) = loop {
-            // the library takes a quote for one only where nothing stands before it
+            // `csv_core` recognises a quote only as the first byte of a field
             while self.byte(taken)?.is_some_and(|b| self.is_blank(b)) {
                 taken += 1;
             }
@@ -297,7 +302,7 @@ impl<R: Read> Records<R> {
                 break (end == End::Record, fault);
             }
         };
-        // the other half of CRLF
+        // the LF of a CRLF
         if ended && self.buffer[self.position + taken - 1] == b'\r' && self.byte(taken)? == Some(b'\n') {
             taken += 1;
         }
@@ -316,10 +321,11 @@ impl<R: Read> Records<R> {
         Ok(Record { line, blank, ended, raw, text: &self.text[..filled], fields: &self.fields })
     }
 
-    /// Reads the field that begins `taken` bytes behind the position into the text from `filled` on, and moves both on.
+    /// Reads the field that begins `taken` bytes after the position into the text from `filled` on;
+    /// advances both.
     fn read_field(&mut self, taken: &mut usize, filled: &mut usize) -> Result<End, Broken> {
         loop {
-            // no input at all means to the library that there is none left
+            // `csv_core` takes an empty input for the end of the file
             let is_left = self.byte(*taken)?.is_some();
             if self.text.len() <= self.buffer.len() {
                 self.text.resize(self.buffer.len() + 1, 0);
@@ -337,7 +343,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// What is wrong with the quotes of the last field, whose bytes these are: the library reads on beyond it.
+    /// Returns the fault in the quotes of the last field, whose bytes are `raw`; `csv_core` would read on.
     fn wrong_quote(&self, raw: Range<usize>) -> Option<Broken> {
         let raw = &self.buffer[self.position + raw.start..self.position + raw.end];
         let field = self.fields.len() - 1;
@@ -348,7 +354,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Refuses NUL and anything but UTF-8 in the next `length` bytes.
+    /// Refuses NUL and bytes that are not UTF-8 in the next `length` bytes.
     fn check(&self, length: usize) -> Result<(), Broken> {
         let text = &self.buffer[self.position..self.position + length];
         if self.plain {
@@ -375,7 +381,7 @@ enum End {
     Source,
 }
 
-/// Place of the quote that closes the one `raw` begins with.
+/// Position of the quote that closes the quote at the start of `raw`.
 fn closing_quote(raw: &[u8]) -> Option<usize> {
     let mut at = 1;
     loop {

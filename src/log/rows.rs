@@ -1,6 +1,6 @@
-//! The rows of a log, one after the other, in SI units: memory is that of one block of the file.
+//! The rows of a log, one after the other, in SI units; memory is one block of the file.
 //!
-//! [`super::read`] keeps them all; what folds them as they come uses [`Rows`] itself.
+//! [`super::read`] keeps all rows; code that processes rows as they come uses [`Rows`] directly.
 
 use std::fs::File;
 use std::io::Read;
@@ -19,34 +19,34 @@ use super::records::{Broken, Records};
 use crate::finding::Finding;
 use crate::progress;
 
-/// Rows from one look at whether the work is still wanted to the next: some milliseconds.
+/// Number of rows between two checks for cancellation: some milliseconds.
 const ROWS_A_LOOK: u64 = 4096;
 
-/// What was met on the way.
+/// What was met while reading: counts and places.
 #[derive(Debug, Clone, Default)]
 pub struct Passage {
-    /// Rows given out.
+    /// Number of rows given out.
     pub rows: u64,
-    /// Rows left out for a missing value.
+    /// Number of rows dropped for a missing value.
     pub missing: u64,
-    /// Rows left out for a repeated time stamp.
+    /// Number of rows dropped for a repeated time stamp.
     pub duplicates: u64,
-    /// Last row left out because it was cut.
+    /// Number of rows at the end dropped because they were cut short.
     pub truncated: u64,
-    /// First blank line between rows, and how many such places there are.
+    /// First blank line between rows, and the number of such places.
     pub blank: Option<(u64, u64)>,
-    /// Line of a last row without its line end.
+    /// Line of the last row, if it has no line end.
     pub open_end: Option<u64>,
-    /// Whether that row's last field has fewer decimals than every other: how many, and the fewest of the others.
+    /// Decimals of the last field of that row, and the fewest of all others, if the former are fewer.
     pub short_field: Option<(usize, usize)>,
-    /// Header and first bad line of auxiliary columns that were given up.
+    /// Name and first bad line of auxiliary columns that were dropped.
     pub given_up: Vec<(String, u64)>,
-    /// What was subtracted from the time stamps, s.
+    /// Value subtracted from the time stamps, s.
     pub origin: Option<f64>,
 }
 
 impl Passage {
-    /// What was met, in words: rows that were dropped, blank lines, a last row that may be cut.
+    /// Returns the findings: dropped rows, blank lines, a last row that may be cut.
     pub fn findings(&self, file: &str) -> Vec<Finding> {
         let mut found = Vec::new();
         let mut tell = |code, line, text: &str| found.push(Finding::at(code, file, line, None, text));
@@ -80,7 +80,7 @@ impl Passage {
     }
 }
 
-/// Reads rows from a source.
+/// A reader of rows.
 pub struct Rows<R> {
     file: String,
     records: Records<R>,
@@ -91,16 +91,17 @@ pub struct Rows<R> {
     clock: Clock,
     previous: f64,
     values: Vec<f64>,
-    /// Slots that are still read.
+    /// Slots of the columns that are still read.
     alive: Vec<usize>,
     faults: Faults,
-    /// A short row that may turn out to be the last.
+    /// A row with too few fields, which may turn out to be the last.
     short: Option<OtherWidth>,
     fewest_decimals: usize,
     passage: Passage,
-    /// How the fields of plain rows are read; `None` until it is made, and after it has changed.
+    /// Description of the fields for the fast path; `None` before it is made and after a column was
+    /// dropped.
     way: Option<Way>,
-    /// Plain rows that were read ahead.
+    /// Rows that the fast path has read ahead.
     sheet: Sheet,
 }
 
@@ -178,17 +179,17 @@ impl<R: Read> Rows<R> {
         })
     }
 
-    /// Names of the channels, in the order of [`Row::values`].
+    /// Returns the names of the channels, in the order of [`Row::values`].
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.plan.columns.iter().map(|c| c.name.as_str())
     }
 
-    /// The header as it was understood.
+    /// Returns the plan made from the header.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The next sound row; `None` at the end. Whether all rows were sound, [`Rows::finish`] says.
+    /// Returns the next sound row; `None` at the end. [`Rows::finish`] tells whether all rows were sound.
     pub fn next_row(&mut self) -> Option<Row<'_>> {
         loop {
             if self.passage.rows.is_multiple_of(ROWS_A_LOOK) {
@@ -304,7 +305,7 @@ impl<R: Read> Rows<R> {
         }
     }
 
-    /// Reads the next rows in which nothing is odd.
+    /// Reads the next rows by the fast path.
     fn read_ahead(&mut self) {
         if self.short.is_some() || !self.missing_numbers.is_empty() {
             return;
@@ -317,7 +318,7 @@ impl<R: Read> Rows<R> {
         self.fewest_decimals = self.fewest_decimals.min(self.sheet.fewest_decimals());
     }
 
-    /// Gives up auxiliary columns that hold something else than numbers.
+    /// Drops auxiliary columns that hold something other than numbers.
     #[cold]
     fn give_up(&mut self, dead: &[usize], line: u64) {
         self.alive.retain(|slot| !dead.contains(slot));
@@ -325,7 +326,7 @@ impl<R: Read> Rows<R> {
         self.passage.given_up.extend(dead.iter().map(|&slot| (self.plan.columns[slot].name.clone(), line)));
     }
 
-    /// Follows the decimals of the last field, for a file that is cut inside a number.
+    /// Tracks the decimals of the last field, to detect a file that is cut inside a number.
     fn last_field(&mut self, line: u64, (ended, decimals): (bool, Option<usize>)) {
         if !ended {
             self.passage.open_end = Some(line);
@@ -340,7 +341,7 @@ impl<R: Read> Rows<R> {
         self.fewest_decimals = self.fewest_decimals.min(decimals.unwrap_or(0));
     }
 
-    /// Whether every row was sound, and what was met.
+    /// Returns the plan and what was met while reading, if every row was sound.
     ///
     /// # Errors
     /// [`LogError::Refused`] with the first case of each kind and column.

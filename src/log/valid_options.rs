@@ -1,10 +1,10 @@
-//! Reading options that cannot be meant: each is refused with what would be right.
+//! Validation of the reading options: an invalid value is refused with what would be right.
 
 use super::columns;
 use super::earth_velocity::VELOCITIES;
 use super::options::{ColumnSource, LogOptions};
 
-/// An option that cannot be.
+/// An invalid option.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OptionsError {
     /// The delimiter could be part of a number or a name.
@@ -29,7 +29,7 @@ pub enum OptionsError {
         /// The value given.
         scale: f64,
     },
-    /// A sign that is none.
+    /// A sign other than 1 or −1.
     #[error("columns.{column}: sign = {sign} must be 1 or -1")]
     Sign {
         /// Canonical name.
@@ -37,22 +37,22 @@ pub enum OptionsError {
         /// The value given.
         sign: i8,
     },
-    /// Time runs forward, and dates have no scale.
+    /// A negative sign or scale of the time, or a scale of dates, durations or times of day.
     #[error(
         "columns.t: time takes a unit (s, ms, us, ns, min, h) and a positive scale, no sign; dates, durations and times of day take none"
     )]
     TimeScale,
-    /// A unit the column does not have.
+    /// A unit in which the column is not read.
     #[error("columns.{column}: unit = {unit:?} is not one of {accepted}")]
     Unit {
         /// Canonical name.
         column: String,
         /// The value given.
         unit: String,
-        /// The accepted ones.
+        /// The accepted units.
         accepted: String,
     },
-    /// Two canonical names take the same column.
+    /// Two canonical names refer to the same column.
     #[error("columns.{first} and columns.{second} both name the column {header:?}")]
     SameHeader {
         /// One canonical name.
@@ -62,7 +62,7 @@ pub enum OptionsError {
         /// The header both name.
         header: String,
     },
-    /// Velocities in different axes.
+    /// Velocities with different earth axes, or only some of them along earth axes.
     #[error("columns.{0}: velocities along earth axes are turned together: say the same frame for u, v and w")]
     VelocityFrames(&'static str),
     /// Velocities along earth axes in a log that is read piece by piece.
@@ -70,12 +70,12 @@ pub enum OptionsError {
         "columns.u: velocities along earth axes are not turned in a log that is too large to keep: `hydrosysid convert` it first"
     )]
     StreamedVelocity,
-    /// Channels told by others in a log that is read piece by piece.
+    /// Channels computed from others in a log that is read piece by piece.
     #[error(
         "columns: positions by latitude and longitude, angles by a quaternion and velocities by speed and course are not told in a log that is too large to keep"
     )]
     StreamedDerived,
-    /// `time_unit` with dates.
+    /// `time_unit` together with `time_format`.
     #[error("time_unit and time_format exclude each other: dates and times of day have no unit")]
     UnitOfDate,
     /// A limit of zero.
@@ -84,10 +84,10 @@ pub enum OptionsError {
 }
 
 impl LogOptions {
-    /// Refuses values that cannot be meant.
+    /// Refuses invalid values.
     ///
     /// # Errors
-    /// The first such value, with what would be right.
+    /// The first invalid value, with what would be right.
     pub fn validate(&self) -> Result<(), OptionsError> {
         self.validate_each()?;
         let frame = self.earth_velocity();
@@ -95,10 +95,11 @@ impl LogOptions {
         VELOCITIES.into_iter().find(other).map_or(Ok(()), |name| Err(OptionsError::VelocityFrames(name)))
     }
 
-    /// Refuses values that cannot be meant, each by itself: one channel may be asked for without its neighbours.
+    /// Refuses values that are invalid on their own, without the test that `u`, `v` and `w` have
+    /// the same earth axes: a caller may ask for one of them alone.
     ///
     /// # Errors
-    /// The first such value, with what would be right.
+    /// The first invalid value, with what would be right.
     pub fn validate_each(&self) -> Result<(), OptionsError> {
         let d = self.delimiter;
         let part_of_text = d.is_ascii_alphanumeric() || matches!(d, '"' | '\n' | '\r' | '\0' | '+' | '-' | '_');

@@ -1,8 +1,8 @@
-//! A run as CSV: headers `name [unit]`, shortest decimals that read back to the same bits. A name that a spreadsheet would
-//! take for a formula has an apostrophe in front, which the reader takes off again.
+//! Writing a run as CSV: headers `name [unit]`, shortest decimals that read back to the same bits. A name
+//! that a spreadsheet would take for a formula gets an apostrophe in front, which the reader removes.
 //!
-//! Signals with their own time stamps stand in one table over all stamps, cells empty where a sensor has no sample:
-//! such a file is read back with `missing = "no_sample"`.
+//! Signals with their own time stamps are written in one table over all stamps, with empty cells
+//! where a sensor has no sample; such a file is read back with `missing = "no_sample"`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -18,10 +18,10 @@ use crate::progress;
 use crate::run::{Run, Signal};
 use crate::spreadsheet::harmless;
 
-/// Rows after which the writer asks whether it is still wanted.
+/// Number of rows between two checks for cancellation.
 const ROWS_A_LOOK: usize = 1024;
 
-/// Why a run was not written.
+/// Reason why a run was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file cannot be made or written.
@@ -34,10 +34,10 @@ pub enum WriteError {
     },
 }
 
-/// Writes a run to a file, replacing it whole or not at all.
+/// Writes a run to a file atomically: the file is replaced completely or not at all.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// [`WriteError`] if the file cannot be written.
 pub fn write(run: &Run, path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
     atomic_file::write(path, |file| write_to(run, file))
@@ -60,7 +60,7 @@ pub fn write_to(run: &Run, sink: &mut impl Write) -> std::io::Result<()> {
     write_signals(&run.signals, &BTreeMap::new(), sink)
 }
 
-/// Writes signals, those of `units` under these units, the others under that of their name.
+/// Writes signals; a header has the unit in `units`, or else the default unit of the quantity.
 ///
 /// # Errors
 /// Those of the sink.
@@ -72,7 +72,8 @@ pub fn write_signals(
     write_stamped(signals, units, "t [s]", |t, digits| write!(digits, "{t:?}"), sink)
 }
 
-/// The same with the stamps of a wall clock, in whole nanoseconds: `t = 0` of the signals is `origin`, ns since 1970.
+/// Writes signals with the stamps of a wall clock, in whole nanoseconds: `t = 0` of the signals is
+/// `origin`, ns since 1970.
 ///
 /// # Errors
 /// Those of the sink.
@@ -86,7 +87,7 @@ pub fn write_wall_clock(
     write_stamped(signals, units, "t [ns]", |t, digits| write!(digits, "{}", origin + (t * 1e9).round() as i64), sink)
 }
 
-/// Writes signals; `stamp` writes a time, s, as the column `time` has it.
+/// Writes signals; `time` is the header of the time column, and `stamp` writes a time, s, into it.
 fn write_stamped(
     signals: &BTreeMap<String, Signal>,
     units: &BTreeMap<String, &'static str>,
@@ -106,7 +107,7 @@ fn write_stamped(
         table.write_field(&*harmless(&header))?;
     }
     table.write_record(None::<&[u8]>)?;
-    // merge of the time stamps: at each instant the signals whose next sample it is
+    // merge of the time stamps: each row holds the signals that have a sample at its time
     let mut next = vec![0; signals.len()];
     let mut digits = String::new();
     for row in 0_usize.. {

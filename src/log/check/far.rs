@@ -8,13 +8,14 @@ use super::statistics::{median, quantile, range};
 use super::{Seen, is_measured};
 use crate::run::Signal;
 
-/// Sentinels of a measured channel or a command, outliers of a measured one.
+/// Finds sentinels in a measured channel or a command, and outliers in a measured channel.
 pub fn check(name: &str, signal: &Signal) -> Vec<Seen> {
     examine(name, signal).0
 }
 
-/// The signal without the samples that [`check`] names and without those beyond all measure; `None` where there are none.
-/// More than one in twenty are no single samples: then the column is in another unit.
+/// Returns the signal without the samples that [`check`] finds and without those above the
+/// plausible limit; `None` if there are none, or if they are more than one in twenty: then the
+/// column is probably in another unit.
 pub fn without(name: &str, signal: &Signal) -> Option<Signal> {
     let (_, kept) = examine(name, signal);
     let limit = limit(name);
@@ -27,7 +28,7 @@ pub fn without(name: &str, signal: &Signal) -> Option<Signal> {
     Some(Signal::new(stamps.into(), left.iter().map(|k| signal.values()[*k]).collect::<Vec<_>>()))
 }
 
-/// What is seen, and which samples are left.
+/// Returns the findings, and which samples are kept.
 fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
     let mut kept = vec![true; signal.len()];
     let mut seen = Vec::new();
@@ -46,7 +47,7 @@ fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
         seen.push(Seen::new(codes::SENTINEL, &[name], at.first().map(|&k| signal.time()[k]), text));
     }
     if !is_measured(name) {
-        // a command may jump as it likes
+        // a command may jump
         return (seen, kept);
     }
     let spikes = spikes(name, signal.values(), &kept);
@@ -59,7 +60,8 @@ fn examine(name: &str, signal: &Signal) -> (Vec<Seen>, Vec<bool>) {
     (seen, kept)
 }
 
-/// Whether the digits are those of a well-known code: nines (−9999, 99.99) or the ends of a 16-bit range.
+/// Whether the digits are those of a well-known code: nines (−9999, 99.99), the ends of a 16-bit
+/// range, or a value of 1e20 and more.
 fn is_known_code(x: f64) -> bool {
     let digits: String = format!("{:?}", x.abs()).chars().filter(char::is_ascii_digit).collect();
     let digits = digits.trim_matches('0');
@@ -68,9 +70,11 @@ fn is_known_code(x: f64) -> bool {
         || x.abs() >= 1e20
 }
 
-/// An extreme value that is far from the rest: five times its whole range for a known code of 999 or more, or of 99
-/// that stands alone; and in a measured channel, where it comes back to the bit, the whole range for a known code that comes twice, five times the
-/// range for any other that comes three times.
+/// Returns an extreme value that is far from the rest. Its distance from the rest exceeds five
+/// times the range of the rest for a known code of 999 or more, or of 99 to 999 that occurs at most
+/// twice. In a measured channel, where the code repeats to the bit, the distance exceeds the range
+/// for a known code that occurs twice or more, and five times the range for any value that occurs
+/// three times or more.
 fn sentinel(values: &[f64], kept: &[bool], measured: bool) -> Option<f64> {
     let rest = |without: f64| {
         let kept = values.iter().zip(kept).filter(|(x, k)| **k && x.to_bits() != without.to_bits());
@@ -83,7 +87,7 @@ fn sentinel(values: &[f64], kept: &[bool], measured: bool) -> Option<f64> {
         let distance = if extreme < a { a - extreme } else { extreme - b };
         let far = distance / (b - a);
         let known = is_known_code(extreme);
-        // single samples beyond all measure are told as such
+        // single samples above the plausible limit have a finding of their own
         let alone = |count: usize| {
             (999.0..1e20).contains(&extreme.abs()) || (count < 3 && (99.0..999.0).contains(&extreme.abs()))
         };
@@ -92,8 +96,10 @@ fn sentinel(values: &[f64], kept: &[bool], measured: bool) -> Option<f64> {
     })
 }
 
-/// Samples that stand off both neighbours to the same side by more than 20 times the usual second difference and by
-/// more than the whole usual range (5 to 95 percent) of the channel; or anything ten such ranges off the median.
+/// Returns the samples that differ from both neighbours to the same side by more than the usual
+/// range of the channel (5 to 95 percent) and by more than 20 times its noise; and all samples that
+/// are further than ten such ranges from the median. Noise: robust standard deviation (median /
+/// 0.6745) of the deviation from the mean of both neighbours.
 fn spikes(name: &str, values: &[f64], kept: &[bool]) -> Vec<usize> {
     let sound: Vec<usize> = (0..values.len()).filter(|&k| kept[k] && values[k].abs() <= limit(name)).collect();
     let x = |i: usize| values[sound[i]];
@@ -105,7 +111,7 @@ fn spikes(name: &str, values: &[f64], kept: &[bool]) -> Vec<usize> {
     let bend = |i: usize| (x(i) - 0.5 * (x(i - 1) + x(i + 1))).abs();
     let inner = 1..sound.len().saturating_sub(1);
     let noise = median(inner.clone().map(bend)).unwrap_or(0.0) / 0.6745;
-    // A heading jumps by a full turn where it is wrapped; a channel that hardly moves has no usual range.
+    // a heading jumps by a full turn where it is wrapped; a channel that hardly moves has no usual range
     if usual <= 0.0 || matches!(name, "psi" | "phi") {
         return Vec::new();
     }

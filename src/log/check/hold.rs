@@ -4,16 +4,17 @@
 //! ρ = mean length of a stretch of equal values     held:  var(length) < ½ ρ (ρ − 1),  ρ > 1.3
 //! ```
 //!
-//! Values that repeat by chance, as coarse ones do, give lengths with the geometric law's variance ρ (ρ − 1); a clock
-//! gives lengths that differ by one at most. Long stretches, in which nothing moved, do not count. A coarse sensor that
-//! moves steadily changes as evenly as a clock, but mostly by one step of its resolution: it is not held.
+//! Values that repeat by chance, such as coarse ones, give lengths with the variance of the
+//! geometric law, ρ (ρ − 1); a clock gives lengths that differ by one at most. Long stretches, in
+//! which the vehicle did not move, do not count. The values of a coarse sensor in steady motion
+//! change as evenly as a clock, but mostly by one step of the resolution: they are not held.
 
 use std::ops::Range;
 
-/// Share of the stretches that are as long as usual where values do not repeat by chance.
+/// Least share of stretches of usual length if values do not repeat by chance.
 const SELDOM: f64 = 0.98;
 
-/// Stretches of equal values.
+/// Returns the stretches of equal values.
 pub fn stretches(values: &[f64]) -> Vec<Range<usize>> {
     let mut next = 0;
     let range = |stretch: &[f64]| {
@@ -23,8 +24,8 @@ pub fn stretches(values: &[f64]) -> Vec<Range<usize>> {
     values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(range).collect()
 }
 
-/// Whether a channel whose samples are held for `rows` otherwise hardly ever gives a value twice: of coarse values some stretches
-/// are long by chance.
+/// Whether the channel, whose samples are held for `rows` rows, hardly ever gives a value twice
+/// otherwise: with coarse values some stretches are long by chance.
 pub fn seldom_repeats(stretches: &[Range<usize>], rows: f64) -> bool {
     let usual = stretches.iter().filter(|s| s.len() as f64 <= 2.0 * rows + 1.0).count();
     usual as f64 >= SELDOM * stretches.len() as f64
@@ -37,10 +38,10 @@ pub struct Hold {
     pub rows: f64,
 }
 
-/// The hold of these values, `None` when each row is a sample of its own.
+/// Returns the hold of these values; `None` if each row is a sample of its own.
 pub fn of(values: &[f64]) -> Option<Hold> {
     let lengths: Vec<usize> = values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(<[f64]>::len).collect();
-    // the first and the last stretch are cut by the log
+    // the log cuts the first and the last stretch
     let inner = lengths.get(1..lengths.len().checked_sub(1)?)?;
     let mut sorted = inner.to_vec();
     sorted.sort_unstable();
@@ -54,7 +55,7 @@ pub fn of(values: &[f64]) -> Option<Hold> {
     (mean > 1.3 && variance < 0.5 * mean * (mean - 1.0)).then_some(Hold { rows: mean })
 }
 
-/// Whether most changes are by the least of them: steps of a resolution.
+/// Whether most changes are as small as the smallest: steps of a resolution.
 fn is_coarse(values: &[f64]) -> bool {
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
     let least = changes.iter().copied().fold(f64::INFINITY, f64::min);
@@ -62,8 +63,8 @@ fn is_coarse(values: &[f64]) -> bool {
 }
 
 impl Hold {
-    /// Indices of the true samples: where the value changes, and in a long stretch as often as usual. What is [`Hold::frozen`] has
-    /// one sample alone.
+    /// Returns the indices of the true samples: those where the value changes, and further ones at the
+    /// usual interval within a long stretch. A stretch of [`Hold::frozen`] has only its first sample.
     pub fn samples(self, values: &[f64]) -> Vec<usize> {
         let most = self.rows.ceil() as usize;
         let mut frozen = self.frozen(values).into_iter().peekable();
@@ -79,8 +80,9 @@ impl Hold {
         kept
     }
 
-    /// Stretches in which a sensor that otherwise hardly ever gives a value twice stays at one: it has dropped out, and the log
-    /// repeats what was there last. At 0, and where the log begins or ends, the vehicle may rest.
+    /// Returns the long stretches at one value of a sensor that otherwise hardly ever gives a value
+    /// twice: it has dropped out, and the log repeats its last sample. Stretches at 0, and at the
+    /// beginning and end of the log, are excluded: there the vehicle may rest.
     pub fn frozen(self, values: &[f64]) -> Vec<Range<usize>> {
         let stretches = stretches(values);
         if !seldom_repeats(&stretches, self.rows) {
@@ -101,7 +103,7 @@ mod tests {
     fn a_clock_of_its_own_is_seen_and_coarse_values_are_not() {
         let slow = |rate: f64| -> Vec<f64> { (0..600).map(|k| (f64::from(k) * rate).floor().sin()).collect() };
         for (rate, rows) in [(0.55, 1.82), (0.2, 5.0), (0.5, 2.0)] {
-            // the mean length is the ratio of the rates, but for the cut at both ends
+            // the mean length is the ratio of the rates, except for the cut at both ends
             assert!((of(&slow(rate)).unwrap().rows - rows).abs() < 0.05, "{rate}");
         }
         let mut noise = Noise::new(3, 1);
@@ -115,7 +117,8 @@ mod tests {
         assert_eq!(of(&slow(1.0)), None);
     }
 
-    /// A DVL at 5 Hz in rows of 25 Hz, which loses the bottom for 4 s; with coarse values and at rest nothing is frozen.
+    /// A DVL at 5 Hz in rows of 25 Hz, which loses the bottom for 4 s. Coarse values and values at
+    /// rest are not frozen.
     #[test]
     fn a_sensor_that_drops_out_has_no_samples_meanwhile() {
         let mut noise = Noise::new(4, 1);

@@ -1,6 +1,6 @@
-//! What a log says that a vehicle cannot mean: one small check a file, each a pure function of signals.
+//! Plausibility checks of a log: one small check per file, each a pure function of signals.
 //!
-//! A check finds, it does not mend: nothing is changed, dropped or rescaled.
+//! A check only reports: nothing is changed, dropped or rescaled.
 
 pub mod far;
 pub mod hold;
@@ -19,16 +19,16 @@ use crate::finding::Code;
 use crate::frame::Dof;
 use crate::run::Signal;
 
-/// What a check saw.
+/// Result of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// Its code.
     pub code: Code,
     /// The channels concerned.
     pub channels: Vec<String>,
-    /// Time stamp of the first sample concerned, s; `None` when it is the whole channel.
+    /// Time stamp of the first sample concerned, s; `None` if the whole channel is concerned.
     pub time: Option<f64>,
-    /// What, in one sentence without the place.
+    /// Description in one sentence, without the place.
     pub text: String,
 }
 
@@ -38,7 +38,7 @@ impl Seen {
     }
 }
 
-/// Whether the channel is a measured state or a load cell: what a sensor says, not what was commanded.
+/// Whether the channel is a measured state or a load cell, not a command.
 pub fn is_measured(name: &str) -> bool {
     Dof::ALL.iter().any(|d| [d.velocity(), d.position(), d.load()].contains(&name))
 }
@@ -48,7 +48,7 @@ pub fn is_velocity(name: &str) -> bool {
     Dof::ALL.iter().any(|d| d.velocity() == name)
 }
 
-/// All checks. `time` is that of the rows, s; `units` those of the signals, where they are known.
+/// Runs all checks. `time` holds the stamps of the rows, s; `units` the units of the signals, where known.
 pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<String, &'static str>) -> Vec<Seen> {
     let mut seen = time::check(time, signals);
     if seen.iter().all(|s| s.code != codes::TIME_UNIT) {
@@ -60,13 +60,13 @@ pub fn all(time: &[f64], signals: &BTreeMap<String, Signal>, units: &BTreeMap<St
     for (name, signal) in signals {
         seen.extend(far::check(name, signal));
     }
-    // a code for no value that is beyond all measure is said once
+    // a sentinel above the plausible limit is reported once
     let codes: Vec<Seen> = seen.iter().filter(|s| s.code == codes::SENTINEL).cloned().collect();
     seen.retain(|s| {
         s.code != codes::MAGNITUDE || !codes.iter().any(|c| (&c.channels, c.time) == (&s.channels, s.time))
     });
     seen.extend(repeat::check(signals));
-    // A fit of data that is already known to be wrong says nothing about signs.
+    // a fit of data already known to be wrong says nothing about signs
     if seen.iter().all(|s| [codes::GAP, codes::UNEVEN_COMMAND].contains(&s.code)) {
         seen.extend(sign::check(signals));
     }

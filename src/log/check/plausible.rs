@@ -1,4 +1,4 @@
-//! Values no underwater vehicle has: whole columns in another unit, single samples beyond all measure.
+//! Implausible values for an underwater vehicle: whole columns in another unit, single absurd samples.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,9 @@ use super::{Seen, turning};
 use crate::frame::Dof;
 use crate::run::Signal;
 
-/// What the largest tenth of a column may reach before another unit is likelier: 15 m/s is faster than any vehicle
-/// of this kind, 3 rad/s is a turn in two seconds, 3π rad more than one turn in roll or pitch.
+/// Largest plausible 90 % quantile of |x| of a column; above it another unit is more likely. 15 m/s
+/// is faster than any vehicle of this kind, 3 rad/s is a turn in two seconds, 3π rad is more than
+/// one turn in roll or pitch.
 fn usual(quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Velocity => 15.0,
@@ -21,21 +22,21 @@ fn usual(quantity: Quantity) -> f64 {
     }
 }
 
-/// What the largest tenth of a rate may reach where the angle that it turns says the same, rad/s: two turns a second.
+/// Largest plausible 90 % quantile of a rate that its angle confirms, rad/s: two turns per second.
 const SPIN: f64 = 12.0;
 
-/// What no single sample can be.
+/// Largest plausible magnitude of a single sample of this channel.
 pub fn limit(name: &str) -> f64 {
     match quantity(name) {
         Some(Quantity::Velocity | Quantity::Rate) => 100.0,
         Some(Quantity::Angle | Quantity::Command) => 1e5,
         Some(_) => 1e8,
-        // auxiliary: only what makes sums and squares overflow
+        // auxiliary: only values whose sums and squares overflow
         None => 1e100,
     }
 }
 
-/// Units and single samples.
+/// Checks units and single samples.
 pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let mut seen: Vec<Seen> = signals.iter().filter_map(|(name, s)| unit(name, s, signals)).collect();
     seen.extend(pulse_widths(signals));
@@ -50,7 +51,7 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     seen
 }
 
-/// A column that is large all along.
+/// Finds a column that is too large as a whole.
 fn unit(name: &str, signal: &Signal, signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     let quantity = quantity(name)?;
     let usual = usual(quantity);
@@ -80,13 +81,14 @@ fn unit(name: &str, signal: &Signal, signals: &BTreeMap<String, Signal>) -> Opti
     Some(Seen::new(codes::UNIT, &[name], None, text))
 }
 
-/// A heading in degrees: between −360 and 360, and either smooth beyond any radian or jumping by a full turn.
+/// Whether this is a heading in degrees: between −180 and 360, with at least one jump by a full turn.
 fn wraps_at_360(values: &[f64]) -> bool {
     range(values.iter().copied()).is_some_and(|(a, b)| a >= -180.5 && b <= 360.5)
         && values.windows(2).any(|w| ((w[1] - w[0]).abs() - 360.0).abs() < 30.0)
 }
 
-/// Forces or voltages that are all whole numbers between 800 and 2300 about 1500: pulse widths in microseconds.
+/// Finds forces or commands that are pulse widths in microseconds: all columns of the group lie
+/// between 800 and 2300 with a median of 1000 to 2000, and they are several, or whole numbers only.
 fn pulse_widths(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let is_pulse = |s: &Signal| {
         s.len() > 1
@@ -100,7 +102,8 @@ fn pulse_widths(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     for in_group in groups {
         let group: Vec<(&str, &Signal)> =
             signals.iter().filter(|(n, _)| in_group(n)).map(|(n, s)| (n.as_str(), s)).collect();
-        // one column of a thousand newton may be a strong thruster; all of them, or whole numbers, are not
+        // one column around 1000 N may be a strong thruster; several such columns, or whole
+        // numbers, are not
         if !group.is_empty()
             && group.iter().all(|(_, s)| is_pulse(s))
             && (group.len() > 1 || group.iter().all(|(_, s)| whole(s)))
@@ -117,7 +120,7 @@ fn pulse_widths(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     seen
 }
 
-/// A vehicle that is upside down most of the time: more likely its axes are other ones.
+/// Finds a vehicle that is upside down most of the time: more likely its axes are wrong.
 fn upside_down(phi: &Signal) -> Option<Seen> {
     let usual = quantile(phi.values().iter().map(|x| x.cos()), 0.5)?;
     let text = "phi is beyond a quarter turn most of the time, the vehicle would be upside down: check body_frame \
@@ -125,7 +128,7 @@ fn upside_down(phi: &Signal) -> Option<Seen> {
     (usual < 0.0).then(|| Seen::new(codes::FRAME, &["phi"], None, text.to_string()))
 }
 
-/// Single samples beyond the limit.
+/// Finds single samples above the limit.
 fn magnitude(name: &str, signal: &Signal) -> Option<Seen> {
     let limit = limit(name);
     let mut beyond = signal.values().iter().enumerate().filter(|(_, x)| x.abs() > limit);
@@ -160,14 +163,15 @@ mod tests {
         assert!(seen.iter().all(|s| s.code == codes::UNIT));
     }
 
-    /// A vehicle that spins at 4.56 rad/s, its heading wrapped: nobody's degrees.
+    /// A vehicle that spins at 4.56 rad/s with wrapped heading: the rate is not in degrees per second.
     #[test]
     fn a_fast_turn_that_its_angle_confirms_is_no_other_unit() {
         let rate = |t: f64| 4.56 + 0.2 * t.sin();
         let turned = |t: f64| 4.56 * t - 0.2 * (t.cos() - 1.0);
         let wrapped = |t: f64| turned(t) - std::f64::consts::TAU * (turned(t) / std::f64::consts::TAU).round();
         assert!(check(&signals(&[("r", &rate), ("psi", &wrapped)])).is_empty());
-        // without the angle, with one that does not turn, and with both in degrees it is told
+        // a finding without the angle, with an angle that does not turn, with an unwrapped angle,
+        // and with a rate 20 times too large
         assert_eq!(check(&signals(&[("r", &rate)])).len(), 1);
         assert_eq!(check(&signals(&[("r", &rate), ("psi", &|t| 0.1 * t.sin())])).len(), 1);
         assert_eq!(check(&signals(&[("r", &rate), ("psi", &turned)])).len(), 1);

@@ -1,4 +1,4 @@
-//! Values that do not change: constant columns, samples held by a slower sensor, limits.
+//! Values that do not change: constant columns, samples held by a slower sensor, saturation, zero commands.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use super::{Seen, is_measured, is_velocity};
 use crate::frame::Dof;
 use crate::run::Signal;
 
-/// Fewer samples say nothing about repetition.
+/// Least number of samples that show repetition.
 const FEWEST: usize = 8;
 
-/// The three checks; columns of one kind are one finding.
+/// Runs these checks; columns with the same fault are one finding.
 pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let long = || signals.iter().filter(|(_, s)| s.len() >= FEWEST).map(|(n, s)| (n.as_str(), s.values(), s.time()));
     let mut seen = Vec::new();
@@ -47,7 +47,8 @@ pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     seen
 }
 
-/// A rate that is smaller all along than what any gyro shows, and not constant. The Earth alone turns at 7e-5 rad/s.
+/// Finds a rate that varies but is always smaller than what any gyro shows. The Earth alone turns
+/// at 7e-5 rad/s.
 fn dead(name: &str, values: &[f64]) -> Option<Seen> {
     const LEAST: f64 = 1e-5;
     let rotation = Dof::ALL.iter().any(|dof| dof.is_rotation() && dof.velocity() == name);
@@ -63,7 +64,8 @@ fn dead(name: &str, values: &[f64]) -> Option<Seen> {
     Some(Seen::new(codes::CONSTANT, &[name], None, text))
 }
 
-/// Commands of which none is ever anything but zero. Under load cells a vehicle is pulled, and needs none.
+/// Finds commands that are all zero throughout. With load cells the vehicle is pulled and needs no
+/// command.
 fn idle(signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     let is_force = |name: &str| matches!(quantity(name), Some(Quantity::Force | Quantity::Moment | Quantity::Command));
     let load = |name: &str| name == "force" || Dof::ALL.iter().any(|d| d.load() == name);
@@ -82,13 +84,14 @@ fn idle(signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     Some(Seen::new(codes::NO_COMMAND, &names, None, text))
 }
 
-/// Lengths of the stretches of equal values.
+/// Returns the lengths of the stretches of equal values.
 fn lengths(values: &[f64]) -> Vec<usize> {
     values.chunk_by(|a, b| a.to_bits() == b.to_bits()).map(<[f64]>::len).collect()
 }
 
-/// First sample at the limit, the limit, and how many samples lie there: at least one in twenty, in stretches of four
-/// or more, while hardly any other value comes twice in a row. A command with a few levels is no such thing.
+/// Returns the first sample at the limit, the limit, and the number of samples there: at least one
+/// in twenty, in stretches of four or more, while other values hardly ever repeat in consecutive
+/// rows. A command with a few levels is not saturated.
 pub fn saturated(values: &[f64]) -> Option<(usize, f64, usize)> {
     const STRETCH: usize = 4;
     let (low, high) = range(values.iter().copied())?;
@@ -110,7 +113,7 @@ pub fn saturated(values: &[f64]) -> Option<(usize, f64, usize)> {
             }
             at += s.len();
         }
-        // zero is where a command rests
+        // a command rests at zero
         first.filter(|_| 20 * samples >= values.len() && limit != 0.0).map(|first| (first, limit, samples))
     })
 }

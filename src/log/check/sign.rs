@@ -1,17 +1,22 @@
-//! Signs: a quick decoupled fit, to see whether inertia and drag come out positive.
+//! Check of signs: a quick decoupled fit shows whether inertia and drag are positive.
 //!
-//! For each degree of freedom with velocity ν and force τ, over windows [a, b] by the trapezoid,
+//! For each degree of freedom with velocity ν and force τ, over windows [a, b] by the trapezoidal rule,
 //!
 //! ```text
-//! m (ν(b) − ν(a)) + k ∫ν dt + k₂ ∫ν|ν| dt + c ∫(product of the two other planar velocities) dt = ∫τ dt
-//!                                            + g ∫sin(angle) dt in roll and pitch
+//! m (ν(b) − ν(a)) + k ∫ν dt + k₂ ∫ν|ν| dt + e = ∫τ dt
+//!
+//! e = c ∫(product of the two other planar velocities) dt     in surge, sway and yaw
+//!     g ∫sin(angle) dt                                       in roll and pitch
+//!     0                                                      in heave, and without these velocities
 //! ```
 //!
-//! m inertia (kg, kg m²), k and k₂ drag, c left free for the Coriolis term, g for the righting moment: slower than its own
-//! period a righted vehicle would otherwise show a negative inertia. Without the angle roll and pitch are not judged. A vehicle has m > 0 and dissipates:
-//! k s + k₂ s² > 0 at its usual speed s. With the sign of ν or of τ reversed every term on the left changes sign,
-//! and the fit is as good as before: that is what this check is for. It speaks only when the fit explains most of
-//! ∫τ dt and the sign is certain; the estimate itself is not one to use.
+//! m inertia (kg, kg m²), k and k₂ drag, c a free coefficient for the Coriolis term, g for the
+//! righting moment: without it a vehicle with a righting moment that moves more slowly than its
+//! natural period would show a negative inertia. Roll and pitch are not checked without the angle. A
+//! vehicle has m > 0 and dissipates energy: k s + k₂ s² > 0 at its usual speed s. If the sign of ν or
+//! of τ is reversed, m, k and k₂ come out with the opposite sign, and the fit is as good as before:
+//! this check finds that. It reports only if the fit explains most of ∫τ dt and the sign is certain;
+//! the estimate is not accurate enough for other use.
 
 use std::collections::BTreeMap;
 
@@ -25,16 +30,17 @@ use super::time::{gaps, usual_step};
 use crate::frame::Dof;
 use crate::run::Signal;
 
-/// Length of a window, s: long against sensor noise, short against the motion.
+/// Length of a window, s: long compared with sensor noise, short compared with the motion.
 const WINDOW: f64 = 0.5;
-/// Fewest and most windows.
+/// Least and greatest number of windows.
 const WINDOWS: (usize, usize) = (24, 2000);
-/// Least part of the variance of ∫τ that the fit must explain.
+/// Least share of the variance of ∫τ that the fit must explain.
 const EXPLAINED: f64 = 0.8;
-/// How many standard deviations below zero are certain, with correlated residuals in mind.
+/// Number of standard deviations below zero at which a sign is certain; large because residuals are
+/// correlated.
 const CERTAIN: f64 = 8.0;
 
-/// All degrees of freedom that have velocity and force on one clock.
+/// Checks all degrees of freedom whose velocity and force have the same time stamps.
 pub fn check(signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     Dof::ALL.into_iter().filter_map(|dof| negative(dof, signals)).collect()
 }
@@ -124,14 +130,14 @@ fn negative(dof: Dof, signals: &BTreeMap<String, Signal>) -> Option<Seen> {
 /// A least-squares fit by QR with scaled columns.
 struct Fit {
     theta: DVector<f64>,
-    /// R⁻ᵀ's columns give variances: the scaled R.
+    /// Triangular factor R of the scaled columns: R⁻ᵀ gives variances.
     r: DMatrix<f64>,
     scale: DVector<f64>,
     sigma: f64,
 }
 
 impl Fit {
-    /// `None` when the columns are dependent, or the fit explains too little.
+    /// Returns `None` if the columns are dependent, or the fit explains too little.
     fn new(mut left: DMatrix<f64>, right: &DVector<f64>) -> Option<Fit> {
         let (rows, width) = left.shape();
         let scale = DVector::from_iterator(width, left.column_iter().map(|c| c.norm()));
@@ -143,7 +149,7 @@ impl Fit {
         }
         let qr = left.clone().qr();
         let r = qr.r();
-        // beyond this the sign is not in the data
+        // below this limit the data do not determine the sign
         if r.diagonal().iter().any(|d| d.abs() < 1e-6) {
             return None;
         }
@@ -159,7 +165,7 @@ impl Fit {
         Some(Fit { theta: scaled.component_div(&scale), r, scale, sigma })
     }
 
-    /// Value and standard deviation of `weights · θ`.
+    /// Returns value and standard deviation of `weights · θ`.
     fn combination(&self, weights: &DVector<f64>) -> (f64, f64) {
         let scaled = weights.component_div(&self.scale);
         let variance = self.r.transpose().solve_lower_triangular(&scaled).map_or(f64::INFINITY, |x| x.norm_squared());
@@ -181,7 +187,8 @@ mod tests {
         BTreeMap::from([("r".into(), column(&|t| sign * nu(t))), ("tau_r".into(), column(&tau))])
     }
 
-    /// Roll of I φ̈ + k φ̇ + g sin φ = τ, pushed well below its own period: τ goes with −φ̈, and the inertia is positive.
+    /// Roll of I φ̈ + k φ̇ + g sin φ = τ, driven well below its natural frequency: τ has the
+    /// opposite sign of φ̈, although the inertia is positive.
     #[test]
     fn a_righting_moment_is_no_negative_inertia() {
         let (i, k, g) = (0.4, 0.5, 5.0);

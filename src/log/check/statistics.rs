@@ -1,6 +1,6 @@
 //! Order statistics.
 
-/// Quantile `p` of the values (nearest rank), `None` without values.
+/// Quantile `p` of the values (nearest rank); `None` without values.
 pub fn quantile(values: impl IntoIterator<Item = f64>, p: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     let last = values.len().checked_sub(1)?;
@@ -10,12 +10,12 @@ pub fn quantile(values: impl IntoIterator<Item = f64>, p: f64) -> Option<f64> {
     Some(*x)
 }
 
-/// Median (the lower of the two middle values), `None` without values.
+/// Median (of an even number of values the upper of the two middle ones); `None` without values.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// Smallest and largest value, `None` without values.
+/// Smallest and largest value; `None` without values.
 pub fn range(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().fold(None, |r, x| match r {
         None => Some((x, x)),

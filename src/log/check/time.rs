@@ -1,4 +1,4 @@
-//! Gaps, of the log and of single sensors, and the unit of time.
+//! Gaps of the log and of single sensors, and the unit of time.
 
 use std::collections::BTreeMap;
 
@@ -10,15 +10,17 @@ use super::{Seen, is_measured};
 use crate::frame::Dof;
 use crate::run::{Run, Signal};
 
-/// A step this many times the usual one is a gap: single lost samples are not.
+/// Factor by which a step must exceed the usual one to be a gap: single lost samples are no gap.
 const GAP: f64 = 5.0;
-/// A pause shorter than this is no gap however fast the sensor, s: within it no vehicle changes its motion so that a line
-/// across would mislead. A recorder that holds its breath for some milliseconds cuts nothing.
+/// Longest pause that is no gap for a sensor of any rate, s: a vehicle changes its motion too
+/// little within it to make a straight line across misleading. A recorder that pauses for some
+/// milliseconds cuts nothing.
 const PAUSE: f64 = 0.2;
-/// Usual steps beyond these are no vehicle's log, s: a sample every 5 s shows no dynamics, 10 kHz is no sensor.
+/// Range of plausible usual steps, s: a sample every 5 s shows no dynamics, and no sensor samples
+/// at 10 kHz.
 const STEPS: (f64, f64) = (1e-4, 5.0);
 
-/// The median step, s; `None` with fewer than two stamps.
+/// Median step, s; `None` with fewer than two stamps.
 pub fn usual_step(time: &[f64]) -> Option<f64> {
     median(time.windows(2).map(|w| w[1] - w[0]))
 }
@@ -29,14 +31,16 @@ pub fn gaps(time: &[f64]) -> Vec<usize> {
     (1..time.len()).filter(|&k| time[k] - time[k - 1] > (GAP * step).max(PAUSE)).collect()
 }
 
-/// Whether a measured channel has a sample in every row, or none is measured: then the rows are a clock. Where sensors of
-/// their own rates stand side by side the rows are no clock of anybody, and each sensor is judged by its own stamps.
+/// Whether the rows are a clock: a measured channel has a sample in every row, or no channel is
+/// measured. Where sensors of different rates are written side by side, the rows are no clock, and
+/// each sensor is judged by its own stamps.
 fn rows_are_a_clock(time: &[f64], signals: &BTreeMap<String, Signal>) -> bool {
     let mut measured = signals.iter().filter(|(name, _)| is_measured(name)).peekable();
     measured.peek().is_none() || measured.any(|(_, s)| s.len() == time.len())
 }
 
-/// Stamps at which a gap of the whole log ends, s: of its rows, or, where these are no clock, of all sensors together.
+/// Returns the stamps at which a gap of the whole log ends, s: a gap of its rows or, if these are
+/// no clock, of all sensors together.
 pub fn log_gaps(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<f64> {
     match rows_are_a_clock(time, signals) {
         true => gaps(time).into_iter().map(|k| time[k]).collect(),
@@ -44,19 +48,20 @@ pub fn log_gaps(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<f64> {
     }
 }
 
-/// Whether a channel is a sensor that samples regularly: fixes of the horizontal position come when they come.
+/// Whether the channel is a sensor that samples regularly; fixes of the horizontal position may
+/// come at any time.
 fn is_regular(name: &str) -> bool {
     is_measured(name) && ![Dof::Surge.position(), Dof::Sway.position()].contains(&name)
 }
 
-/// Stamps at which a silence of all regular sensors ends, s.
+/// Returns the stamps at which a gap common to all regular sensors ends, s.
 pub fn silences(signals: &BTreeMap<String, Signal>) -> Vec<f64> {
     let sensors: Vec<&[f64]> =
         signals.iter().filter(|(name, s)| is_regular(name) && !s.is_empty()).map(|(_, s)| s.time()).collect();
     let steps: Vec<f64> = sensors.iter().map(|time| usual_step(time).unwrap_or(0.0)).collect();
     let mut stamps: Vec<f64> = sensors.iter().flat_map(|time| time.iter().copied()).collect();
     stamps.sort_unstable_by(f64::total_cmp);
-    // a sensor that has not begun, or has ended, is silent too
+    // a sensor that has not begun yet, or has ended, is silent too
     let is_silent = |from: f64, (time, step): (&&[f64], &f64)| match time.partition_point(|t| *t <= from) {
         0 => true,
         k => k == time.len() || time[k] - time[k - 1] > (GAP * step).max(PAUSE),
@@ -65,8 +70,8 @@ pub fn silences(signals: &BTreeMap<String, Signal>) -> Vec<f64> {
     stamps.windows(2).filter(is_gap).map(|w| w[1]).collect()
 }
 
-/// Stamps at which a gap ends that a row of these channels must not reach across, s: the whole log's, and those of the
-/// sensors among them.
+/// Returns the ends of the gaps that a row of these channels must not span, s: the gaps of the
+/// whole log, and those of the sensors among the channels.
 pub fn gaps_of<'a>(run: &Run, channels: impl IntoIterator<Item = &'a str>) -> Vec<f64> {
     let mut ends = run.gaps.clone();
     for signal in channels.into_iter().filter(|name| is_regular(name)).filter_map(|name| run.signal(name)) {
@@ -77,14 +82,16 @@ pub fn gaps_of<'a>(run: &Run, channels: impl IntoIterator<Item = &'a str>) -> Ve
     ends
 }
 
-/// Gaps of sensors with time stamps of their own, by channel: indices into the channel's stamps. Fixes of the horizontal
-/// position come when they come and nothing is integrated between them; they have none.
+/// Returns the gaps of sensors with their own time stamps, by channel: indices into the channel's
+/// stamps. Fixes of the horizontal position have no gaps: they may come at any time, and nothing is
+/// integrated between them.
 pub fn sensor_gaps<'a>(time: &[f64], signals: &'a BTreeMap<String, Signal>) -> Vec<(&'a str, Vec<usize>)> {
     let regular = signals.iter().filter(|(name, s)| s.len() < time.len() && is_regular(name));
     regular.map(|(name, s)| (name.as_str(), gaps(s.time()))).filter(|(_, gaps)| !gaps.is_empty()).collect()
 }
 
-/// Sensors that fall silent while the log goes on, those with the same gaps as one, and commands that come unevenly.
+/// Finds sensors with a gap while the log goes on (one finding for the same gaps), and commands at
+/// uneven steps.
 pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let ends = |name: &str, gaps: &[usize]| -> Vec<f64> { gaps.iter().map(|k| signals[name].time()[*k]).collect() };
     let mut together: Vec<(Vec<&str>, Vec<usize>)> = Vec::new();
@@ -124,16 +131,17 @@ pub fn check_sensors(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Se
     seen
 }
 
-/// Names of what counts rows.
+/// Words in the header of a counter of rows.
 const COUNTERS: [&str; 8] = ["index", "idx", "sample", "row", "frame", "record", "count", "seq"];
 
-/// Whether a column is called as a counter of rows is.
+/// Whether the header is that of a counter of rows.
 pub fn is_called_counter(header: &str) -> bool {
     let name = columns::split_header(header).0.to_lowercase();
     COUNTERS.iter().any(|word| name.contains(word)) && !["time", "stamp"].iter().any(|word| name.contains(word))
 }
 
-/// Whether a time column is a counter of rows: by its name, and as its stamps are whole numbers one apart.
+/// Whether a time column is a counter of rows: by its header, and by its steps, which are whole
+/// numbers with median 1.
 pub fn is_counter(header: &str, time: &[f64]) -> bool {
     let steps = || time.windows(2).map(|w| w[1] - w[0]);
     is_called_counter(header)
@@ -142,7 +150,7 @@ pub fn is_counter(header: &str, time: &[f64]) -> bool {
         && usual_step(time).is_some_and(|step| (step - 1.0).abs() < f64::EPSILON)
 }
 
-/// A counter of rows that is read as seconds.
+/// Finds a counter of rows that is read as seconds.
 pub fn check_counter(header: &str, time: &[f64]) -> Option<Seen> {
     let text = || {
         format!(
@@ -153,7 +161,7 @@ pub fn check_counter(header: &str, time: &[f64]) -> Option<Seen> {
     is_counter(header, time).then(|| Seen::new(codes::TIME_UNIT, &["t"], None, text()))
 }
 
-/// Both checks of the rows.
+/// Checks the rows for gaps and the usual step for plausibility.
 pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Vec<Seen> {
     let mut seen = Vec::new();
     let Some(step) = usual_step(time) else { return seen };

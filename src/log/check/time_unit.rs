@@ -1,11 +1,13 @@
-//! Time stamps in minutes or hours: angles and positions then change that many times faster than rates and velocities say.
+//! Finds time stamps in minutes or hours: angles and positions then change 60 or 3600 times faster
+//! than rates and velocities say.
 //!
 //! ```text
-//! f = |Δψ| / |∫ r dt|      f = |Δ(x, y)| / ∫ √(u² + v²) dt      over windows of samples: 1 in seconds, 60 in minutes
+//! f = |Δψ| / |∫ r dt|      f = |Δ(x, y)| / ∫ √(u² + v²) dt
+//! over windows of samples: f = 1 in seconds, 60 in minutes, 3600 in hours
 //! ```
 //!
-//! Where nothing can be held against each other the rate of the log is what is left: 300, 600, 1200 rows a second are no
-//! usual rates, and are those of 5, 10, 20 Hz with stamps in minutes.
+//! Without such channels only the rate of the log is left: 300, 600 or 1200 rows per second are no
+//! usual rates, but are those of 5, 10 or 20 Hz with stamps in minutes.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -17,17 +19,18 @@ use super::statistics::median;
 use super::time::usual_step;
 use crate::run::Signal;
 
-/// Seconds of the units that are looked for, their names, and how `time_unit` calls them.
+/// Units that are tested: seconds per unit, name, and value of `time_unit`.
 const UNITS: [(f64, &str, &str); 2] = [(60.0, "minutes", "min"), (3600.0, "hours", "h")];
-/// Windows that a log is cut into, and fewest samples of one.
+/// Number of windows that a log is cut into, and least number of samples in one.
 const WINDOWS: usize = 50;
 const FEWEST: usize = 4;
-/// How far a ratio may be from a unit, relative. A turn has less room: 57.3 is that of degrees.
+/// Largest relative difference of a ratio from a unit, for the heading and for the position. The
+/// heading has less margin: 57.3 is the ratio of degrees to radians.
 const NEAR: (f64, f64) = (0.03, 0.15);
-/// Rates that loggers use and that, in minutes, are faster than any usual one, Hz.
+/// Usual rates of loggers that, with stamps in minutes, appear faster than any usual rate, Hz.
 const RATES: [f64; 6] = [5.0, 10.0, 20.0, 25.0, 50.0, 100.0];
 
-/// What the stamps are in when not in seconds.
+/// Finds the unit of the stamps if it is not the second.
 pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     let turn = turn(signals);
     let way = way(signals);
@@ -55,7 +58,7 @@ pub fn check(time: &[f64], signals: &BTreeMap<String, Signal>) -> Option<Seen> {
     Some(Seen::new(codes::TIME_UNIT, &["t"], None, text))
 }
 
-/// Change of the heading over the integral of the yaw rate.
+/// Returns the change of the heading over the integral of the yaw rate.
 fn turn(signals: &BTreeMap<String, Signal>) -> Option<f64> {
     let (psi, r) = (signals.get("psi")?, signals.get("r")?);
     let step = |k: usize| {
@@ -67,7 +70,7 @@ fn turn(signals: &BTreeMap<String, Signal>) -> Option<f64> {
     ratio(&windows.iter().map(pair).collect::<Vec<_>>())
 }
 
-/// Way over the integral of the horizontal speed.
+/// Returns the distance covered over the integral of the horizontal speed.
 fn way(signals: &BTreeMap<String, Signal>) -> Option<f64> {
     let [x, y, u] = ["x", "y", "u"].map(|name| signals.get(name));
     let (x, y, u) = (x?, y?, u?);
@@ -80,7 +83,7 @@ fn way(signals: &BTreeMap<String, Signal>) -> Option<f64> {
     ratio(&windows.iter().map(pair).collect::<Vec<_>>())
 }
 
-/// First and last samples of windows of signals that share their stamps.
+/// Returns the first and last samples of windows, if the signals share their stamps.
 fn windows(signals: &[&Signal]) -> Option<Vec<(usize, usize)>> {
     let count = signals[0].len();
     let length = (count / WINDOWS).max(FEWEST);
@@ -90,13 +93,13 @@ fn windows(signals: &[&Signal]) -> Option<Vec<(usize, usize)>> {
     Some((0..(count - 1) / length).map(|k| (k * length, (k + 1) * length)).collect())
 }
 
-/// ∫ x dt by trapezoids.
+/// ∫ x dt by the trapezoidal rule.
 fn integral(time: &[f64], values: &[f64], (from, to): (usize, usize)) -> f64 {
     (from..to).map(|k| 0.5 * (values[k] + values[k + 1]) * (time[k + 1] - time[k])).sum()
 }
 
-/// Median ratio of the first to the second in the half of the windows in which the second is largest; `None` where it
-/// is not much the same in most of them.
+/// Returns the median ratio of the first to the second value, over the half of the windows with the
+/// largest second values; `None` if the median deviation from it is 20 % or more.
 fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
     let usual = median(pairs.iter().map(|p| p.1))?;
     let ratios: Vec<f64> = pairs.iter().filter(|p| p.1 >= usual && p.1 > 0.0).map(|p| p.0 / p.1).collect();
@@ -109,7 +112,7 @@ fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A weaving vehicle, 60 s at this rate, its stamps divided by `unit`.
+    /// A vehicle in a winding motion, 60 s at this rate, its stamps divided by `unit`.
     fn log(rate: f64, unit: f64, columns: &[&str]) -> (Vec<f64>, BTreeMap<String, Signal>) {
         let seconds: Vec<f64> = (0..(60.0 * rate) as usize).map(|k| k as f64 / rate).collect();
         let time: std::sync::Arc<[f64]> = seconds.iter().map(|t| t / unit).collect();

@@ -1,31 +1,32 @@
-//! A rate against the angle that it turns: whether both tell of one motion.
+//! Comparison of a rate with its angle: whether both describe the same motion.
 //!
 //! ```text
 //! c = Σ Δα ∫r dt / Σ (∫r dt)²         explained = c Σ Δα ∫r dt / Σ Δα²
 //! ```
 //!
-//! over the intervals between samples of the angle α, Δα within half a turn. The room `check` measures this better, with
-//! roll and pitch, deviations and a lag; here it only says whether a large rate is believed.
+//! over the intervals between samples of the angle α, Δα within half a turn. The module
+//! `crate::check` measures this more accurately, with roll and pitch, standard deviations and a
+//! lag; here it only decides whether a large rate is plausible.
 
 use std::f64::consts::{PI, TAU};
 
 use super::statistics::range;
 use crate::run::Signal;
 
-/// Fewest intervals that say anything.
+/// Least number of intervals.
 const FEWEST: usize = 20;
-/// How far from 1 the factor may be.
+/// Largest difference of the factor from 1.
 const TOLERANCE: f64 = 0.2;
-/// Least part of the changes of the angle that the rate must explain.
+/// Least share of the changes of the angle that the rate must explain.
 const EXPLAINED: f64 = 0.7;
 
-/// Whether the angle changes as its rate says, factor 1.
+/// Whether the angle changes as its rate says, with a factor near 1.
 pub fn agree(rate: &Signal, angle: &Signal) -> bool {
     let (time, alpha) = (angle.time(), angle.values());
     let (mut both, mut said, mut turned, mut used) = (0.0, 0.0, 0.0, 0);
     for k in 1..time.len() {
         let by_rate = integral(rate, time[k - 1], time[k]);
-        // beyond half a turn an angle does not say which way it went
+        // beyond half a turn the direction of the turn is ambiguous
         if by_rate.abs() > 0.8 * PI {
             continue;
         }
@@ -40,14 +41,14 @@ pub fn agree(rate: &Signal, angle: &Signal) -> bool {
     used >= FEWEST && 2 * used >= time.len() && (factor - 1.0).abs() < TOLERANCE && factor * both > EXPLAINED * turned
 }
 
-/// Whether an angle is plainly in radians: it jumps by 2π, or stays within one turn. One that runs on over several turns
-/// may as well be in degrees.
+/// Whether an angle is clearly in radians: it jumps by 2π, or stays within one turn. An unwrapped
+/// angle over several turns may be in degrees.
 pub fn in_radians(angle: &Signal) -> bool {
     let jumps = angle.values().windows(2).any(|w| ((w[1] - w[0]).abs() - TAU).abs() < 0.5);
     jumps || range(angle.values().iter().copied()).is_some_and(|(a, b)| b - a <= TAU)
 }
 
-/// ∫ of straight lines between samples from `a` to `b`.
+/// Integral of the signal from `a` to `b`, linear between samples.
 fn integral(signal: &Signal, a: f64, b: f64) -> f64 {
     let time = signal.time();
     let inside = &time[time.partition_point(|t| *t <= a)..time.partition_point(|t| *t < b)];

@@ -1,4 +1,4 @@
-//! Speed and course over ground, or its components north and east.
+//! Body velocities from speed and course over ground, or from velocities north and east.
 //!
 //! ```text
 //! u = V cos(χ − ψ),   v = V sin(χ − ψ)                          χ: course, clockwise from north;  ψ: heading
@@ -8,7 +8,7 @@
 use super::{Columns, DerivedError, Told};
 use crate::log::earth_velocity::angle_at;
 
-/// By speed and course.
+/// Returns u, v from speed and course.
 pub(super) fn tell(columns: &Columns<'_>) -> Told {
     let at = |k: usize, psi: f64| {
         let (speed, course) = (columns.values[0][k], columns.values[1][k]);
@@ -19,7 +19,7 @@ pub(super) fn tell(columns: &Columns<'_>) -> Told {
     by_heading(columns, at, "u, v are speed and course over ground turned by the heading")
 }
 
-/// By components north and east.
+/// Returns u, v from velocities north and east.
 pub(super) fn tell_components(columns: &Columns<'_>) -> Told {
     let at = |k: usize, psi: f64| {
         let (north, east) = (columns.values[0][k], columns.values[1][k]);
@@ -29,7 +29,8 @@ pub(super) fn tell_components(columns: &Columns<'_>) -> Told {
     by_heading(columns, at, "u, v are the velocities north and east turned by the heading, as of a level vehicle")
 }
 
-/// What `at` makes of a sample and its heading; none outside of the time of the heading.
+/// Applies `at` to each sample and the heading at its time; `None` for samples outside the time
+/// range of the heading.
 fn by_heading(columns: &Columns<'_>, at: impl Fn(usize, f64) -> [f64; 3], said: &str) -> Told {
     let psi = columns.signals.get("psi").filter(|psi| !psi.is_empty()).ok_or(DerivedError::NoHeading)?;
     let (begin, end) = (psi.time()[0], psi.time()[psi.len() - 1]);

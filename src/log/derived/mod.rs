@@ -1,4 +1,4 @@
-//! Channels that a log tells in other words, where `[log.columns]` says so.
+//! Channels computed from other quantities of the log, where `[log.columns]` names these.
 //!
 //! ```text
 //! latitude, longitude  →  x, y               metres north and east of the first fix        [`geodetic`]
@@ -7,7 +7,8 @@
 //! v_north, v_east      →  u, v               north and east over ground, by the heading     [`ground`]
 //! ```
 //!
-//! A sample is one in which all of a group are there; what a slower sensor only repeats is none, as of any measured channel.
+//! A sample is a row that has values in all columns of the group. Rows that only repeat the last
+//! sample of a slower sensor are no samples, as for any measured channel.
 
 pub mod geodetic;
 mod ground;
@@ -19,17 +20,17 @@ use super::check;
 use super::options::{LogOptions, Repeated};
 use crate::run::Signal;
 
-/// Numbers of one sample, as many as the group gives.
+/// Values of one sample, in the order of the channels of the group; the rest is 0.
 type Sample = [f64; 3];
 
-/// What the samples of a group tell, `None` where one is no measurement, and how it was done in words.
+/// Samples computed for a group, `None` where a row is no measurement; and a sentence that says how.
 type Told = Result<(Vec<Option<Sample>>, String), DerivedError>;
 
-/// A group of columns, and the channels that it tells.
+/// A group of columns, and the channels computed from them.
 struct Group {
     sources: &'static [&'static str],
     gives: &'static [&'static str],
-    /// SI unit of what it gives.
+    /// SI unit of the channels.
     unit: &'static str,
     tell: fn(&Columns<'_>) -> Told,
 }
@@ -41,31 +42,31 @@ const GROUPS: [Group; 4] = [
     Group { sources: &["v_north", "v_east"], gives: &["u", "v"], unit: "m/s", tell: ground::tell_components },
 ];
 
-/// The columns of a group at their common stamps.
+/// The columns of a group at their common time stamps.
 struct Columns<'a> {
     time: Vec<f64>,
-    /// One list a column, in the order of the group.
+    /// One list per column, in the order of the group.
     values: Vec<Vec<f64>>,
-    /// Whether each was read as an angle in radians.
+    /// Whether each column was read as an angle in radians.
     radians: Vec<bool>,
     signals: &'a BTreeMap<String, Signal>,
     options: &'a LogOptions,
 }
 
-/// Why a group tells nothing.
+/// Reason why a group gives no channels.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DerivedError {
-    /// A part of the group is not said.
+    /// Only a part of the group is named in `[log.columns]`.
     #[error("{has} tells {gives} together with {lacks} only: say where that stands, too")]
     Part {
-        /// What the group gives.
+        /// The channels of the group.
         gives: String,
-        /// The columns that are said.
+        /// The columns that are named.
         has: String,
-        /// Those that are not.
+        /// The columns that are not named.
         lacks: String,
     },
-    /// The log has a column of what the group gives.
+    /// The log has a column for a channel of the group.
     #[error("{gives} is a column of the log, and told by {by} as well: leave one of them out")]
     Twice {
         /// The channel.
@@ -73,10 +74,10 @@ pub enum DerivedError {
         /// The columns of the group.
         by: String,
     },
-    /// The columns have no stamp in common.
+    /// The columns have no time stamp in common.
     #[error("{0} never come in the same row")]
     Apart(String),
-    /// A latitude or longitude that is none.
+    /// A latitude or longitude out of range.
     #[error(
         "{column} = {value} at t = {time} s is no angle within ±{most} degrees; autopilots write 1e-7 degrees: \
          columns.{column} = {{ name = \"its header\", scale = 1e-7 }}"
@@ -86,33 +87,34 @@ pub enum DerivedError {
         column: &'static str,
         /// Its value.
         value: f64,
-        /// Its greatest value.
+        /// The largest possible value.
         most: f64,
-        /// When, s.
+        /// Time stamp, s.
         time: f64,
     },
-    /// Not one row has a fix.
+    /// No row has a fix.
     #[error("latitude and longitude are 0 in every row: there is no fix")]
     NoFix,
     /// Four numbers that are no rotation.
     #[error("qw, qx, qy, qz have the length {length} at t = {time} s; a rotation has 1: are these its four columns?")]
     NoRotation {
-        /// Their length.
+        /// Length of the quaternion.
         length: f64,
-        /// When, s.
+        /// Time stamp, s.
         time: f64,
     },
-    /// Speed and course without a heading.
+    /// Velocities over ground without a heading.
     #[error("velocities over ground become u and v by the heading, and there is no psi at the same time")]
     NoHeading,
 }
 
-/// Whether any group is said.
+/// Whether `[log.columns]` names a column of any group.
 pub fn is_asked(options: &LogOptions) -> bool {
     GROUPS.iter().flat_map(|group| group.sources).any(|source| options.columns.contains_key(*source))
 }
 
-/// The columns that must be there for the channels `required`: a group's own in the place of what it gives.
+/// Returns the columns that the file must have for the channels `required`: those of a group in
+/// place of its channels.
 pub fn required<'a>(options: &LogOptions, required: &[&'a str]) -> Vec<&'a str> {
     let mut needed = required.to_vec();
     for group in GROUPS.iter().filter(|group| group.is_said(options)) {
@@ -122,10 +124,10 @@ pub fn required<'a>(options: &LogOptions, required: &[&'a str]) -> Vec<&'a str> 
     needed
 }
 
-/// Adds to `signals` what the groups tell; says how, a sentence each.
+/// Adds the channels of the groups to `signals`; returns a sentence for each group that says how.
 ///
 /// # Errors
-/// See [`DerivedError`]; the column that the error is about comes with it.
+/// See [`DerivedError`]; it comes with the first named column of the group.
 pub fn tell(
     signals: &mut BTreeMap<String, Signal>,
     units: &mut BTreeMap<String, &'static str>,
@@ -155,7 +157,7 @@ pub fn tell(
             signals.insert((*name).to_string(), Signal::new(time.clone(), values));
             units.insert((*name).to_string(), group.unit);
         }
-        // told once
+        // the columns are not kept beside their channels
         for source in group.sources {
             signals.remove(*source);
             units.remove(*source);
@@ -170,7 +172,8 @@ impl Group {
         self.sources.iter().all(|source| options.columns.contains_key(*source))
     }
 
-    /// The columns at the stamps that all of them have, without what is only repeated; `None` where there is no such stamp.
+    /// Returns the columns at the time stamps that all of them have, without repeated rows; `None`
+    /// if there is no such stamp.
     fn columns<'a>(
         &self,
         signals: &'a BTreeMap<String, Signal>,
@@ -188,7 +191,7 @@ impl Group {
         let column = |i: usize| rows.iter().map(|row| of[i].values()[row[i]]).collect::<Vec<f64>>();
         let mut values: Vec<Vec<f64>> = (0..of.len()).map(column).collect();
         if options.repeated != Repeated::Sample {
-            // one number that stays only where all of them do
+            // a combination that repeats only where all columns do
             let all: Vec<f64> = (0..time.len())
                 .map(|k| values.iter().enumerate().map(|(i, x)| x[k] * (i as f64 + 2.0).sqrt()).sum())
                 .collect();
@@ -219,7 +222,8 @@ mod tests {
         let columns = "latitude = { name = \"lat\", scale = 1e-7 }\nlongitude = { name = \"lon\", scale = 1e-7 }\n";
         let log = log(columns, text, &["t", "x", "y"]).unwrap();
         assert_eq!(log.signals["x"].time(), [1.0, 2.0, 3.0]);
-        // 1e-4 degrees at 38 degrees on the ellipsoid: 110,996.5 and 87,832.4 m a degree (tables of the WGS 84), to a millimetre
+        // 1e-4 degrees at 38 degrees on the ellipsoid: 110,996.5 and 87,832.4 m per degree (tables
+        // of the WGS 84), to a millimetre
         for (name, metres) in [("x", [0.0, 11.0996, 11.0996]), ("y", [0.0, 0.0, 8.7832])] {
             for (x, m) in log.signals[name].values().iter().zip(metres) {
                 assert!((x - m).abs() < 1e-3, "{name}: {x} for {m}");
@@ -249,7 +253,7 @@ mod tests {
         let text = format!("t,w,x1,y1,z1\n{}{}", row(0.0), row(1.0));
         let columns = "qw = \"w\"\nqx = \"x1\"\nqy = \"y1\"\nqz = \"z1\"\n";
         let read = log(columns, &text, &["t", "psi"]).unwrap();
-        // written with all digits; a few operations of rounding
+        // written with all digits; rounding of a few operations
         for (name, angle) in [("phi", phi), ("theta", theta), ("psi", psi)] {
             assert!((read.signals[name].values()[1] - angle).abs() < 1e-14, "{name}");
         }
@@ -264,7 +268,7 @@ mod tests {
 
     #[test]
     fn speed_and_course_are_velocities_of_the_body_by_the_heading() {
-        // heading east, made good to the south of east: to starboard
+        // heading east, course south of east: the vehicle moves to starboard
         let text = "t,hdg [deg],sog [kn],cog\n0,90,2,120\n1,90,2,120\n2,90,0,7\n";
         let columns = "psi = \"hdg\"\nsog = { name = \"sog\", unit = \"kn\" }\ncog = \"cog\"\n";
         let log = log(columns, text, &["t", "u", "v"]).unwrap();

@@ -1,17 +1,18 @@
-//! Angles of a logged quaternion.
+//! Angles from a logged quaternion.
 //!
 //! ```text
 //! R(q) = R_z(ψ) R_y(θ) R_x(φ)        q = (w, x, y, z): from the body axes of the file to its earth axes
 //! ```
 //!
-//! The axes of the file, `body_frame` and `earth_frame`, are those that the angles are turned from ([`crate::log::frames`]).
+//! The angles are converted from the axes of the file, `body_frame` and `earth_frame`
+//! ([`crate::log::frames`]).
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::{Columns, DerivedError, Told};
 use crate::log::frames;
 
-/// Difference of the length from 1 that digits explain: of a rotation written with two.
+/// Largest difference of the length from 1 that rounding to two decimals explains.
 const OFF: f64 = 0.02;
 
 pub(super) fn tell(columns: &Columns<'_>) -> Told {
@@ -22,7 +23,7 @@ pub(super) fn tell(columns: &Columns<'_>) -> Told {
     for (k, time) in columns.time.iter().enumerate() {
         let q = Quaternion::new(w[k], x[k], y[k], z[k]);
         let length = q.norm();
-        // all zeros: an estimator that has not begun
+        // all zeros: the estimator has not started
         if length == 0.0 {
             none += 1;
             samples.push(None);
