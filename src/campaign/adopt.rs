@@ -1,5 +1,5 @@
-//! Effects that were named, written into the text of a campaign: its list `effects` grows, runs that took part in the fit have the
-//! role `train`, everything else stays as it stands, comments included.
+//! Adds named effects to the text of a campaign: extends its list `effects` and gives the role
+//! `train` to runs that took part in the fit. All other text stays as it is, comments included.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::file::{CampaignFile, ReadOptions};
 use super::load::names;
 use crate::atomic_file;
 
-/// Where a campaign lists the effects of its baseline.
+/// The place of the list `effects` in the text of a campaign.
 #[derive(Deserialize)]
 struct Listing {
     model: ModelListing,
@@ -22,7 +22,7 @@ struct ModelListing {
     effects: Spanned<Vec<Spanned<String>>>,
 }
 
-/// Where it gives its runs their roles.
+/// The places of the roles of the runs in the text of a campaign.
 #[derive(Deserialize)]
 struct Roles {
     #[serde(default)]
@@ -34,23 +34,23 @@ struct RoleOfRun {
     role: Option<Spanned<String>>,
 }
 
-/// Why nothing was adopted.
+/// The reason why nothing was adopted.
 #[derive(Debug, Error)]
 pub enum AdoptError {
-    /// Another folder than the campaign's, from which its logs would not be found.
+    /// The target is in another folder than the campaign, and would not find its logs from there.
     #[error("{} lies in another folder, and logs are found from there: choose a name beside {}", .to.display(), .campaign.display())]
     Elsewhere {
-        /// Where it was to go.
+        /// The requested target.
         to: PathBuf,
         /// The campaign.
         campaign: PathBuf,
     },
-    /// No campaign.
+    /// The file is not a campaign.
     #[error("{}: {message}", .file.display())]
     NoCampaign {
         /// The file.
         file: PathBuf,
-        /// What it lacks.
+        /// What the file lacks.
         message: String,
     },
     /// A file cannot be read or written.
@@ -58,14 +58,14 @@ pub enum AdoptError {
     File {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
 }
 
-/// Writes `names` into the effects of `campaign` (or the folder that holds `campaign.toml`), or into `to`, a campaign
-/// beside it, which begins as its copy where it does not exist; the runs `training` get the role `train`. Returns the file that was
-/// written.
+/// Writes `names` into the effects of `campaign` (or the folder that holds `campaign.toml`), or
+/// into `to`, a campaign in the same folder; if `to` does not exist, it begins as a copy. The runs
+/// `training` get the role `train`. Returns the file that was written.
 ///
 /// # Errors
 /// [`AdoptError`].
@@ -91,10 +91,11 @@ pub fn adopt(campaign: &Path, to: Option<&Path>, names: &[String], training: &[S
     Ok(to)
 }
 
-/// `text` of a campaign with `names` in its list `effects`; as it is where they stand there already.
+/// Returns `text` of a campaign with `names` added to its list `effects`; names that it has already
+/// are not added again.
 ///
 /// # Errors
-/// What `text` lacks to be the text of a campaign.
+/// A message with what `text` lacks to be the text of a campaign.
 pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     let listing: Listing = toml::from_str(text).map_err(|e| e.message().to_string())?;
     let effects = listing.model.effects;
@@ -102,7 +103,7 @@ pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     let new: Vec<&String> = names.iter().filter(|name| !there.contains(&name.as_str())).collect();
     let listed = effects.get_ref();
     let after = listed.last().map_or(effects.span().start + 1, |last| last.span().end);
-    // a list with a line for each name goes on in that way
+    // a list with one name per line continues with that layout
     let between = match listed.as_slice() {
         [.., before, last] => {
             let gap = &text[before.span().end..last.span().start];
@@ -121,21 +122,23 @@ pub fn with_effects(text: &str, names: &[String]) -> Result<String, String> {
     Ok([&text[..after], &added, &text[after..]].concat())
 }
 
-/// `text` of the campaign `file` with the role `train` where the runs of these names have another one.
+/// Returns `text` of the campaign `file` with the role `train` for those of `runs` that have
+/// another role.
 ///
 /// # Errors
-/// What `text` lacks to be the text of a campaign.
+/// A message with what `text` lacks to be the text of a campaign.
 pub fn with_training(text: &str, file: &Path, runs: &[String]) -> Result<String, String> {
     let mut text = text.to_string();
     if runs.is_empty() {
         return Ok(text);
     }
-    // that it can be worked with was seen when it was searched: its runs have to be told apart, no more
+    // the search has shown already that the campaign can be used: here its runs only need their
+    // names
     let options = ReadOptions { look_for_files: false, allow_outside: true, ..ReadOptions::default() };
     let read = CampaignFile::from_bytes(text.as_bytes(), file, &options);
     let named = names(&read.map_err(|e| e.to_string())?.runs);
     let roles: Roles = toml::from_str(&text).map_err(|e| e.message().to_string())?;
-    // from the last one on, so that the places of those before stay
+    // from the last run to the first, so that the places of the earlier roles stay valid
     for (_, run) in named.iter().zip(roles.run).filter(|(name, _)| runs.contains(name)).rev().collect::<Vec<_>>() {
         if let Some(role) = run.role {
             text.replace_range(role.span(), "\"train\"");

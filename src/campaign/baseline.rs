@@ -1,4 +1,5 @@
-//! From the tables of a campaign file to the baseline model and the user's own candidates.
+//! Construction of the baseline model and of the user's own candidates from the tables of a
+//! campaign file.
 
 use std::sync::Arc;
 
@@ -18,10 +19,10 @@ use crate::simulate::QUICKEST;
 use crate::symbolic::Graph;
 use crate::units::Dimension;
 
-/// The baseline with what is known of its parameters, and the user's own candidates.
+/// Returns the baseline with the known values of its parameters, and the user's own candidates.
 ///
-/// W − B starts from the figures of the vehicle; it is estimated unless a `[[parameter]]` table fixes it, for it is the
-/// small difference of two large numbers.
+/// W − B starts from the weight and buoyancy of the vehicle. It is estimated unless a
+/// `[[parameter]]` table fixes it, because it is the small difference of two large numbers.
 ///
 /// # Errors
 /// [`Error::File`] with the place in the campaign file.
@@ -73,7 +74,8 @@ pub(super) fn build(file: &CampaignFile) -> Result<(Model, Vec<Own>), Error> {
     Ok((model, candidates))
 }
 
-/// The logged functions of the states. A channel is not predicted twice, and not from itself.
+/// Returns the observed functions of the states. A channel must not be predicted twice, nor from
+/// itself.
 fn observers(file: &CampaignFile, model: &Model) -> Result<Vec<Observer>, Error> {
     let table = |(i, table): (usize, &ObserveTable)| {
         let formula = Formula::parse(&table.formula).map_err(|e| wrong(file, &format!("observe[{i}].formula"), &e))?;
@@ -92,32 +94,34 @@ fn observers(file: &CampaignFile, model: &Model) -> Result<Vec<Observer>, Error>
     file.observed.iter().enumerate().map(table).collect()
 }
 
-/// Velocities that need no column of their own: an observed function of the states tells them.
+/// Returns the velocities that need no column of their own, because an observed function of the
+/// states contains them.
 pub(super) fn told_by_functions(file: &CampaignFile) -> Vec<Dof> {
     let formulas: Vec<Formula> = file.observed.iter().filter_map(|o| Formula::parse(&o.formula).ok()).collect();
     let told = |dof: &Dof| formulas.iter().any(|f| f.names().contains(dof.velocity()));
     file.model.dofs.iter().copied().filter(told).collect()
 }
 
-/// Degrees of freedom that need no nominal force: a user's effect of the baseline drives them, or a fin that is logged.
+/// Returns the degrees of freedom that need no nominal force, because a baseline effect of the user
+/// or a fin of the model drives them.
 pub(super) fn driven_beside_thrust(file: &CampaignFile) -> Vec<Dof> {
     driven_by_fins(file).into_iter().chain(driven_by_formulas(file)).collect()
 }
 
-/// Those among them that a fin of the model turns, or pushes across.
+/// Those among them that a fin of the model drives, by the moment or the lateral force of its lift.
 pub(super) fn driven_by_fins(file: &CampaignFile) -> Vec<Dof> {
     let stands = |fin: &FinIds| file.model.effects.iter().any(|name| name.id == fin.lift);
     id::fins().into_iter().filter(stands).flat_map(|fin| [fin.turns, fin.across]).collect()
 }
 
-/// Those among them that a user's effect drives.
+/// Those among them that a baseline effect of the user drives.
 pub(super) fn driven_by_formulas(file: &CampaignFile) -> Vec<Dof> {
     let stands =
         |e: &&EffectTable| e.role == EffectRole::Baseline || file.model.effects.iter().any(|name| name.id == e.id);
     file.effects.iter().filter(stands).map(|e| e.dof).collect()
 }
 
-/// The effect of an `[[effect]]` table, at its place.
+/// Returns the effect of an `[[effect]]` table with its place.
 ///
 /// # Errors
 /// [`FormulaError`] where the formula cannot be read.
@@ -126,23 +130,25 @@ pub(super) fn own(table: &EffectTable) -> Result<Own, FormulaError> {
     Ok((Arc::new(FormulaEffect::new(&table.id, table.dof, formula, table.unit)), Place::at(table.dof)))
 }
 
-/// Radius about which a hull turns in pitch and yaw, with the water that it moves, over its length: 0.32 of the Mariner ship, 0.39 of a
-/// REMUS 100.
+/// Radius of gyration of a hull in pitch and yaw, added inertia included, divided by its length:
+/// 0.32 for the Mariner ship, 0.39 for a REMUS 100.
 const GYRATION: f64 = 0.33;
 
-/// Writes what the vehicle and the `[[parameter]]` tables say of the parameters.
+/// Writes what the vehicle and the `[[parameter]]` tables state about the parameters into the
+/// model.
 fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     if let Some(net) = file.vehicle.net_weight() {
         for p in model.parameters.iter_mut().filter(|p| p.spec.shared == Some("net_weight")) {
             p.value = net;
         }
     }
-    // the dry mass is a better start than none, where the log gives no acceleration
+    // the dry mass is a better start value than none if the log gives no acceleration
     let translation = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| !dof.is_rotation());
     for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(translation) {
         p.value = file.vehicle.mass.unwrap_or(p.value);
     }
-    // so is the moment of inertia of a body so long, the water that it turns included; the cube root of its volume is no length
+    // likewise the moment of inertia of a hull of this length, added inertia included; only a
+    // stated length counts, because the cube root of the volume is no length
     let turns = |p: &&mut Parameter| p.place.dof.is_some_and(|dof| matches!(dof, Dof::Pitch | Dof::Yaw));
     for p in model.parameters.iter_mut().filter(|p| p.effect == id::INERTIA).filter(turns) {
         let Some((mass, length)) = file.vehicle.mass.zip(file.vehicle.length) else { continue };
@@ -187,7 +193,7 @@ fn known(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     ties(file, model)
 }
 
-/// Why a value outside the bounds of its parameter cannot stand, and what to do.
+/// Returns why a value outside the bounds of its parameter is refused, and what to do.
 fn outside(parameter: &Parameter, value: f64) -> String {
     let (symbol, term, unit) = (&parameter.spec.name, &parameter.term, parameter.spec.dimension);
     let what = format!(
@@ -208,8 +214,8 @@ fn outside(parameter: &Parameter, value: f64) -> String {
     }
 }
 
-/// Makes one of parameters that a `tie` says are one: of one effect each of its parameters with its like, of another the
-/// first.
+/// Merges parameters that a `tie` connects: each parameter of a term with its counterpart if both
+/// terms are of one effect, otherwise with the first parameter of the other term.
 fn ties(file: &CampaignFile, model: &mut Model) -> Result<(), Error> {
     for (i, table) in file.parameters.iter().enumerate() {
         let Some(tie) = &table.tie else { continue };
@@ -255,17 +261,17 @@ fn meant(table: &ParameterTable, term: &Term) -> bool {
     is_called(term.effect.as_ref(), &table.effect) && place
 }
 
-/// Whether a name, wherever it puts it, is that of this effect.
+/// Whether a name, whatever its place, is that of this effect.
 fn is_called(effect: &dyn Effect, name: &EffectName) -> bool {
     effect.about().id.parse().is_ok_and(|own: EffectName| own.overlaps(&EffectName { dof: None, ..name.clone() }))
 }
 
-/// Whether an effect carries a state with a time constant.
+/// Whether an effect has a state with a time constant.
 fn remembers(model: &Model, term: &Term) -> bool {
     memory_count(&Graph::new(), model, term.effect.as_ref(), term.place) > 0
 }
 
-/// A table that means no parameter of the model.
+/// Returns the error for a table that matches no parameter of the model.
 fn not_there(file: &CampaignFile, i: usize) -> Error {
     let table = &file.parameters[i];
     let text = format!(
@@ -279,7 +285,7 @@ fn not_there(file: &CampaignFile, i: usize) -> Error {
     wrong(file, &format!("parameter[{i}].effect"), &text)
 }
 
-/// What is wrong with the value of a key, with its place in the file.
+/// Returns the error for a wrong value of a key, with its place in the file.
 pub(super) fn wrong(file: &CampaignFile, path: &str, what: &dyn std::fmt::Display) -> Error {
     let problem = Problem::Unreadable { message: what.to_string() };
     let (name, text, error) = match &file.source {
@@ -327,7 +333,7 @@ mod tests {
         assert_eq!(model.weight, 100.0);
     }
 
-    /// A start and a held value mean what they say, and what cannot be is refused instead of moved.
+    /// Start values and fixed values are taken as given; an impossible value is refused, not moved.
     #[test]
     fn values_outside_their_bounds_are_refused() {
         let refused = |lines: &str| {

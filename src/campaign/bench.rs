@@ -1,4 +1,5 @@
-//! Runs of `kind = "bench"`: one thruster, its command and its force over time, into curve, dead time and lag.
+//! Runs of `kind = "bench"`: curve, dead time and lag of one thruster from its command and its
+//! force over time.
 
 use std::collections::BTreeMap;
 
@@ -12,30 +13,30 @@ use crate::finding::Finding;
 use crate::run::{Run, Signal};
 use crate::thrust::bench::{BenchFit, BenchRun, fit_bench};
 
-/// What the bench runs of a campaign show. Serialises as part of `hydrosysid fit --json`.
+/// Results of the bench runs of a campaign. Serialises as part of `hydrosysid fit --json`.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Bench {
-    /// One entry a thruster.
+    /// One entry per thruster.
     pub thrusters: Vec<BenchThruster>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
 /// One thruster on the bench.
 #[derive(Debug, Clone, Serialize)]
 pub struct BenchThruster {
-    /// Name in the campaign, else the column of its command.
+    /// Name in the campaign, otherwise the column of its command.
     pub name: String,
-    /// Its runs.
+    /// Names of its runs.
     pub runs: Vec<String>,
-    /// What they show.
+    /// Result of the fit.
     pub fit: BenchFit,
     /// The keys of its `[[thruster]]` table.
     pub tables: String,
 }
 
 impl Campaign {
-    /// Refuses what is about a vehicle where every run is of a thruster on a bench.
+    /// Refuses an analysis of the vehicle if every run is of a thruster on a bench.
     ///
     /// # Errors
     /// [`Error::Refused`].
@@ -49,7 +50,7 @@ impl Campaign {
     }
 }
 
-/// Fits the bench runs of a campaign, those of one column together.
+/// Fits the bench runs of a campaign; runs with the same command column are fitted together.
 pub fn bench(campaign: &Campaign) -> Bench {
     let mut groups: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
     for run in &campaign.benches {
@@ -86,7 +87,8 @@ pub fn bench(campaign: &Campaign) -> Bench {
     found
 }
 
-/// Command and force at the stamps of the force; the command is held between its samples.
+/// Returns command and force at the time stamps of the force; the command is held between its
+/// samples.
 fn together(run: &Run, column: &str) -> Option<(Signal, Signal)> {
     let (command, force) = (run.signal(column)?, run.signal("force")?);
     let held = |t: f64| {
@@ -97,7 +99,7 @@ fn together(run: &Run, column: &str) -> Option<(Signal, Signal)> {
     Some((Signal::new(force.shared_time().clone(), values), force.clone()))
 }
 
-/// What goes into the `[[thruster]]` table of a vehicle file.
+/// Returns the keys of the `[[thruster]]` table of a vehicle file.
 pub(super) fn tables(fit: &BenchFit) -> String {
     let Some([forward, reverse]) = fit.coefficients() else { return String::new() };
     let astern = if fit.reverse.is_none() { "   # not run astern: as ahead" } else { "" };

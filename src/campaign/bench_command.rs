@@ -1,4 +1,4 @@
-//! The command of a bench run, brought to that of the curve of its thruster.
+//! Conversion of the command of a bench run to the command that the curve of its thruster takes.
 
 use super::codes;
 use super::logs::Logged;
@@ -6,20 +6,22 @@ use crate::finding::Finding;
 use crate::run::{Run, Signal, thruster_of};
 use crate::thrust::thruster::Thruster;
 
-/// Neutral and span of a pulse where no thruster says them, µs: what drives of the field have.
+/// Neutral and span of a pulse, µs, for a thruster that does not state them: the usual values of
+/// its drives.
 const PULSE: [f64; 2] = [1500.0, 400.0];
 
-/// The column of the command of a bench run: the only one of `V1`, `V2`, …
+/// Returns the column with the command of a bench run, if exactly one of `V1`, `V2`, … is logged.
 pub(super) fn command_of(run: &Run) -> Option<String> {
     let mut columns = run.signals.keys().filter(|name| thruster_of(name, "V").is_some());
     let only = columns.next()?;
     columns.next().is_none().then(|| only.clone())
 }
 
-/// Brings the command of a bench run to that of the curve: a pulse by the thruster's neutral and span.
+/// Converts the command of a bench run to that of the curve: a pulse by the thruster's neutral and
+/// span.
 ///
 /// # Errors
-/// A finding where there is no command, or more than one.
+/// A finding if there is no command, or more than one.
 pub(super) fn commanded(logged: &mut Logged, thrusters: &[Thruster]) -> Result<(), Vec<Finding>> {
     let name = logged.run.name.clone();
     let Some(column) = command_of(&logged.run) else {

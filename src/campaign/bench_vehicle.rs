@@ -1,10 +1,12 @@
-//! A vehicle file from the bench: another vehicle, with the curve, the lag and the dead time that were measured.
+//! A vehicle file from bench runs: another vehicle with the measured curve, lag and dead time.
 //!
 //! ```text
-//! extends = "bluerov2"    [[thruster]] forward = { a, b } …    [[parameter]] thrust_lag: T ± its scatter over the speeds
+//! extends = "bluerov2"    [[thruster]] forward = { a, b } …
+//! [[parameter]] thrust_lag: T ± its scatter over the speeds
 //! ```
 //!
-//! A lag or a dead time below [`QUICKEST`] acts at once beside the samples of any log; it stands as a comment.
+//! A lag or a dead time below [`QUICKEST`] is negligible beside the sample time of any log; it is
+//! written as a comment only.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -16,20 +18,21 @@ use crate::effects::id;
 use crate::simulate::QUICKEST;
 use crate::thrust::bench::Value;
 
-/// A vehicle file as text, and what was taken for granted in it.
+/// A vehicle file as text, with the assumptions in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BenchVehicle {
     /// The file.
     pub text: String,
-    /// What to check, a sentence each; the file has them as comments.
+    /// Assumptions to check, one sentence each; the file has them as comments.
     pub guesses: Vec<String>,
 }
 
-/// The vehicle file at `path` that extends `vehicle` by what `bench` has found: the curve of a thruster goes to that of its
-/// name; that of the only one, where none has its name, to all.
+/// Returns the vehicle file at `path` that extends `vehicle` by the results of `bench`. A curve
+/// goes to the thruster of the same name. If the bench has a single thruster and the vehicle none
+/// of its name, the curve goes to all thrusters.
 ///
 /// # Errors
-/// [`Error::Vehicle`] where the vehicle has no thruster for a curve.
+/// [`Error::Vehicle`] if the vehicle has no thruster for a curve.
 pub fn bench_vehicle(bench: &Bench, vehicle: &KnownVehicle, path: &Path) -> Result<BenchVehicle, Error> {
     let mut guesses = Vec::new();
     let mut tables = String::new();
@@ -90,7 +93,8 @@ pub fn bench_vehicle(bench: &Bench, vehicle: &KnownVehicle, path: &Path) -> Resu
     Ok(BenchVehicle { text: text + &tables, guesses })
 }
 
-/// The vehicle as the file at `path` names it.
+/// Returns the name of the vehicle as the file at `path` refers to it: its id, or the path of a
+/// user's file.
 fn base(vehicle: &KnownVehicle, path: &Path) -> String {
     let Some(_) = &vehicle.folder else { return vehicle.id.clone() };
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -102,8 +106,9 @@ fn base(vehicle: &KnownVehicle, path: &Path) -> String {
     named.display().to_string()
 }
 
-/// Lag and dead time that a log shows, each with the name of its effect. The lag is the mean of those at the speeds of the
-/// runs; its deviation holds them all.
+/// Returns the lag and the dead time that a log can show, each with the name of its effect. The lag
+/// T̄ is the mean of the lags T_k at the speeds of the runs; its standard deviation covers all of
+/// them: max √((T_k − T̄)² + σ_k²).
 fn dynamics(measured: &BenchThruster) -> Vec<(&'static str, Value)> {
     let lags: Vec<Value> = measured.fit.lag_at.iter().map(|(_, lag)| *lag).collect();
     let count = lags.len().max(1) as f64;
@@ -143,7 +148,8 @@ mod tests {
         }
     }
 
-    /// What is written reads as the vehicle with another curve, a prior on the lag, and everything else as before.
+    /// The written file reads as the vehicle with another curve, a prior on the lag, and everything
+    /// else unchanged.
     #[test]
     fn the_file_is_the_vehicle_with_the_measured_thruster() {
         let folder = std::env::temp_dir().join(format!("hydrosysid-bench-vehicle-{}", std::process::id()));
@@ -159,12 +165,14 @@ mod tests {
             assert_eq!((mine.forward.a, mine.reverse.b, mine.deadband), (40.0, 2.0, 0.07));
             assert_eq!((mine.position, mine.axis, mine.supply), (theirs.position, theirs.axis, theirs.supply));
         }
-        // 0.16 s and 0.08 s: in the middle, with a deviation that reaches both; the dead time of 6 ms is a comment
+        // 0.16 s and 0.08 s: their mean, with a deviation that covers both; the dead time of 6 ms
+        // is a comment
         let [prior] = &own.file.parameters[..] else { panic!("{}", made.text) };
         assert_eq!((prior.effect.to_string().as_str(), prior.value), ("thrust_lag", Some(0.12)));
         assert!(prior.std.is_some_and(|std| (0.04..0.042).contains(&std)) && made.text.contains("# dead time 0.0060"));
 
-        // a file of one's own is named from beside it; one thruster by its name
+        // a user's file in the same folder is referred to by its file name; a thruster is matched
+        // by name
         let one = bench_vehicle(&bench("2", 0.01), &own, &folder.join("again.toml")).unwrap();
         assert!(one.text.contains("extends = \"ours.toml\"") && one.text.matches("[[thruster]]").count() == 1);
         assert!(!one.text.contains("[model]") && one.guesses.len() == 1, "{}", one.text);

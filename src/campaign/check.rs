@@ -1,4 +1,4 @@
-//! The verb `check`: what logs and campaigns have to say of themselves before anything is fitted.
+//! The verb `check`: tests of logs and campaigns before anything is fitted.
 
 use std::path::Path;
 
@@ -23,18 +23,18 @@ use crate::run::{Role, Run, RunKind};
 use crate::tank::derived;
 use crate::units::Dimension;
 
-/// What was found. Serialises as `hydrosysid check --json`.
+/// Result of the checks. Serialises as `hydrosysid check --json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Check {
     /// Format of the result: 1.
     pub format: u32,
-    /// The worst of `logs`.
+    /// The worst verdict of `logs` and `warnings`.
     pub verdict: Light,
-    /// One entry a log or run.
+    /// One entry per log or run.
     pub logs: Vec<CheckedLog>,
-    /// Warnings and notes of all.
+    /// Warnings and notes of all logs.
     pub warnings: Vec<Finding>,
-    /// Why what is refused is refused.
+    /// Reasons why data is refused.
     pub errors: Vec<Finding>,
 }
 
@@ -53,32 +53,33 @@ pub struct CheckedLog {
     pub role: Option<Role>,
     /// Number of samples of the longest channel.
     pub rows: usize,
-    /// Last less first time stamp, s.
+    /// Last minus first time stamp, s.
     pub duration: f64,
-    /// Stretches without a gap.
+    /// Number of stretches without a gap.
     pub segments: usize,
     /// Channels that were kept.
     pub channels: Vec<String>,
-    /// One light a topic.
+    /// One light per topic.
     pub lights: Vec<TopicLight>,
     /// Faults of the log that a model could mistake for an effect.
     pub log_findings: Vec<LogFault>,
-    /// Rate of each channel, with its gaps and for how many rows a value is held.
+    /// Rate of each channel, with its gaps and the number of rows over which a value is held.
     pub rates: Vec<ChannelRate>,
-    /// Sensors against each other: factor, angle and latency.
+    /// Comparison of sensors with each other: factor, angle and latency.
     pub agreements: Vec<Agreement>,
-    /// Commands against the motion: gain and delay.
+    /// Response of the motion to the commands: gain and delay.
     pub answers: Vec<Answer>,
-    /// What the run can show of each degree of freedom.
+    /// What the run can show about each degree of freedom.
     pub excitation: Vec<Excitation>,
     /// Speeds that a controller may hold, and their commands.
     pub loops: Vec<Loop>,
 }
 
-/// Checks bare logs; `required` names the columns that must be there.
+/// Checks logs without a campaign; `required` names the columns that must be there.
 ///
 /// # Errors
-/// [`Error::Log`] for a file that is not there and for options that cannot be; data that is refused is a result.
+/// [`Error::Log`] if a file does not exist or an option is invalid; refused data is part of the
+/// result.
 pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> Result<Check, Error> {
     let mut check =
         Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
@@ -113,7 +114,7 @@ pub fn check_logs(paths: &[&Path], options: &LogOptions, required: &[&str]) -> R
 /// Checks a campaign with all its logs.
 ///
 /// # Errors
-/// [`Error`] for a campaign file that is wrong; data that is refused is a result.
+/// [`Error`] if the campaign file is wrong; refused data is part of the result.
 pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error> {
     let mut check =
         Check { format: 1, verdict: Light::Green, logs: Vec::new(), warnings: Vec::new(), errors: Vec::new() };
@@ -164,7 +165,8 @@ pub fn check_campaign(path: &Path, options: LoadOptions) -> Result<Check, Error>
     Ok(check)
 }
 
-/// A run without the channels that the campaign has made: also without the forces that its thrusters' commands gave.
+/// Returns a run without the channels that the campaign has derived, including the forces from
+/// commands of thrusters.
 fn logged(run: &Run, campaign: &Campaign) -> Run {
     let thrusters = run.signals.keys().any(|name| number_of(name).is_some());
     let made = |name: &str| {
@@ -200,12 +202,14 @@ fn of_run(run: &Run, campaign: &Campaign) -> CheckReport {
     report.with(if told { Vec::new() } else { check::placement(run, &placed) })
 }
 
-/// Modelled degrees of freedom that have a command: nobody can make vary what the vehicle has no thruster for.
+/// Returns the modelled degrees of freedom that have a command. The others cannot be excited,
+/// because no thruster drives them.
 fn driven(campaign: &Campaign) -> Vec<Dof> {
     campaign.model.dofs.iter().copied().filter(|dof| !campaign.file.model.undriven.contains(dof)).collect()
 }
 
-/// Degrees of freedom that a fin moves whose angle varies in a run of the fit: that is their command; turns slow surge, too.
+/// Returns the degrees of freedom that a fin drives whose angle varies in a run of the fit: the
+/// angle is their command. If there are any, surge is added, because turns slow it.
 fn steered(campaign: &Campaign) -> Vec<Dof> {
     let steered: Vec<Dof> = campaign.motion(Some(Role::Train)).iter().flat_map(check::fins::steered).collect();
     let mut moved: Vec<Dof> =
@@ -214,7 +218,8 @@ fn steered(campaign: &Campaign) -> Vec<Dof> {
     moved
 }
 
-/// Modelled degrees of freedom of which no run of the fit can show inertia and drag; of runs at rest more was said.
+/// Returns a finding for each modelled degree of freedom whose inertia and drag no run of the fit
+/// can show. Runs at rest are left out, because they have a finding of their own.
 fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> Vec<Finding> {
     let free: Vec<&CheckedLog> = logs
         .iter()
@@ -239,7 +244,8 @@ fn never_shown(campaign: &Campaign, logs: &[CheckedLog], resting: &[String]) -> 
 }
 
 impl CheckedLog {
-    /// Verdict and figures of a report; the rest is that of no log at all.
+    /// Returns an entry with the verdict and figures of a report; the other fields are those of a
+    /// refused log.
     fn of(file: String, report: CheckReport) -> CheckedLog {
         CheckedLog {
             verdict: report.worst().max(light(&report.findings)),

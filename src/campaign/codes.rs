@@ -1,4 +1,4 @@
-//! The codes of this room: what putting a campaign together, fitting and comparing can find.
+//! Codes of the findings from building a campaign, fitting and comparing.
 
 use crate::finding::{Code, codes};
 
@@ -76,7 +76,7 @@ codes! {
     NOT_AT_START = "M203" "start" Note "The paper's (14) is not available: no linear regressor for all parameters, so std_paper is absent.";
 }
 
-/// Everything that any room can find, for `hydrosysid explain`.
+/// Returns the codes of all modules, for `hydrosysid explain`.
 pub fn everywhere() -> impl Iterator<Item = &'static Code> {
     crate::log::codes::ALL
         .iter()

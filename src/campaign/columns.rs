@@ -1,5 +1,5 @@
-//! Candidates that further columns of the log bring with them: what blows, flows or thins out is known there, and only
-//! how much of it the vehicle feels is not.
+//! Candidates that further columns of the log suggest: wind, density or current is logged, and only
+//! the strength of its effect on the vehicle is unknown.
 //!
 //! ```text
 //! wind      −k A (a_u, a_v),  −2 k a_u a_v       A² = a_u² + a_v²    surge, sway, yaw
@@ -10,12 +10,15 @@
 //! current   k (νᵢ|νᵢ| − (νᵢ − cᵢ)|νᵢ − cᵢ|),  k cᵢ                   c = Rᵀ(ψ) (V_N, V_E)
 //! ```
 //!
-//! W, ψ_W: speed (m/s) and direction (rad) of the wind; a: what meets the vehicle from ahead and from starboard, its own motion
-//! with it; ρ: density, kg/m³, ρ̄ its median; V_N, V_E: velocity of the water, m/s. A direction of which nothing says whether it
-//! is where the wind blows from or to is tried both ways. The supply voltage has an effect of the catalogue. Each becomes an
-//! `[[effect]]` of the campaign, role `candidate`, as though its file held it; one that the campaign lists in `effects` is in
-//! the model from the start, and a column that a formula of the user reads brings nothing. Fossen, *Handbook of Marine Craft
-//! Hydrodynamics and Motion Control*, 2nd ed. (2021), ch. 10.
+//! W, ψ_W: speed (m/s) and direction (rad) of the wind; a: speed of the air that meets the vehicle
+//! from ahead and from starboard, the vehicle's own motion included; ρ: density, kg/m³, ρ̄ its
+//! median; V_N, V_E: velocity of the water, m/s. If nothing says whether a direction is the one the
+//! wind blows from or to, both are tried. The supply voltage has an effect in the catalogue.
+//!
+//! Each candidate becomes an `[[effect]]` of the campaign with the role `candidate`, as if its file
+//! held it. If the campaign lists it in `effects`, it is in the model from the start. A column that
+//! a formula of the user reads suggests nothing. Fossen, *Handbook of Marine Craft Hydrodynamics
+//! and Motion Control*, 2nd ed. (2021), ch. 10.
 
 use super::baseline::wrong;
 use super::codes;
@@ -36,16 +39,16 @@ const WIND_TO: &str = "wind_to";
 const WIND_DIRECTION: &[&str] = &[WIND_FROM, WIND_TO, "wind_dir", "wind_direction"];
 const APPARENT_SPEED: &[&str] = &["apparent_wind_speed", "relative_wind_speed", "aws"];
 const APPARENT_ANGLE: &[&str] = &["apparent_wind_angle", "relative_wind_angle", "awa"];
-/// Directions that go round: what lies between two rows is on the shorter way.
+/// Directions that wrap around: the value between two rows lies on the shorter way.
 const ROUND: [&[&str]; 2] = [WIND_DIRECTION, APPARENT_ANGLE];
-/// A direction beyond this is in degrees, rad.
+/// Magnitude beyond which a direction is taken as degrees, rad.
 const TWO_TURNS: f64 = 2.0 * std::f64::consts::TAU;
 const DENSITY: &[&str] = &["density", "water_density", "rho", "density_kgm3"];
 const CURRENT: &[(&str, &str)] =
     &[("current_north", "current_east"), ("current_n", "current_e"), ("water_north", "water_east")];
 const CURRENT_POLAR: &[(&str, &str)] = &[("current_speed", "current_dir"), ("current_speed", "current_direction")];
 
-/// Unwinds the directions of a run that jump where they go round.
+/// Unwraps the directions of a run.
 pub(super) fn unwind(run: &mut Run) {
     for name in ROUND.into_iter().flatten() {
         let Some(signal) = run.signals.get_mut(*name) else { continue };
@@ -53,28 +56,30 @@ pub(super) fn unwind(run: &mut Run) {
         let unit = if most > TWO_TURNS { std::f64::consts::PI / 180.0 } else { 1.0 };
         let turned: Vec<f64> = unwrap(&signal.values().iter().map(|x| x * unit).collect::<Vec<f64>>());
         let back: Vec<f64> = turned.iter().map(|x| x / unit).collect();
-        // radians that go on beyond two turns would be taken for degrees
+        // radians that go on beyond two turns would be taken as degrees
         if unit < 1.0 || back.iter().all(|x| x.abs() <= TWO_TURNS) {
             *signal = Signal::new(signal.shared_time().clone(), back);
         }
     }
 }
 
-/// What a column may bring, without the degree of freedom: ids that a campaign may list among its effects.
+/// Ids of the effects that columns may suggest, without the degree of freedom; a campaign may list
+/// them among its effects.
 const IDS: [&str; 6] =
     ["wind", "wind_to", "density_buoyancy", "density_drag", "logged_current", "logged_current_linear"];
 
-/// Whether an effect of this id comes with columns of the log.
+/// Whether an effect of this id is one that columns of the log suggest.
 pub(super) fn may_bring(id: &str) -> bool {
     id.rsplit_once('_').is_some_and(|(id, dof)| IDS.contains(&id) && Dof::ALL.iter().any(|d| d.name() == dof))
 }
 
-/// The first of `names` that is logged.
+/// Returns the first of `names` that is logged.
 fn first(names: &[&'static str], logged: &impl Fn(&str) -> bool) -> Option<&'static str> {
     names.iter().copied().find(|name| logged(name))
 }
 
-/// Ids of what a wind that is `logged` does in `dofs`; one whose direction is said neither way blows from there.
+/// Returns the ids of the effects in `dofs` of a wind that is `logged`. If the column does not say
+/// whether the wind blows from or to its direction, it is taken to blow from there.
 pub(super) fn blowing(dofs: &[Dof], logged: impl Fn(&str) -> bool) -> Vec<String> {
     let has = |names: &[&'static str]| first(names, &logged);
     let id = match (has(APPARENT_SPEED).and(has(APPARENT_ANGLE)), has(WIND_SPEED).and(has(WIND_DIRECTION))) {
@@ -87,7 +92,8 @@ pub(super) fn blowing(dofs: &[Dof], logged: impl Fn(&str) -> bool) -> Vec<String
     pushed.map(|dof| format!("{id}_{dof}")).collect()
 }
 
-/// Whether nothing says if the wind that is `logged` blows from its direction or to it.
+/// Whether a true wind is `logged` by columns that do not say if it blows from its direction or to
+/// it.
 pub(super) fn is_either_way(logged: impl Fn(&str) -> bool) -> bool {
     let has = |names: &[&'static str]| first(names, &logged);
     let is_apparent = has(APPARENT_SPEED).and(has(APPARENT_ANGLE)).is_some();
@@ -95,10 +101,11 @@ pub(super) fn is_either_way(logged: impl Fn(&str) -> bool) -> bool {
     !is_apparent && direction.is_some_and(|name| ![WIND_FROM, WIND_TO].contains(&name))
 }
 
-/// Adds the formulas of those that the campaign lists in its `effects` to its `[[effect]]` tables.
+/// Adds the suggested effects that the campaign lists in `effects` to its `[[effect]]` tables, with
+/// their formulas.
 ///
 /// # Errors
-/// [`Error::File`] where no column of `runs` brings one of them.
+/// [`Error::File`] if the columns of `runs` do not suggest one of them.
 pub(super) fn add_listed<'a>(file: &mut CampaignFile, runs: impl Iterator<Item = &'a Run>) -> Result<(), Error> {
     let is_listed = |file: &CampaignFile, id: &str| file.model.effects.iter().any(|name| name.id == id);
     let of_user = |file: &CampaignFile, id: &str| file.effects.iter().any(|table| table.id == id);
@@ -120,7 +127,8 @@ pub(super) fn add_listed<'a>(file: &mut CampaignFile, runs: impl Iterator<Item =
     }
 }
 
-/// What the columns of `runs` bring, added to the `[[effect]]` tables of the campaign; one finding a column.
+/// Returns the effects that the columns of `runs` suggest and one finding per column, and adds the
+/// effects to the `[[effect]]` tables of the campaign.
 pub(super) fn bring<'a>(
     file: &mut CampaignFile,
     runs: impl IntoIterator<Item = &'a Run>,
@@ -146,7 +154,7 @@ struct Brought<'a> {
 }
 
 impl Brought<'_> {
-    /// The first of `names` that every run logs and no formula of the user reads.
+    /// Returns the first of `names` that every run logs and no formula of the user reads.
     fn column(&self, names: &[&'static str]) -> Option<&'static str> {
         names.iter().copied().find(|name| self.logged(name) && !self.read(name))
     }
@@ -161,24 +169,24 @@ impl Brought<'_> {
         formulas.into_iter().any(|f| f.names().contains(name))
     }
 
-    /// Smallest and greatest value of a column.
+    /// Returns the smallest and greatest value of a column.
     fn range(&self, name: &str) -> (f64, f64) {
         let values = self.runs.iter().filter_map(|run| run.signal(name)).flat_map(|s| s.values());
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
     }
 
-    /// Median of a column that is there: one bad sample does not move it.
+    /// Returns the median of a column that is there: one bad sample does not move it.
     fn median(&self, name: &str) -> f64 {
         let values = self.runs.iter().filter_map(|run| run.signal(name)).flat_map(|s| s.values());
         median(values.copied()).unwrap_or(0.0)
     }
 
-    /// A degree of freedom that is modelled.
+    /// Whether a degree of freedom is modelled.
     fn models(&self, dof: Dof) -> bool {
         self.file.model.dofs.contains(&dof)
     }
 
-    /// Whether a formula can read the angle: it is simulated or logged.
+    /// Whether a formula can read the angle, because it is simulated or logged.
     fn knows(&self, angle: Dof) -> bool {
         self.models(angle) || self.logged(angle.position())
     }
@@ -190,7 +198,8 @@ impl Brought<'_> {
         }
     }
 
-    /// Says which candidates a column has brought since there were `before` of them.
+    /// Adds a finding with the candidates that a column has added since there were `before` of
+    /// them.
     fn tell(&mut self, columns: &str, what: &str, before: usize) {
         let ids: Vec<&str> = self.tables[before..].iter().map(|t| t.id.as_str()).collect();
         if !ids.is_empty() {
@@ -199,7 +208,8 @@ impl Brought<'_> {
         }
     }
 
-    /// The direction as a formula in rad; what is beyond two turns is taken for degrees, and said.
+    /// Returns the direction as a formula in rad, with a remark if it is taken as degrees because
+    /// it goes beyond two turns.
     fn angle(&self, name: &str) -> (String, &'static str) {
         let (low, high) = self.range(name);
         if low.abs().max(high.abs()) > TWO_TURNS {
@@ -222,7 +232,7 @@ impl Brought<'_> {
             return;
         }
         let (angle, said) = self.angle(direction);
-        // the vehicle's own way through the air, where it is modelled
+        // the vehicle's own velocity through the air, where it is modelled
         let own = |dof: Dof| if self.models(dof) { dof.velocity() } else { "0" };
         let (u, v) = (own(Dof::Surge), own(Dof::Sway));
         for (id, sign, other) in [("wind", "+", WIND_TO), ("wind_to", "-", WIND_FROM)] {
@@ -242,7 +252,8 @@ impl Brought<'_> {
         self.tell(&format!("{speed}, {direction}{said}"), &format!("drag of the wind may act{both}"), before);
     }
 
-    /// Adds the drag of air that comes from ahead and from starboard at these speeds, `all` their size.
+    /// Adds the drag of air that meets the vehicle from ahead and from starboard at these speeds;
+    /// `all` is their magnitude.
     fn blow(&mut self, id: &str, ahead: &str, across: &str, all: &str) {
         let force = Dimension::new(1, -1, 0);
         self.add(id, Dof::Surge, force, format!("-{all}*{ahead}"));
@@ -253,7 +264,8 @@ impl Brought<'_> {
     fn density(&mut self) {
         let Some(name) = self.column(DENSITY) else { return };
         let (low, high) = self.range(name);
-        // a column that never changes tells nothing; a sigma-t (5 kg/m3) or a density of air is no density of water in kg/m3
+        // a constant column tells nothing; a sigma-t (5 kg/m3) or a density of air is no density of
+        // water in kg/m3
         if high <= low || low < 500.0 || high > 1500.0 {
             return;
         }
@@ -420,7 +432,7 @@ mod tests {
         assert!(!either(&["aws", "awa", "wind_speed", "wind_dir"]));
     }
 
-    /// From 350° over north to 10°, and the same in radians.
+    /// From 350° over north to 10°, and from 3.1 rad over astern to −3.1 rad.
     #[test]
     fn a_direction_goes_the_shorter_way_round() {
         let mut logged = run(&[("wind_dir", [350.0, 10.0]), ("awa", [3.1, -3.1])]);

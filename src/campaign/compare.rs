@@ -1,4 +1,4 @@
-//! The verb `compare`: the model against every run, those of the fit and those that took no part.
+//! The verb `compare`: comparison of the model with every run, those of the fit and held-out ones.
 
 use serde::Serialize;
 
@@ -12,21 +12,22 @@ use crate::finding::Finding;
 use crate::model::Model;
 use crate::run::Run;
 
-/// A model held against runs. Serialises as `hydrosysid compare --json`.
+/// Comparison of a model with runs. Serialises as `hydrosysid compare --json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
     /// Format of the result: 1.
     pub format: u32,
-    /// One entry a run and degree of freedom.
+    /// One entry per run and degree of freedom.
     pub runs: Vec<Disagreement>,
-    /// Noise, and how the model predicts; absent where it is so wrong that no filter can follow the runs.
+    /// Noise, and accuracy of the predictions; absent if the model is so wrong that no filter can
+    /// follow the runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
-/// How the runs of a campaign are compared.
+/// Returns the options of a comparison with the runs of a campaign.
 pub(super) fn options(campaign: &Campaign) -> CompareOptions {
     let fitting = &campaign.options.output_error;
     CompareOptions {
@@ -37,7 +38,7 @@ pub(super) fn options(campaign: &Campaign) -> CompareOptions {
     }
 }
 
-/// The runs of free motion, and the model with its values in those.
+/// Returns the runs of free motion, and the model with its values for those runs.
 fn of_motion(campaign: &Campaign, model: &Model) -> (Model, Vec<Run>) {
     let kept = campaign.motion_numbers(None);
     let runs = campaign.motion(None);
@@ -48,7 +49,8 @@ fn of_motion(campaign: &Campaign, model: &Model) -> (Model, Vec<Run>) {
     (model, runs)
 }
 
-/// How far `model` is off on each run of free motion: the part of [`compare()`] that is quick, without the noise.
+/// Returns how far `model` is off on each run of free motion: the quick part of [`compare()`],
+/// without the noise.
 ///
 /// # Errors
 /// As [`compare()`].
@@ -57,11 +59,10 @@ pub fn disagreements(campaign: &Campaign, model: &Model) -> Result<Vec<Disagreem
     Ok(compare::compare(&model, &runs, &options(campaign))?.runs)
 }
 
-/// Compares `model` with the runs of free motion of a campaign; `envelope` is that in which it was
-/// fitted.
+/// Compares `model` with the runs of free motion of a campaign; `envelope` is that of its fit.
 ///
 /// # Errors
-/// [`Error`] when a run lacks what the model reads.
+/// [`Error`] if a run lacks what the model reads.
 pub fn compare(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Result<Comparison, Error> {
     let (model, runs) = of_motion(campaign, model);
     let result = compare::compare(&model, &runs, &options(campaign))?;

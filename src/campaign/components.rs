@@ -23,9 +23,9 @@ use crate::run::{Run, Signal};
 pub struct Components {
     /// Format of the result: 1.
     pub format: u32,
-    /// One entry a run and degree of freedom.
+    /// One entry per run and degree of freedom.
     pub runs: Vec<RunComponents>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
@@ -42,14 +42,15 @@ pub struct RunComponents {
     pub velocity: Vec<f64>,
     /// Force of each term, in `unit`.
     pub terms: BTreeMap<String, Vec<f64>>,
-    /// Their sum: what accelerates the vehicle, in `unit`.
+    /// Sum of the terms, which accelerates the vehicle, in `unit`.
     pub total: Vec<f64>,
     /// `N` or `N*m`.
     pub unit: &'static str,
 }
 
 impl RunComponents {
-    /// Velocity and forces as signals, by the name of the term; `total` is their sum.
+    /// Returns velocity and forces as signals, by the name of the term; `total` is the sum of the
+    /// forces.
     pub fn signals(&self) -> BTreeMap<String, Signal> {
         let time: Arc<[f64]> = self.time.clone().into();
         let own = (self.dof.velocity().to_string(), Signal::new(time.clone(), self.velocity.clone()));
@@ -59,8 +60,8 @@ impl RunComponents {
     }
 }
 
-/// Forces of `model` in the runs of free motion, at the logged states. Where a balance hangs on what no sensor logs
-/// there is a finding instead.
+/// Returns the forces of `model` in the runs of free motion, at the logged states. If a balance
+/// depends on a quantity that no sensor logs, there is a finding instead.
 pub fn components(campaign: &Campaign, model: &Model) -> Components {
     let mut result = Components { format: 1, runs: Vec::new(), warnings: Vec::new() };
     let moving: Vec<(usize, &Run)> = campaign.runs.iter().enumerate().filter(|(_, run)| moves(run.kind)).collect();

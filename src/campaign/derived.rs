@@ -1,11 +1,12 @@
-//! Channels that are made from a run rather than logged, for the effects that read them.
+//! Channels that are calculated from a run instead of logged, for the effects that read them.
 //!
 //! ```text
 //! KC = U_m T / L_c      supply_voltage_ratio = V / V_ref      anchor = where the run begins
 //! ```
 //!
-//! U_m: greatest speed of the run, m/s (rad/s times L_c in rotation); T: period of the strongest sine in the command,
-//! s, 0 where it does not oscillate; L_c: characteristic length, m; V_ref: mean supply voltage of the campaign, V.
+//! U_m: greatest speed of the run, m/s (rad/s times L_c in rotation); T: period of the strongest
+//! sine in the command, s, 0 if it does not oscillate; L_c: characteristic length, m; V_ref: mean
+//! supply voltage of the campaign, V.
 
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ use crate::frame::Dof;
 use crate::run::{Run, Signal};
 use crate::vehicle::Vehicle;
 
-/// Puts the derived channels into every run; logged channels of the same name stay.
+/// Adds the derived channels to every run; logged channels of the same name stay.
 pub(super) fn add(runs: &mut [Run], vehicle: &Vehicle, dofs: &[Dof]) {
     let means: Vec<f64> = runs.iter().filter_map(Run::supply_voltage).map(|s| mean(s.values())).collect();
     let reference = mean(&means);
@@ -45,7 +46,7 @@ pub(super) fn add(runs: &mut [Run], vehicle: &Vehicle, dofs: &[Dof]) {
     }
 }
 
-/// KC of a run in `dof`; `None` without a characteristic length, a velocity or a command.
+/// Returns KC of a run in `dof`; `None` without a characteristic length, a velocity or a command.
 fn keulegan_carpenter(run: &Run, dof: Dof, vehicle: &Vehicle) -> Option<f64> {
     let length = vehicle.characteristic_length()?;
     let greatest = run.signal(dof.velocity())?.values().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -53,10 +54,11 @@ fn keulegan_carpenter(run: &Run, dof: Dof, vehicle: &Vehicle) -> Option<f64> {
     Some(speed * dominant_period(run.signal(dof.force())?) / length)
 }
 
-/// Most samples that the search for a period looks at.
+/// Largest number of samples that the search for a period uses.
 const SAMPLES: usize = 2048;
 
-/// Period of the strongest sine of a signal about its mean, s; 0 for one that does not vary.
+/// Returns the period of the strongest sine of a signal about its mean, s; 0 for a signal that does
+/// not vary.
 pub(super) fn dominant_period(signal: &Signal) -> f64 {
     let (time, x) = (signal.time(), signal.values());
     let (Some(first), Some(last)) = (time.first(), time.last()) else { return 0.0 };
@@ -69,7 +71,8 @@ pub(super) fn dominant_period(signal: &Signal) -> f64 {
     }
     let every = x.len().div_ceil(SAMPLES);
     let samples: Vec<(f64, f64)> = time.iter().zip(x).step_by(every).map(|(t, v)| (t - first, v - centre)).collect();
-    // a quarter of the resolution 1/span: the peak is a parabola there; no vehicle oscillates faster than 5 Hz
+    // a quarter of the resolution 1/span: at this step the peak is a parabola; no vehicle
+    // oscillates faster than 5 Hz
     let step = 0.25 / span;
     let most = (0.5 * samples.len() as f64 / span).min(5.0).min(1000.0 * step);
     let grid: Vec<f64> = (3..).map(|k| f64::from(k) * step).take_while(|f| *f <= most.max(4.0 * step)).collect();
@@ -85,8 +88,9 @@ pub(super) fn dominant_period(signal: &Signal) -> f64 {
     1.0 / (grid[best] + shift * step)
 }
 
-/// |Σ v exp(2πi f t)|² at `count` frequencies from `first` on, `step` apart. From one to the next each sample turns by the
-/// same angle, so that its sine and cosine are calculated once.
+/// Returns |Σ v exp(2πi f t)|² at `count` frequencies from `first` on, `step` apart. From one
+/// frequency to the next the phase of each sample turns by the same angle, so that its sine and
+/// cosine are calculated only once.
 fn powers(samples: &[(f64, f64)], first: f64, step: f64, count: usize) -> Vec<f64> {
     let turned = |f: f64| samples.iter().map(move |(t, _)| (std::f64::consts::TAU * f * t).sin_cos());
     let mut at: Vec<(f64, f64)> = turned(first).zip(samples).map(|((s, c), (_, v))| (v * s, v * c)).collect();

@@ -1,13 +1,13 @@
-//! The verb `compare` on two models: is it the same vehicle?
+//! The verb `compare` on two models: do they describe the same vehicle?
 //!
 //! ```text
 //! δ = θ_b − θ_a,   σ² = σ_a² + σ_b²,   z = δ/σ        each parameter against N(0, 1)
 //! δᵀ (Σ_a + Σ_b)⁺ δ                                    all of them together against χ²(rank)
 //! ```
 //!
-//! θ, σ, Σ: values, standard deviations, covariances of the parameters that both models have and at least one has
-//! estimated. The two fits are taken as independent: of runs that both have used the difference is more certain than is
-//! told. Rao, *Linear Statistical Inference* (1973), ch. 3.
+//! θ, σ, Σ: values, standard deviations, covariances of the parameters that both models have and at
+//! least one has estimated. The two fits are taken as independent. If both have used the same runs,
+//! the difference is more certain than reported. Rao, *Linear Statistical Inference* (1973), ch. 3.
 
 use std::path::Path;
 
@@ -29,15 +29,15 @@ pub struct ModelDifference {
     pub a: String,
     /// The second model's file.
     pub b: String,
-    /// Parameters that both have.
+    /// Parameters that both models have.
     pub parameters: Vec<ParameterDifference>,
-    /// Parameters of the first alone: `term symbol`.
+    /// Parameters of the first model alone: `term symbol`.
     pub only_a: Vec<String>,
-    /// Parameters of the second alone.
+    /// Parameters of the second model alone.
     pub only_b: Vec<String>,
-    /// All common parameters together; `null` where none was estimated.
+    /// Test of all common parameters together; `null` if none was estimated.
     pub joint: Option<Joint>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
@@ -58,15 +58,15 @@ pub struct ParameterDifference {
     pub std_a: Option<f64>,
     /// Standard deviation in the second model.
     pub std_b: Option<f64>,
-    /// Second less first.
+    /// Value in the second model minus value in the first.
     pub difference: f64,
-    /// Standard deviation of the difference; `null` where neither was estimated.
+    /// Standard deviation of the difference; `null` if neither was estimated.
     pub std: Option<f64>,
-    /// Interval that covers the difference in 95 of 100 cases.
+    /// 95 % confidence interval of the difference.
     pub interval: Option<[f64; 2]>,
-    /// Difference in standard deviations.
+    /// Difference divided by its standard deviation.
     pub z: Option<f64>,
-    /// Probability of so much by chance.
+    /// Probability of so large a difference by chance.
     pub p_value: Option<f64>,
 }
 
@@ -77,29 +77,29 @@ pub struct Joint {
     pub chi_squared: f64,
     /// Its degrees of freedom.
     pub degrees_of_freedom: usize,
-    /// Probability of so much by chance.
+    /// Probability of so large a value by chance.
     pub p_value: f64,
 }
 
-/// Half of the interval, in standard deviations: 95 %.
+/// Half-width of the 95 % confidence interval, in standard deviations.
 pub(super) const COVER: f64 = 1.959_963_984_540_054;
 
-/// Directions below this share of the greatest eigenvalue of the correlation are rounding, not knowledge.
+/// Part of the greatest eigenvalue of the correlation below which an eigenvalue is rounding error.
 const RANK: f64 = 1e-10;
 
-/// A joint probability below this makes the models different.
+/// p-value of the joint test below which the models differ.
 const LEVEL: f64 = 0.01;
 
-/// Tells two models apart.
+/// Compares two model files.
 ///
 /// # Errors
-/// [`ModelFileError`] when one of the files cannot be read.
+/// [`ModelFileError`] if one of the files cannot be read.
 pub fn difference_of(a: &Path, b: &Path) -> Result<ModelDifference, ModelFileError> {
     let names = [a.display().to_string(), b.display().to_string()];
     Ok(difference(&ModelFile::read(a)?, &ModelFile::read(b)?, names))
 }
 
-/// [`difference_of`] of models in memory, with the names under which they are told.
+/// [`difference_of`] for models in memory, with the names that the result gives them.
 pub fn difference(a: &ModelFile, b: &ModelFile, [name_a, name_b]: [String; 2]) -> ModelDifference {
     let same = |p: &ModelParameter, q: &ModelParameter| p.effect == q.effect && p.name == q.name;
     let pairs: Vec<(usize, usize)> = (0..a.parameters.len())
@@ -185,7 +185,7 @@ fn of_parameter(p: &ModelParameter, q: &ModelParameter) -> ParameterDifference {
     }
 }
 
-/// Probability that a standard normal number is farther from 0 than z.
+/// Returns the probability that a standard normal number is farther from 0 than z.
 pub(super) fn two_sided(z: f64) -> f64 {
     let normal = Normal::standard();
     2.0 * normal.cdf(-z.abs())
@@ -287,7 +287,8 @@ mod tests {
 
     #[test]
     fn what_each_alone_hides_the_correlation_shows() {
-        // two sums that are known well, each part badly: 1.4 standard deviations each, far apart along the sum
+        // the sum is known well, each part badly: 1.4 standard deviations each, far apart along the
+        // sum
         let a = model(&[("mass", 100.0, 5.0), ("drag", 50.0, 5.0)], -0.99);
         let b = model(&[("mass", 110.0, 5.0), ("drag", 60.0, 5.0)], -0.99);
         let found = difference(&a, &b, names());

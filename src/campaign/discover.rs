@@ -1,4 +1,4 @@
-//! The verb `discover`: what the campaign's baseline lacks, if anything.
+//! The verb `discover`: search for effects that the baseline of a campaign lacks.
 
 use super::codes;
 use super::error::Error;
@@ -23,7 +23,7 @@ use crate::run::{Role, Run, Signal};
 use crate::vehicle::Vehicle;
 use crate::wording::{digits, measured};
 
-/// How the campaign wants to be searched.
+/// Returns the search options of a campaign.
 pub(super) fn options(campaign: &Campaign) -> SearchOptions {
     let table = &campaign.file.discover;
     SearchOptions {
@@ -34,16 +34,16 @@ pub(super) fn options(campaign: &Campaign) -> SearchOptions {
     }
 }
 
-/// Looks for what the baseline of a campaign lacks on its runs of free motion.
+/// Searches the runs of free motion of a campaign for effects that its baseline lacks.
 ///
 /// # Errors
-/// [`Error`] when the baseline cannot be fitted or a run lacks what it reads.
+/// [`Error`] if the baseline cannot be fitted or a run lacks what it reads.
 pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     campaign.refuse_bench_alone()?;
     let table = &campaign.file.discover;
     let usual = DiscoverTable::default();
     let options = options(campaign);
-    // a late thrust is among what is asked
+    // the candidates include a late thrust
     let mut runs = lead_in::settled(campaign.motion(None), &campaign.model);
     if let Some(finding) = unexcited::at_rest(&runs) {
         return Err(Error::Refused { findings: vec![finding] });
@@ -57,10 +57,11 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     let mut faults = faults(&runs, &campaign.model);
     let names_sensors = options.families.contains(&Family::Sensor);
     if names_sensors {
-        // of a gyro a lag has a name, and a latency has none
+        // among the effects of sensors a gyro lag has a name, a gyro latency has none
         faults.retain(|fault| fault.latency_of_gyro().is_some() || !fault.has_name(&campaign.model));
     }
-    // last what a fit has to tell apart, on logs that are mended otherwise
+    // last the latencies of gyros, which a fit has to tell from lags, on logs in which the other
+    // faults are mended
     faults.sort_by_key(|fault| fault.latency_of_gyro().is_some());
     faults.retain(|fault| {
         let stands = !names_sensors || !late_gyro::is_smoothed(&campaign.model, &runs, fault, &fitting);
@@ -91,7 +92,8 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
             found = with_what_was_held(again, &found);
         }
     }
-    // a thrust that is late after all asks for more of the first seconds, and they are no other thing that is missing
+    // if the thrust turns out to be late, first seconds of more runs are left out: they are no
+    // evidence of another missing effect
     if let Some(last) = found.model().filter(|last| lead_in::is_late(last) && !lead_in::is_late(&model)) {
         let settled = lead_in::settled(runs.clone(), last);
         let samples =
@@ -143,11 +145,13 @@ pub fn discover(campaign: &Campaign) -> Result<Discovery, Error> {
     Ok(found)
 }
 
-/// Holds the parameters of which the runs of free motion show nothing, as a run of another kind may: `m_uq of
-/// added_mass_coupling@surge:pitch, …`. What there is to say of it.
+/// Holds the parameters that the runs of free motion do not show (runs of another kind may):
+/// `m_uq of added_mass_coupling@surge:pitch, …`. Returns the finding.
 ///
-/// An inertia is known to its own size, by the value at which the search ended: it is in every balance of its degree of freedom, and
-/// without one nothing that acts there has a size. What is missing may show it: a Munk moment of known masses.
+/// An inertia without a given value is not fixed: it gets a prior at the value at which the search
+/// ended, with that value as standard deviation. It is in every balance of its degree of freedom,
+/// and without it nothing that acts there has a scale. A missing effect may show it: a Munk moment
+/// of known masses.
 fn hold(model: &mut Model, unseen: &[String], values: &[f64]) -> Finding {
     let mut held = Vec::new();
     for p in &mut model.parameters {
@@ -168,27 +172,28 @@ fn hold(model: &mut Model, unseen: &[String], values: &[f64]) -> Finding {
     Finding::new(&codes::UNSEEN, text)
 }
 
-/// Whether a search leaves nothing.
+/// Whether a search leaves nothing unexplained.
 fn passes(found: &Discovery) -> bool {
     matches!(found.verdict, Verdict::NothingMissing | Verdict::Explained)
 }
 
-/// A search that was made again, with what an earlier one said of parameters that it held.
+/// Returns a repeated search with the findings of an earlier one about parameters that it held.
 fn with_what_was_held(mut again: Discovery, earlier: &Discovery) -> Discovery {
     again.warnings.extend(earlier.warnings.iter().filter(|w| w.code == codes::UNSEEN.code).cloned());
     again
 }
 
-/// An inertia whose standard deviation is above this part of it is not known: in quasi-steady motion the force and the
-/// drag balance each other, whatever the mass.
+/// Relative standard deviation above which an inertia is not known: in quasi-steady motion force
+/// and drag balance each other, whatever the mass.
 const UNKNOWN: f64 = 0.3;
 
-/// What to say of inertias that the runs do not determine, and the model in which they are held where a value is known
-/// beforehand: left free they would take up what is missing.
+/// Returns the findings about inertias that the runs do not determine, and the model in which they
+/// are held if a value is known beforehand: free, they would take up what is missing.
 ///
-/// Such are those of the baseline that have a wide deviation, and those that are below the dry mass, which no vehicle has,
-/// when the search is done: they are kept at or above it. None is held where the commands do not move the vehicle in a degree
-/// of freedom of which the inertia is said to be known: that holding cannot mend.
+/// These are inertias of the baseline with a wide standard deviation, and inertias below the dry
+/// mass, which no vehicle has, at the end of the search. The latter are kept at or above the dry
+/// mass. None is held if the commands do not move the vehicle in a degree of freedom whose inertia
+/// seems to be known: holding cannot mend that.
 fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<Model>, Vec<Finding>) {
     let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) else { return (None, Vec::new()) };
     let inertia = |p: &&Parameter| p.effect == id::INERTIA && !p.fixed && p.prior.is_none();
@@ -196,7 +201,8 @@ fn undetermined(model: &Model, found: &Discovery, vehicle: &Vehicle) -> (Option<
     let light = |p: &Parameter| dry_mass(p, vehicle).filter(|dry| is_below(p, *dry) && p.min < *dry);
     let mut held = model.clone();
     let (mut any, mut said) = (false, Vec::new());
-    // a baseline far from the truth knows no inertia that the explained one knows
+    // a baseline far from the truth leaves an inertia undetermined that the explained model
+    // determines
     let known_at_last = |p: &&Parameter| {
         let at_last = last.fit.model.parameters.iter().find(|q| q.term == p.term && q.spec.name == p.spec.name);
         found.verdict == Verdict::Explained && at_last.is_some_and(|q| !loose(&q))

@@ -1,11 +1,14 @@
-//! What each run says alone, and how its model does on the others: Table 6 of Avila et al. (2013).
+//! Models of single runs and their errors on the other runs: Table 6 of Avila et al. (2013).
 //!
 //! ```text
-//! θ_r: fit of run r alone        E_rs = mean |y_s − ŷ_s(θ_r)|        r: model of run r, s: run that is simulated
+//! θ_r: fit of run r alone        E_rs = mean |y_s − ŷ_s(θ_r)|
+//! r: model of run r, s: run that is simulated
 //! ```
 //!
-//! Of a staged fit θ_r are the stages of single runs; else one fit a training run, started from the common estimates and
-//! held to them by a deviation of their own size, so that what a run does not show stays as it is.
+//! In a staged fit, θ_r comes from the stages of single runs. Otherwise each training run is fitted
+//! alone. The fit starts from the common estimates, and a prior with a standard deviation of the
+//! estimate's own size holds each parameter to its estimate, so that what a run does not show stays
+//! as it is.
 
 use serde::Serialize;
 
@@ -20,21 +23,23 @@ use crate::model::Model;
 use crate::progress::Count;
 use crate::run::{Role, Run};
 
-/// Most runs that are fitted alone, and most of the others that each model is simulated on: the longest ones. More make
-/// no matrix that can be read.
+/// Largest number of runs that are fitted alone, and of the other runs that each model is simulated
+/// on: the longest ones. A larger matrix cannot be read.
 pub const MOST: usize = 20;
 
-/// Deviation, in units of the common value, that holds a parameter to it.
+/// Standard deviation of the prior at the common value, in units of that value.
 const HELD: f64 = 1.0;
 
-/// The models of single runs, and each on every run. Serialises as `hydrosysid compare --cross --json`.
+/// Models of single runs, and the errors of each on every run.
+/// Serialises as `hydrosysid compare --cross --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EachRun {
     /// Format of the result: 1.
     pub format: u32,
-    /// One model a run.
+    /// One model per run.
     pub models: Vec<OwnModel>,
-    /// Each model on each run, by degree of freedom; none for a pair that cannot be simulated.
+    /// Errors of each model on each run, by degree of freedom; none for a pair that cannot be
+    /// simulated.
     pub crossed: Vec<Crossed>,
     /// Runs that were left out, because there are twenty longer ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -42,7 +47,8 @@ pub struct EachRun {
 }
 
 impl EachRun {
-    /// What was compared, by degree of freedom: velocities, and the positions and angles of runs that log none.
+    /// Returns what was compared, by degree of freedom: velocities, and positions and angles of
+    /// runs that log no velocity.
     pub fn compared(&self) -> Vec<&Measured> {
         let mut all: Vec<&Measured> = Vec::new();
         for cell in &self.crossed {
@@ -55,12 +61,12 @@ impl EachRun {
     }
 }
 
-/// What one run says alone.
+/// The model of one run alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OwnModel {
     /// Name of the run.
     pub run: String,
-    /// Degrees of freedom that its model is about.
+    /// Degrees of freedom of its model.
     pub dofs: Vec<Dof>,
     /// Its estimates.
     pub estimates: Vec<OwnEstimate>,
@@ -79,7 +85,7 @@ pub struct OwnEstimate {
     pub std: f64,
 }
 
-/// The model of one run on another.
+/// Errors of the model of one run on another.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Crossed {
     /// Run that the model was made from.
@@ -94,8 +100,8 @@ pub struct Crossed {
     pub std_abs: f64,
 }
 
-/// The models of single runs of `fit`, each simulated on the others and on runs that took no part; empty where fewer
-/// than two runs can stand alone.
+/// Returns the models of single runs of `fit`, each simulated on the others and on held-out runs;
+/// empty if fewer than two runs can be fitted alone.
 pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     let campaign = campaign.under(&fit.efficiency);
     let mut left_out = Vec::new();
@@ -108,7 +114,7 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     }
     let staged = fit.estimator == Estimator::Staged;
     let has_model = |run: &Run| alone.iter().any(|(own, _)| own.run == run.name);
-    // a stage is about one kind of run; other kinds show what it holds
+    // a stage is about one kind of run; runs of other kinds show what the stage holds constant
     let held_out = |run: &Run| !staged && run.role == Role::Validate;
     let (own, others): (Vec<Run>, Vec<Run>) =
         campaign.motion(None).into_iter().filter(|run| has_model(run) || held_out(run)).partition(|run| has_model(run));
@@ -119,7 +125,7 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     let count = Count::begun("simulating each run by all models", runs.len());
     for run in &runs {
         count.one_done();
-        // one run at a time, so that one that cannot be simulated leaves the others
+        // one run at a time: a run that cannot be simulated does not stop the others
         let Ok(rows) = cross_validate(&models, std::slice::from_ref(run), &options(&campaign)) else { continue };
         for (row, (own, _)) in rows.iter().zip(&alone) {
             let shared = |dof: &Dof| {
@@ -136,7 +142,8 @@ pub fn each_run(campaign: &Campaign, fit: &Fit) -> EachRun {
     EachRun { format: 1, models: alone.into_iter().map(|(own, _)| own).collect(), crossed, left_out }
 }
 
-/// The [`MOST`] longest of a list, in its order; the names of the rest go to `left_out`.
+/// Returns the [`MOST`] longest of a list, in the order of the list; the names of the rest go to
+/// `left_out`.
 fn longest<T>(
     list: Vec<T>,
     length: impl Fn(&T) -> f64,
@@ -145,7 +152,7 @@ fn longest<T>(
 ) -> Vec<T> {
     let lengths: Vec<f64> = list.iter().map(length).collect();
     let mut order: Vec<usize> = (0..list.len()).collect();
-    // a stable order: of equally long ones the first stay
+    // a stable order: of equally long runs the first ones stay
     order.sort_by(|a, b| lengths[*b].total_cmp(&lengths[*a]));
     order.truncate(MOST);
     let mut keep = |(k, one): (usize, T)| {
@@ -162,7 +169,7 @@ fn duration(run: &Run) -> f64 {
     run.span().map_or(0.0, |(from, to)| to - from)
 }
 
-/// The stages of single runs, each with the model that has its estimates in place.
+/// Returns the stages of single runs, each with the model that has its estimates.
 fn of_stages(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<(OwnModel, Model)> {
     let single = |s: &&FitStage| {
         let moved = s.name.starts_with("oscillatory") || s.name.starts_with("zigzag");
@@ -186,7 +193,7 @@ fn of_stages(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<
     stages.into_iter().map(of_stage).collect()
 }
 
-/// One fit a training run.
+/// Fits each training run alone.
 fn of_fits(campaign: &Campaign, fit: &Fit, left_out: &mut Vec<String>) -> Vec<(OwnModel, Model)> {
     let training = campaign.motion(Some(Role::Train));
     let moving: Vec<(usize, &Run)> = campaign.motion_numbers(Some(Role::Train)).into_iter().zip(&training).collect();
@@ -235,7 +242,7 @@ mod tests {
         let kept = longest(lengths.clone(), |l| *l as f64, ToString::to_string, &mut left_out);
         assert_eq!(kept, lengths.into_iter().filter(|l| *l > 10).collect::<Vec<_>>());
         assert_eq!(left_out, ["10", "10"]);
-        // of equally long ones the first
+        // of equally long runs the first
         let kept = longest((0..MOST + 1).collect(), |_| 1.0, ToString::to_string, &mut left_out);
         assert_eq!(kept, (0..MOST).collect::<Vec<_>>());
     }

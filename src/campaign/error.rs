@@ -1,4 +1,4 @@
-//! Why a campaign cannot be put together, or a verb not be carried out.
+//! Errors of building a campaign and of its verbs.
 
 use std::path::PathBuf;
 
@@ -15,13 +15,13 @@ use crate::model::ModelError;
 use crate::plan::PlanError;
 use crate::procedure::ProcedureError;
 
-/// Why a campaign cannot be worked with.
+/// The reason why a campaign cannot be used.
 #[derive(Debug, Error)]
 pub enum Error {
     /// The campaign file is wrong: a usage error.
     #[error(transparent)]
     File(#[from] CampaignErrors),
-    /// A log cannot be opened, or an option of reading cannot be: a usage error.
+    /// A log cannot be opened, or a reading option is invalid: a usage error.
     #[error("run `{run}`: {source}")]
     Log {
         /// Name of the run.
@@ -32,7 +32,7 @@ pub enum Error {
     /// The data was refused.
     #[error("{}", .findings.iter().map(|f| f.message.as_str()).collect::<Vec<_>>().join("\n"))]
     Refused {
-        /// All that is wrong, over all runs.
+        /// All faults of all runs.
         findings: Vec<Finding>,
     },
     /// A file of published parameters cannot be used: a usage error.
@@ -51,7 +51,7 @@ pub enum Error {
         /// What is wrong.
         message: String,
     },
-    /// The model cannot be: a usage error.
+    /// The model is impossible: a usage error.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// Output error cannot fit this data.
@@ -63,19 +63,19 @@ pub enum Error {
     /// Integral least squares cannot fit this data.
     #[error(transparent)]
     Integral(IntegralError),
-    /// A model cannot be held against a run.
+    /// A model cannot be compared with a run.
     #[error(transparent)]
     Compare(#[from] CompareError),
     /// Nothing can be planned.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// What is asked of a plan cannot be: a usage error.
+    /// A request cannot be met: a usage error.
     #[error("{0}")]
     Asked(String),
 }
 
 impl From<IntegralError> for Error {
-    /// What says what to do instead has a code of its own.
+    /// An error that says what to do instead has a code of its own.
     fn from(error: IntegralError) -> Error {
         match &error {
             IntegralError::NotSettled { .. } | IntegralError::SharedInStream { .. } => {
@@ -98,7 +98,7 @@ impl Error {
         }
     }
 
-    /// The findings behind it, where there are such.
+    /// Returns the findings behind the error, if there are any.
     pub fn findings(&self) -> &[Finding] {
         match self {
             Error::Refused { findings } => findings,

@@ -1,4 +1,4 @@
-//! The thorough part of the verb `fit`: what takes further fits.
+//! The thorough part of the verb `fit`, which needs further fits.
 
 use std::collections::BTreeMap;
 
@@ -18,15 +18,15 @@ use crate::finding::Finding;
 use crate::progress::Count;
 use crate::run::{Role, Run};
 
-/// Most parameters of which a profile is made.
+/// Largest number of parameters with a profile likelihood.
 const MOST_PROFILES: usize = 8;
 
-/// What takes further fits: profile likelihoods of the doubtful, segments of other lengths, and for each group the run
-/// that would tell most; of fits by rows their halves and longer windows. Adds to the identifiability and the warnings
-/// of `fit`.
+/// Adds the results of further fits to the identifiability and the warnings of `fit`: profile
+/// likelihoods of doubtful parameters, fits with segments of other lengths, and for each group the
+/// run that would improve it most; for fits by rows, halves of the runs and longer windows.
 ///
 /// # Errors
-/// [`Error`] when the campaign cannot be fitted again.
+/// [`Error`] if the campaign cannot be fitted again.
 pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     if !matches!(fit.estimator, Estimator::FilterError | Estimator::OutputError) {
         return examine_rows::examine(campaign, fit);
@@ -39,7 +39,7 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     }
     let again = match output_error(&model, &runs, options) {
         Ok(again) => again,
-        // the fit stands, however little a model is worth that cannot be started again
+        // the fit stands, although a model that diverges when it is simulated again is worth little
         Err(OutputErrorError::Diverges { .. }) => {
             fit.warnings.push(Finding::new(&codes::NOT_EXAMINED, codes::NOT_EXAMINED.meaning));
             return Ok(());
@@ -86,7 +86,8 @@ pub fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     Ok(())
 }
 
-/// Parameters whose interval may be no ellipse: uncertain ones, members of a group.
+/// Returns the parameters whose confidence region may not be an ellipse: uncertain ones and members
+/// of a group.
 fn doubtful(fit: &OutputErrorFit, found: &Identifiability) -> Vec<usize> {
     let uncertain = |p: usize| {
         let told = &fit.model.parameters[p];
@@ -100,7 +101,7 @@ fn doubtful(fit: &OutputErrorFit, found: &Identifiability) -> Vec<usize> {
         .collect()
 }
 
-/// The fit with segments `factor` times as long.
+/// Fits with segments `factor` times as long and returns the changes of the estimates.
 fn other_length(
     fit: &OutputErrorFit,
     runs: &[Run],
@@ -131,7 +132,8 @@ fn other_length(
     Some(OtherLength { segment, change })
 }
 
-/// The run that would tell most of a group, beside the data that is there, in words.
+/// Describes the run that would improve the parameters of a group most, in addition to the data
+/// that is there.
 fn next_run(campaign: &Campaign, fit: &Fit, group: &[String]) -> Option<String> {
     let term = |label: &String| label.split(" of ").nth(1).map(str::to_string);
     let wants = group.iter().filter_map(term).map(|t| Want { parameter: Some(t), amount: 1e-3, relative: true });

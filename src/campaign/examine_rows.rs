@@ -1,4 +1,5 @@
-//! The thorough part of a fit by rows: whether halves of the runs and longer windows tell the same.
+//! The thorough part of a fit by rows: whether halves of the runs and longer windows give the same
+//! estimates.
 
 use std::collections::BTreeMap;
 
@@ -14,11 +15,11 @@ use crate::finding::Finding;
 use crate::model::Model;
 use crate::run::{Role, Run, RunKind};
 
-/// Lengths of windows that are tried, in those of the fit.
+/// Lengths of the windows that are tried, in units of those of the fit.
 const WINDOWS: [usize; 2] = [2, 4];
 
-/// Adds halves and windows to the identifiability and the warnings of `fit`. Halves are those of runs whose motion
-/// changes all the time: a steady run has the half in which it is steady.
+/// Adds halves and windows to the identifiability and the warnings of `fit`. Only runs whose motion
+/// changes all the time are halved: a steady run is steady in one half only.
 pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     let Some(mut found) = fit.identifiability.take() else { return Ok(()) };
     let estimator = fit.estimator;
@@ -27,7 +28,7 @@ pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     let refit = |runs: Vec<Run>, times: usize| again(campaign, estimator, runs, times);
     let halves: Option<[Model; 2]> = match (refit(half(&runs, 0), 1), refit(half(&runs, 1), 1)) {
         (Ok(first), Ok(second)) => Some([first, second]),
-        // a half does not determine all of them
+        // a half does not determine all parameters
         _ => None,
     };
     let limit = Normal::standard().inverse_cdf(1.0 - 0.01 / (2.0 * found.parameters.len().max(1) as f64));
@@ -37,7 +38,7 @@ pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
         };
         let Some([first, second]) = halves.as_ref().map(|h| [0, 1].map(|k| &h[k].parameters[p])) else { continue };
         let deviation = first.std.unwrap_or(0.0).hypot(second.std.unwrap_or(0.0));
-        // what no half has changed comes from runs that are not halved
+        // a parameter that is equal in both halves comes from runs that are not halved
         if deviation > 0.0 && (first.value - second.value).abs() > 0.0 {
             let z = (first.value - second.value) / deviation;
             (one.first_half, one.second_half, one.halves_z) = (Some(first.value), Some(second.value), Some(z));
@@ -73,7 +74,8 @@ pub(super) fn examine(campaign: &Campaign, fit: &mut Fit) -> Result<(), Error> {
     Ok(())
 }
 
-/// The first or the second half of each run that moves all the time, and the whole of every other.
+/// Returns the first or the second half of each run that moves all the time, and all other runs
+/// whole.
 fn half(runs: &[Run], which: usize) -> Vec<Run> {
     let cut = |run: &Run| match (run.kind, run.span()) {
         (RunKind::Oscillatory | RunKind::Zigzag | RunKind::Free, Some((from, to))) => {

@@ -1,11 +1,11 @@
-//! First samples of a log that take no part, told: what is left out is never left out in silence.
+//! Findings about first samples of a log that take no part: nothing is left out without a finding.
 
 use super::codes;
 use crate::finding::Finding;
 use crate::simulate::{FirstSample, Track};
 use crate::wording::digits;
 
-/// One finding a channel of a run.
+/// Returns one finding per sample that is left out.
 pub(super) fn findings<'a>(tracks: impl Iterator<Item = &'a Track>) -> Vec<Finding> {
     tracks.flat_map(|track| track.left_out.iter().map(|sample| told(&track.name, sample))).collect()
 }

@@ -1,11 +1,13 @@
-//! From what was commanded to the force on each degree of freedom.
+//! Conversion of the commands to the force in each degree of freedom.
 //!
 //! ```text
-//! V → F_nom = curve(V),   τ_nom = B F_nom,   τ = η_inter η_adv τ_nom          thruster forces > voltages > wrenches
+//! V → F_nom = curve(V),   τ_nom = B F_nom,   τ = η_inter η_adv τ_nom
+//! thruster forces > voltages > wrenches
 //! ```
 //!
-//! `tau_u` … hold the force that acts, `nominal_tau_u` … the nominal one where [`Efficiency`] makes a difference. A
-//! vehicle that is held or towed loses nothing by its own advance. Avila et al. (2013), eq. (16) and (17).
+//! `tau_u` … hold the acting force, `nominal_tau_u` … the nominal one if [`Efficiency`] makes a
+//! difference. No losses are applied to a vehicle that is held or towed. Avila et al. (2013), eq.
+//! (16) and (17).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,12 +23,13 @@ use crate::thrust::allocation::Allocation;
 use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
 
-/// Name of the channel with the nominal force of `dof`.
+/// Returns the name of the channel with the nominal force of `dof`.
 pub fn nominal(dof: Dof) -> String {
     format!("nominal_{}", dof.force())
 }
 
-/// No force in the degrees of freedom of `undriven`, at the stamps of the others, where the log of a moving vehicle has none.
+/// Adds a force of 0 in the degrees of freedom of `undriven`, at the time stamps of the other
+/// forces, if the log of a moving vehicle has none.
 pub(super) fn nothing(run: &mut Run, undriven: &[Dof]) {
     let known = Dof::ALL.into_iter().find_map(|dof| run.signal(dof.force()).map(|s| s.shared_time().clone()));
     let Some(time) = known.filter(|_| moves(run.kind)) else { return };
@@ -36,11 +39,11 @@ pub(super) fn nothing(run: &mut Run, undriven: &[Dof]) {
     }
 }
 
-/// Puts the forces that act into the run of `logged`; what there is to say goes to its findings. Degrees of freedom
-/// that the user's own formulas drive (`driven`) need none.
+/// Puts the acting forces into the run of `logged`; findings go to its findings. Degrees of freedom
+/// of `uncommanded` need no force: fins or formulas of the user drive them, or nothing does.
 ///
 /// # Errors
-/// Findings, where the log does not give the forces.
+/// Findings, if the log does not give the forces.
 pub(super) fn apply(
     logged: &mut Logged,
     dofs: &[Dof],
@@ -77,7 +80,7 @@ pub(super) fn apply(
                 logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
             }
             if letter == "F" {
-                // commands that stand beside measured thrust say nothing more of it
+                // commands that are logged beside measured thrust add no information
                 logged.run.signals.retain(|column, _| thruster_of(column, "V").is_none());
             }
             wrench(logged, thrusters, &forces).map_err(|text| refuse(&codes::NO_THRUSTER, None, text))?;
@@ -86,7 +89,7 @@ pub(super) fn apply(
             let text = format!("the forces are those of tau_*: {letter}1 … need [[thruster]] tables to be used");
             logged.findings.push(Finding::at(&codes::FORCE_SOURCE, &name, None, None, &text).of_run(&name));
         }
-        // a bollard table of one thruster is fitted as it is
+        // a bollard table of one thruster is fitted directly
         Some(letter) if logged.run.kind != RunKind::Bollard => {
             let logged: Vec<&str> =
                 logged.run.signals.keys().map(String::as_str).filter(|c| thruster_of(c, letter).is_some()).collect();
@@ -120,7 +123,7 @@ pub(super) fn apply(
     Ok(())
 }
 
-/// What is said of commands or forces of thrusters that no table places.
+/// Returns the message about commands or forces of thrusters that have no table.
 pub(super) fn no_tables(logged: &[&str]) -> String {
     let (have, they) = if logged.len() == 1 { ("has", "it pushes") } else { ("have", "they push") };
     format!(
@@ -129,7 +132,8 @@ pub(super) fn no_tables(logged: &[&str]) -> String {
     )
 }
 
-/// `run` with the nominal forces that its commands make of these thrusters; `None` where a command is not logged or cannot be read.
+/// Returns `run` with the nominal forces that its commands give with these thrusters; `None` if a
+/// command is not logged or cannot be read.
 pub(super) fn commanded(run: Run, units: &BTreeMap<String, &'static str>, thrusters: &[Thruster]) -> Option<Run> {
     let mut logged = Logged { run, units: units.clone(), ..Logged::default() };
     let forces = thruster_forces(&logged, thrusters, "V").ok()?;
@@ -137,7 +141,7 @@ pub(super) fn commanded(run: Run, units: &BTreeMap<String, &'static str>, thrust
     Some(logged.run)
 }
 
-/// Nominal force of each thruster, N, at the stamps of the first one.
+/// Returns the nominal force of each thruster, N, at the time stamps of the first one.
 fn thruster_forces(logged: &Logged, thrusters: &[Thruster], letter: &str) -> Result<Vec<Signal>, Vec<Finding>> {
     let run = &logged.run;
     let volts = run.supply_voltage();
@@ -171,7 +175,7 @@ fn thruster_forces(logged: &Logged, thrusters: &[Thruster], letter: &str) -> Res
     if wrong.is_empty() { Ok(forces) } else { Err(wrong) }
 }
 
-/// Writes the nominal force of each thruster and the wrench of all into the run.
+/// Writes the nominal force of each thruster and the wrench of all thrusters into the run.
 fn wrench(logged: &mut Logged, thrusters: &[Thruster], forces: &[Signal]) -> Result<(), String> {
     let run = &mut logged.run;
     let Some(clock) = forces.first().map(|f| f.shared_time().clone()) else { return Ok(()) };
@@ -184,7 +188,7 @@ fn wrench(logged: &mut Logged, thrusters: &[Thruster], forces: &[Signal]) -> Res
         }
     }
     for (dof, row) in Dof::ALL.into_iter().zip(rows) {
-        // what these thrusters cannot give is no command of that degree of freedom
+        // a force that these thrusters cannot give is no command of that degree of freedom
         if thrusters.iter().any(|t| t.pushes(dof)) {
             run.signals.insert(dof.force().into(), Signal::new(clock.clone(), row));
         }
@@ -196,7 +200,7 @@ fn wrench(logged: &mut Logged, thrusters: &[Thruster], forces: &[Signal]) -> Res
     Ok(())
 }
 
-/// Degrees of freedom that no thruster drives have a force of 0, not an unknown one.
+/// Sets the force to 0 in degrees of freedom that have none, because no thruster drives them.
 fn silent(run: &mut Run, clock: &Arc<[f64]>) {
     for dof in Dof::ALL {
         run.signals.entry(dof.force().into()).or_insert_with(|| Signal::new(clock.clone(), vec![0.0; clock.len()]));

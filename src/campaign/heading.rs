@@ -1,4 +1,4 @@
-//! A position without a heading.
+//! Position without a heading.
 //!
 //! ```text
 //! (ẋ, ẏ) = R(ψ) (u, v)      north and east say nothing of surge and sway where ψ is not known
@@ -11,7 +11,8 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::Run;
 
-/// Says that the position takes no part where nothing tells where the vehicle heads.
+/// Returns the finding that the position takes no part, if the heading is neither modelled nor
+/// logged.
 pub(super) fn finding(model: &Model, runs: &[Run]) -> Option<Finding> {
     let moving: Vec<Run> = runs.iter().filter(|run| super::moves::moves(run.kind)).cloned().collect();
     let logged = |name: &&str| moving.iter().any(|run| run.signal(name).is_some_and(|s| !s.is_empty()));

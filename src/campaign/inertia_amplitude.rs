@@ -1,4 +1,4 @@
-//! Virtual mass against the amplitude of the runs.
+//! Dependence of the virtual mass on the amplitude of the runs.
 
 use serde::Serialize;
 
@@ -17,17 +17,17 @@ use crate::wording::p_value;
 pub struct InertiaAgainstAmplitude {
     /// Degree of freedom.
     pub dof: Dof,
-    /// Runs that oscillate in it and show it.
+    /// Runs that oscillate in it and show its inertia.
     pub runs: Vec<InertiaOfRun>,
     /// Slope of the inertia against KC, kg or kg·m² per unit.
     pub slope: f64,
-    /// Its deviation.
+    /// Standard deviation of `slope`.
     pub slope_std: f64,
-    /// Chance of such a slope where there is none.
+    /// Probability of such a slope by chance, if there is no trend.
     pub p_value: f64,
 }
 
-/// The inertia that one run tells.
+/// The inertia that one run shows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InertiaOfRun {
     /// Name of the run.
@@ -36,29 +36,30 @@ pub struct InertiaOfRun {
     pub kc: f64,
     /// Virtual mass or moment of inertia, SI.
     pub value: f64,
-    /// Its deviation, SI.
+    /// Standard deviation of `value`, SI.
     pub std: f64,
-    /// C_m = (m_v − m)/(ρ ∇), where mass and volume are known; translations only.
+    /// C_m = (m_v − m)/(ρ ∇), if mass and volume are known; translations only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub added_mass_coefficient: Option<f64>,
 }
 
-/// Chance of a trend by accident that is accepted, over all degrees of freedom together.
+/// Accepted probability of a trend by chance, over all degrees of freedom together.
 const LEVEL: f64 = 0.01;
 
-/// What is left may be this many times the noise and still count as little.
+/// Error below which it counts as small, in units of the noise.
 const FAR: f64 = 2.0;
 
-/// Least ratio of the greatest to the smallest KC of runs that can show a trend.
+/// Least ratio of the greatest to the smallest KC at which runs can show a trend.
 const SPREAD: f64 = 1.3;
 
-/// Whether inertias of their own in each run explain what a common one leaves (root mean squares in units of the noise):
-/// most of it, or there is little to explain.
+/// Whether a separate inertia for each run explains most of the error that a common one leaves, or
+/// leaves little (root mean squares in units of the noise).
 fn explains(common: f64, apart: f64) -> bool {
     apart < FAR || apart * apart - 1.0 < 0.5 * (common * common - 1.0)
 }
 
-/// The inertias run by run against KC, of the degrees of freedom in which three runs or more oscillate at different KC.
+/// Returns the inertias run by run against KC, for the degrees of freedom in which three runs or
+/// more oscillate at different KC.
 pub(super) fn against_amplitude(
     campaign: &Campaign,
     fit: &OutputErrorFit,
@@ -83,7 +84,7 @@ pub(super) fn against_amplitude(
     asked.iter().zip(found).filter_map(of_dof).collect()
 }
 
-/// KC of a run in `dof`; `None` where it does not oscillate.
+/// Returns KC of a run in `dof`; `None` if it does not oscillate.
 fn number(run: &Run, dof: Dof) -> Option<f64> {
     run.signal(&channel::keulegan_carpenter(dof))?.values().first().copied().filter(|kc| *kc > 0.0)
 }
@@ -95,7 +96,8 @@ fn spread(runs: &[Run], dof: Dof) -> bool {
     numbers.len() > 2 && greatest > SPREAD * smallest
 }
 
-/// The inertia of `dof` run by run against KC; `None` where fewer than three oscillating runs show it.
+/// Returns the inertia of `dof` run by run against KC; `None` if fewer than three oscillating runs
+/// show it.
 fn of(
     campaign: &Campaign,
     fit: &OutputErrorFit,

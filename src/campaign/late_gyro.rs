@@ -1,11 +1,12 @@
-//! A gyro that says late what others say: stamped late, or behind a low pass.
+//! A gyro that comes later than the other sensors: its stamps are late, or it is low-pass filtered.
 //!
 //! ```text
 //! −2 ln L(ω_log(t + T); θ)    beside    −2 ln L(ω_log; θ, Ts)        T ω̇_log + ω_log = ω
 //! ```
 //!
-//! The checks see a latency of about T in both. The baseline is fitted once in either way, to the same samples. A gyro that is
-//! smoothed is left to the search, which names its time constant; one that is late is mended like any other fault of a log.
+//! The checks see a latency of about T in both cases. The baseline is fitted once for each, to the
+//! same samples. A gyro that is filtered is left to the search, which names its time constant; one
+//! that is late is mended like any other fault of a log.
 
 use super::log_faults::Fault;
 use crate::effects::{Place, gyro_lag};
@@ -14,17 +15,19 @@ use crate::estimate::started;
 use crate::model::Model;
 use crate::run::{Role, Run};
 
-/// Fall of −2 ln L below which the fits are not improved any more: little beside what tells them apart.
+/// Decrease of −2 ln L below which a fit is not improved further: small against the difference that
+/// decides.
 const ROUGH: f64 = 0.5;
 
-/// Deviations beyond which innovations are held back: the same on both sides of a ratio of likelihoods.
+/// Limit in standard deviations beyond which innovations are down-weighted, the same on both sides
+/// of the likelihood ratio.
 const LIMIT: f64 = 5.0;
 
-/// Whether the gyro is smoothed rather than late by what `fault` says.
+/// Whether the gyro is low-pass filtered rather than late, as `fault` has it.
 pub(super) fn is_smoothed(model: &Model, runs: &[Run], fault: &Fault, fitting: &FilterErrorOptions) -> bool {
     let Some(latency) = fault.latency_of_gyro() else { return false };
     let options = FilterErrorOptions { tolerance: ROUGH, refine: false, limit: Some(LIMIT), ..fitting.clone() };
-    // runs that take no part in the fit judge its names, and choose nothing
+    // held-out runs judge what the fit finds and have no part in the choice
     let train: Vec<Run> = runs.iter().filter(|run| run.role == Role::Train).cloned().collect();
     let cost = |model: &Model, runs: &[Run]| {
         let fit = filter_error(&started(model, runs), runs, &options).ok()?;

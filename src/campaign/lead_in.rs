@@ -1,36 +1,42 @@
-//! The first seconds of a log that begins under way, where late thrust hangs on commands that are not in it.
+//! First seconds of a log that begins under way, where late thrust depends on commands from before
+//! the log.
 //!
 //! ```text
-//! τ(t) = command(t − T)          known from t₀ + T on;   sensors are asked from t₀ + 2 s on, commands stay whole
+//! τ(t) = command(t − T)    known from t₀ + T on
+//! sensors are used from t₀ + 2 s on, commands from t₀ on
 //! ```
 //!
-//! To take the commands before a log for its first one pushes a late vehicle the wrong way, and what that makes is taken for
-//! something that is missing. A log that begins with thrusters and vehicle at rest has nothing before it; a zero of the command on
-//! a vehicle that moves is one through which it swings.
+//! If the first command of the log is taken for the commands before it, a model with late thrust is
+//! pushed the wrong way, and the error looks like a missing effect. A log that begins with
+//! thrusters and vehicle at rest has no earlier commands. If the vehicle moves while the command is
+//! zero, the command swings through zero.
 
 use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Run, Signal};
 
-/// Seconds that are left out: the longest delay that the search begins with (1.6 s), and a little more.
+/// Time that is left out, s: the longest delay that the search starts with (1.6 s), and a little
+/// more.
 const LEAD: f64 = 2.0;
 
-/// Share of a run that is left out at most.
+/// Largest share of a run that is left out.
 const MOST: f64 = 0.1;
 
-/// Command over the greatest one below which the thrusters are at rest.
+/// Ratio of a command to the greatest one below which the thrusters are at rest.
 const AT_REST: f64 = 1e-3;
 
-/// Velocity over the greatest one below which the vehicle is at rest, and samples of which that is the mean: noise is no motion.
+/// Ratio of a velocity to the greatest one below which the vehicle is at rest, and number of
+/// samples whose mean is taken, because noise is no motion.
 const SLOW: (f64, usize) = (0.1, 5);
 
-/// Whether the thrust of a model comes late.
+/// Whether the thrust of a model is late.
 pub(super) fn is_late(model: &Model) -> bool {
     model.terms.iter().any(|term| term.effect.delays_command().is_some())
 }
 
-/// The runs, what `model` predicts of them cut off where commands of before the log may act: where its thrust is late, also on a
-/// vehicle that moves while its command swings through zero.
+/// Returns the runs without the first seconds of the channels that `model` predicts, where commands
+/// from before the log may act: in runs that begin under way and, if the thrust of the model is
+/// late, in runs whose vehicle moves while its command swings through zero.
 pub(super) fn settled(mut runs: Vec<Run>, model: &Model) -> Vec<Run> {
     let predicted = |dof: &Dof| [dof.velocity(), dof.position()].map(str::to_string);
     let functions = model.observers.iter().map(|observer| observer.channel().to_string());
@@ -54,7 +60,7 @@ fn begins_under_way(run: &Run) -> bool {
     commands().filter_map(|s| s.values().first()).any(|x| x.abs() > AT_REST * greatest)
 }
 
-/// Whether a velocity that is commanded is not that of a vehicle at rest when the log begins.
+/// Whether a velocity with a command differs from that of a vehicle at rest when the log begins.
 fn moves_at_first(run: &Run) -> bool {
     let (slow, samples) = SLOW;
     let commanded = |dof: &Dof| run.signal(dof.force()).is_some_and(|s| s.values().iter().any(|x| *x != 0.0));

@@ -1,4 +1,4 @@
-//! A campaign ready for work: from its file, or from runs in memory.
+//! A campaign ready for analysis, from its file or from runs in memory.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -38,50 +38,52 @@ use crate::thrust::efficiency::Efficiency;
 use crate::thrust::measured::MeasuredCurve;
 use crate::vehicle::{Vehicle, Water};
 
-/// How a campaign is loaded.
+/// Options of loading a campaign.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Let logs lie outside the campaign's folder.
+    /// Whether logs may lie outside the campaign's folder.
     pub allow_outside: bool,
 }
 
-/// What the estimators are told.
+/// Options of the estimators.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// The estimator that the campaign asks for.
     pub estimator: Option<Estimator>,
-    /// Output error: segments, noise, whether the position is measured apart.
+    /// Options of output error: segments, noise, whether the position is an independent
+    /// measurement.
     pub output_error: OutputErrorOptions,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
-/// One vehicle, its runs, the baseline: what every verb works on.
+/// One vehicle, its runs and its baseline: the input of every verb.
 #[derive(Debug, Clone)]
 pub struct Campaign {
-    /// The campaign as its file says it.
+    /// Content of the campaign file.
     pub file: CampaignFile,
-    /// Dry figures.
+    /// Properties of the dry vehicle.
     pub vehicle: Vehicle,
     /// The water.
     pub water: Water,
-    /// The baseline, with what is known of its parameters beforehand.
+    /// The baseline, with the prior knowledge of its parameters.
     pub model: Model,
-    /// The runs, in the order of the file: SI units, forces that act, derived channels in place.
+    /// The runs, in the order of the file: in SI units, with acting forces and derived channels.
     pub runs: Vec<Run>,
-    /// Runs of a thruster on a bench; no verb about motion reads them.
+    /// Runs of a thruster on a bench; the verbs about motion do not read them.
     pub benches: Vec<Run>,
-    /// The user's own effects that the discovery may add, and those that columns of the log brought.
+    /// The user's own effects that the discovery may add, and those that columns of the log
+    /// suggest.
     pub candidates: Vec<Own>,
-    /// Which columns brought candidates.
+    /// Findings about the columns that suggest candidates.
     pub brought: Vec<Finding>,
-    /// Curves of thrusters that were found from bollard tables; the file's thrusters have them.
+    /// Thruster curves that were fitted to bollard tables; the thrusters of `file` have them.
     pub curves: Vec<MeasuredCurve>,
-    /// Noise that goes with the model at hand; found anew where it is needed and absent.
+    /// Noise that belongs to the model in use; estimated where it is needed and absent.
     pub noise: Option<ModelNoise>,
     /// Options of the estimators.
     pub options: Options,
-    /// What reading and preparing found.
+    /// Findings from reading and preparing.
     pub findings: Vec<Finding>,
     /// Files that were read: the campaign and its logs.
     pub sources: Vec<PathBuf>,
@@ -91,7 +93,7 @@ impl Campaign {
     /// Reads a campaign file and its logs.
     ///
     /// # Errors
-    /// [`Error`]; what is wrong with the logs is told for all runs at once.
+    /// [`Error`]; faults of the logs are reported for all runs at once.
     pub fn load(path: &Path, options: LoadOptions) -> Result<Campaign, Error> {
         let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
         Campaign::from_file(CampaignFile::read(path, &read)?)
@@ -125,9 +127,9 @@ impl Campaign {
         assemble(file, good, &tables, sources)
     }
 
-    /// A campaign of runs in memory: signals in SI units under their canonical names, `tau_*` or thruster channels
-    /// among them. The `[[run]]` tables of `file` are not read; kind and role are those of the runs, and names, too, with a
-    /// number behind one that was there before.
+    /// Makes a campaign of runs in memory: signals in SI units under their canonical names, `tau_*`
+    /// or thruster channels among them. The `[[run]]` tables of `file` are not read: names, kinds
+    /// and roles are those of the runs. A repeated name gets a number.
     ///
     /// # Errors
     /// [`Error`].
@@ -135,8 +137,8 @@ impl Campaign {
         Campaign::from_commanded_runs(file, runs.into_iter().map(|run| (run, BTreeMap::new())).collect())
     }
 
-    /// As [`Campaign::from_runs`], each run with the units of its commands: `V`, which is that of those that are not
-    /// named, `1` or `us`.
+    /// As [`Campaign::from_runs`], each run with the units of its commands: `V`, `1` or `us`; a
+    /// command that is not listed is in `V`.
     ///
     /// # Errors
     /// [`Error`].
@@ -160,25 +162,28 @@ impl Campaign {
         assemble(file, logged, &tables, Vec::new())
     }
 
-    /// Runs of free motion, all or of one role: what output error and simulation work on. Where the thrust of the model comes
-    /// late, sensors are not asked while commands of before the log may act.
+    /// Returns the runs of free motion, all or of one role, on which output error and simulation
+    /// work. If the thrust of the model is late, they lack the sensor samples on which commands
+    /// from before the log may act.
     pub fn motion(&self, role: Option<Role>) -> Vec<Run> {
         let runs = self.motion_numbers(role).into_iter().map(|k| self.runs[k].clone()).collect();
         if lead_in::is_late(&self.model) { lead_in::settled(runs, &self.model) } else { runs }
     }
 
-    /// Which of the runs those of [`Campaign::motion`] are, in its order.
+    /// Returns the indices of the runs of [`Campaign::motion`], in its order.
     pub(super) fn motion_numbers(&self, role: Option<Role>) -> Vec<usize> {
         let of_role = |r: &Run| moves(r.kind) && role.is_none_or(|role| r.role == role);
         (0..self.runs.len()).filter(|k| of_role(&self.runs[*k])).collect()
     }
 
-    /// The runs with nominal instead of acting forces, for procedures that apply efficiencies themselves.
+    /// Returns the runs with nominal instead of acting forces, for procedures that apply
+    /// efficiencies themselves.
     pub fn nominal_runs(&self) -> Vec<Run> {
         with_nominal_forces(self.runs.clone())
     }
 
-    /// The campaign with the forces that act under other losses of thrust than its own, as a fitted model brings them.
+    /// Returns the campaign with the acting forces under other losses of thrust than its own, such
+    /// as those of a fitted model.
     #[must_use]
     pub fn under(&self, efficiency: &Efficiency) -> Campaign {
         if *efficiency == self.file.efficiency {
@@ -192,14 +197,14 @@ impl Campaign {
         campaign
     }
 
-    /// The campaign with the noise that a fitted model brings.
+    /// Returns the campaign with the noise of a fitted model.
     #[must_use]
     pub fn with_noise(mut self, noise: Option<ModelNoise>) -> Campaign {
         self.noise = noise;
         self
     }
 
-    /// What is known of the vehicle apart from its model, for the staged procedure.
+    /// Returns what is known about the vehicle apart from its model, for the staged procedure.
     pub fn bench(&self) -> Bench<'_> {
         Bench {
             vehicle: &self.vehicle,
@@ -210,13 +215,13 @@ impl Campaign {
         }
     }
 
-    /// Whether some run takes no part in the fit.
+    /// Whether some run is held out of the fit.
     pub fn validates(&self) -> bool {
         self.runs.iter().any(|run| run.role == Role::Validate)
     }
 }
 
-/// Runs with nominal instead of acting forces.
+/// Returns the runs with nominal instead of acting forces.
 pub(super) fn with_nominal_forces(mut runs: Vec<Run>) -> Vec<Run> {
     for run in &mut runs {
         for dof in Dof::ALL {
@@ -228,12 +233,12 @@ pub(super) fn with_nominal_forces(mut runs: Vec<Run>) -> Vec<Run> {
     runs
 }
 
-/// Names of the runs: their first file; a number behind it where two are of one file.
+/// Returns the names of the runs: their first file, with a number if several runs are of one file.
 pub fn names(tables: &[RunTable]) -> Vec<String> {
     numbered(tables.iter().map(|table| table.files.first().map_or("", |f| f.file.as_str())))
 }
 
-/// Names of which no two are the same: a number behind one that was there before.
+/// Returns the names made distinct: one that was there before gets a number.
 fn numbered<'a>(given: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     let numbered = |name: &'a str| {
@@ -244,7 +249,7 @@ fn numbered<'a>(given: impl Iterator<Item = &'a str>) -> Vec<String> {
     given.map(numbered).collect()
 }
 
-/// The findings of a refusal, each with its run.
+/// Returns the findings of a refusal, each with its run.
 fn named(error: Error) -> Vec<Finding> {
     match error {
         Error::Log { run, source } => source.findings().iter().map(|f| f.clone().of_run(&run)).collect(),
@@ -253,7 +258,8 @@ fn named(error: Error) -> Vec<Finding> {
     }
 }
 
-/// Whether the velocities of the runs of free motion are those through the water: all of them, or none.
+/// Whether the velocities of the runs of free motion are relative to the water; an error if only
+/// some are.
 fn velocities_through_water(logged: &[Logged]) -> Result<bool, Error> {
     let logs_velocity = |run: &Run| ["u", "v", "w"].iter().any(|name| run.signals.contains_key(*name));
     let moving = || logged.iter().filter(|l| moves(l.run.kind) && logs_velocity(&l.run));
@@ -271,7 +277,7 @@ fn velocities_through_water(logged: &[Logged]) -> Result<bool, Error> {
     }
 }
 
-/// A campaign of logs that are read: one a table.
+/// Makes a campaign of logs that have been read, one per table.
 pub(super) fn assemble(
     mut file: CampaignFile,
     logged: Vec<Logged>,
@@ -281,7 +287,7 @@ pub(super) fn assemble(
     columns::add_listed(&mut file, logged.iter().map(|logged| &logged.run))?;
     let (mut model, mut candidates) = baseline::build(&file)?;
     let held: Vec<bool> = tables.iter().map(|t| t.input.unwrap_or(file.model.input) == Interpolation::Hold).collect();
-    // runs of both kinds stand together as lines, held commands as lines with steps
+    // runs of both kinds together are read as lines, held commands as lines with steps
     let measures =
         |logged: &Logged| logged.run.signals.iter().any(|(name, signal)| steps_as_lines::goes_on(name, signal));
     let mixed =
@@ -371,10 +377,10 @@ pub(super) fn assemble(
     })
 }
 
-/// Samples that resampling may make of one; more shows nothing that is not there.
+/// Largest number of samples that resampling may make of one; more add no information.
 const MOST_MADE_UP: f64 = 1000.0;
 
-/// Window, condition, rate and headings of a run.
+/// Applies window, condition and rate to a run, and unwraps its angles.
 fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: usize) -> Result<(), Error> {
     window::cut(&mut logged.run, table);
     if let Some(text) = &table.condition {
@@ -410,18 +416,18 @@ fn prepare(file: &CampaignFile, logged: &mut Logged, table: &RunTable, index: us
     Ok(())
 }
 
-/// Says so where every run takes part in the fit.
+/// Returns the finding that no run is held out, if every run takes part in the fit.
 pub(super) fn unjudged(mut roles: impl Iterator<Item = Role>) -> Option<Finding> {
     let text = "no run has role = \"validate\": what is compared takes part in the fit, which flatters the model";
     (!roles.any(|role| role == Role::Validate)).then(|| Finding::new(&codes::NO_VALIDATION, text))
 }
 
-/// Channels that hold functions of the states: they are cut as those of motion are.
+/// Returns the channels of the observed functions of the states: they are cut like those of motion.
 fn observed(file: &CampaignFile) -> Vec<&str> {
     file.observed.iter().map(|o| o.channel.as_str()).collect()
 }
 
-/// Channels that the model reads and runs of free motion lack.
+/// Returns findings about channels that the model reads and runs of free motion lack.
 fn absent_channels(model: &Model, runs: &[Run]) -> Vec<Finding> {
     let read: BTreeSet<(String, String)> = model
         .terms

@@ -1,17 +1,21 @@
-//! Faults of the log that would look like missing physics, told and mended before the search.
+//! Faults of the log that look like missing physics: they are reported and mended before the
+//! search.
 //!
 //! ```text
 //! unit, sign      channel → channel/f
-//! frame           ψ → −ψ, y → −y (an axis counts the wrong way);  ψ → ψ + π;  (x, y) → (y, x);  (u, v) → (v, u)
+//! frame           ψ → −ψ, y → −y (an axis counts the wrong way);  ψ → ψ + π;
+//!                 (x, y) → (y, x);  (u, v) → (v, u)
 //! delay           channel(t) → channel(t + T)
 //! ```
 //!
-//! The checks of each run are the witnesses ([`crate::check`]); a fault stands when at least two runs, and more than half
-//! of those that say anything of the channel, agree on it. The sign of a command stands against no run that clearly answers
-//! it: what turns with the pilot is no fault of the log. Which of two channels that contradict each other is wrong,
-//! a third one tells: a yaw rate that answers its moment as it should is right, and then it is the heading that counts
-//! the other way. A vehicle that is mirrored as a whole sails as well as its image, so that one correction serves both
-//! a log in forward-port-up axes and a heading of east-north-up. A command that comes late is physics, not a fault.
+//! The evidence is the checks of each run ([`crate::check`]). A fault is accepted if at least two
+//! runs, and more than half of those that show anything about the channel, agree on it. A wrong
+//! sign of a command is not accepted if any run clearly responds to the command with the right
+//! sign: a sign that depends on the run is no fault of the log. If two channels contradict each
+//! other, a third one decides which is wrong: a yaw rate that responds to its moment as it should
+//! is right, so that the heading counts the wrong way. A vehicle that is mirrored as a whole moves
+//! like its mirror image, so that one correction serves both a log in forward-port-up axes and a
+//! heading of east-north-up. A command that comes late is physics, not a fault.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -31,17 +35,19 @@ use crate::procedure::thruster_force;
 use crate::run::{Role, Run, Signal, is_command};
 use crate::symbolic::Graph;
 
-/// A factor counts as a wrong unit from this ratio on: what is nearer to 1 may be an effect and is left to the search.
+/// Ratio from which a factor counts as a wrong unit: a factor nearer to 1 may be an effect and is
+/// left to the search.
 const WRONG_UNIT: f64 = 5.0;
-/// How near an angle is to the one that it is taken for, rad.
+/// Largest difference between an angle and the one that it is taken for, rad.
 const NEAR: f64 = 0.25;
 /// Shortest latency that is mended, s.
 const LATE: f64 = 0.05;
 
-/// One fault.
+/// A fault of the log.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Fault {
-    /// A channel in another unit, or with the opposite sign: logged over true.
+    /// A channel in another unit, or with the opposite sign; `factor` is the logged value over the
+    /// true one.
     Factor { channel: String, factor: f64 },
     /// The heading counts the wrong way for the body axes.
     Mirrored,
@@ -51,20 +57,21 @@ pub(super) enum Fault {
     PositionSwapped,
     /// Surge and sway velocity are exchanged, with their forces or without.
     VelocitySwapped { forces: bool },
-    /// A sensor says late what the others say: by so many seconds.
+    /// A sensor that comes later than the others, by so many seconds.
     Late { channel: String, seconds: f64 },
 }
 
-/// What the checks say of each run, as the model sees it.
+/// Returns the reports of the checks of each run, for the degrees of freedom and the velocity
+/// reference of the model.
 pub(super) fn reports(runs: &[Run], model: &Model) -> Vec<CheckReport> {
     let (dofs, through_water) = (model.dofs.clone(), model.through_water);
     let options = CheckOptions { dofs, through_water, ..CheckOptions::default() };
     runs.par_iter().map(|run| check::run(run, &options)).collect()
 }
 
-/// The faults on which the runs agree.
+/// Returns the faults on which the runs agree.
 ///
-/// A latency that the model has a term for is none.
+/// A latency for which the model has a term is no fault.
 pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
     let reports = reports(runs, model);
     let mut found = frames(&reports);
@@ -75,7 +82,7 @@ pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
         // a rate that contradicts both its angle and its moment is wrong itself
         let own_rate = Dof::ALL.iter().find(|d| d.force() == channel).map(|d| d.velocity());
         let blamed = own_rate.is_some_and(|rate| *factor < 0.0 && wrong(rate));
-        // what a wrong frame makes of signs is mended with the frame
+        // signs that a wrong frame causes are mended with the frame
         let reflected = framed && (-1.5..0.0).contains(factor);
         if !blamed && !reflected {
             found.push(Fault::Factor { channel: channel.clone(), factor: *factor });
@@ -87,7 +94,8 @@ pub(super) fn faults(runs: &[Run], model: &Model) -> Vec<Fault> {
     found
 }
 
-/// Degrees of freedom that thrusters push the wrong way, as they are placed, in most of the runs of the fit that show it, in words.
+/// Describes the degrees of freedom that the thrusters, as they are placed, push the wrong way in
+/// most of the runs of the fit that show it.
 pub(super) fn misplaced(campaign: &Campaign) -> Option<String> {
     let runs = campaign.motion(Some(Role::Train));
     let made = |run: &&Run| run.signals.keys().any(|name| check::rates::number_of(name).is_some());
@@ -101,10 +109,11 @@ pub(super) fn misplaced(campaign: &Campaign) -> Option<String> {
     (!campaign.file.thrusters.is_empty() && !dofs.is_empty()).then(said)
 }
 
-/// Wrong units and signs: channel and factor.
+/// Returns the wrong units and signs, as channel and factor.
 fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    // a force that thrusters make is not logged: what is wrong with it is wrong with them, and has their name
+    // a force that is calculated from thrusters is not logged: its fault is a fault of theirs, and
+    // has their name
     let derived = |r: &CheckReport, channel: &str| {
         channel.starts_with("tau_") && r.rates.iter().any(|rate| rate.channel == thruster_force(0))
     };
@@ -115,7 +124,8 @@ fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
             seen.entry(&fault.channel).or_default().push(fault.factor);
         }
     }
-    // a unit or a sign is wrong in every run: one that says nothing against the channel speaks for it
+    // a unit or a sign is wrong in every run: a run that tests the channel and finds no fault
+    // speaks for the channel
     let judged = |channel: &str| {
         let asked = |r: &&CheckReport| {
             let compared = |a: &check::Agreement| a.channel == channel || a.against == format!("d({channel})/dt");
@@ -124,7 +134,7 @@ fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
         };
         reports.iter().filter(asked).count()
     };
-    // of a voltage it is not known here which sign is right
+    // which sign of a voltage is right is not known here
     let answers = || reports.iter().flat_map(|r| &r.answers).filter(|a| a.channel.starts_with("tau_") && a.gain > 0.0);
     let answered = |channel: &str| answers().any(|a| a.channel == channel);
     let agreed = |(channel, factors): (&str, Vec<f64>)| {
@@ -137,7 +147,8 @@ fn factors(reports: &[CheckReport]) -> Vec<(String, f64)> {
     seen.into_iter().filter_map(agreed).collect()
 }
 
-/// The median, where at least two values and more than half of all are like it: one run may deceive.
+/// Returns the median, if at least two values and more than half of all are like it: a single run
+/// may mislead.
 fn agreed(mut values: Vec<f64>, alike: impl Fn(f64, f64) -> bool) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let middle = *values.get(values.len() / 2)?;
@@ -145,7 +156,7 @@ fn agreed(mut values: Vec<f64>, alike: impl Fn(f64, f64) -> bool) -> Option<f64>
     (count >= 2 && 2 * count > values.len()).then_some(middle)
 }
 
-/// What one run says of the axes.
+/// Returns the wrong frame that one run shows.
 fn frame_of(report: &CheckReport) -> Option<Fault> {
     let of = |channel: &str| report.agreements.iter().find(|a| a.channel == channel);
     let angle = |channel: &str| of(channel).and_then(|a| a.angle);
@@ -168,13 +179,14 @@ fn frame_of(report: &CheckReport) -> Option<Fault> {
     }
 }
 
-/// The wrong frame on which the runs agree, if any.
+/// Returns the wrong frame on which the runs agree, if any.
 fn frames(reports: &[CheckReport]) -> Vec<Fault> {
     let told: Vec<Fault> = reports.iter().filter_map(frame_of).collect();
     let count = |fault: &Fault| told.iter().filter(|t| *t == fault).count();
     let Some(most) = told.iter().max_by_key(|fault| count(fault)) else { return Vec::new() };
-    // who compares the heading with its rate speaks of that, who compares velocity with position of the other axes; on
-    // a straight way with one velocity a wrong axis is as well a heading that is off
+    // a run that compares the heading with its rate can show a mirrored heading, one that compares
+    // velocity with position the other axes; on a straight path with one velocity a wrong axis
+    // looks like a wrong heading
     let able = |r: &&CheckReport| {
         let compared = r.agreements.iter().filter(|a| a.angle.is_some()).count();
         match most {
@@ -184,7 +196,7 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
         }
     };
     let witnesses = reports.iter().filter(able).count();
-    // one velocity alone could as well have a heading that is off by a right angle
+    // with one velocity alone the heading could be off by a right angle instead
     let turned = |channel: &str| {
         let angles = reports.iter().flat_map(|r| &r.agreements).filter(|a| a.channel == channel);
         angles.filter_map(|a| a.angle).any(|a| (a.abs() - 0.5 * PI).abs() < NEAR)
@@ -193,13 +205,14 @@ fn frames(reports: &[CheckReport]) -> Vec<Fault> {
     if both && count(most) >= 2 && 2 * count(most) > witnesses { vec![most.clone()] } else { Vec::new() }
 }
 
-/// Channels that an effect makes late: those of a sensor that remembers.
+/// Returns the channels that an effect makes late: those of a sensor with memory.
 fn made_late(effect: &dyn Effect, place: Place, model: &Model) -> Vec<&'static str> {
     let remembers = memory_count(&Graph::new(), model, effect, place) > 0;
     if remembers { alters(effect, place, model) } else { Vec::new() }
 }
 
-/// Sensors that say late what others say. A command that comes late is none of them.
+/// Returns the sensors that come later than the others. A command that comes late is not among
+/// them.
 fn delays(reports: &[CheckReport]) -> Vec<Fault> {
     let mut seen: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for fault in reports.iter().flat_map(|r| &r.log_findings) {
@@ -209,7 +222,7 @@ fn delays(reports: &[CheckReport]) -> Vec<Fault> {
     }
     let agreed = |(channel, seconds): (&str, Vec<f64>)| {
         let alike = |middle: f64, s: f64| (s - middle).abs() < (0.3 * middle.abs()).max(LATE);
-        // a latency is there in every run: what some say of it may be a lever arm
+        // a latency is there in every run: one that only some runs show may be a lever arm
         let most = 2 * seconds.len() > reports.len();
         let seconds = agreed(seconds, alike).filter(|s| most && s.abs() > LATE)?;
         Some(Fault::Late { channel: channel.to_string(), seconds })
@@ -218,7 +231,8 @@ fn delays(reports: &[CheckReport]) -> Vec<Fault> {
 }
 
 impl Fault {
-    /// Whether it is a latency that has a name in the catalogue, and so a value that the likelihood gives.
+    /// Whether it is a latency that an effect of the catalogue describes, and that the likelihood
+    /// can estimate.
     pub fn has_name(&self, model: &Model) -> bool {
         let of_effect = |effect: &Arc<dyn Effect>| -> Vec<&str> {
             let places = places_of(effect.as_ref(), &model.dofs).into_iter();
@@ -227,12 +241,12 @@ impl Fault {
         catalogue(model.coriolis).iter().any(|effect| self.is_late_in(&of_effect(effect)))
     }
 
-    /// Whether one of these channels comes late.
+    /// Whether it is a latency of one of these channels.
     fn is_late_in(&self, channels: &[&str]) -> bool {
         matches!(self, Fault::Late { channel, .. } if channels.contains(&channel.as_str()))
     }
 
-    /// How late a gyro says what others say, s; `None` of any other fault.
+    /// Returns how much later than the other sensors a gyro comes, s; `None` for any other fault.
     pub fn latency_of_gyro(&self) -> Option<f64> {
         match self {
             Fault::Late { channel, seconds } if ["p", "q", "r"].contains(&channel.as_str()) => Some(*seconds),
@@ -240,7 +254,7 @@ impl Fault {
         }
     }
 
-    /// The fault as the discovery tells it, one entry a channel.
+    /// Returns the fault as entries of the discovery's result, one per channel.
     pub fn findings(&self) -> Vec<LogFinding> {
         let of = |kind: &str, channel: &str, factor: f64| LogFinding {
             kind: kind.into(),
@@ -261,7 +275,7 @@ impl Fault {
         }
     }
 
-    /// Mends the fault in the runs; the files stay as they are.
+    /// Mends the fault in the runs; the files stay unchanged.
     pub fn mend(&self, runs: &mut [Run]) {
         for run in runs {
             let mut scale = |channel: &str, f: &dyn Fn(f64) -> f64| {
@@ -352,7 +366,8 @@ mod tests {
         assert_eq!(agreed(vec![57.0, 57.0, 3.0, 2.0], alike), None);
     }
 
-    /// A run that compared the sway velocity with something, and a sign against it or none.
+    /// A run that compared the sway velocity with the position, and found the wrong sign or the
+    /// right one.
     fn report(sign: bool) -> CheckReport {
         let fault = check::LogFault { kind: FaultKind::Sign, channel: "v".into(), factor: -1.0 };
         let factor = if sign { -1.0 } else { 1.0 };

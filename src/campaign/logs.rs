@@ -1,4 +1,4 @@
-//! From the logs of one `[[run]]` to one run: read, brought to one clock, put together.
+//! Reading of the logs of one `[[run]]`: they are brought to one clock and put together.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,26 +16,27 @@ use crate::log::options::PositionSource;
 use crate::log::{self, LogError, LogFile, LogOptions};
 use crate::run::{Run, RunKind, Signal, WALL_CLOCK, thruster_of};
 
-/// Most thrusters that are looked for in the header of a log that was refused.
+/// Largest number of thrusters that are looked for in the header of a log that was refused.
 const MOST_THRUSTERS: usize = 16;
 
-/// A run as its logs say it.
+/// A run as its logs have it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Logged {
     pub run: Run,
-    /// Unit of each channel that has one: a command's as it was logged (`V`, `1` or `us`), else that of SI.
+    /// Unit of each channel that has one: of a command as it was logged (`V`, `1` or `us`),
+    /// otherwise that of SI.
     pub units: BTreeMap<String, &'static str>,
     /// Warnings and notes of the reader.
     pub findings: Vec<Finding>,
-    /// Whether the position is a measurement of its own.
+    /// Whether the position is an independent measurement.
     pub position: bool,
-    /// Whether its velocities are those through the water.
+    /// Whether the velocities are relative to the water.
     pub through_water: bool,
-    /// Whether it is a piece of a run, of which nothing is made that needs a whole one.
+    /// Whether it is a piece of a run: nothing that needs a whole run is derived from it.
     pub piece: bool,
 }
 
-/// Reads the logs of `table`, whose name in messages is `name`.
+/// Reads the logs of `table`; messages call the run `name`.
 pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<Logged, Error> {
     let options = table.log.as_ref().unwrap_or(&file.log);
     let mut logged = Logged {
@@ -44,7 +45,7 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         through_water: options.is_through_water(),
         ..Logged::default()
     };
-    // of several logs none holds everything, so that what is absent is told when they are together
+    // none of several logs holds everything: what is absent is reported when they are together
     let alone = table.files.len() == 1;
     let needed = needed(file, table.kind);
     let (mut zero, mut walls, mut locals) = (None, false, false);
@@ -78,7 +79,7 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
         logged.findings.push(Finding::at(&codes::TWO_CLOCKS, name, None, None, text).of_run(name));
     }
     if !alone {
-        // what is a gap of one log is none of the run while the sensors of another go on
+        // a gap of one log is no gap of the run while the sensors of another log go on
         logged.run.gaps = silences(&logged.run.signals);
         let absent: Vec<Finding> = needed
             .into_iter()
@@ -95,8 +96,9 @@ pub(super) fn read(file: &CampaignFile, table: &RunTable, name: &str) -> Result<
     Ok(logged)
 }
 
-/// Whether stamps are those of a wall clock once `clock_offset` is added. `origin` is what the reader subtracted from them:
-/// a local clock becomes a wall clock by an offset of that size, and the other way round.
+/// Whether the time stamps are those of a wall clock after `clock_offset` is added. `origin` is
+/// what the reader has subtracted from them. An offset of that size turns a local clock into a wall
+/// clock, and the other way round.
 fn on_wall_clock(origin: Option<f64>, clock_offset: f64) -> bool {
     match origin {
         Some(_) => clock_offset > -WALL_CLOCK,
@@ -104,19 +106,20 @@ fn on_wall_clock(origin: Option<f64>, clock_offset: f64) -> bool {
     }
 }
 
-/// How far a log is ahead of the clock of its run, s. Each log of a wall clock was read from 0 on: what was subtracted
-/// brings it together with the others, of which the first sets `zero`.
+/// Returns how far a log is ahead of the clock of its run, s. The reader starts each log of a wall
+/// clock at 0; what it has subtracted is added again, relative to `zero`, which the first of these
+/// logs sets.
 fn ahead(origin: Option<f64>, clock_offset: f64, zero: &mut Option<f64>) -> f64 {
     if !on_wall_clock(origin, clock_offset) {
         return origin.unwrap_or(0.0) + clock_offset;
     }
-    // the large numbers first: what is left keeps the digits of a small offset
+    // the large numbers first: the difference keeps the digits of a small offset
     let (begin, rest) = origin.map_or((clock_offset, 0.0), |origin| (origin, clock_offset));
     begin - *zero.get_or_insert(begin) + rest
 }
 
-/// Reads a log that must have the columns `required`; of the velocities those may be absent that the log tells by
-/// positions or angles, and the forces where it has commands or forces of thrusters.
+/// Reads a log that must have the columns `required`. A velocity may be absent if the log gives it
+/// by positions or angles, and the forces if the log has commands or forces of thrusters.
 fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) -> Result<LogFile, LogError> {
     let refused = match log::read(path, options, required) {
         Err(error) if error.findings().iter().any(|f| f.code == MISSING_COLUMN.code) => error,
@@ -131,7 +134,8 @@ fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) 
         posed.iter().any(|dof| dof.velocity() == column) || unpushed.iter().any(|dof| dof.force() == column)
     };
     let fewer: Vec<&str> = required.iter().copied().filter(|c| !dispensable(c)).collect();
-    // where thrusters are logged it is their [[thruster]] tables that are missing, not the forces: `forces` says so
+    // if thrusters are logged, their [[thruster]] tables are missing, not the forces: `forces`
+    // reports that
     let pushes = |log: &LogFile| unpushed.is_empty() || log.signals.keys().any(|c| is_of_thruster(c));
     match log::read(path, options, &fewer) {
         Ok(log) if pushes(&log) && posed.iter().all(|dof| told_by_pose(&log.signals, *dof)) => Ok(log),
@@ -139,8 +143,9 @@ fn read_one(path: &Path, options: &LogOptions, required: &[&str], dofs: &[Dof]) 
     }
 }
 
-/// A log that was refused for want of forces and of something else as well, and that has commands or forces of thrusters:
-/// the likely cause, no [[thruster]] tables, in place of each force that is absent.
+/// Returns the error of a log that was refused, for missing forces among other reasons. If the log
+/// has commands or forces of thrusters, the likely cause, no `[[thruster]]` tables, takes the place
+/// of the missing forces.
 fn without_tables(error: LogError, path: &Path, options: &LogOptions) -> LogError {
     let LogError::Refused { file, mut findings, further } = error else { return error };
     let is_force = |f: &Finding| {
@@ -171,8 +176,8 @@ fn is_of_thruster(column: &str) -> bool {
     ["V", "F"].iter().any(|letter| thruster_of(column, letter).is_some())
 }
 
-/// Whether positions and angles tell the motion in `dof` where its velocity is not logged: an angle its rate, the depth
-/// the heave, north and east with the heading surge and sway.
+/// Whether positions and angles give the motion in `dof` if its velocity is not logged: an angle
+/// gives its rate, the depth gives heave, north and east with the heading give surge and sway.
 pub(super) fn told_by_pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> bool {
     let needed: &[&str] = match dof {
         Dof::Surge | Dof::Sway => &["x", "y", "psi"],
@@ -184,9 +189,10 @@ pub(super) fn told_by_pose(signals: &BTreeMap<String, Signal>, dof: Dof) -> bool
     needed.iter().all(|name| signals.contains_key(*name))
 }
 
-/// Columns that a run of this kind must have: time and velocities, and the forces unless thrusters give them. A
-/// bollard table may count its rows; a towed vehicle pushes nothing. A velocity that an observed function tells, and
-/// the force where a formula of the user drives, may be absent.
+/// Returns the columns that a run of this kind must have: time and velocities, and the forces
+/// unless thrusters give them. A bollard table may count its rows; a towed vehicle has no thrust. A
+/// velocity may be absent if an observed function contains it, and a force if a formula of the
+/// user, a fin or nothing drives its degree of freedom.
 pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     let (told, driven) = (baseline::told_by_functions(file), baseline::driven_beside_thrust(file));
     let uncommanded = || driven.iter().chain(&file.model.undriven);
@@ -204,10 +210,10 @@ pub(super) fn needed(file: &CampaignFile, kind: RunKind) -> Vec<&'static str> {
     all.into_iter().filter(|column| !optional(column)).collect()
 }
 
-/// Stamps before and after a shift, so that signals that share them still do.
+/// Time stamps before and after a shift: signals that share them before share them after it.
 type Clocks = Vec<(Arc<[f64]>, Arc<[f64]>)>;
 
-/// The signal on a clock that is `offset` seconds ahead.
+/// Returns the signal on a clock that is `offset` seconds ahead.
 fn shifted(signal: &Signal, offset: f64, clocks: &mut Clocks) -> Signal {
     if offset == 0.0 {
         return signal.clone();

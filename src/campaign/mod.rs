@@ -1,8 +1,9 @@
 //! A campaign: one vehicle, its runs, and what is asked of them.
 //!
-//! [`mod@file`] reads and writes its TOML; [`Campaign`] is that file with its logs read, made ready for work. Every verb is
-//! a plain function on it ([`fit()`], [`simulate()`], …) that returns a result which serialises as its JSON; the command
-//! line and Python call the same ones.
+//! [`mod@file`] reads and writes its TOML file; [`Campaign`] is that file with its logs read, ready
+//! for the analysis. Every verb is a plain function on it ([`fit()`], [`simulate()`], …) and
+//! returns a result that serialises as its JSON; the command line and Python call the same
+//! functions.
 
 mod adopt;
 mod baseline;

@@ -1,6 +1,8 @@
-//! A fitted model as a file: values with what is known of them, where they come from, and where they hold.
+//! A fitted model as a file: values with their uncertainty, their source and the range in which
+//! they hold.
 //!
-//! TOML, or JSON where the name ends in `.json`. It is written by `fit` and read back by `simulate` and `compare`.
+//! TOML, or JSON if the name ends in `.json`. It is written by `fit` and read back by `simulate`
+//! and `compare`.
 
 mod check;
 
@@ -33,7 +35,7 @@ use crate::thrust::thruster::Thruster;
 use crate::units::Dimension;
 use crate::vehicle::{Vehicle, Water};
 
-/// The format this version reads and writes.
+/// Format that this version reads and writes.
 pub const FORMAT: u32 = 1;
 
 /// A model with its provenance.
@@ -42,51 +44,52 @@ pub const FORMAT: u32 = 1;
 pub struct ModelFile {
     /// Format of the file: 1.
     pub format: u32,
-    /// Version that wrote it.
+    /// Version of the program that wrote it.
     pub hydrosysid: String,
     /// Campaign that it comes from.
     pub campaign: String,
-    /// What estimated it.
+    /// Estimator of the fit.
     pub estimator: Estimator,
-    /// How the standard deviations were found.
+    /// Method of the standard deviations.
     pub std_method: String,
-    /// Whether the fit converged: of one that did not the values mean nothing.
+    /// Whether the fit converged; if not, the values mean nothing.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub converged: bool,
-    /// Dry figures.
+    /// Properties of the dry vehicle.
     pub vehicle: Vehicle,
     /// The water.
     pub water: Water,
-    /// Degrees of freedom, terms, what inputs do between samples.
+    /// Degrees of freedom, terms, and interpolation of the inputs between samples.
     pub model: ModelTable,
-    /// How the logs of the fit were read, where one way served for all: new ones are read alike.
+    /// Reading options of the logs of the fit, if one set served for all: new logs are read with
+    /// it.
     #[serde(default, skip_serializing_if = "is_default")]
     pub log: LogOptions,
-    /// How the logs of the fit were read, where there are several ways.
+    /// Reading options of the logs of the fit, if there are several sets.
     #[serde(default, rename = "reading", skip_serializing_if = "Vec::is_empty")]
     pub readings: Vec<Reading>,
     /// The vehicle's thrusters, with the curves that the fit used.
     #[serde(default, rename = "thruster", skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<Thruster>,
-    /// Losses of thrust that the values go with.
+    /// Losses of thrust for which the values hold.
     #[serde(default)]
     pub efficiency: Efficiency,
     /// Speeds, angles, forces and amplitudes of the runs of the fit, SI: beyond them the model extrapolates.
     #[serde(default)]
     pub envelope: Envelope,
-    /// Noise and rate of what the runs of the fit logged, by channel: what a plan counts on.
+    /// Noise and rate of the channels of the runs of the fit: the sensors that a plan assumes.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensors: Instruments,
-    /// Random force and noise of the sensors as the fit has found them.
+    /// Random force and sensor noise that the fit has estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<ModelNoise>,
     /// The user's own effects among the terms.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
-    /// The logged functions of the states that it predicts.
+    /// The observed functions of the states that it predicts.
     #[serde(default, rename = "observe", skip_serializing_if = "Vec::is_empty")]
     pub observed: Vec<ObserveTable>,
-    /// Parameters that are one with another.
+    /// Parameters that are tied to another one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tied: Vec<ParameterTable>,
     /// The parameters.
@@ -111,31 +114,31 @@ pub struct ModelParameter {
     pub std: Option<f64>,
     /// Unit.
     pub unit: Dimension,
-    /// Whether it was held.
+    /// Whether it was held fixed.
     #[serde(default)]
     pub fixed: bool,
-    /// Values of a parameter with one in each run, by the name of the run.
+    /// Values of a parameter that has its own in each run, by the name of the run.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub per_run: BTreeMap<String, f64>,
 }
 
-/// Why a model file cannot be used.
+/// The reason why a model file cannot be used.
 #[derive(Debug, Error)]
 pub enum ModelFileError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{}: {}", .file.display(), super::file::io_text(*.kind))]
     CannotRead {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The cause.
         kind: std::io::ErrorKind,
     },
-    /// It is no model file.
+    /// The file is no model file.
     #[error("{}: {message}", .file.display())]
     Syntax {
         /// The file.
         file: PathBuf,
-        /// What its reader says, with line and column.
+        /// Message of the parser, with line and column.
         message: String,
     },
     /// A campaign file where a model file is wanted.
@@ -164,15 +167,15 @@ pub enum ModelFileError {
         /// The format found.
         found: u32,
     },
-    /// Its terms make no model.
+    /// The terms make no model.
     #[error("{}: {source}", .file.display())]
     Model {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The cause.
         source: Box<Error>,
     },
-    /// A parameter that none of its terms has, or one that is missing.
+    /// A parameter that none of the terms has, or one that is missing.
     #[error("{}: `{effect}` has no parameter `{name}` in this file and in this version alike", .file.display())]
     Parameter {
         /// The file.
@@ -185,7 +188,7 @@ pub enum ModelFileError {
 }
 
 impl ModelFile {
-    /// The model of a fit.
+    /// Returns the model file of a fit.
     pub fn of(campaign: &Campaign, fit: &Fit) -> ModelFile {
         let model = &fit.model;
         let effects: Vec<EffectName> = model.terms.iter().filter_map(|t| t.name().parse().ok()).collect();
@@ -245,19 +248,19 @@ impl ModelFile {
         ModelFile::from_text(&text, &path)
     }
 
-    /// The model file that a path stands for: of a folder the `model.toml` in it.
+    /// Returns the model file that a path stands for: for a folder, the `model.toml` in it.
     pub fn at(path: &Path) -> PathBuf {
         if path.is_dir() { path.join("model.toml") } else { path.to_path_buf() }
     }
 
-    /// Reads the text of a model file as though it were that of `path`.
+    /// Reads the text of a model file as if it were that of `path`.
     ///
     /// # Errors
     /// [`ModelFileError`].
     pub fn from_text(text: &str, path: &Path) -> Result<ModelFile, ModelFileError> {
         let file = path.to_path_buf();
         let syntax = |message: String| ModelFileError::Syntax { file: file.clone(), message };
-        // a campaign has runs, a model says which version wrote it
+        // a campaign has runs, a model states which version wrote it
         let campaign = |table: toml::Table| table.contains_key("run") && !table.contains_key("hydrosysid");
         let model: ModelFile = match is_json(path) {
             true => serde_json::from_str(text).map_err(|e| syntax(e.to_string()))?,
@@ -271,10 +274,10 @@ impl ModelFile {
         Ok(model)
     }
 
-    /// The text of the file of this name: JSON where it ends in `.json`, else TOML.
+    /// Returns the text of the file of this name: JSON if it ends in `.json`, otherwise TOML.
     ///
     /// # Errors
-    /// Never for a model that was fitted; what the writer says otherwise.
+    /// None for a fitted model; otherwise the message of the writer.
     pub fn to_text(&self, path: &Path) -> Result<String, ModelFileError> {
         let syntax = |message: String| ModelFileError::Syntax { file: path.to_path_buf(), message };
         match is_json(path) {
@@ -283,7 +286,8 @@ impl ModelFile {
         }
     }
 
-    /// What every verb says first of the model: that its fit did not converge. `name` is that of the file.
+    /// Returns the finding that the fit did not converge, which every verb reports first. `name` is
+    /// that of the file.
     pub fn unsettled(&self, name: &str) -> Option<Finding> {
         let text = format!(
             "{name}: do not use these numbers, the fit that wrote this model did not converge: look at what `hydrosysid check` \
@@ -292,7 +296,8 @@ impl ModelFile {
         (!self.converged).then(|| Finding::new(&codes::MODEL_UNSETTLED, text))
     }
 
-    /// The model, for the runs of a campaign, whose logs say against what velocities are measured.
+    /// Returns the model for the runs of a campaign, whose logs state what the velocities are
+    /// relative to.
     ///
     /// # Errors
     /// As [`ModelFile::model`].
@@ -302,10 +307,10 @@ impl ModelFile {
         Ok(model)
     }
 
-    /// The model, for runs of these names; `path` is named in messages.
+    /// Returns the model for these runs; messages name `path`.
     ///
     /// # Errors
-    /// [`ModelFileError`] when this version has another idea of a term.
+    /// [`ModelFileError`] if this version defines a term otherwise.
     pub fn model(&self, runs: &[Run], path: &Path) -> Result<Model, ModelFileError> {
         let file = path.to_path_buf();
         let campaign = CampaignFile {
@@ -357,8 +362,8 @@ impl ModelFile {
 }
 
 impl Campaign {
-    /// The campaign under a model file of this name: with its losses of thrust and its noise, and what there is to say of it
-    /// before all else.
+    /// Returns the campaign under a model file of this name: with its losses of thrust, its noise
+    /// and, before all others, the finding that its fit did not converge.
     #[must_use]
     pub fn under_model(&self, file: &ModelFile, name: &str) -> Campaign {
         let mut campaign = self.under(&file.efficiency).with_noise(file.noise.clone());

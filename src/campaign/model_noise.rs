@@ -1,4 +1,5 @@
-//! The noise that a model file carries: what its fit has found random, for every verb that uses the model.
+//! The noise in a model file: what its fit has found to be random, for every verb that uses the
+//! model.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,9 +13,9 @@ use crate::navigation::upright;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelNoise {
-    /// Whether no channel's innovations were correlated beyond chance.
+    /// Whether no channel has innovations that are correlated beyond chance.
     pub innovations_white: bool,
-    /// The random force; a degree of freedom without one is not listed.
+    /// Random forces; a degree of freedom without one is not listed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub force: Vec<ModelForce>,
     /// The noise of each channel that the model predicts.
@@ -26,7 +27,7 @@ pub struct ModelNoise {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelForce {
-    /// Where it acts.
+    /// Degree of freedom in which it acts.
     pub dof: Dof,
     /// Standard deviation of the force, N or N·m.
     pub rms: f64,
@@ -34,9 +35,9 @@ pub struct ModelForce {
     pub std: f64,
     /// Correlation time, s.
     pub correlation_time: f64,
-    /// Standard deviation of it, s.
+    /// Standard deviation of `correlation_time`, s.
     pub correlation_time_std: f64,
-    /// Rms over that of the thrust.
+    /// `rms` over that of the thrust.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share_of_thrust: Option<f64>,
 }
@@ -55,8 +56,8 @@ pub struct ModelSensor {
     /// Correlation time of that part, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation_time: Option<f64>,
-    /// How much more windows of its innovations differ from white ones than chance makes them: 1 for a noise that is what
-    /// it says.
+    /// Factor by which windows of its innovations differ from white ones more than by chance: 1 for
+    /// noise that is as described here.
     pub restlessness: f64,
 }
 
@@ -82,17 +83,17 @@ impl From<&Noise> for ModelNoise {
 }
 
 impl ModelNoise {
-    /// The random force in a degree of freedom.
+    /// Returns the random force in a degree of freedom.
     pub fn force_in(&self, dof: Dof) -> Option<&ModelForce> {
         self.force.iter().find(|f| f.dof == dof)
     }
 
-    /// The noise of a channel.
+    /// Returns the noise of a channel.
     pub fn of_channel(&self, channel: &str) -> Option<&ModelSensor> {
         self.sensor.iter().find(|s| s.channel == channel)
     }
 
-    /// As a monitor of these runs takes it.
+    /// Returns the noise in the form that the monitoring of these runs takes.
     pub(super) fn known(&self, filtered: &Filtered) -> KnownNoise {
         let outputs = filtered.problem.dynamics.outputs.iter();
         let restless = |output: &String| {
@@ -101,13 +102,14 @@ impl ModelNoise {
         KnownNoise { noise: self.of(filtered), restless: outputs.map(restless).collect() }
     }
 
-    /// The random forces, N or N·m and s.
+    /// Returns the random forces, N or N·m and s.
     pub fn forces(&self) -> Vec<RandomForce> {
         let force = |f: &ModelForce| RandomForce { dof: f.dof, rms: f.rms, time: f.correlation_time };
         self.force.iter().map(force).filter(|f| f.rms > 0.0).collect()
     }
 
-    /// As a filter of these runs takes it. A channel that the model does not know has the noise that is seen in the runs.
+    /// Returns the noise in the form that a filter of these runs takes. A channel without noise in
+    /// the model file has the noise that the runs show.
     pub(super) fn of(&self, filtered: &Filtered) -> NoiseModel {
         let dynamics = &filtered.problem.dynamics;
         let sensor = |(output, sigma): (&String, &f64)| {

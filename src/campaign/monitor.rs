@@ -1,4 +1,4 @@
-//! The verb `monitor`: a fitted model along new logs.
+//! The verb `monitor`: comparison of a fitted model with new logs.
 
 use std::path::Path;
 
@@ -18,25 +18,28 @@ use crate::model::Model;
 use crate::monitor::{self, MonitorOptions, Watch};
 use crate::run::{Role, RunKind};
 
-/// A model watched along logs. Serialises as `hydrosysid monitor --json`.
+/// Monitoring of logs by a model. Serialises as `hydrosysid monitor --json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Monitored {
     /// Format of the result: 1.
     pub format: u32,
-    /// What was found; `warnings` are among it.
+    /// Result of the monitoring, `warnings` included.
     #[serde(flatten)]
     pub watch: Watch,
-    /// The noise that the model brings, and how it predicts these logs; absent where it brings none.
+    /// Noise of the model, and the accuracy with which it predicts these logs; absent if it has
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
 }
 
-/// New logs as runs of the vehicle of a model file: one run a log. They are read as `log` says, or else each as those of the
-/// fit were, by its name or its columns; thrusters are those of the model file. With `like`, a campaign of the same vehicle,
-/// both are that one's, and its noise.
+/// Returns a campaign of new logs of the vehicle of a model file, with one run per log. The logs
+/// are read with the options `log`; without it, each is read like the log of the fit that has its
+/// name or its columns. The thrusters are those of the model file. With `like`, a campaign of the
+/// same vehicle, the reading options (without `log`), the thrusters, the stated noise and the
+/// options of the fit are those of `like`.
 ///
 /// # Errors
-/// [`Error`] when a log cannot be read or lacks what the model reads.
+/// [`Error`] if a log cannot be read or lacks what the model reads.
 pub fn new_logs(
     file: &ModelFile,
     logs: &[&Path],
@@ -62,7 +65,7 @@ pub fn new_logs(
     let of_model =
         || CampaignFile { thrusters: file.thrusters.clone(), log: file.log.clone(), ..CampaignFile::default() };
     let like = like.cloned().unwrap_or_else(of_model);
-    // bollard tables lie where the other campaign does
+    // bollard tables are relative to the folder of the other campaign
     let folder = here.join(like.folder());
     let mut thrusters = like.thrusters;
     for table in thrusters.iter_mut().filter_map(|thruster| thruster.bollard.as_mut()) {
@@ -90,11 +93,10 @@ pub fn new_logs(
     Ok(campaign)
 }
 
-/// Watches `model` along the runs of free motion of a campaign; `envelope` holds the velocities between which it was
-/// fitted.
+/// Monitors `model` along the runs of free motion of a campaign; `envelope` is that of its fit.
 ///
 /// # Errors
-/// [`Error`] when a run lacks what the model reads.
+/// [`Error`] if a run lacks what the model reads.
 pub fn monitor(
     campaign: &Campaign,
     model: &Model,

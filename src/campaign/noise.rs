@@ -1,4 +1,4 @@
-//! Noise and random force as a verb tells of them: the key `noise` of its JSON.
+//! Noise and random force in the results of the verbs: the key `noise` of their JSON.
 
 use serde::Serialize;
 
@@ -12,27 +12,28 @@ use crate::navigation::upright;
 use crate::run::{Run, commanded_rms};
 use crate::wording::{digits, listed, times};
 
-/// What is random in the runs of a fit, and whether the fit knows it.
+/// Noise and random force in the runs of a fit, and whether predictions agree with them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Noise {
-    /// The random force in each degree of freedom in which there is one.
+    /// Random force in each degree of freedom that has one.
     pub force: Vec<ForceFound>,
     /// The noise of each channel that the model predicts.
     pub sensors: Vec<SensorFound>,
-    /// Whether no channel's innovations are correlated beyond chance.
+    /// Whether no channel has innovations that are correlated beyond chance.
     pub innovations_white: bool,
-    /// How the fit holds outliers back; `null` where every innovation counts as it is, or the noise is that of a model file.
+    /// Down-weighting of outliers; `null` if every innovation counts in full, or the noise is that
+    /// of a model file.
     pub held_back: Option<HeldBack>,
-    /// How predictions err, and how they should.
+    /// Errors of the predictions, and the errors to expect.
     pub prediction: Vec<Predicted>,
 }
 
-/// Share of the thrust above which a random force is likely to stand in for what the model lacks; what pushes vehicles in
-/// tanks, harbours and rivers was found to be some per cent.
+/// Ratio of a random force to the thrust above which the force probably stands in for what the
+/// model lacks; the forces found on vehicles in tanks, harbours and rivers are some per cent.
 const NO_TURBULENCE: f64 = 0.2;
 
 impl Noise {
-    /// The random force in a sentence.
+    /// Describes the random force in a sentence.
     pub fn sentence(&self) -> String {
         match &self.force[..] {
             [] => "No random force is found: what the model leaves is the noise of the sensors.".into(),
@@ -40,11 +41,11 @@ impl Noise {
         }
     }
 
-    /// The random forces in few words; `None` where none is found.
+    /// Describes the random forces in few words; `None` if there is none.
     pub fn forces(&self) -> Option<String> {
         let mut of = " of thrust";
         let mut one = |f: &ForceFound| {
-            // of what the percentages are is said once
+            // the reference of the percentages is stated once
             let share = |s: f64| format!(", {} %{}", digits(100.0 * s), std::mem::take(&mut of));
             let share = f.share_of_thrust.map_or(String::new(), share);
             format!("{} {} {}{share}", f.dof, digits(f.rms), f.unit.replace('*', " "))
@@ -53,15 +54,15 @@ impl Noise {
         (!all.is_empty()).then(|| format!("random force: {}", all.join("; ")))
     }
 
-    /// Unit of the predictions in a degree of freedom: of its velocity, or of its position or angle where no sensor gives the
-    /// velocity.
+    /// Returns the unit of the predictions in a degree of freedom: of its velocity, or of its
+    /// position or angle if no sensor gives the velocity.
     pub fn unit_in(&self, dof: Dof) -> &'static str {
         let has_velocity = self.sensors.iter().any(|sensor| sensor.channel == dof.velocity());
         let channel = if has_velocity { Measured::from(dof) } else { Measured::Function(dof.position().into()) };
         channel.unit()
     }
 
-    /// Where a random force moves the vehicle and the commands there hardly do: a sentence that says it.
+    /// Returns a sentence if a random force moves the vehicle and its commands hardly do.
     pub fn overwhelming(&self) -> Option<String> {
         let share = |f: &&ForceFound| f.share_of_thrust.unwrap_or(0.0);
         let most = self.force.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
@@ -76,13 +77,14 @@ impl Noise {
         })
     }
 
-    /// Whether a random force is too large a share of the thrust to be turbulence or a tether: something may be missing in
-    /// the model.
+    /// Whether a random force is too large a share of the thrust to be turbulence or a tether:
+    /// something may be missing in the model.
     pub fn is_more_than_turbulence(&self) -> bool {
         self.force.iter().filter_map(|f| f.share_of_thrust).any(|share| share > NO_TURBULENCE)
     }
 
-    /// ` That is more than turbulence or a tether`, `so` and a full stop; nothing where it may be these.
+    /// Returns ` That is more than turbulence or a tether`, `so` and a full stop; an empty text if
+    /// it may be these.
     pub(crate) fn beyond_turbulence(&self, so: &str) -> String {
         match self.is_more_than_turbulence() {
             true => format!(" That is more than turbulence or a tether{so}."),
@@ -91,24 +93,24 @@ impl Noise {
     }
 }
 
-/// Innovations that are held back, since there are outliers.
+/// Down-weighting of innovations, because there are outliers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HeldBack {
-    /// Deviations beyond which they are.
+    /// Limit beyond which an innovation is down-weighted, in standard deviations.
     pub beyond: f64,
-    /// Share of the innovations that lies there.
+    /// Share of the innovations beyond the limit.
     pub share: f64,
-    /// The share that does in Gaussian noise.
+    /// Share beyond the limit in Gaussian noise.
     pub by_chance: f64,
 }
 
 impl HeldBack {
-    /// That of a fit; `None` where every innovation counts as it is.
+    /// Returns the down-weighting of a fit; `None` if every innovation counts in full.
     pub(super) fn of(fit: &FilterErrorFit) -> Option<HeldBack> {
         fit.held_back().map(|(share, by_chance)| HeldBack { beyond: fit.limit, share, by_chance })
     }
 
-    /// It in a sentence, without its end.
+    /// Describes the down-weighting in a sentence without its full stop.
     pub fn sentence(&self) -> String {
         format!(
             "outliers are held back: {} % of the innovations lie beyond {} deviations, where chance puts {} %",
@@ -132,11 +134,11 @@ pub struct ForceFound {
     pub unit: &'static str,
     /// Correlation time, s.
     pub correlation_time: f64,
-    /// Standard deviation of it, s; 0 for a force that was held.
+    /// Standard deviation of `correlation_time`, s; 0 for a force that was held.
     pub correlation_time_std: f64,
-    /// Rms over the rms of the thrust in its degree of freedom; `null` without thrust there.
+    /// `rms` over the rms of the thrust in its degree of freedom; `null` without thrust there.
     pub share_of_thrust: Option<f64>,
-    /// Whether the correlation time is so near the sample time that only rms² times it is known.
+    /// Whether the correlation time is below the sample time, so that only rms² times it is known.
     pub only_intensity: bool,
 }
 
@@ -145,22 +147,23 @@ pub struct ForceFound {
 pub struct SensorFound {
     /// The channel.
     pub channel: String,
-    /// Standard deviation of the white part, in its unit.
+    /// Standard deviation of the white part, in the unit of the channel.
     pub std: f64,
-    /// As the campaign states it.
+    /// Standard deviation that the campaign states.
     pub stated: Option<f64>,
-    /// What such a sensor usually has, from and to.
+    /// Usual range for such a sensor, from and to.
     pub typical: Option<[f64; 2]>,
     /// Correlation time of the coloured part, s; `null` for white noise.
     pub correlation_time: Option<f64>,
     /// Standard deviation of the coloured part.
     pub coloured_std: Option<f64>,
-    /// How much more windows of its innovations differ from white ones than chance makes them: 1 for a noise that is what
-    /// it says. [`monitor`](crate::campaign::monitor()) counts with it.
+    /// Factor by which windows of its innovations differ from white ones more than by chance: 1 for
+    /// noise that is as described here. [`monitor`](crate::campaign::monitor()) takes it into
+    /// account.
     pub restlessness: f64,
 }
 
-/// How predictions of one channel of a run err.
+/// Errors of the predictions of one channel of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Predicted {
     /// Name of the run.
@@ -175,8 +178,9 @@ pub struct Predicted {
     pub expected: f64,
 }
 
-/// Deviation that sensors of a channel usually have, from and to: Doppler logs, gyros of small vehicles, tilt and compass,
-/// pressure, acoustic positions. Kinsey, Eustice and Whitcomb, *A survey of underwater vehicle navigation* (2006).
+/// Returns the usual range of the standard deviation of sensors of a channel: Doppler logs, gyros
+/// of small vehicles, tilt and compass, pressure, acoustic positions. Kinsey, Eustice and Whitcomb,
+/// *A survey of underwater vehicle navigation* (2006).
 fn typical(channel: &str) -> Option<[f64; 2]> {
     let degree = f64::to_radians(1.0);
     match channel {
@@ -190,14 +194,15 @@ fn typical(channel: &str) -> Option<[f64; 2]> {
     }
 }
 
-/// Degree of freedom of a channel: of a velocity, or of a position or angle where no velocity is predicted.
+/// Returns the degree of freedom of a channel: of a velocity, or of a position or angle if no
+/// velocity is predicted.
 fn dof_of(outputs: &[String], output: usize) -> Option<Dof> {
     let name = &outputs[output];
     let position = |dof: &Dof| dof.position() == name && !outputs.iter().any(|o| o == dof.velocity());
     Dof::ALL.into_iter().find(|dof| dof.velocity() == name || position(dof))
 }
 
-/// The random forces of a fit to `runs`.
+/// Returns the random forces of a fit to `runs`.
 pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
     let (coordinates, covariance) = (&fit.noise_unknowns, fit.noise_covariance());
     let std = |of: Coordinate| {
@@ -218,7 +223,7 @@ pub(super) fn forces(fit: &FilterErrorFit, runs: &[Run]) -> Vec<ForceFound> {
     fit.noise.forces.iter().enumerate().map(found).collect()
 }
 
-/// The noise of the sensors.
+/// Returns the noise of the sensors.
 pub(super) fn sensors(
     filtered: &Filtered,
     noise: &NoiseModel,
@@ -245,7 +250,8 @@ pub(super) fn sensors(
         .collect()
 }
 
-/// How each run was predicted in each degree of freedom, stretches of a run together.
+/// Returns the prediction errors of each run in each degree of freedom, stretches of a run
+/// together.
 pub(super) fn predicted(filtered: &Filtered, forecasts: &[Forecast]) -> Vec<Predicted> {
     let outputs = &filtered.problem.dynamics.outputs;
     let mut all: Vec<(String, Dof, Prediction)> = Vec::new();
@@ -273,7 +279,8 @@ pub(super) fn predicted(filtered: &Filtered, forecasts: &[Forecast]) -> Vec<Pred
     all.into_iter().map(told).collect()
 }
 
-/// Predictions `ahead` of all stretches together, by degree of freedom.
+/// Returns the predictions with the horizon `ahead` over all stretches together, by degree of
+/// freedom.
 pub(super) fn by_dof(filtered: &Filtered, forecasts: &[Forecast], ahead: Option<f64>) -> Vec<(Dof, Prediction)> {
     let outputs = &filtered.problem.dynamics.outputs;
     let mut all: Vec<(Dof, Prediction)> = Vec::new();
@@ -288,7 +295,7 @@ pub(super) fn by_dof(filtered: &Filtered, forecasts: &[Forecast], ahead: Option<
     all
 }
 
-/// Whether no channel's innovations are correlated.
+/// Whether no channel has correlated innovations.
 pub(super) fn white(forecasts: &[Forecast]) -> bool {
     let channels = forecasts.first().map_or(0, |f| f.channels.len());
     (0..channels).all(|c| {
@@ -297,7 +304,8 @@ pub(super) fn white(forecasts: &[Forecast]) -> bool {
     })
 }
 
-/// A fit's noise, with how it predicts runs; whether innovations are white is asked of its own, `of_training`.
+/// Returns the noise of a fit, with the errors of its predictions of runs; the test for whiteness
+/// uses its own forecasts, `of_training`.
 pub(super) fn of_fit(
     (fit, of_training): (&FilterErrorFit, &[Forecast]),
     training: &[Run],
@@ -313,7 +321,7 @@ pub(super) fn of_fit(
     }
 }
 
-/// The random force in words: `1.2 N in surge (correlation 0.8 s, 3 % of its thrust)`.
+/// Describes the random force in words: `1.2 N in surge (correlation 0.8 s, 3 % of its thrust)`.
 pub(super) fn in_words(forces: &[ForceFound]) -> String {
     let one = |f: &ForceFound| {
         let unit = f.unit.replace('*', " ");
@@ -324,7 +332,7 @@ pub(super) fn in_words(forces: &[ForceFound]) -> String {
     listed(&all)
 }
 
-/// The model with every parameter fixed, for runs that take part in no fit.
+/// Returns the model with every parameter fixed, for runs that take part in no fit.
 pub(super) fn with_parameters_fixed(model: &Model) -> Model {
     let mut fixed = model.clone();
     fixed.parameters.iter_mut().for_each(|p| p.fixed = true);
@@ -370,7 +378,8 @@ mod tests {
         assert_eq!(held_back.sentence(), said);
     }
 
-    /// Ten times what is commanded is said to move the vehicle, where most of it is; less, or without commands, is not.
+    /// A force beyond ten times the commands is said to move the vehicle; a smaller one, or one
+    /// without commands, is not.
     #[test]
     fn what_overwhelms_the_commands_is_said() {
         let of = |shares: [Option<f64>; 2]| {

@@ -1,10 +1,13 @@
-//! A run in which a command has the opposite sign of what it has in the others: a wire that was turned for a day.
+//! A run in which a command has the opposite sign to the other runs, for example because a wire was
+//! reversed for a day.
 //!
 //! ```text
-//! τ → −τ   in the run by which it acts the wrong way, where more runs say the right way, and where the search then leaves nothing
+//! τ → −τ   in the run in which it acts the wrong way, if at least as many runs show the right way
+//!          and the search then leaves nothing unexplained
 //! ```
 //!
-//! A controller that moves the command looks like that, too: so the likelihood decides, and only where something is left without it.
+//! A controller that moves the command looks the same: so the likelihood decides, and only if
+//! something is unexplained otherwise.
 
 use super::load::Campaign;
 use super::log_faults::{Fault, reports};
@@ -13,7 +16,7 @@ use crate::discover::LogFinding;
 use crate::frame::Dof;
 use crate::run::Run;
 
-/// A force whose sign is another one in one run.
+/// A force that has the opposite sign in one run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OddRun {
     run: String,
@@ -21,9 +24,10 @@ pub(super) struct OddRun {
 }
 
 impl OddRun {
-    /// Those that the checks of the logs accuse, by fewer runs than find the sign right.
+    /// Returns the forces whose sign the checks find wrong in some runs, and right in at least as
+    /// many others.
     pub fn accused(campaign: &Campaign, runs: &[Run]) -> Vec<OddRun> {
-        // what is wrong with a force that thrusters make is wrong with one of them
+        // a fault of a force that is calculated from thrusters is a fault of one of them
         if !campaign.file.thrusters.is_empty() {
             return Vec::new();
         }
@@ -36,13 +40,13 @@ impl OddRun {
             .collect()
     }
 
-    /// Turns the channel in its run; the files stay as they are.
+    /// Reverses the channel in its run; the files stay unchanged.
     pub fn mend(&self, runs: &mut [Run]) {
         let fault = Fault::Factor { channel: self.channel.clone(), factor: -1.0 };
         runs.iter_mut().filter(|run| run.name == self.run).for_each(|run| fault.mend(std::slice::from_mut(run)));
     }
 
-    /// The fault as the discovery tells it.
+    /// Returns the fault as an entry of the discovery's result.
     pub fn finding(&self) -> LogFinding {
         LogFinding { kind: "sign".into(), channel: self.channel.clone(), factor: -1.0, message: self.to_string() }
     }

@@ -1,4 +1,4 @@
-//! Users' formulas held against the model and the logs before anything is made of them.
+//! Checks of the user's formulas against the model and the logs.
 //!
 //! ```text
 //! [formula] · [unit of the parameter] = N, N·m in rotation
@@ -8,9 +8,10 @@
 //! [observed formula] = [column of the log]
 //! ```
 //!
-//! A formula of states, forces and time alone has a unit; a further column of a log has none that is known, and a sum of
-//! unlike units has numbers with hidden units in it: neither is judged. The number in an observed `0.3*q` is perhaps a lever
-//! arm in m; a force has a parameter that takes such a unit.
+//! A formula of states, forces and time alone has a unit. The unit of a further column of a log is
+//! not known, and in a sum of unlike units the numbers have hidden units: such formulas are not
+//! judged. The number in an observed `0.3*q` may be a lever arm in m; a force has a parameter that
+//! takes such a unit.
 
 use super::baseline::wrong;
 use super::error::Error;
@@ -24,8 +25,8 @@ use crate::run::{Run, Signal};
 use crate::symbolic::{DimensionError, Graph, Leaf};
 use crate::units::Dimension;
 
-/// Refuses a user's formula that reads a state which is neither modelled nor logged, has another unit than its parameter
-/// says, or gives no number somewhere in a log.
+/// Refuses a user's formula that reads a state which is neither modelled nor logged, whose unit
+/// does not match that of its parameter, or that gives no finite number somewhere in a log.
 ///
 /// # Errors
 /// [`Error::File`] with the place in the campaign file.
@@ -53,7 +54,7 @@ pub(super) fn check(file: &CampaignFile, model: &Model, runs: &[Run]) -> Result<
     Ok(())
 }
 
-/// Refuses an observed formula in another unit than the header of its column gives in a log.
+/// Refuses an observed formula whose unit differs from the unit in the header of its column.
 ///
 /// # Errors
 /// [`Error::File`] with the place in the campaign file.
@@ -76,7 +77,8 @@ pub(super) fn check_observed_units(file: &CampaignFile, logged: &[Logged]) -> Re
     Ok(())
 }
 
-/// Where a formula gives no finite number along a log; `None` where it does everywhere, or reads what is not logged.
+/// Returns where a formula gives no finite number along a log; `None` if it is finite everywhere,
+/// or reads what is not logged.
 fn no_number(formula: &Formula, run: &Run) -> Option<String> {
     let read: Vec<&Signal> = formula.names().into_iter().filter_map(|name| run.signal(name)).collect();
     let stamps: Vec<f64> = read.iter().max_by_key(|signal| signal.len())?.time().to_vec();
@@ -97,7 +99,7 @@ fn no_number(formula: &Formula, run: &Run) -> Option<String> {
     ))
 }
 
-/// Why formula and unit make no force; `None` where they do or where nobody can tell.
+/// Returns why formula and unit do not give a force; `None` if they do, or if it cannot be told.
 fn wrong_unit(table: &EffectTable) -> Option<String> {
     let formula = Formula::parse(&table.formula).ok()?;
     let found = match dimension(&formula)? {
@@ -105,7 +107,7 @@ fn wrong_unit(table: &EffectTable) -> Option<String> {
         Err(wrong @ DimensionError::Mismatch { .. }) if !formula.has_numbers() => {
             return Some(format!("`{}`: {wrong}", table.formula));
         }
-        // a number may have the unit that is wanting, and a tanh of a speed is a smooth sign
+        // a number may have the missing unit, and a tanh of a speed is a smooth sign
         Err(_) => return None,
     };
     let force = if table.dof.is_rotation() { Dimension::MOMENT } else { Dimension::FORCE };
@@ -120,7 +122,7 @@ fn wrong_unit(table: &EffectTable) -> Option<String> {
     })
 }
 
-/// Unit of a formula, or why it has none; `None` where it reads a column of the log.
+/// Returns the unit of a formula, or why it has none; `None` if it reads a column of the log.
 fn dimension(formula: &Formula) -> Option<Result<Dimension, DimensionError>> {
     let graph = Graph::new();
     let names: Vec<&str> = formula.names().into_iter().collect();
@@ -132,7 +134,7 @@ fn dimension(formula: &Formula) -> Option<Result<Dimension, DimensionError>> {
     Some(formula.lower(&graph, &leaf).dimension())
 }
 
-/// Unit of a state, a force or the time; `None` for a column of the log.
+/// Returns the unit of a state, a force or the time; `None` for a column of the log.
 fn known_unit(name: &str) -> Option<Dimension> {
     let of = |dof: Dof| {
         let rotation = dof.is_rotation();
@@ -160,7 +162,8 @@ mod tests {
         assert_eq!(wrong_unit(&table("u*abs(u)", drag)), None);
         let told = wrong_unit(&table("u*abs(u)*r", drag)).unwrap();
         assert!(told.contains("the unit of the parameter is kg*s/m"), "{told}");
-        // a column has no unit, and a sum of unlike ones has numbers with units of their own
+        // a column has no known unit, and in a sum of unlike units the numbers have units of their
+        // own
         assert_eq!(wrong_unit(&table("wind^2*cos(psi)", Dimension::FORCE)), None);
         assert_eq!(wrong_unit(&table("u^2 + 0.1*u", Dimension::FORCE)), None);
         assert_eq!(

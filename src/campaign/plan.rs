@@ -1,4 +1,5 @@
-//! The verb `plan`: runs that bring a model's parameters to wanted deviations, or what given runs will bring.
+//! The verb `plan`: runs that bring a model's parameters to wanted standard deviations, or what
+//! given runs will achieve.
 
 use std::collections::BTreeMap;
 
@@ -28,23 +29,24 @@ use crate::thrust::thruster::Thruster;
 pub struct Plan {
     /// Format of the result: 1.
     pub format: u32,
-    /// What the plan comes to, in words.
+    /// Summary of the plan.
     pub sentence: String,
     /// The runs, the most valuable first.
     pub runs: Vec<PlannedRun>,
-    /// What they will give together.
+    /// Parameters, with what all the runs together will give.
     pub parameters: Vec<PlannedParameter>,
-    /// Predicted covariance in the order of `parameters`, SI; `null` when the runs do not show all of them.
+    /// Predicted covariance in the order of `parameters`, SI; `null` if the runs do not show all of
+    /// them.
     pub covariance: Option<Vec<Vec<f64>>>,
-    /// Limits of thrust that the plan keeps, N and N·m.
+    /// Limits of thrust that the plan respects, N and N·m.
     pub limits: BTreeMap<Dof, f64>,
-    /// Sensors that it counts on.
+    /// Sensors that it assumes.
     pub sensors: Instruments,
-    /// Number of candidates that were judged; 0 where the runs were given.
+    /// Number of candidates that were judged; 0 if the runs were given.
     pub candidates: usize,
-    /// Simulated campaigns of this plan, where they were asked for.
+    /// Simulated campaigns of this plan, if they were requested.
     pub rehearsal: Option<Rehearsal>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
     /// Command histories, N and N·m, each ready to be written as a log.
     #[serde(skip)]
@@ -60,14 +62,14 @@ pub struct PlannedRun {
     pub kind: RunKind,
     /// Length, s.
     pub length: f64,
-    /// Who pushes where.
+    /// Control laws of the degrees of freedom that are pushed.
     pub pushes: Vec<Push>,
-    /// Greatest speed of each degree of freedom that the model foresees, by channel, m/s and rad/s.
+    /// Greatest speed of each degree of freedom that the model predicts, by channel, m/s and rad/s.
     pub greatest: BTreeMap<String, f64>,
-    /// Greatest horizontal distance from the start that it foresees, m.
+    /// Greatest horizontal distance from the start that it predicts, m.
     pub reach: f64,
-    /// Greatest deviation over the wanted one, once this run and those before it are sailed; `null` while a wanted
-    /// parameter is not shown.
+    /// Greatest ratio of a standard deviation to the wanted one, after this run and those before
+    /// it; `null` while a wanted parameter is not shown.
     pub worst: Option<f64>,
 }
 
@@ -87,24 +89,27 @@ pub struct PlannedParameter {
     pub value: f64,
     /// Unit.
     pub unit: String,
-    /// Deviation in the model, SI.
+    /// Standard deviation in the model, SI.
     pub std_now: Option<f64>,
-    /// Wanted deviation, SI.
+    /// Wanted standard deviation, SI.
     pub wanted: Option<f64>,
-    /// Deviation that the plan gives, SI; `null` when it does not show the parameter apart from others.
+    /// Standard deviation that the plan gives, SI; `null` if it does not separate the parameter
+    /// from others.
     pub std: Option<f64>,
     /// Root mean square of estimate − truth in the rehearsal, SI.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rehearsed: Option<f64>,
-    /// The same over what is predicted of the runs that were rehearsed, those of the plan alone.
+    /// `rehearsed` over what is predicted for the runs that were rehearsed, those of the plan
+    /// alone.
     #[serde(skip)]
     pub rehearsed_ratio: Option<f64>,
 }
 
-/// Plans the next runs, or judges those that are given. `progress` is called after each campaign of a rehearsal.
+/// Plans the next runs, or judges given ones. `progress` is called after each campaign of a
+/// rehearsal.
 ///
 /// # Errors
-/// [`Error::Asked`] for wishes of parameters that are none, [`Error::Plan`] where nothing can be planned.
+/// [`Error::Asked`] for wishes about unknown parameters, [`Error::Plan`] if nothing can be planned.
 pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + Sync)) -> Result<Plan, Error> {
     if let Some(term) = source.model.terms.iter().find(|term| term.effect.about().scope == Scope::Thrusters) {
         let text = format!(
@@ -188,7 +193,7 @@ pub fn plan(source: &PlanSource, request: &PlanRequest, progress: &(dyn Fn() + S
     })
 }
 
-/// Whether the model is good enough as it is, and what the runs bring.
+/// Says whether the model is good enough as it is, and what the runs bring.
 fn sentence(parameters: &[PlannedParameter], runs: usize, forces: &[RandomForce]) -> String {
     let met = |std: Option<f64>, p: &PlannedParameter| p.wanted.is_none_or(|w| std.is_some_and(|s| s <= w));
     let counted = match forces {
@@ -212,7 +217,7 @@ fn planned(run: &crate::plan::ProposedRun) -> PlannedRun {
     PlannedRun { name, kind, length, pushes, greatest, reach: run.sailed.reach, worst: run.worst }
 }
 
-/// Part of a wrench that is all of it, but for rounding.
+/// Part of a wrench from which it counts as all of it, because of rounding.
 const WHOLE: f64 = 0.999;
 
 fn saturates((run, part): &(Run, f64)) -> Finding {
@@ -225,8 +230,8 @@ fn saturates((run, part): &(Run, f64)) -> Finding {
     Finding::new(&codes::SATURATES, text)
 }
 
-/// The command history of a run: forces and, where the thrusters are known, their commands; and the least part of the
-/// forces that the thrusters give, 0 to 1.
+/// Returns the command history of a run: forces and, if the thrusters are known, their commands;
+/// and the least part of the forces that the thrusters can give, 0 to 1.
 fn commands(run: &Run, thrusters: &[Thruster]) -> (Run, f64) {
     let forces: BTreeMap<String, Signal> =
         Dof::ALL.iter().filter_map(|dof| Some((dof.force().to_string(), run.signal(dof.force())?.clone()))).collect();
@@ -252,7 +257,7 @@ fn commands(run: &Run, thrusters: &[Thruster]) -> (Run, f64) {
     (told, part)
 }
 
-/// Covariance of the shared free parameters that the model has already, row-major.
+/// Returns the covariance of the shared free parameters in the model, row-major.
 fn known(source: &PlanSource) -> Vec<f64> {
     let free: Vec<usize> =
         source.model.free().into_iter().filter(|p| !source.model.parameters[*p].spec.per_run).collect();
@@ -260,10 +265,10 @@ fn known(source: &PlanSource) -> Vec<f64> {
     free.iter().flat_map(|a| free.iter().map(|b| at(*a, *b)).collect::<Vec<_>>()).collect()
 }
 
-/// Share by which a run may be faster than those of the fit before it is said.
+/// Ratio of the speed of a run to that of the runs of the fit above which there is a finding.
 const MARGIN: f64 = 1.2;
 
-/// Says where proposed runs are faster than what the model comes from.
+/// Returns findings about proposed runs that are faster than the runs from which the model comes.
 fn beyond(proposal: &Proposal, envelope: &Envelope) -> Vec<Finding> {
     let mut findings = Vec::new();
     for run in &proposal.runs {
@@ -288,7 +293,8 @@ mod tests {
     use super::*;
     use crate::thrust::curve::Coefficients;
 
-    /// Two thrusters side by side give all of a surge or all of a turn, and half of both at once.
+    /// Two thrusters side by side give all of a surge force or all of a yaw moment, and half of
+    /// both at once.
     #[test]
     fn what_thrusters_do_not_give_together_is_told() {
         let side = Coefficients { a: 10.0, b: 0.0 };

@@ -1,4 +1,5 @@
-//! A plan rehearsed on its own runs: what they do not show is held where the model knows it from runs at hand.
+//! Rehearsal of a plan on its own runs: a parameter that they do not show is held if the model
+//! knows it from existing runs.
 
 use super::plan_request::PlanRequest;
 use super::plan_source::PlanSource;
@@ -6,10 +7,10 @@ use crate::finding::Finding;
 use crate::plan::{Course, Manoeuvre, PlanOptions, Predicted, Proposal, Rehearsal, Wish, codes, predict, rehearse};
 use crate::wording::listed;
 
-/// Share of the simulated campaigns beyond which those that cannot be fitted speak against the plan.
+/// A plan is unreliable if more than one in this many of its simulated campaigns cannot be fitted.
 const FEW: usize = 20;
 
-/// Simulates and fits campaigns of the runs of `proposal`; `None` where these runs alone show nothing.
+/// Simulates and fits campaigns of the runs of `proposal`; `None` if these runs alone show nothing.
 pub(super) fn rehearsed(
     (course, source): (&Course, &PlanSource),
     proposal: &Proposal,
@@ -53,14 +54,16 @@ pub(super) fn rehearsed(
     (Some(found), findings)
 }
 
-/// Whether the runs of a plan alone tell less than the size of a parameter that the model knows better.
+/// Whether the runs of a plan alone give no standard deviation, or one above its size, of a
+/// parameter that the model knows better.
 fn is_better_known(course: &Course, alone: &Predicted) -> bool {
     let size = alone.value.abs();
     let known = course.model.parameters[alone.parameter].std.filter(|std| *std > 0.0);
     known.is_some_and(|known| alone.std.is_none_or(|std| std > size && std > known))
 }
 
-/// What a rehearsal that cannot fit its campaigns says of the plan, before all else; empty for any other.
+/// Returns the warning of a rehearsal that cannot fit its campaigns, to stand before all else;
+/// empty for any other.
 pub(super) fn spoilt(rehearsal: Option<&Rehearsal>) -> String {
     match rehearsal {
         Some(r) if r.failed * FEW > r.campaigns => format!(

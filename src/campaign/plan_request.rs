@@ -1,4 +1,4 @@
-//! What a plan is asked for, and what that means for a model: wishes, limits of thrust, sensors.
+//! The request for a plan, and its meaning for a model: wishes, limits of thrust, sensors.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -20,9 +20,9 @@ use crate::thrust::thruster::Thruster;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct Want {
-    /// Term or symbol: `quadratic_drag@surge`, `k_u|u|`; all free parameters when absent.
+    /// Term or symbol: `quadratic_drag@surge`, `k_u|u|`; all free parameters if absent.
     pub parameter: Option<String>,
-    /// Deviation, SI, or share of the value.
+    /// Standard deviation, SI, or share of the value.
     pub amount: f64,
     /// Whether the amount is a share of the value.
     pub relative: bool,
@@ -54,29 +54,31 @@ impl FromStr for Want {
     }
 }
 
-/// What a plan is asked for.
+/// The request for a plan.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanRequest {
-    /// Wanted deviations; a later one overrides an earlier one. 5 % of every parameter when empty.
+    /// Wanted standard deviations; a later one overrides an earlier one. 5 % of every parameter if
+    /// empty.
     pub wants: Vec<Want>,
-    /// Limits of thrust, N and N·m, beside or instead of those that are known.
+    /// Limits of thrust, N and N·m, in addition to the known ones or instead of them.
     pub limits: BTreeMap<Dof, f64>,
-    /// Noise of sensors by channel, SI, instead of what is known; `x`, `y`, `z` make position an independent measurement.
+    /// Noise of sensors by channel, SI, instead of the known noise; `x`, `y`, `z` make position an
+    /// independent measurement.
     pub noise: BTreeMap<String, f64>,
-    /// Rates of sensors by channel, Hz; under the empty name that of all.
+    /// Rates of sensors by channel, Hz; the empty name means all of them.
     pub rates: BTreeMap<String, f64>,
     /// Length of each run, s.
     pub length: f64,
-    /// Most runs.
+    /// Largest number of runs.
     pub most: usize,
     /// Greatest horizontal distance from the start of a run, m.
     pub room: Option<f64>,
     /// Whether the new runs will be fitted alone, without those that the model comes from.
     pub without_known: bool,
-    /// Runs to be judged instead of proposed.
+    /// Runs that are judged; if absent, runs are proposed.
     pub runs: Option<Vec<Manoeuvre>>,
-    /// Number of simulated campaigns with which the plan is rehearsed.
+    /// Number of simulated campaigns of the rehearsal.
     pub rehearse: usize,
     /// Seed of the rehearsal.
     pub seed: u64,
@@ -100,7 +102,7 @@ impl Default for PlanRequest {
     }
 }
 
-/// Wishes by the index of the parameter.
+/// Returns the wishes, by the index of the parameter.
 pub(super) fn wishes(model: &Model, wants: &[Want]) -> Result<Vec<Wish>, Error> {
     let everything = [Want { parameter: None, amount: 0.05, relative: true }];
     let wants = if wants.is_empty() { &everything[..] } else { wants };
@@ -117,7 +119,7 @@ pub(super) fn wishes(model: &Model, wants: &[Want]) -> Result<Vec<Wish>, Error> 
             let value = model.parameters[parameter].value.abs();
             let std = if want.relative { want.amount * value } else { want.amount };
             wishes.retain(|w| w.parameter != parameter);
-            // a share of 0 is no wish
+            // a share of a value of 0 is no wish
             if std > 0.0 {
                 wishes.push(Wish { parameter, std });
             }
@@ -126,7 +128,8 @@ pub(super) fn wishes(model: &Model, wants: &[Want]) -> Result<Vec<Wish>, Error> 
     Ok(wishes)
 }
 
-/// Limits of thrust: as given, else of the thrusters, else the greatest force of the runs of the fit.
+/// Returns the limits of thrust: those requested, otherwise those of the thrusters, otherwise (if
+/// none is requested) the greatest force of the runs of the fit.
 pub(super) fn limits(
     source: &PlanSource,
     request: &PlanRequest,
@@ -154,9 +157,10 @@ pub(super) fn limits(
     Ok(limits)
 }
 
-/// Force or moment that the thrusters give in `dof` alone, both ways, N or N·m; `None` where it has no bound or is none.
+/// Returns the force or moment that the thrusters give in `dof` alone, in both directions, N or
+/// N·m; `None` if it has no bound or there is none.
 fn authority(thrusters: &[Thruster], dof: Dof) -> Option<f64> {
-    /// A wrench beyond every thruster, N or N·m.
+    /// A wrench that exceeds every thruster, N or N·m.
     const HUGE: f64 = 1e6;
     let allocation = Allocation::new(thrusters).ok()?;
     let way = |sign: f64| {
@@ -168,7 +172,7 @@ fn authority(thrusters: &[Thruster], dof: Dof) -> Option<f64> {
     Some(way(1.0)?.min(way(-1.0)?))
 }
 
-/// Sensors: as given, else those of the fit, else ordinary ones.
+/// Returns the sensors: those requested, otherwise those of the fit, otherwise usual ones.
 pub(super) fn sensors(
     source: &PlanSource,
     request: &PlanRequest,

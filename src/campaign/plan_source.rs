@@ -1,4 +1,4 @@
-//! What a plan is made from.
+//! The input of a plan.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use crate::plan::Instruments;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::Vehicle;
 
-/// What a plan is made from: a model and what is known of its vehicle and sensors.
+/// The input of a plan: a model, and what is known about its vehicle and sensors.
 #[derive(Debug, Clone)]
 pub struct PlanSource {
     pub(super) model: Model,
@@ -25,18 +25,18 @@ pub struct PlanSource {
     pub(super) sensors: Instruments,
     pub(super) thrusters: Vec<Thruster>,
     pub(super) covariance: Vec<Vec<f64>>,
-    /// The random force that pushes the vehicle, where a filter was asked for it.
+    /// Random force on the vehicle, if a filter has estimated it.
     pub(super) forces: Option<Vec<RandomForce>>,
     pub(super) fitting: OutputErrorOptions,
-    /// What there is to say of the model before all else.
+    /// Warnings about the model, to stand before all others.
     pub(super) warnings: Vec<Finding>,
 }
 
 impl PlanSource {
-    /// From a model file; `path` is named in messages.
+    /// Returns the input from a model file; messages name `path`.
     ///
     /// # Errors
-    /// [`ModelFileError`] when this version has another idea of a term.
+    /// [`ModelFileError`] if this version defines a term otherwise.
     pub fn of_file(file: &ModelFile, path: &Path) -> Result<PlanSource, ModelFileError> {
         Ok(PlanSource {
             model: file.model(&[], path)?,
@@ -51,7 +51,7 @@ impl PlanSource {
         })
     }
 
-    /// From a campaign and its fit.
+    /// Returns the input from a campaign and its fit.
     pub fn of_fit(campaign: &Campaign, fit: &Fit) -> PlanSource {
         PlanSource {
             model: fit.model.clone(),

@@ -1,7 +1,8 @@
-//! How a model and its noise predict runs: one sample, 2 s and 8 s ahead, and free, each beside the error to expect.
+//! Predictions of runs by a model and its noise: one sample, 2 s and 8 s ahead, and free, each with
+//! the error to expect.
 //!
-//! The noise is that which goes with the model. A model without any, as one from the literature, gets the noise with
-//! which it explains the runs best, its parameters held.
+//! The noise is the one that belongs to the model. A model without noise, such as one from the
+//! literature, gets the noise that explains the runs best with its parameters held.
 
 use super::error::Error;
 use super::fit::filter_error::options;
@@ -14,23 +15,25 @@ use crate::model::Model;
 use crate::progress::tell;
 use crate::run::{Run, commanded_rms};
 
-/// Deviations beyond which an innovation of a known noise is an outlier and moves the state as one at this limit.
+/// Limit in standard deviations beyond which an innovation of known noise is an outlier: it moves
+/// the state less, the farther off it is.
 pub(super) const LIMIT: f64 = 5.0;
 
-/// Runs as a model and its noise predict them.
+/// Runs with the predictions of a model and its noise.
 pub(super) struct Foretold {
     /// The runs.
     pub filtered: Filtered,
-    /// The forecasts, one a stretch without gap.
+    /// The forecasts, one per stretch without a gap.
     pub forecasts: Vec<Forecast>,
-    /// All of it as it is told.
+    /// Noise and prediction errors for the result.
     pub found: Noise,
 }
 
-/// `model`, its parameters held, along `runs`; `None` where it is so wrong that no filter can follow them.
+/// Predicts `runs` by `model` with its parameters held; `None` if the model is so wrong that no
+/// filter can follow them.
 ///
 /// # Errors
-/// [`Error`] when a run lacks what the model reads.
+/// [`Error`] if a run lacks what the model reads.
 pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Result<Option<Foretold>, Error> {
     if runs.is_empty() {
         return Ok(None);
@@ -67,7 +70,7 @@ pub(super) fn foretold(campaign: &Campaign, model: &Model, runs: &[Run]) -> Resu
     Ok(Some(Foretold { filtered, forecasts, found }))
 }
 
-/// The random force of a model, beside the thrust of these runs.
+/// Returns the random forces of a model, compared with the thrust of these runs.
 fn told(known: &ModelNoise, runs: &[Run], sample_time: f64) -> Vec<ForceFound> {
     let one = |f: &super::model_noise::ModelForce| ForceFound {
         dof: f.dof,

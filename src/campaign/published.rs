@@ -1,12 +1,14 @@
-//! The verb `compare` with published parameters: numbers of the literature held against one's own log.
+//! The verb `compare` with published parameters: values from the literature against the user's own
+//! log.
 //!
 //! ```text
 //! z = (published − own)/√(σ_published² + σ_own²)
 //! ```
 //!
-//! The file is TOML. `convention = "sname"`: names and signs of SNAME (`X_u|u|` negative where it brakes, `X_udot` the
-//! negative of the added mass); `"hydrosysid"`: names and signs of this crate (positive drag, virtual mass);
-//! `"fossen"`: diagonals of M_A, M_RB, D, D_n, positive, in the order of ν.
+//! The file is TOML. `convention = "sname"`: names and signs of SNAME (`X_u|u|` negative where it
+//! brakes, `X_udot` the negative of the added mass); `"hydrosysid"`: names and signs of this crate
+//! (positive drag, virtual mass); `"fossen"`: diagonals of M_A, M_RB, D, D_n, positive, in the
+//! order of ν.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,7 +64,7 @@ struct File {
     convention: Convention,
     #[serde(default)]
     source: String,
-    /// Dry mass that goes with SNAME's added mass, kg; that of the campaign when absent.
+    /// Dry mass that belongs to SNAME's added mass, kg; that of the campaign if absent.
     mass: Option<f64>,
     /// Dry moments of inertia, kg·m².
     inertia: Option<[f64; 3]>,
@@ -81,7 +83,7 @@ struct File {
 /// Published parameters, in the signs of this crate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Published {
-    /// Where they come from, as their file says.
+    /// Their source, as stated in their file.
     pub source: String,
     /// Term, symbol, value, standard deviation.
     values: Vec<(String, String, f64, Option<f64>)>,
@@ -92,25 +94,25 @@ pub struct Published {
 pub struct PublishedComparison {
     /// Format of the result: 1.
     pub format: u32,
-    /// Where the published parameters come from.
+    /// Source of the published parameters.
     pub source: String,
-    /// The published model against each run and degree of freedom.
+    /// Errors of the published model in each run and degree of freedom.
     pub runs: Vec<Disagreement>,
-    /// The own model against the same.
+    /// Errors of the own model in the same.
     pub own_runs: Vec<Disagreement>,
-    /// Noise with which the published model explains the runs best, and how it predicts.
+    /// Noise with which the published model explains the runs best, and its prediction errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
-    /// Noise of the own model, and how it predicts.
+    /// Noise of the own model, and its prediction errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_noise: Option<Noise>,
-    /// Each parameter beside the own estimate.
+    /// Each parameter with the own estimate.
     pub parameters: Vec<PublishedParameter>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
-/// A parameter beside the own estimate of it, in the signs of this crate.
+/// A parameter with the own estimate of it, in the signs of this crate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PublishedParameter {
     /// Term that reads it.
@@ -121,25 +123,25 @@ pub struct PublishedParameter {
     pub unit: String,
     /// SNAME's name.
     pub sname: Option<String>,
-    /// Published value; `null` where it is not published and the own one was taken.
+    /// Published value; `null` if it is not published and the own one was taken.
     pub published: Option<f64>,
-    /// Its standard deviation, where it is published.
+    /// Standard deviation of `published`, if it is published.
     pub published_std: Option<f64>,
-    /// Own estimate; `null` where the own model has no such term.
+    /// Own estimate; `null` if the own model has no such term.
     pub own: Option<f64>,
-    /// Its standard deviation.
+    /// Standard deviation of `own`.
     pub own_std: Option<f64>,
-    /// Interval that covers the own value in 95 of 100 cases.
+    /// 95 % confidence interval of the own value.
     pub interval: Option<[f64; 2]>,
-    /// Published less own, in standard deviations of the difference.
+    /// Published minus own value, in standard deviations of the difference.
     pub z: Option<f64>,
-    /// Probability of so much by chance.
+    /// Probability of so large a difference by chance.
     pub p_value: Option<f64>,
 }
 
 impl Published {
-    /// Reads a file of published parameters for the model of a campaign; the name of a vehicle that comes with the program,
-    /// or a vehicle file, stands for its `[published]`.
+    /// Reads a file of published parameters for the model of a campaign. If `path` is the name of a
+    /// vehicle that comes with the program, or a vehicle file, its `[published]` table is read.
     ///
     /// # Errors
     /// [`Error::Parameters`] naming the file and the key.
@@ -155,7 +157,7 @@ impl Published {
         Published::parse(&text, path, campaign)
     }
 
-    /// The text of such a file; `path` is named in messages.
+    /// Reads the text of such a file; messages name `path`.
     ///
     /// # Errors
     /// As [`Published::read`].
@@ -163,7 +165,8 @@ impl Published {
         Published::of_vehicle(text, path, &campaign.vehicle, &campaign.model)
     }
 
-    /// The same for a vehicle and a model; of a model without terms all that may stand in it are meant.
+    /// The same for a vehicle and a model. Names that no term of the model has are looked up in the
+    /// catalogue.
     pub(super) fn of_vehicle(text: &str, path: &Path, vehicle: &Vehicle, model: &Model) -> Result<Published, Error> {
         let failed = |message: String| Error::Parameters { file: path.to_path_buf(), message };
         let file: File = toml::from_str(text).map_err(|e| failed(e.to_string().trim_end().to_string()))?;
@@ -200,7 +203,7 @@ impl Published {
                 failed(format!("`{key}` is no parameter that this version knows{}", hint(&key, own, model)))
             })?;
             let number = if own { number } else { dry.turned(&key, number).map_err(failed)? };
-            // a matrix of Fossen has a 0 where there is nothing
+            // matrices of Fossen also have entries for degrees of freedom that are not modelled
             if file.convention == Convention::Fossen && !model.dofs.iter().any(|d| term.contains(d.name())) {
                 continue;
             }
@@ -212,12 +215,13 @@ impl Published {
         Ok(Published { source: file.source, values })
     }
 
-    /// Term, symbol, value and standard deviation of each, SI, in the signs of this crate.
+    /// Returns term, symbol, value and standard deviation of each parameter, SI, in the signs of
+    /// this crate.
     pub fn values(&self) -> impl Iterator<Item = (&str, &str, f64, Option<f64>)> {
         self.values.iter().map(|(term, symbol, value, std)| (term.as_str(), symbol.as_str(), *value, *std))
     }
 
-    /// The own model with the published values in their places; absent terms are added.
+    /// Returns the own model with the published values; absent terms are added.
     fn model(&self, own: &Model, path: &Path) -> Result<Model, Error> {
         let mut model = own.clone();
         for (term, symbol, value, std) in &self.values {
@@ -236,14 +240,14 @@ impl Published {
     }
 }
 
-/// The dry figures that go with added masses.
+/// Dry mass and inertias to which added masses are added.
 struct Dry {
     vehicle: Vehicle,
     inertia: Option<[f64; 3]>,
 }
 
 impl Dry {
-    /// A value of SNAME in the signs of this crate.
+    /// Converts a value of SNAME to the signs of this crate.
     fn turned(&self, key: &str, value: f64) -> Result<f64, String> {
         let all = || Dof::ALL.into_iter();
         let named = |row: Dof, column: Dof| key == format!("{}_{}dot", row.sname(), column.velocity());
@@ -266,7 +270,7 @@ fn inertia(file: &File) -> Option<[f64; 3]> {
     file.inertia.or(file.rigid.map(|m| [m[3], m[4], m[5]]))
 }
 
-/// Diagonals of Fossen's matrices under SNAME's names.
+/// Returns the diagonals of Fossen's matrices under SNAME's names.
 fn snames(file: &File) -> BTreeMap<String, Given> {
     let mut all = BTreeMap::new();
     for dof in Dof::ALL {
@@ -285,7 +289,8 @@ fn snames(file: &File) -> BTreeMap<String, Given> {
     all
 }
 
-/// Term and symbol of a name: of a term of the model first, else of any that may stand in it.
+/// Returns term and symbol of a name: those of a term of the model, otherwise of any term that may
+/// be in it.
 fn find(key: &str, own: bool, model: &Model) -> Option<(String, String)> {
     let (term, symbol) = key.split_once(' ').map_or((None, key), |(term, symbol)| (Some(term), symbol));
     let matches =
@@ -320,10 +325,10 @@ fn hint(key: &str, own: bool, model: &Model) -> String {
     }
 }
 
-/// Holds published parameters against the runs of a campaign and against its own fitted model.
+/// Compares published parameters with the runs of a campaign and with its own fitted model.
 ///
 /// # Errors
-/// [`Error`] when a term cannot stand in the model or a run lacks what it reads.
+/// [`Error`] if a term cannot be in the model or a run lacks what it reads.
 pub fn compare_published(
     campaign: &Campaign,
     own: &Model,
@@ -332,7 +337,7 @@ pub fn compare_published(
     path: &Path,
 ) -> Result<PublishedComparison, Error> {
     let model = published.model(own, path)?;
-    // the noise goes with the own model: what a published one leaves is another
+    // the noise belongs to the own model: a published model leaves other noise
     let Comparison { runs, noise, mut warnings, .. } = compare(&campaign.clone().with_noise(None), &model, envelope)?;
     let Comparison { runs: own_runs, noise: own_noise, .. } = compare(campaign, own, envelope)?;
     let parameters: Vec<PublishedParameter> =

@@ -1,4 +1,5 @@
-//! How a new log is read: as the log of its name was, or else as those with the columns that it has.
+//! Reading options for a new log: those of the log of its name, otherwise those of logs with the
+//! same columns.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -10,20 +11,20 @@ use crate::finding::Finding;
 use crate::log::{LogOptions, Rows};
 use crate::run::RunKind;
 
-/// One way of reading logs, and the logs that are read so.
+/// One set of reading options, and the logs that are read with it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reading {
-    /// Their paths, relative to the campaign.
+    /// Paths of the logs, relative to the campaign.
     pub files: Vec<String>,
-    /// Their reading options.
+    /// The reading options.
     pub log: LogOptions,
 }
 
-/// The ways in which a campaign reads the logs of its vehicle, that of most logs first.
+/// Returns the sets of reading options of the logs of a campaign, that of most logs first.
 pub(super) fn readings(file: &CampaignFile) -> Vec<Reading> {
     let mut ways: Vec<Reading> = Vec::new();
-    // a bench holds one thruster, a bollard table may have no time
+    // a bench log is about one thruster, a bollard table may have no time
     for run in file.runs.iter().filter(|run| !matches!(run.kind, RunKind::Bench | RunKind::Bollard)) {
         for log in &run.files {
             let options = log.log.as_ref().or(run.log.as_ref()).unwrap_or(&file.log);
@@ -37,15 +38,17 @@ pub(super) fn readings(file: &CampaignFile) -> Vec<Reading> {
     ways
 }
 
-/// The way in which `log` is read, and what there is to say where it may be another: where none suits it that of most logs,
-/// so that the reader says what it misses. `None` where there is none.
+/// Returns the options with which `log` is read, and a finding if others may be meant. If none
+/// suits the log, those of most logs are taken, so that the reader says what the log lacks. `None`
+/// if there are none.
 pub(super) fn reading_of<'a>(log: &Path, ways: &'a [Reading]) -> Option<(&'a LogOptions, Option<Finding>)> {
     if let Some(way) = by_name(log, ways) {
         return Some((&way.log, None));
     }
     let suited: Vec<&Reading> = ways.iter().filter(|way| has_columns(log, &way.log)).collect();
     let columns = |way: &&&Reading| way.log.columns.len();
-    // one that names more of the columns knows more of the log; the first of them is that of most logs
+    // options that name more columns know more of the log; among equals the first is that of most
+    // logs
     let Some(most) = suited.iter().map(|way| way.log.columns.len()).max() else {
         return ways.first().map(|way| (&way.log, None));
     };
@@ -62,11 +65,12 @@ pub(super) fn reading_of<'a>(log: &Path, ways: &'a [Reading]) -> Option<(&'a Log
     Some((&alike[0].log, finding))
 }
 
-/// The way of the log whose path ends this one's, the longest such path first: of `a/log.csv` and `b/log.csv` each has its own.
+/// Returns the set of the log whose path ends that of `log`, the longest such path first:
+/// `a/log.csv` and `b/log.csv` are told apart.
 fn by_name<'a>(log: &Path, ways: &'a [Reading]) -> Option<&'a Reading> {
     let whole = log.canonicalize().unwrap_or_else(|_| log.to_path_buf());
     let length = |file: &String| {
-        // `../logs/run.csv` lies beside the campaign
+        // `../logs/run.csv` is relative to the campaign: only `logs/run.csv` can be in the path
         let path: PathBuf = Path::new(file).components().filter(|c| !is_step(*c)).collect();
         whole.ends_with(&path).then(|| path.components().count())
     };
@@ -84,7 +88,8 @@ fn has_columns(log: &Path, options: &LogOptions) -> bool {
     Rows::open(log, options, &["t"]).is_ok()
 }
 
-/// ` (z)`: the channels that two ways read otherwise; nothing where other options differ.
+/// Returns the channels that two sets of options read differently, as ` (z)`; empty if only other
+/// options differ.
 fn differing(a: &LogOptions, b: &LogOptions) -> String {
     let names: Vec<&str> = a
         .columns

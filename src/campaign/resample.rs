@@ -1,9 +1,10 @@
-//! The verb `fit` with `--bootstrap` or `--monte-carlo`: how far estimates scatter, shown rather than computed.
+//! The verb `fit` with `--bootstrap` or `--monte-carlo`: scatter of the estimates, found by refits.
 //!
-//! The bootstrap draws stretches of the training runs with replacement, or whole runs kind by kind in the staged procedure;
-//! Monte Carlo fits data that the fitted model made, by filter error with its random force. See
-//! [`OutputErrorFit`](crate::estimate::output_error::OutputErrorFit) and
-//! [`FilterErrorFit`](crate::estimate::filter_error::FilterErrorFit) for what each asks.
+//! The bootstrap draws stretches of the training runs with replacement, in the staged procedure
+//! whole runs of each kind. Monte Carlo fits data that the fitted model has generated, for filter
+//! error with its random force. [`OutputErrorFit`](crate::estimate::output_error::OutputErrorFit)
+//! and [`FilterErrorFit`](crate::estimate::filter_error::FilterErrorFit) describe what each
+//! requires.
 
 mod made;
 mod rows;
@@ -26,28 +27,28 @@ use crate::model::{Model, Parameter};
 use crate::noise::Noise;
 use crate::run::{Role, Run};
 
-/// How refits get their data.
+/// Source of the data of refits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Resampler {
     /// Stretches of the training runs, drawn with replacement.
     Bootstrap,
-    /// The fitted model's own motion with fresh noise.
+    /// Motion of the fitted model with new noise.
     MonteCarlo,
 }
 
-/// Which refits are made. Each has a number and is the same whichever others are made beside it, so that many processes can
-/// share them.
+/// Selection of the refits. Each has a number and is the same whichever others are made, so that
+/// several processes can share them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refits {
     /// Their numbers.
     pub numbers: Range<u64>,
-    /// Seed of the draws; that of the campaign when absent.
+    /// Seed of the draws; that of the campaign if absent.
     pub seed: Option<u64>,
 }
 
 impl From<usize> for Refits {
-    /// The first so many, by the seed of the campaign.
+    /// Returns the first `draws` refits, with the seed of the campaign.
     fn from(draws: usize) -> Refits {
         Refits { numbers: 0..draws as u64, seed: None }
     }
@@ -58,11 +59,11 @@ impl From<usize> for Refits {
 pub struct Resampling {
     /// Format of the result: 1.
     pub format: u32,
-    /// Where the data came from.
+    /// Source of the data.
     pub method: Resampler,
-    /// Refits that took part.
+    /// Number of refits that took part.
     pub draws: usize,
-    /// Refits without a solution, left out.
+    /// Number of refits without a solution, which are left out.
     pub failed: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -76,30 +77,30 @@ pub struct Resampling {
     pub samples: Vec<Vec<f64>>,
 }
 
-/// How far the refits of one parameter scatter, SI.
+/// Scatter of the refits of one parameter, SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scatter {
     /// Name of its term: `id`, `id@dof`, `id@dof:other`.
     pub term: String,
     /// Symbol.
     pub name: String,
-    /// The run whose value it is; absent for a common one.
+    /// Run to which the value belongs; absent for a common one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<String>,
     /// Estimate that the draws start from.
     pub value: f64,
-    /// Mean of the draws: what it is off `value` is bias.
+    /// Mean of the draws; its difference from `value` is the bias.
     pub mean: f64,
     /// Standard deviation of the draws.
     pub std: f64,
-    /// 2.5 and 97.5 per cent of the draws lie below.
+    /// 2.5 % and 97.5 % quantiles of the draws.
     pub interval: [f64; 2],
     /// Unit.
     pub unit: String,
 }
 
 impl Scatter {
-    /// The scatter of unknown `k` of the draws, a value of this parameter.
+    /// Returns the scatter of unknown `k` of the draws, a value of this parameter.
     fn of(parameter: &Parameter, run: Option<String>, value: f64, k: usize, draws: &Draws) -> Scatter {
         Scatter {
             term: parameter.term.clone(),
@@ -114,13 +115,14 @@ impl Scatter {
     }
 }
 
-/// Refits the campaign's model by the estimator of a fit, on all cores. Curves of thrusters that come from
-/// bollard tables are drawn anew in each, from what the tables leave uncertain; so is a given η_inter with a deviation in
-/// the staged procedure.
+/// Refits the campaign's model by the estimator of a fit, on all cores. Each refit draws the
+/// thruster curves that come from bollard tables anew, from their uncertainty; the staged procedure
+/// also draws a given η_inter that has a standard deviation.
 ///
 /// # Errors
-/// [`Error`] when there is no run of free motion to fit, the data does not determine the parameters, or a bootstrap has
-/// too few stretches or runs of a kind to draw from; [`Error::Asked`] for what an estimator cannot be asked.
+/// [`Error`] if there is no run of free motion to fit, the data does not determine the parameters,
+/// or a bootstrap has too few stretches or runs of a kind to draw from; [`Error::Asked`] for a
+/// request that the estimator cannot meet.
 pub fn resample(
     campaign: &Campaign,
     estimator: Estimator,
@@ -134,10 +136,10 @@ pub fn resample(
     }
 }
 
-/// Streams of noise from here on draw curves.
+/// First noise stream from which curves are drawn.
 const CURVES: u64 = 1 << 32;
 
-/// Training runs of free motion.
+/// Returns the training runs of free motion.
 fn motions(campaign: &Campaign) -> Vec<Run> {
     campaign.motion(Some(Role::Train))
 }
@@ -182,8 +184,8 @@ fn by_filter_error(campaign: &Campaign, method: Resampler, refits: Refits) -> Re
     Ok(described((&fit.model, unknowns), found, method, seed, &runs))
 }
 
-/// Draws moved as curves of thrusters move the estimates, each by curves of its own; `response` gives how far the estimates
-/// move where runs have the forces of a moved curve.
+/// Adds to each draw the change of the estimates by thruster curves drawn for it; `response`
+/// returns the change of the estimates for runs with the forces of a moved curve.
 fn with_curves(
     campaign: &Campaign,
     runs: &[Run],
@@ -201,7 +203,8 @@ fn with_curves(
     Ok(found)
 }
 
-/// The runs as curves drawn for this refit drive them; `None` where no curve was measured.
+/// Returns the runs with the forces of curves drawn for this refit; `None` if no curve was
+/// measured.
 fn under_curves(campaign: &Campaign, runs: &[Run], seed: u64, draw: u64) -> Option<Vec<Run>> {
     let curves = thrust::drawn(campaign, &mut Noise::new(seed, CURVES + draw));
     (!curves.is_empty()).then(|| runs.iter().map(|run| thrust::under(campaign, run, &curves)).collect())

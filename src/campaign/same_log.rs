@@ -1,7 +1,8 @@
 //! Logs that a campaign lists twice.
 //!
-//! A row counts as the same when its stamp and all that was sampled with it are, bit for bit. A log that takes part in the
-//! fit twice makes deviations too small by √2, and one that also validates says nothing of runs that took no part.
+//! A row is the same if its time stamp and everything that was sampled with it are equal bit for
+//! bit. A log that takes part in the fit twice makes standard deviations too small by a factor of
+//! √2, and one that also validates shows nothing about held-out runs.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -11,14 +12,16 @@ use crate::finding::Finding;
 use crate::frame::Dof;
 use crate::run::{Role, Run};
 
-/// Rows that are looked at in a run; of a longer one every so many-th by its hash.
+/// Number of rows that are compared in a run; of a longer run, rows are selected by the hash of
+/// their stamp.
 const ROWS: usize = 50_000;
 
-/// Share of the shorter run's rows from which on two runs are one log, and least number of them.
+/// Share of the rows of the shorter run from which two runs are one log, and least number of shared
+/// rows.
 const SHARE: f64 = 0.2;
 const LEAST: usize = 20;
 
-/// One finding for every two runs that share rows.
+/// Returns one finding for every two runs that share rows.
 pub(super) fn findings(runs: &[Run]) -> Vec<Finding> {
     let mut seen: HashMap<u64, usize> = HashMap::new();
     let mut counts = vec![0; runs.len()];
@@ -62,8 +65,9 @@ fn told(a: &Run, b: &Run, count: usize, of: usize) -> Finding {
     Finding::new(&codes::SAME_LOG, text).of_run(&b.name)
 }
 
-/// Hashes of the rows of a run: the stamps of its first velocity, and every channel with the same stamps. Rows at rest, where
-/// all that moves is 0, are alike in any log and left out.
+/// Returns hashes of the rows of a run: the time stamps of its first velocity, and every channel
+/// with the same stamps. Rows in which that velocity is 0 are left out, because rows at rest are
+/// alike in any log.
 fn rows(run: &Run) -> Vec<u64> {
     let Some(first) = Dof::ALL.iter().find_map(|dof| run.signal(dof.velocity()).filter(|s| !s.is_empty())) else {
         return Vec::new();
@@ -74,7 +78,7 @@ fn rows(run: &Run) -> Vec<u64> {
     let hash = |k: usize| {
         let mut hasher = DefaultHasher::new();
         first.time()[k].to_bits().hash(&mut hasher);
-        // by stamp alone, so that the same rows are taken of every run
+        // selected by stamp alone, so that the same rows are taken from every run
         let taken = hasher.finish().is_multiple_of(one_of);
         together.iter().for_each(|x| x[k].to_bits().hash(&mut hasher));
         (taken && first.values()[k] != 0.0).then(|| hasher.finish())

@@ -1,12 +1,13 @@
-//! Whether anything in a campaign tells absolute forces.
+//! Whether a campaign determines absolute forces.
 //!
 //! ```text
 //! d(c π)/dt = c w + (c η) τ       for any c
 //! ```
 //!
-//! Where the scale of the thrust (η) is free and so is every inertia, drag and restoring force, any multiple of a solution
-//! is one: motion alone shows ratios. One inertia, weight or scale of thrust that is held, or has a prior, ends that. So it
-//! is where no command drives a degree of freedom at all (τ = 0).
+//! If the scale of the thrust (η) and every inertia, drag and restoring force are free, any
+//! multiple of a solution is a solution: motion alone shows ratios. One inertia, weight or scale of
+//! thrust that is held, or has a prior, fixes the scale. The scale is also free if no command
+//! drives a degree of freedom at all (τ = 0).
 
 use super::codes;
 use crate::chain::{Nature, nature};
@@ -16,12 +17,13 @@ use crate::frame::Dof;
 use crate::model::{Model, Parameter};
 use crate::run::{Run, RunKind, is_commanded};
 
-/// One sentence on the degrees of freedom in which no force is known absolutely; none where all are.
+/// Returns a finding about the degrees of freedom in which no force is known absolutely, if there
+/// are any.
 ///
-/// `undriven` are those in which no run has a command and no formula of the user's acts.
+/// `undriven` are those in which no run has a command and no formula of the user acts.
 pub(super) fn finding(model: &Model, undriven: &[Dof]) -> Option<Finding> {
     let open: Vec<Dof> = model.dofs.iter().copied().filter(|dof| is_open(model, *dof, undriven)).collect();
-    // terms that couple carry a known scale from one degree of freedom to the others
+    // coupling terms carry a known scale from one degree of freedom to the others
     if open.is_empty() || coupled(model) && open.len() < model.dofs.len() {
         return None;
     }
@@ -39,17 +41,18 @@ pub(super) fn finding(model: &Model, undriven: &[Dof]) -> Option<Finding> {
     Some(Finding::new(&codes::NO_SCALE, text))
 }
 
-/// Degrees of freedom that are modelled and in which no run has a command; `formulas` are those in which a formula of the
-/// user's acts.
+/// Returns the modelled degrees of freedom in which no run has a command and no formula of the user
+/// acts (`formulas`).
 pub(super) fn undriven(model: &Model, runs: &[Run], formulas: &[Dof]) -> Vec<Dof> {
-    // a campaign of bench runs has no vehicle that moves
+    // a campaign of bench runs has no moving vehicle
     if runs.iter().all(|run| run.kind == RunKind::Bench) {
         return Vec::new();
     }
     model.dofs.iter().copied().filter(|dof| !is_commanded(runs, *dof) && !formulas.contains(dof)).collect()
 }
 
-/// Whether the scale of the thrust, where there is one, and of everything else in the balance of `dof` is free.
+/// Whether everything in the balance of `dof` is free, the scale of the thrust included if there is
+/// thrust.
 fn is_open(model: &Model, dof: Dof, undriven: &[Dof]) -> bool {
     let free = |p: &Parameter| !p.fixed && p.prior.is_none();
     let here = |p: &&Parameter| p.place.dof == Some(dof) || p.spec.shared.is_some();
@@ -66,7 +69,7 @@ fn is_open(model: &Model, dof: Dof, undriven: &[Dof]) -> bool {
     scale && !model.parameters.iter().filter(here).any(known)
 }
 
-/// Whether inertias stand in the balance of more than their own degree of freedom.
+/// Whether inertias are in the balance of other degrees of freedom than their own.
 fn coupled(model: &Model) -> bool {
     model.terms.iter().any(|t| t.parameters.is_empty() && nature(model, t) == Nature::Coriolis)
 }

@@ -1,7 +1,7 @@
-//! The verb `simulate`: the model driven by what drove the runs.
+//! The verb `simulate`: simulation of the model with the inputs of the runs.
 //!
-//! The initial state of each stretch without a gap is estimated on its first seconds with the parameters held; from
-//! there on the measurement has no part in it.
+//! The initial state of each stretch without a gap is estimated from its first seconds with the
+//! parameters held. After that the measurement has no influence.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ use crate::progress::Count;
 use crate::run::{Role, Run, Signal};
 use crate::simulate::{free_run, values_in_run};
 
-/// First seconds of a stretch on which its initial state is estimated, s.
+/// Length of the beginning of a stretch from which its initial state is estimated, s.
 const SETTLE: f64 = 5.0;
 
 /// Simulated runs. Serialises as `hydrosysid simulate --json`.
@@ -32,13 +32,14 @@ pub struct Simulation {
     pub format: u32,
     /// The runs.
     pub runs: Vec<Simulated>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
 }
 
 impl Simulation {
-    /// All runs side by side for a plotting tool: channels `RUN/u/measured`, `RUN/u/simulated` and `RUN/u/residual`
-    /// (measured − simulated), SI, each at the instants at which it is known; `RUN/u/std` where the model carries its noise.
+    /// Returns all runs side by side for a plotting tool: channels `RUN/u/measured`,
+    /// `RUN/u/simulated` and `RUN/u/residual` (measured − simulated), SI, each at the time stamps
+    /// at which it is known; `RUN/u/std` if the model has noise.
     pub fn series(&self) -> Run {
         let mut side_by_side = Run { name: "series".into(), ..Run::default() };
         for run in &self.runs {
@@ -78,18 +79,20 @@ pub struct Simulated {
     pub role: Role,
     /// Time stamps, s.
     pub time: Vec<f64>,
-    /// Simulated channels by name, SI, one value a time stamp.
+    /// Simulated channels by name, SI, one value per time stamp.
     pub simulated: BTreeMap<String, Vec<f64>>,
-    /// Measured channels by name, SI; `null` where a sensor has no sample.
+    /// Measured channels by name, SI; `null` if a sensor has no sample.
     pub measured: BTreeMap<String, Vec<Option<f64>>>,
-    /// Deviation with which a sample is expected about the simulation, by channel, SI: what the random force and the noise
-    /// of the sensor make. `null` on the first two seconds of a stretch; no channel where the model carries no noise.
+    /// Standard deviation of a sample about the simulation, by channel, SI, from the random force
+    /// and the sensor noise. `null` in the first two seconds of a stretch; no channel if the model
+    /// has no noise.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub std: BTreeMap<String, Vec<Option<f64>>>,
 }
 
 impl Simulated {
-    /// The simulated channels as signals, each with its band as `u_std` where the model carries its noise.
+    /// Returns the simulated channels as signals, each with its standard deviation as `u_std` if
+    /// the model has noise.
     pub fn signals(&self) -> BTreeMap<String, Signal> {
         let time: std::sync::Arc<[f64]> = self.time.clone().into();
         let simulated = self.simulated.iter().map(|(name, x)| (name.clone(), Signal::new(time.clone(), x.clone())));
@@ -102,10 +105,10 @@ impl Simulated {
     }
 }
 
-/// Simulates `model` over the runs of free motion of a campaign; `envelope` is that in which it was fitted.
+/// Simulates `model` over the runs of free motion of a campaign; `envelope` is that of its fit.
 ///
 /// # Errors
-/// [`Error`] when a run lacks what the model reads.
+/// [`Error`] if a run lacks what the model reads.
 pub fn simulate(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Result<Simulation, Error> {
     let runs: Vec<(usize, &Run)> = campaign.runs.iter().enumerate().filter(|(_, run)| moves(run.kind)).collect();
     let mut warnings = campaign.findings.clone();
@@ -120,7 +123,7 @@ pub fn simulate(campaign: &Campaign, model: &Model, envelope: &Envelope) -> Resu
     Ok(Simulation { format: 1, runs: simulated, warnings })
 }
 
-/// The model with the values that its parameters have in run `index`, all held.
+/// Returns the model with the values of its parameters in run `index`, all held.
 fn in_run(model: &Model, index: usize) -> Model {
     let mut held = model.clone();
     for (p, value) in held.parameters.iter_mut().zip(values_in_run(model, index)) {
@@ -131,7 +134,8 @@ fn in_run(model: &Model, index: usize) -> Model {
     held
 }
 
-/// Deviation of a sample about the free run at each of these instants, by channel.
+/// Returns the standard deviation of a sample about the free run at each of these time stamps, by
+/// channel.
 fn band(
     campaign: &Campaign,
     model: &Model,
@@ -155,18 +159,19 @@ fn band(
     Ok(all)
 }
 
-/// One run simulated from a state estimated on its first seconds.
+/// Simulates one run from a state estimated on its first seconds.
 pub(super) fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Simulated, Error> {
     let held = in_run(model, index);
     let options = OutputErrorOptions { segment: SETTLE, iterations: 6, ..campaign.options.output_error.clone() };
-    // only the first seconds of each stretch: further on a model may be so wrong that it runs away, and that is to be seen
+    // only the first seconds of each stretch: later a wrong model may diverge, and that must be
+    // visible
     let mut problem = Problem::new(&held, std::slice::from_ref(run), &options)?;
     let starts = problem.tracks[0].starts.clone();
     problem.segments.retain(|s| starts.contains(&s.first));
     let x0 = problem.initial_states(&held);
     let (problem, begun) = match fit_from(&held, problem.clone(), x0.clone(), &options) {
         Ok(settled) => (settled.problem, settled.initial_states),
-        // so wrong that it runs away within those seconds: from the measured state
+        // the model diverges within those seconds: it starts from the measured state
         Err(OutputErrorError::Diverges { .. }) => (problem, x0),
         Err(other) => return Err(other.into()),
     };
@@ -202,8 +207,8 @@ pub(super) fn one(campaign: &Campaign, model: &Model, run: &Run, index: usize) -
     Ok(result)
 }
 
-/// Angles in place of the turns that the fit compares: the simulated attitude from the quaternion at column `first` of
-/// the `states`, φ and ψ without jumps.
+/// Replaces the rotations that the fit compares by angles: the simulated attitude from the
+/// quaternion at column `first` of the `states`, φ and ψ without jumps.
 fn told_by_angles(result: &mut Simulated, run: &Run, first: usize, width: usize, states: &[f64]) {
     let angles: Vec<[f64; 3]> = states
         .chunks(width)

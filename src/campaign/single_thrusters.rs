@@ -1,10 +1,12 @@
-//! Effects of the single thrusters that a campaign describes.
+//! Effects of the single thrusters of a campaign.
 //!
 //! ```text
-//! b_T = η_inter (s, p × s)          of thruster_loss@T, thruster_swap@T:U and thruster_advance_loss, on F_T η_adv
+//! b_T = η_inter (s, p × s)
+//!       of thruster_loss@T, thruster_swap@T:U and thruster_advance_loss, on F_T η_adv
 //! ```
 //!
-//! η_inter is that of all thrusters that push in a direction together; η_adv stands in the channel of the force.
+//! η_inter is the value for all thrusters together that push in that direction; η_adv is in the
+//! channel of the force.
 
 use std::sync::Arc;
 
@@ -14,20 +16,21 @@ use crate::frame::Dof;
 use crate::procedure::{acting_thruster_force, thruster_force};
 use crate::thrust::thruster::Thruster;
 
-/// An effect at a place, as the discovery tries it.
+/// An effect with its place, as the discovery tries it.
 pub type Own = (Arc<dyn Effect>, Place);
 
-/// Why two thrusters that are there cannot be exchanged.
+/// Reason why two existing thrusters cannot be exchanged.
 pub(super) const UNLIKE: &str =
     "these two have different curves: their forces are not exchanged when their commands are";
 
-/// Why an effect of a thruster that is there cannot stand in the model.
+/// Reason why an effect of an existing thruster cannot be in the model.
 pub(super) const IDLE: &str = "it changes the force in none of the modelled degrees of freedom";
 
-/// Every effect of a single thruster, of every two of one curve, and of all.
+/// Returns every effect of a single thruster, of every two thrusters with the same curve, and of
+/// all thrusters.
 pub(super) fn effects(file: &CampaignFile) -> Vec<Own> {
     let all: Vec<SingleThruster> = (0..file.thrusters.len()).map(|k| single(file, k)).collect();
-    // exchanged with one that moves nothing, a thruster is as good as lost
+    // exchanged with a thruster that moves nothing, a thruster is as good as lost
     let moves = |k: usize| file.model.dofs.iter().any(|dof| file.thrusters[k].pushes(*dof));
     let mut list: Vec<Own> = Vec::new();
     let mut push = |effect: Arc<dyn Effect>| list.push((effect, Place::VEHICLE));
@@ -45,7 +48,7 @@ pub(super) fn effects(file: &CampaignFile) -> Vec<Own> {
     list
 }
 
-/// Thruster `k`, as effects see it.
+/// Returns thruster `k` in the form that effects take.
 fn single(file: &CampaignFile, k: usize) -> SingleThruster {
     let (thruster, efficiency) = (&file.thrusters[k], &file.efficiency);
     let unit_wrench = Dof::ALL.map(|dof| if thruster.pushes(dof) { thruster.unit_wrench()[dof.index()] } else { 0.0 });
@@ -57,7 +60,7 @@ fn single(file: &CampaignFile, k: usize) -> SingleThruster {
     SingleThruster { name: thruster.name.clone(), channel, unit_wrench, wrench }
 }
 
-/// Whether a command gives the same force in both.
+/// Whether a command gives the same force in both thrusters.
 fn alike(a: &Thruster, b: &Thruster) -> bool {
     let curve = |t: &Thruster| (t.forward, t.reverse, t.deadband, t.max, t.supply, t.bollard.clone());
     curve(a) == curve(b)
@@ -71,7 +74,8 @@ mod tests {
     use super::super::file::ReadOptions;
     use super::*;
 
-    /// Two ahead of one curve, one athwart of another, one downward; `more` stands in the campaign, too.
+    /// Two thrusters ahead with one curve, one athwart with another, one downward; `more` is added
+    /// to the campaign.
     fn file(effect: &str, more: &str) -> Result<CampaignFile, String> {
         let table = |name: &str, y: f64, axis: &str, a: f64| {
             format!(

@@ -1,14 +1,17 @@
-//! Commands that are held in a log and read as lines.
+//! Commands that are held in a log but read as lines.
 //!
 //! ```text
-//! held: a clock of its own ([`hold`]), or at least half of the changes stand alone and the median one is above 5 % of the range
+//! held: a clock of its own ([`hold`]), or at least half of the changes are isolated
+//!       and the median change is above 5 % of the range
 //! ```
 //!
-//! A held command that is read as a line acts up to a row too early on the way to the next step. A coarse value of a
-//! smooth command also stays for some rows, but its changes are one quantum, far below its range.
+//! A held command that is read as a line acts up to a row too early on the way to the next step. A
+//! coarse value of a smooth command also stays constant for some rows, but its changes are one
+//! quantum, far below its range.
 //!
-//! A log of steps looks the same where the command was a line between two samples. Only the motion tells: where it comes with
-//! the lines ([`between_rows`]), or the fitted model explains the runs no better with held commands, nothing is advised.
+//! A log of steps looks the same if the command was a line between two samples. Only the motion can
+//! tell: if it agrees with the lines ([`between_rows`]), or the fitted model explains the runs no
+//! better with held commands, there is no advice.
 
 use super::between_rows::between_rows;
 use super::codes;
@@ -23,13 +26,14 @@ use crate::model::{Interpolation, Model};
 use crate::run::{Run, Signal, is_deflection};
 use crate::wording::count;
 
-/// Part of the range that a step is at least.
+/// Least size of a step, as a part of the range.
 const STEP: f64 = 0.05;
 
-/// Changes that make a rule.
+/// Least number of changes for a decision.
 const FEWEST: usize = 3;
 
-/// The advice, for the runs (with whether their commands are held as the campaign says) that are read as lines.
+/// Returns the advice for runs that are read as lines; `held` says whether the commands of a run
+/// are held according to the campaign.
 pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Finding> {
     let stepped: Vec<&Run> = runs
         .iter()
@@ -55,13 +59,15 @@ pub(super) fn finding(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Findi
     Some(Finding::new(&codes::STEPS_AS_LINES, text))
 }
 
-/// Whether the motion comes with commands on lines: those of a logger that asks for them now and then change between its rows.
+/// Whether the motion agrees with commands on lines: a logger may ask for the commands now and
+/// then, while they change between its rows.
 fn are_lines(runs: &[&Run]) -> bool {
     let step = runs.iter().flat_map(|run| commands(run)).find_map(|(_, signal)| usual_step(signal.time()));
     step.and_then(|step| between_rows(runs.iter().copied(), step)).is_some_and(|told| !told.held)
 }
 
-/// Whether the motion refutes the advice of `findings`: `fitted` explains these runs no better with held commands.
+/// Whether the motion refutes the advice of `findings`: `fitted` explains these runs no better with
+/// held commands.
 pub(super) fn refuted(
     findings: &[Finding],
     fitted: &FilterErrorFit,
@@ -77,7 +83,8 @@ pub(super) fn refuted(
     matches!((cost(&held), cost(&fitted.model)), (Ok(held), Ok(lines)) if held > lines)
 }
 
-/// What was commanded: the thrusters' commands or forces where they are logged, else the wrench.
+/// Returns the commands: the thrusters' commands or forces if they are logged, otherwise the
+/// wrench.
 fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
     let thruster = |name: &str| number_of(name).is_some();
     let any = run.signals.keys().any(|name| thruster(name));
@@ -85,14 +92,16 @@ fn commands(run: &Run) -> impl Iterator<Item = (&str, &Signal)> {
     run.signals.iter().map(|(name, signal)| (name.as_str(), signal)).filter(move |(name, _)| wanted(name))
 }
 
-/// Whether a channel goes on from row to row where commands are held: the angle of a fin, or the turns of a propeller, that was
-/// measured and not ordered. What moves takes its time, and is where the row says at that instant only.
+/// Whether a channel changes continuously from row to row although commands are held: the angle of
+/// a fin, or the turns of a propeller, that was measured and not ordered. What moves takes its
+/// time, and has the value of a row at that instant only.
 pub(super) fn goes_on(name: &str, signal: &Signal) -> bool {
     is_deflection(name) && !steps(signal.values()) && moves_on(signal.values())
 }
 
-/// Whether most changes lead on the same way at the next row, or at the next change where they are as small as those of a coarse
-/// value: what has a speed. An order stays between its few steps, and one of a noisy autopilot goes back as often as on.
+/// Whether most changes continue in the same direction at the next row, or, if they are as small as
+/// those of a coarse value, at the next change: the channel then has a speed. An order is constant
+/// between its few steps, and the order of a noisy autopilot turns back as often as it goes on.
 fn moves_on(values: &[f64]) -> bool {
     let changes: Vec<(usize, f64)> =
         values.windows(2).map(|w| w[1] - w[0]).enumerate().filter(|c| c.1 != 0.0).collect();
@@ -104,13 +113,13 @@ fn moves_on(values: &[f64]) -> bool {
     changes.len() >= FEWEST && 2 * changes.windows(2).filter(leads_on).count() > changes.len()
 }
 
-/// Greatest value less the least.
+/// Returns the greatest minus the least value.
 fn range(values: &[f64]) -> f64 {
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     high - low
 }
 
-/// The note on what is read on lines although commands are held.
+/// Returns the note about channels that are read as lines although commands are held.
 pub(super) fn measured(runs: &[Run], held: impl Fn(&Run) -> bool) -> Option<Finding> {
     let of = |run: &Run| -> Vec<String> {
         run.signals.iter().filter(|(name, signal)| goes_on(name, signal)).map(|(name, _)| name.clone()).collect()
@@ -131,7 +140,7 @@ fn more_runs(more: usize) -> String {
     if more == 0 { String::new() } else { format!(" (and in {})", count(more, "more run")) }
 }
 
-/// Whether these values are those of a command that is held.
+/// Whether these values are those of a held command.
 fn steps(values: &[f64]) -> bool {
     if hold::of(values).is_some() {
         return true;

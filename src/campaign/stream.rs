@@ -1,7 +1,9 @@
-//! The verb `fit` with `--stream`, or where logs are too large to keep: integral least squares in O(p²) memory.
+//! The verb `fit` with `--stream`, or with logs that are too large to keep: integral least squares
+//! in O(p²) memory.
 //!
-//! Each log is read piece by piece, each piece prepared as a run is (window, condition, forces) and folded into triangular
-//! factors; one thread reads while another folds. What needs a whole run at once cannot be had so and is refused.
+//! Each log is read piece by piece. Each piece is prepared like a run (window, condition, forces)
+//! and folded into triangular factors; one thread reads while another folds. What needs a whole run
+//! at once is refused.
 
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
@@ -29,20 +31,21 @@ use crate::plan::Instruments;
 use crate::progress::tell;
 use crate::run::{Role, Run};
 
-/// Rows of a piece: some 2 MiB, and enough for a cluster.
+/// Rows of a piece: about 2 MiB, and enough for a cluster.
 const ROWS: usize = 1 << 15;
 
-/// Pieces that wait between reading and folding.
+/// Number of pieces that wait between reading and folding.
 const WAITING: usize = 2;
 
-/// Bytes of logs together beyond which integral least squares does not keep them; kept, they take twice as much memory.
+/// Total size of the logs, in bytes, above which integral least squares does not keep them; kept,
+/// they take twice as much memory.
 const KEPT: u64 = 64 << 20;
 
-/// Whether a fit by `estimator`, or else by that of the campaign file, is one by integral least squares on training logs
-/// of more than 64 MiB that can be read piece by piece.
+/// Whether a fit by `estimator`, or by that of the campaign file if `None`, uses integral least
+/// squares on training logs of more than 64 MiB that can be read piece by piece.
 ///
 /// # Errors
-/// [`Error`] where the campaign file cannot be read.
+/// [`Error`] if the campaign file cannot be read.
 pub fn too_large_to_keep(path: &Path, options: LoadOptions, estimator: Option<Estimator>) -> Result<bool, Error> {
     let read = ReadOptions { allow_outside: options.allow_outside, ..ReadOptions::default() };
     let file = CampaignFile::read(path, &read)?;
@@ -53,23 +56,23 @@ pub fn too_large_to_keep(path: &Path, options: LoadOptions, estimator: Option<Es
     Ok(trained(&file, &names).all(|(table, name)| refuse_what_needs_all(&file, table, name).is_ok()))
 }
 
-/// The runs that a streamed fit reads, with their names.
+/// Returns the runs that a streamed fit reads, with their names.
 fn trained<'a>(file: &'a CampaignFile, names: &'a [String]) -> impl Iterator<Item = (&'a RunTable, &'a String)> {
     file.runs.iter().zip(names).filter(|(table, _)| table.role == Role::Train && moves(table.kind))
 }
 
-/// Size of the logs of [`trained`] on disk.
+/// Returns the size of the logs of [`trained`] on disk, bytes.
 fn bytes_of(file: &CampaignFile) -> u64 {
     let names = names(&file.runs);
     let logs = trained(file, &names).flat_map(|(table, _)| &table.files);
     logs.map(|log| std::fs::metadata(file.path_of(log)).map_or(0, |found| found.len())).sum()
 }
 
-/// Fits the free parameters of a campaign to its training runs of free motion without keeping their logs. The campaign
-/// that comes with the fit has no runs.
+/// Fits the free parameters of a campaign to its training runs of free motion without keeping their
+/// logs. The campaign that is returned with the fit has no runs.
 ///
 /// # Errors
-/// [`Error`] as for loading and fitting, and where a run asks for something that needs it whole.
+/// [`Error`] as for loading and fitting, and if a run asks for something that needs it whole.
 pub fn fit_streamed(path: &Path, options: LoadOptions) -> Result<(Campaign, Fit), Error> {
     in_pieces(path, options, ROWS)
 }
@@ -123,12 +126,12 @@ fn in_pieces(path: &Path, options: LoadOptions, length: usize) -> Result<(Campai
 /// A campaign whose runs are folded one after the other.
 struct Folding<'a> {
     file: &'a CampaignFile,
-    /// The campaign as the first piece made it, without runs.
+    /// The campaign of the first piece, without runs.
     first: Option<Campaign>,
     streamed: Option<Streamed>,
     envelope: Envelope,
     seen: Seen,
-    /// What was met in the logs.
+    /// Findings from reading the logs.
     met: Vec<Finding>,
     rows: usize,
     /// Rows of a piece.
@@ -151,17 +154,17 @@ impl Folding<'_> {
         thread::scope(|scope| {
             let reader = scope.spawn(move || {
                 while let Some(piece) = pieces.next_piece() {
-                    // nobody takes it any more: the folding has failed, and says why
+                    // the receiver is gone: the folding has failed, and says why
                     if send.send(piece).is_err() {
                         return Ok(None);
                     }
                 }
                 pieces.finish().map(Some)
             });
-            // the receiver goes with the loop, so that the reader ends where the folding fails
+            // the receiver is dropped with the loop, so that the reader ends if the folding fails
             let folded = receive.into_iter().try_for_each(|piece| self.piece(table, name, options, piece));
             let read = reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            // a row that is not sound comes first: what is folded behind it does not count
+            // an unsound row is reported first: what is folded after it does not count
             if let Some(passage) = read.map_err(wrong)? {
                 let file = self.file.path_of(&table.files[0]).display().to_string();
                 self.met.extend(passage.findings(&file).into_iter().map(|found| found.of_run(name)));
@@ -189,7 +192,7 @@ impl Folding<'_> {
         let Some(run) = campaign.runs.pop() else { return Ok(()) };
         self.seen.look(&campaign, &run);
         for (name, [low, high]) in envelope::of([&run]) {
-            // Keulegan-Carpenter numbers are of whole runs
+            // Keulegan-Carpenter numbers belong to whole runs
             if !Dof::ALL.iter().any(|dof| channel::keulegan_carpenter(*dof) == name) {
                 let range = self.envelope.entry(name).or_insert([low, high]);
                 *range = [range[0].min(low), range[1].max(high)];
@@ -200,7 +203,7 @@ impl Folding<'_> {
         let streamed = self.streamed.get_or_insert_with(|| Streamed::new(&campaign.model, regressor));
         streamed.push(&run)?;
         if self.first.is_none() {
-            // of these a piece tells nothing: the other pieces may have commands, other tables another role
+            // one piece cannot tell: other pieces may have commands, other tables another role
             let of_all = [codes::NO_SCALE.code, codes::NO_VALIDATION.code];
             campaign.findings.retain(|finding| !of_all.contains(&finding.code));
             self.first = Some(campaign);
@@ -209,7 +212,8 @@ impl Folding<'_> {
     }
 }
 
-/// What only all pieces together tell: degrees of freedom without a known force, and whether some run validates.
+/// Returns the findings that need all pieces: degrees of freedom without a known force, and whether
+/// some run validates.
 fn of_all_pieces(campaign: &Campaign, seen: &Seen) -> Vec<Finding> {
     let formulas = baseline::driven_by_formulas(&campaign.file);
     let undriven: Vec<Dof> =
@@ -218,7 +222,7 @@ fn of_all_pieces(campaign: &Campaign, seen: &Seen) -> Vec<Finding> {
     scale::finding(&campaign.model, &undriven).into_iter().chain(unjudged(roles)).collect()
 }
 
-/// What cannot be done with pieces.
+/// Refuses what cannot be done with pieces.
 fn refuse_what_needs_all(file: &CampaignFile, table: &RunTable, name: &str) -> Result<(), Error> {
     let own = table.files.first().and_then(|file| file.log.as_ref());
     let options = own.or(table.log.as_ref()).unwrap_or(&file.log);
@@ -256,7 +260,8 @@ mod tests {
         folder
     }
 
-    /// The same rows of the same balance, folded instead of kept: QR of another order of rows.
+    /// The same rows of the same balance, folded instead of kept: a QR decomposition with the rows
+    /// in another order.
     #[test]
     fn a_stream_finds_what_logs_in_memory_say() {
         let folder = folder("same");
@@ -274,13 +279,13 @@ mod tests {
         for (a, b) in streamed.parameters.iter().zip(&kept.parameters) {
             assert!((a.value / b.value - 1.0).abs() < 1e-8, "{}: {} {}", a.name, a.value, b.value);
             assert!((a.std_paper.unwrap() / b.std_paper.unwrap() - 1.0).abs() < 1e-8, "{}", a.name);
-            // two ways to allow for correlated residuals: of one size
+            // two corrections for correlated residuals: of similar size
             assert!((a.std.unwrap() / b.std.unwrap()).ln().abs() < 1.0, "{}: {:?} {:?}", a.name, a.std, b.std);
         }
         std::fs::remove_dir_all(folder).unwrap();
     }
 
-    /// Bounds hold in a stream as they do in memory, and a degree of freedom that nothing moves is refused.
+    /// Bounds hold in a stream as they do in memory, and a degree of freedom at rest is refused.
     #[test]
     fn a_stream_keeps_bounds_and_refuses_what_rests() {
         let folder = folder("bounds");
@@ -294,7 +299,7 @@ mod tests {
         };
         std::fs::write(&path, &text).unwrap();
         let free = fits().1;
-        // a drag and an inertia that have to be larger than these rows have them
+        // a drag and an inertia that must be larger than these rows show
         let mut bounded = text.clone();
         for name in ["linear_drag@surge", "inertia@yaw"] {
             let (effect, dof) = name.split_once('@').unwrap();
@@ -321,8 +326,8 @@ mod tests {
         std::fs::remove_dir_all(folder).unwrap();
     }
 
-    /// Warnings are those of all pieces: a sway that later runs drive has a known force, a run that validates counts, and
-    /// rows that the options drop are told.
+    /// Warnings are those of all pieces: a sway that later runs drive has a known force, a run that
+    /// validates counts, and rows that the options drop are reported.
     #[test]
     fn a_stream_warns_as_logs_in_memory_do() {
         let folder = folder("warns");
@@ -371,7 +376,7 @@ mod tests {
         to.flush().unwrap();
     }
 
-    /// Only the size on disk is asked for: a log of nothing but zeros behind its rows is as large as any.
+    /// Only the size on disk counts: a log padded with zeros is as large as any other.
     #[test]
     fn logs_are_kept_unless_they_are_large_and_can_be_read_in_pieces() {
         let folder = folder("large");

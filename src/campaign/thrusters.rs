@@ -1,11 +1,13 @@
-//! Curves of thrusters from the bollard tables that a campaign names.
+//! Thruster curves from the bollard tables that a campaign names.
 //!
 //! ```text
-//! bollard = "t200.csv"   →   rows where this thruster alone is driven   →   equation (1), each direction for itself
+//! bollard = "t200.csv"   →   rows where this thruster alone is driven
+//!                        →   equation (1), each direction by itself
 //! ```
 //!
-//! The force is that along the thruster's axis (`force`), or a load cell's in body axes divided by the part of the axis
-//! that points its way. Thrusters whose rows are the same have one curve, and one error, in common.
+//! The force is that along the thruster's axis (`force`), or that of a load cell in body axes
+//! divided by the component of the axis in its direction. Thrusters with the same rows share one
+//! curve, and its error.
 
 use std::path::PathBuf;
 
@@ -24,7 +26,7 @@ use crate::thrust::fit::{DirectionFit, Estimate, fit_curve};
 use crate::thrust::measured::MeasuredCurve;
 use crate::thrust::thruster::{BollardTable, Thruster};
 
-/// A curve found from a bollard table, for those who read it.
+/// A curve fitted to a bollard table, for the result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FittedCurve {
     /// Names of the thrusters that have it.
@@ -35,15 +37,15 @@ pub struct FittedCurve {
     pub forward: DirectionFit,
     /// Coefficients for V < 0.
     pub reverse: DirectionFit,
-    /// Dead band, as V; without deviation where it was given.
+    /// Dead band, as V; without deviation if it was given.
     pub deadband: Estimate,
-    /// Exponent of the supply voltage, where the table has several.
+    /// Exponent of the supply voltage, if the table has several voltages.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supply_exponent: Option<Estimate>,
 }
 
 impl FittedCurve {
-    /// Of a curve that `thrusters` have.
+    /// Returns the result for a curve that `thrusters` have.
     pub(super) fn of(curve: &MeasuredCurve, thrusters: &[Thruster]) -> FittedCurve {
         FittedCurve {
             thrusters: curve.thrusters.iter().map(|k| thrusters[*k].name.clone()).collect(),
@@ -56,7 +58,7 @@ impl FittedCurve {
     }
 }
 
-/// What the tables have brought.
+/// Results of the tables.
 #[derive(Default)]
 pub(super) struct Curves {
     pub curves: Vec<MeasuredCurve>,
@@ -72,10 +74,11 @@ struct Rows {
     supply: Option<Vec<f64>>,
 }
 
-/// Fits the curve of every thruster with a bollard table, and writes it into the file's thrusters in place of the table.
+/// Fits the curve of every thruster with a bollard table, and writes it into the file's thrusters
+/// instead of the table.
 ///
 /// # Errors
-/// [`Error::Log`] for a table that cannot be read, findings for one that gives no curve.
+/// [`Error::Log`] if a table cannot be read, findings if it gives no curve.
 pub(super) fn fit(file: &mut CampaignFile) -> Result<Curves, Error> {
     let mut found = Curves::default();
     let mut known: Vec<(Rows, CurveOptions, Option<Supply>)> = Vec::new();
@@ -116,14 +119,15 @@ pub(super) fn fit(file: &mut CampaignFile) -> Result<Curves, Error> {
         (thruster.forward, thruster.reverse) = (fitted.forward, fitted.reverse);
         thruster.deadband = fitted.deadband;
         thruster.supply = fitted.supply.or(thruster.supply);
-        // beyond the crest of a curve that bends down nothing is known
+        // beyond the maximum of a curve that bends down nothing is known
         thruster.max = Some(thruster.max.map_or(fitted.max, |max| max.min(fitted.max))).filter(|max| max.is_finite());
         thruster.bollard = None;
     }
     Ok(found)
 }
 
-/// Rows of `table` in which thruster `k` alone is driven. The error says what the table lacks.
+/// Returns the rows of `table` in which thruster `k` alone is driven. The error says what the table
+/// lacks.
 fn rows_of(
     k: usize,
     thrusters: &[Thruster],
@@ -167,7 +171,8 @@ fn rows_of(
         if alone {
             let mut pull = force.values()[row] / part;
             if let (Some(given), Some(volts)) = (thrusters[k].supply, supply) {
-                // a dependence that is given is taken off, and only the coefficients are found
+                // a given dependence on the supply is divided out, and only the coefficients are
+                // fitted
                 pull /= given.factor(volts.values()[row]);
             }
             found.command.push(driven(column, command.values()[row], &thrusters[k])?);
@@ -183,7 +188,7 @@ fn rows_of(
     Ok(found)
 }
 
-/// The column with the force, and what part of the axis points along it.
+/// Returns the column with the force, and the component of the axis along it.
 fn force_of<'a>(thruster: &Thruster, table: &BollardTable, run: &'a Run) -> Result<(&'a Signal, f64), String> {
     let cells: Vec<&str> = Dof::ALL.map(Dof::load).into_iter().filter(|name| run.signal(name).is_some()).collect();
     let column = match (&table.force, cells.as_slice()) {

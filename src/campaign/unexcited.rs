@@ -4,9 +4,10 @@
 //! at rest:  no command of d   and   rms ν_d ≤ 1.5 σ(ν_d)   in every run, with a free parameter of d
 //! ```
 //!
-//! σ is the noise that the samples show by their third differences ([`Samples::noise`]), or the one stated in `[noise]`.
-//! What such a degree of freedom gets for inertia and drag is made of noise. Slow motion, a coloured noise and a bias all
-//! lie above 1.5 σ: only what is surely at rest is refused.
+//! σ is the larger of the noise that the third differences of the samples show ([`Samples::noise`])
+//! and the noise stated in `[noise]`. Inertia and drag of such a degree of freedom would be
+//! estimated from noise. Slow motion, coloured noise and a bias all lie above 1.5 σ: only what is
+//! surely at rest is refused.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,7 @@ use crate::frame::Dof;
 use crate::model::Model;
 use crate::run::{Role, Run, greatest, is_commanded, rounding_of};
 
-/// Root mean square of a velocity at rest, in units of its noise.
+/// Largest root mean square of a velocity at rest, in units of its noise.
 const STILL: f64 = 1.5;
 
 /// Refuses a fit of degrees of freedom that are at rest in all its runs, unless all are.
@@ -40,8 +41,9 @@ pub(super) fn refuse(campaign: &Campaign, runs: &[Run]) -> Result<(), Error> {
     })
 }
 
-/// The held-out runs that take part in a search since no run of the fit moves what they move: the first half of them, so that others
-/// are left to judge. With them what moves.
+/// Returns the held-out runs that take part in a search because no run of the fit moves what they
+/// move: the first half of such runs, so that the others are left to judge. Returns also the
+/// degrees of freedom that no run of the fit moves.
 pub(super) fn taking_part(campaign: &Campaign) -> (Vec<String>, Vec<Dof>) {
     let seen = Seen::of(campaign, &campaign.motion(Some(Role::Train)));
     let resting = if seen.moved.is_empty() { Vec::new() } else { seen.resting(&campaign.model) };
@@ -49,7 +51,7 @@ pub(super) fn taking_part(campaign: &Campaign) -> (Vec<String>, Vec<Dof>) {
     (shown[..shown.len() / 2].to_vec(), resting)
 }
 
-/// The held-out runs that move all of `dofs`.
+/// Returns the held-out runs that move all of `dofs`.
 fn shown_by(campaign: &Campaign, dofs: &[Dof]) -> Vec<String> {
     let moves_all = |run: &Run| {
         let seen = Seen::of(campaign, std::slice::from_ref(run));
@@ -58,13 +60,13 @@ fn shown_by(campaign: &Campaign, dofs: &[Dof]) -> Vec<String> {
     campaign.motion(Some(Role::Validate)).into_iter().filter(moves_all).map(|run| run.name).collect()
 }
 
-/// What to do where held-out runs move what no run of the fit does.
+/// Returns the advice if held-out runs move what no run of the fit moves.
 fn advice(shown: &[String]) -> String {
     let (are, them) = if shown.len() > 1 { ("are", "one of them") } else { ("is", "it") };
     format!("; {}, which {are} held out, would show it: give {them} role = \"train\"", shown.join(", "))
 }
 
-/// What moves in runs that come one after the other.
+/// What moves in runs that are read one after the other.
 #[derive(Debug, Default)]
 pub(super) struct Seen {
     moved: BTreeSet<Dof>,
@@ -73,20 +75,20 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// What moves in some runs.
+    /// Returns what moves in these runs.
     fn of(campaign: &Campaign, runs: &[Run]) -> Seen {
         let mut seen = Seen::default();
         runs.iter().for_each(|run| seen.look(campaign, run));
         seen
     }
 
-    /// Degrees of freedom that nothing moves, and of which something is to be found.
+    /// Returns the degrees of freedom that nothing moves and that have something to estimate.
     fn resting(&self, model: &Model) -> Vec<Dof> {
         let rests = |dof: &&Dof| !self.moved.contains(*dof) && is_free(model, **dof);
         model.dofs.iter().filter(rests).copied().collect()
     }
 
-    /// Looks at a run, or at a piece of one.
+    /// Adds what moves in a run, or in a piece of one.
     pub fn look(&mut self, campaign: &Campaign, run: &Run) {
         let stated = |channel: &str| campaign.file.noise.sensors.get(channel).copied();
         for dof in &campaign.model.dofs {
@@ -100,14 +102,14 @@ impl Seen {
         }
     }
 
-    /// Degrees of freedom that are modelled and in which nothing was commanded beyond rounding.
+    /// Returns the modelled degrees of freedom in which nothing was commanded beyond rounding.
     pub fn uncommanded(&self, model: &Model) -> Vec<Dof> {
         let rounding = rounding_of(self.commanded.values().copied());
         let none = |dof: &Dof| self.commanded.get(dof).is_none_or(|most| *most <= rounding);
         model.dofs.iter().copied().filter(none).collect()
     }
 
-    /// As [`refuse`], of all runs that were looked at.
+    /// As [`refuse`], for all runs that were added.
     ///
     /// # Errors
     /// [`Error::Refused`] with the `dofs` to write instead.
@@ -121,7 +123,7 @@ impl Seen {
     }
 }
 
-/// What there is to say where nothing moves in any of the runs.
+/// Returns the finding that nothing moves in any of the runs, if it is so.
 pub(super) fn at_rest(runs: &[Run]) -> Option<Finding> {
     let rests = !runs.is_empty() && runs.iter().all(|run| !motion::judge(run).is_empty());
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
@@ -133,7 +135,7 @@ pub(super) fn at_rest(runs: &[Run]) -> Option<Finding> {
     rests.then(|| Finding::new(&AT_REST, text))
 }
 
-/// What is wrong, and the line to write.
+/// Describes what is wrong, and the line to write.
 fn told(resting: &[Dof], kept: &[Dof]) -> String {
     let names: Vec<&str> = resting.iter().map(|dof| dof.name()).collect();
     let line: Vec<String> = kept.iter().map(|dof| format!("{:?}", dof.name())).collect();
@@ -145,12 +147,12 @@ fn told(resting: &[Dof], kept: &[Dof]) -> String {
     )
 }
 
-/// Whether a free parameter stands in the balance of this degree of freedom alone.
+/// Whether a free parameter belongs to the balance of this degree of freedom alone.
 fn is_free(model: &Model, dof: Dof) -> bool {
     model.parameters.iter().any(|p| !p.fixed && p.prior.is_none() && p.place.dof == Some(dof))
 }
 
-/// Whether a run has no command and no motion of a degree of freedom whose velocity it logs.
+/// Whether a run has neither a command nor motion in a degree of freedom whose velocity it logs.
 fn rests(run: &Run, dof: Dof, stated: &dyn Fn(&str) -> Option<f64>) -> bool {
     let Some(velocity) = run.signal(dof.velocity()).filter(|s| !s.is_empty()) else { return false };
     let rms = (velocity.values().iter().map(|x| x * x).sum::<f64>() / velocity.len() as f64).sqrt();

@@ -1,8 +1,10 @@
-//! Vehicle files: dry figures, thrusters and published parameters of a vehicle, each with its source.
+//! Vehicle files: properties, thrusters and published parameters of a vehicle, each with its
+//! source.
 //!
-//! A file holds the tables of a campaign that belong to the vehicle, `sources`, and `[published]`, a file of parameters
-//! as `compare --params` reads it. `extends = "bluerov2"` takes over another vehicle: its own keys win, thrusters of the
-//! same name are overlaid key by key, others are added.
+//! A file holds the tables of a campaign that belong to the vehicle, `sources`, and `[published]`,
+//! a file of parameters as `compare --params` reads it. `extends = "bluerov2"` takes over another
+//! vehicle: keys of the file replace those of that vehicle, thrusters of the same name are merged
+//! key by key, others are added.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +19,7 @@ use crate::thrust::efficiency::Efficiency;
 use crate::thrust::thruster::Thruster;
 use crate::vehicle::{Vehicle, Water};
 
-/// Name and text of the vehicles that come with the program.
+/// Names and texts of the vehicles that come with the program.
 const KNOWN: &[(&str, &str)] = &[
     ("bluerov2", include_str!("../../vehicles/bluerov2.toml")),
     ("bluerov2-heavy", include_str!("../../vehicles/bluerov2-heavy.toml")),
@@ -26,7 +28,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("remus100", include_str!("../../vehicles/remus100.toml")),
 ];
 
-/// Extensions that are followed before a circle is suspected.
+/// Largest number of extensions that are followed; more mean a circle.
 const DEEPEST: usize = 8;
 
 /// A vehicle file.
@@ -36,15 +38,15 @@ pub struct VehicleFile {
     /// Vehicle, or path of a vehicle file beside this one, that it extends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extends: Option<String>,
-    /// Where its numbers come from.
+    /// Sources of its numbers.
     pub sources: Vec<String>,
     /// FRAME_CONFIG of ArduSub for this frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ardusub_frame: Option<i64>,
-    /// Turns a minute of a propeller at a command of 1, where its command is a part of them.
+    /// Speed of a propeller at a command of 1, rev/min, if its command is a part of that speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub full_rpm: Option<f64>,
-    /// Dry figures.
+    /// Properties of the dry vehicle.
     pub vehicle: Vehicle,
     /// The water.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,16 +56,16 @@ pub struct VehicleFile {
     /// Thrusters, in the order of the commands V1, V2, …
     #[serde(rename = "thruster")]
     pub thrusters: Vec<Thruster>,
-    /// Degrees of freedom and effects that suit it.
+    /// Degrees of freedom and effects that suit the vehicle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<SuitedModel>,
-    /// What is known of parameters beforehand.
+    /// Prior knowledge of parameters.
     #[serde(rename = "parameter", skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<ParameterTable>,
     /// Own effects.
     #[serde(rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
-    /// Logged functions of the states.
+    /// Observed functions of the states.
     #[serde(rename = "observe", skip_serializing_if = "Vec::is_empty")]
     pub observed: Vec<ObserveTable>,
     /// Published parameters, as `compare --params` reads them.
@@ -71,7 +73,8 @@ pub struct VehicleFile {
     pub published: Option<toml::Table>,
 }
 
-/// The `[model]` of a vehicle file: what suits the vehicle, of which a campaign takes what its logs show.
+/// The `[model]` table of a vehicle file: what suits the vehicle; a campaign takes from it what its
+/// logs show.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SuitedModel {
@@ -94,7 +97,7 @@ pub struct KnownVehicle {
     pub folder: Option<PathBuf>,
 }
 
-/// The vehicles that come with the program.
+/// Returns the vehicles that come with the program.
 ///
 /// # Panics
 /// Never: the files are part of the program, and a test reads them.
@@ -102,7 +105,7 @@ pub fn known_vehicles() -> Vec<KnownVehicle> {
     KNOWN.iter().map(|(id, _)| vehicle(id).expect("part of the program")).collect()
 }
 
-/// The vehicle of this name, or of the file at this path.
+/// Returns the vehicle of this name, or of the file at this path.
 ///
 /// # Errors
 /// [`Error::Vehicle`] for an unknown name and for a file that cannot be read.
@@ -121,7 +124,7 @@ pub fn vehicle(name: &str) -> Result<KnownVehicle, Error> {
     Ok(KnownVehicle { id: name.to_string(), file, text, folder })
 }
 
-/// Text of a vehicle file and its folder.
+/// Returns the text of a vehicle file and its folder.
 fn source(name: &str, beside: Option<&Path>) -> Result<(String, Option<PathBuf>), Error> {
     if let Some((_, text)) = KNOWN.iter().find(|(id, _)| id.eq_ignore_ascii_case(name)) {
         return Ok(((*text).to_string(), None));
@@ -141,7 +144,7 @@ fn failed(name: &str, message: &str) -> Error {
     Error::Vehicle { name: name.to_string(), message: message.to_string() }
 }
 
-/// The table of a vehicle file over that which it extends.
+/// Returns the table of a vehicle file, merged over that which it extends.
 fn merged(name: &str, text: &str, folder: Option<&Path>, deepest: usize) -> Result<toml::Table, Error> {
     let own: toml::Table = toml::from_str(text).map_err(|e| failed(name, &e.to_string()))?;
     let Some(base) = own.get("extends").and_then(toml::Value::as_str).map(str::to_string) else { return Ok(own) };
@@ -176,7 +179,8 @@ fn overlay(base: &mut toml::Table, own: toml::Table) {
     }
 }
 
-/// The tables that go into a campaign, with their comments; `sources` become comments, `[model]` and `[published]` stay.
+/// Returns the tables for a campaign, with their comments; `sources` become comments, `[model]` and
+/// `[published]` are left out.
 fn tables_of(text: &str) -> String {
     let (mut out, mut section, mut pending) = (String::new(), String::new(), String::new());
     for line in text.lines() {
@@ -192,7 +196,7 @@ fn tables_of(text: &str) -> String {
             continue;
         }
         if section.is_empty() {
-            // of what stands before the first table only the sources matter to a reader
+            // before the first table, only the sources matter to a reader
             let quoted = trimmed.trim_end_matches(',').trim_matches('"');
             if trimmed.starts_with('"') {
                 pending += &format!("# source: {quoted}\n");
@@ -209,7 +213,7 @@ fn tables_of(text: &str) -> String {
     out
 }
 
-/// The same without comments, for a file that extends another.
+/// Returns the same without comments, for a file that extends another.
 fn plain(file: &VehicleFile) -> String {
     let own = VehicleFile {
         extends: None,
@@ -229,7 +233,8 @@ fn plain(file: &VehicleFile) -> String {
     format!("{sources}{table}")
 }
 
-/// Vehicle text with these lines at the head of each thruster's table, by its index.
+/// Returns the text of a vehicle with these lines at the head of each thruster's table, by its
+/// index.
 pub(super) fn with_thruster_lines(text: &str, lines: impl Fn(usize) -> String) -> String {
     let (mut out, mut index) = (String::new(), 0);
     for line in text.lines() {
@@ -242,7 +247,8 @@ pub(super) fn with_thruster_lines(text: &str, lines: impl Fn(usize) -> String) -
     out
 }
 
-/// The text with another value of a key of thruster `index` (from 0): `change` of the value that stands there.
+/// Returns the text with the value of a key of thruster `index` (from 0) replaced by `change` of
+/// it.
 pub(super) fn with_thruster_value(
     text: &str,
     index: usize,
@@ -282,7 +288,7 @@ mod tests {
         for known in &all {
             assert!(!known.file.sources.is_empty() && known.file.vehicle.mass.is_some(), "{}", known.id);
             known.file.vehicle.validate().unwrap();
-            // what goes into a campaign reads as what the file says
+            // the text for a campaign reads back as what the file says
             let table: toml::Table = toml::from_str(&known.text).unwrap();
             let again: VehicleFile = table.try_into().unwrap();
             assert_eq!(
@@ -312,7 +318,8 @@ mod tests {
         for (k, factors) in heavy.iter().enumerate() {
             let w = vehicle.file.thrusters[k].unit_wrench();
             let [roll, pitch, yaw, up, forward, lateral] = *factors;
-            // the horizontal ones stand off the plane of the origin and turn in roll and pitch a little; the mixer does not say so
+            // the horizontal ones are off the plane of the origin and cause some roll and pitch,
+            // which the mixer leaves out
             let pairs = [(w[0], forward), (w[1], lateral), (w[2], -up), (w[5], yaw)];
             for (own, factor) in
                 pairs.into_iter().chain((k >= 4).then_some([(w[3], roll), (w[4], pitch)]).into_iter().flatten())

@@ -1,8 +1,8 @@
-//! Runs that come near the vertical: what carries their attitude, and what they must log for it.
+//! Runs near the vertical: representation of their attitude, and what they must log for it.
 //!
-//! A model that turns about several axes takes a quaternion there ([`Attitude::of`]), for which each run needs all three
-//! angles at the same instants. A model that pitches alone has no pole: its θ goes on beyond 90°, where instruments tell
-//! of a vehicle on its back.
+//! A model that turns about several axes uses a quaternion there ([`Attitude::of`]), for which each
+//! run needs all three angles at the same time stamps. A model that only pitches has no
+//! singularity: its θ goes on beyond 90°, where instruments report a vehicle on its back.
 
 use super::codes;
 use super::moves::moves;
@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::run::Run;
 
-/// |θ| from which on angles alone are poor, and from which on they are none, rad.
+/// |θ| beyond which Euler angles are poor, and beyond which they are of no use, rad.
 const NEAR_POLE: [f64; 2] = [1.3, 1.5];
 
 /// Whether the model pitches and turns about no other axis.
@@ -21,14 +21,14 @@ fn pitches_alone(model: &Model) -> bool {
     model.dofs.contains(&Dof::Pitch) && !turns_freely(model)
 }
 
-/// Lets θ of a run go on beyond the vertical where the model pitches alone.
+/// Continues θ of a run beyond the vertical if the model only pitches.
 pub(super) fn unfold(model: &Model, run: &mut Run) {
     if pitches_alone(model) {
         upright::unfold(run);
     }
 }
 
-/// What there is to say of the runs near the vertical, errors among it.
+/// Returns the findings about runs near the vertical, errors among them.
 pub(super) fn findings(model: &Model, runs: &[Run]) -> Vec<Finding> {
     if !model.dofs.contains(&Dof::Pitch) {
         return Vec::new();

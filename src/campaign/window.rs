@@ -1,7 +1,9 @@
-//! The part of a run that is used: `from`, `to`, `where`, `resample`, and commands that are held.
+//! The part of a run that is used (`from`, `to`, `where`), its resampling, and commands that are
+//! held.
 //!
-//! What a condition leaves out is cut from what sensors of motion say; commands and auxiliary channels stay whole, so
-//! that what is left is driven by what really drove it. Each stretch that is left begins as after a gap.
+//! A condition removes samples of the sensors of motion only. Commands and auxiliary channels stay
+//! whole, so that the remaining motion is driven by the true inputs. Each stretch that is left
+//! begins as after a gap.
 
 use std::sync::Arc;
 
@@ -12,7 +14,7 @@ use crate::log::check::is_measured;
 use crate::log::check::time::gaps_of;
 use crate::run::{Run, Signal, is_command, rounding};
 
-/// Cuts `run` to the instants from `from` to `to`, s.
+/// Cuts `run` to the time stamps from `from` to `to`, s.
 pub(super) fn cut(run: &mut Run, table: &RunTable) {
     let (from, to) = (table.from.unwrap_or(f64::NEG_INFINITY), table.to.unwrap_or(f64::INFINITY));
     if table.from.is_some() || table.to.is_some() {
@@ -23,7 +25,8 @@ pub(super) fn cut(run: &mut Run, table: &RunTable) {
     }
 }
 
-/// Keeps what sensors of motion, and the channels `observed`, say where `condition` holds.
+/// Keeps the samples of the sensors of motion, and of the channels `observed`, at which `condition`
+/// holds.
 ///
 /// # Errors
 /// [`FormulaError`] for a name that the run does not log.
@@ -52,8 +55,8 @@ fn kept(signal: &Signal, keep: impl Fn(f64) -> bool) -> Signal {
     Signal::new(time.into(), values)
 }
 
-/// Brings every signal to `rate` samples a second, on the straight line between its samples (`held`: on the last one
-/// before, for commands); nothing is made up inside a gap.
+/// Resamples every signal at `rate` samples per second: linearly between its samples, or for
+/// commands with `held` at the last sample before. No sample is made inside a gap.
 pub(super) fn resample(run: &mut Run, rate: f64, held: bool) {
     let gaps: Vec<Vec<f64>> = run.signals.keys().map(|name| gaps_of(run, [name.as_str()])).collect();
     for ((name, signal), gaps) in run.signals.iter_mut().zip(gaps) {
@@ -82,7 +85,8 @@ pub(super) fn resample(run: &mut Run, rate: f64, held: bool) {
     }
 }
 
-/// Writes held commands as a line with steps, for a campaign in which other runs, or what was measured of a fin, are lines.
+/// Writes held commands as lines with steps, for a campaign in which other runs, or measured fin
+/// angles, are lines.
 pub(super) fn steps(run: &mut Run) {
     /// Width of a step, s: far below any time constant, far above the rounding of time stamps.
     const WIDTH: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! What types cannot say: values that contradict each other, names that are not known, files that are not there.
+//! Checks that types cannot express: contradicting values, unknown names, missing files.
 
 use toml::de::{DeTable, DeValue};
 
@@ -14,7 +14,7 @@ use crate::nearest::nearest;
 use crate::thrust::thruster::ThrusterError;
 use crate::vehicle::{Vehicle, VehicleError, Water};
 
-/// What a campaign cannot do without, asked of the whole file before anything that is wrong was cut off.
+/// Checks that the file has what every campaign needs, before faulty entries are cut off.
 pub(super) fn presence(root: &DeTable<'_>, report: &mut Report) {
     for (key, right) in
         [("format", "the file begins with format = 1"), ("model", "a [model] table with `dofs` and `effects`")]
@@ -33,7 +33,8 @@ pub(super) fn presence(root: &DeTable<'_>, report: &mut Report) {
     }
 }
 
-/// TOML knows `inf` and `nan`; a campaign has use for the first in bounds only.
+/// Reports numbers that are not finite. TOML has `inf` and `nan`; a campaign uses `inf` in bounds
+/// only.
 pub(super) fn numbers(root: &DeTable<'_>, report: &mut Report) {
     let mut found = Vec::new();
     super::tree::walk(root, "", &mut |path, _, value| {
@@ -47,7 +48,7 @@ pub(super) fn numbers(root: &DeTable<'_>, report: &mut Report) {
     found.iter().for_each(|path| report.at(path, Problem::NotFinite));
 }
 
-/// The checks of the tables, one function a table.
+/// Checks of the tables, one function per table.
 pub(super) struct Check<'a> {
     pub campaign: &'a CampaignFile,
     pub options: &'a ReadOptions,
@@ -69,7 +70,7 @@ impl Check<'_> {
         self.runs();
     }
 
-    /// Refuses a number outside what is right; what is not finite was told before.
+    /// Reports a number outside its range; one that is not finite was reported before.
     fn range(&mut self, path: &str, value: f64, good: bool, right: &'static str) {
         if value.is_finite() && !good {
             self.report.at(path, Problem::OutOfRange { value, right });
@@ -101,7 +102,7 @@ impl Check<'_> {
                 Vehicle { cb: v.cb, ..none },
             ]
         };
-        // one figure at a time, so that each that is wrong is told
+        // one figure at a time, so that each wrong one is reported
         let mut wrong: Vec<VehicleError> =
             figures(&campaign.vehicle).iter().filter_map(|one| one.validate().err()).collect();
         let usual = Water::default();
@@ -179,7 +180,7 @@ impl Check<'_> {
         }
     }
 
-    /// An effect that there is, in a degree of freedom that is modelled.
+    /// Checks that an effect exists, in a degree of freedom that is modelled.
     fn name(&mut self, path: &str, name: &EffectName) {
         let own = self.campaign.effects.iter().map(|e| e.id.as_str());
         let known: Vec<&str> = self.options.known_effects.iter().map(String::as_str).chain(own).collect();
@@ -188,11 +189,11 @@ impl Check<'_> {
             self.report.at(path, Problem::UnknownEffect { id: name.id.clone(), nearest });
         }
         name.thrusters.iter().for_each(|thruster| self.thruster(path, thruster));
-        // the other degree of freedom of a coupling may be one that is only logged
+        // the other degree of freedom of a coupling may be only logged
         self.modelled(path, name.dof);
     }
 
-    /// A thruster that the campaign describes.
+    /// Checks that the campaign describes a thruster.
     fn thruster(&mut self, path: &str, word: &str) {
         let known: Vec<String> = self.campaign.thrusters.iter().map(|t| t.name.clone()).collect();
         if known.iter().all(|name| name != word) {
@@ -210,7 +211,7 @@ impl Check<'_> {
 
     fn modelled(&mut self, path: &str, dof: Option<crate::frame::Dof>) {
         let dofs = &self.campaign.model.dofs;
-        // where the list itself is wrong or absent, that is what is told
+        // if the list itself is wrong or absent, that is reported instead
         let whole = !dofs.is_empty() && !self.report.told("model.dofs");
         if let Some(dof) = dof.filter(|dof| whole && !dofs.contains(dof)) {
             self.report.at(path, Problem::NotModelled { dof });
@@ -384,7 +385,7 @@ impl Check<'_> {
         }
     }
 
-    /// Reading options. What a run took over from the campaign's was told there.
+    /// Checks reading options. An error that a run inherits from the campaign was reported there.
     fn log(&mut self, path: &str, log: &LogOptions) {
         let Err(error) = log.validate() else { return };
         let key = match &error {
@@ -444,7 +445,7 @@ impl Check<'_> {
                 {
                     self.report.at(&place, problem);
                 }
-                // a log twice in one run would count its samples twice
+                // a log that is listed twice in one run would count its samples twice
                 if let Some(first) = run.files[..k].iter().position(|other| other.file == log.file) {
                     self.twice(&place, &self.place_of(i, first), format_args!("{:?}", log.file));
                 }
@@ -452,7 +453,7 @@ impl Check<'_> {
         }
     }
 
-    /// Path of the text that names log k of run i, in whichever form it was written.
+    /// Returns the path of the text that names log k of run i, in whichever form it was written.
     fn place_of(&self, i: usize, k: usize) -> String {
         let forms = [format!("run[{i}].file[{k}].file"), format!("run[{i}].file[{k}]"), format!("run[{i}].file.file")];
         let written = forms.into_iter().find(|path| self.report.source.locate(path).is_some());

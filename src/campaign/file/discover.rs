@@ -1,4 +1,4 @@
-//! The `[discover]` table: how the search for missing effects is run.
+//! The `[discover]` table: options of the search for missing effects.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,14 +9,14 @@ use crate::effects::Family;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DiscoverTable {
-    /// Accepted probability of a false discovery, over all candidates together. 0.01, as in the search: a false name is
-    /// worse than none.
+    /// Accepted probability of a false discovery, over all candidates together. 0.01, as in the
+    /// search: a false name is worse than none.
     pub level: f64,
     /// Maximum number of effects added. 5, as in the search: a longer chain of names explains nothing.
     pub max_effects: usize,
     /// Families that are searched; all by default.
     pub families: Vec<Family>,
-    /// Seed of what is drawn by chance; that of the campaign when absent.
+    /// Seed of the random draws; that of the campaign if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
 }

@@ -13,16 +13,16 @@ use crate::thrust::efficiency::EfficiencyError;
 use crate::thrust::thruster::ThrusterError;
 use crate::vehicle::VehicleError;
 
-/// Everything that is wrong with one campaign file, in the order of the file, at most [`CampaignErrors::MOST`].
+/// All errors of one campaign file, in the order of the file, at most [`CampaignErrors::MOST`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CampaignErrors {
     /// The campaign file.
     pub file: PathBuf,
-    /// Its text, into which the spans of `errors` point; empty when it could not be read.
+    /// Its text, into which the spans of `errors` point; empty if it could not be read.
     pub text: Arc<str>,
-    /// At least one.
+    /// The errors, at least one.
     pub errors: Vec<CampaignError>,
-    /// Whether there were more than are listed.
+    /// Whether there are more errors than are listed.
     pub more: bool,
 }
 
@@ -45,18 +45,18 @@ impl fmt::Display for CampaignErrors {
 
 impl std::error::Error for CampaignErrors {}
 
-/// One thing that is wrong. Prints as `file:line:column: key: what`.
+/// One error of a campaign file. Prints as `file:line:column: key: what`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CampaignError {
     /// The campaign file.
     pub file: PathBuf,
-    /// Where in it; `None` when it could not be read at all.
+    /// Place in the file; `None` if the file could not be read at all.
     pub location: Option<Location>,
     /// The key, as in `run[2].kind`; empty for the file as a whole.
     pub key: String,
-    /// What stands there, cut to a line; `None` where nothing does.
+    /// The text there, cut to a line; `None` if there is none.
     pub value: Option<String>,
-    /// What is wrong with it and what would be right.
+    /// What is wrong, and what would be right.
     pub problem: Problem,
 }
 
@@ -67,9 +67,9 @@ pub struct Location {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Bytes of what is wrong: a key, a value or the header of a table.
+    /// Bytes of the faulty text: a key, a value or the header of a table.
     pub span: Range<usize>,
-    /// Bytes of the key it belongs to; `span` again where there is none.
+    /// Bytes of the key it belongs to; equal to `span` if there is none.
     pub key: Range<usize>,
 }
 
@@ -88,7 +88,7 @@ impl fmt::Display for CampaignError {
 
 impl std::error::Error for CampaignError {}
 
-/// What is wrong and what would be right.
+/// What is wrong, and what would be right.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Problem {
     /// The campaign file cannot be read.
@@ -97,13 +97,13 @@ pub enum Problem {
         /// Reason for the failure.
         kind: std::io::ErrorKind,
     },
-    /// The file is no text.
+    /// The file is not text.
     #[error("byte 0x{byte:02x} is not UTF-8: save the file as UTF-8 text")]
     NotUtf8 {
-        /// The first byte that does not belong.
+        /// The first invalid byte.
         byte: u8,
     },
-    /// A log in a format that is known by its first bytes.
+    /// A log in a format that its first bytes identify.
     #[error(
         "this is {name}, and a campaign file is wanted: `hydrosysid init LOG -o FOLDER` of the Python package writes one \
          from it (pip install 'hydrosysid[{extra}]')"
@@ -120,41 +120,41 @@ pub enum Problem {
         /// What it is, and what would be right.
         told: &'static str,
     },
-    /// Not TOML.
+    /// The file is not TOML.
     #[error("{message}")]
     Syntax {
-        /// What the reader of TOML expected.
+        /// Message of the TOML parser.
         message: String,
     },
-    /// No such key.
+    /// A key that does not exist.
     #[error("unknown key `{key}`{}", suggest(.nearest, .known))]
     UnknownKey {
         /// The key.
         key: String,
-        /// The nearest that there is.
+        /// The nearest known key.
         nearest: Option<String>,
-        /// All that there are.
+        /// All known keys.
         known: Vec<String>,
     },
-    /// One of a list of words is wanted (a degree of freedom, a kind, a role), and this is none.
+    /// A word that is not in the list of allowed words (a degree of freedom, a kind, a role).
     #[error("unknown word `{word}`{}", suggest(.nearest, .known))]
     UnknownWord {
         /// The word.
         word: String,
-        /// The nearest that is in the list.
+        /// The nearest word of the list.
         nearest: Option<String>,
         /// The list.
         known: Vec<String>,
     },
-    /// Another type of value is wanted.
+    /// A value of the wrong type.
     #[error("{found} where {expected} is wanted")]
     WrongType {
-        /// What stands there.
+        /// The type that was found.
         found: String,
-        /// What should.
+        /// The type that is wanted.
         expected: String,
     },
-    /// Something that must be there is not.
+    /// A required key is missing.
     #[error("`{key}` is missing: {right}")]
     MissingKey {
         /// The key.
@@ -162,22 +162,22 @@ pub enum Problem {
         /// What it should say.
         right: &'static str,
     },
-    /// A text that its own reader refuses: the name of an effect, a unit.
+    /// A text that its own parser refuses: the name of an effect, a unit.
     #[error("{message}")]
     Unreadable {
-        /// What the reader says.
+        /// Message of the parser.
         message: String,
     },
     /// A format that this version does not know.
     #[error("format {found} is not known: this version reads format 1")]
     Format {
-        /// The format asked for.
+        /// The format of the file.
         found: i64,
     },
     /// Infinite, or not a number.
     #[error("must be a finite number")]
     NotFinite,
-    /// A number that cannot be meant.
+    /// A number outside its range.
     #[error("{value} cannot be: {right}")]
     OutOfRange {
         /// The number.
@@ -185,18 +185,18 @@ pub enum Problem {
         /// What would be right.
         right: &'static str,
     },
-    /// A list or text that must hold something.
+    /// A list or text that must not be empty.
     #[error("is empty: {right}")]
     Empty {
         /// What it should hold.
         right: &'static str,
     },
-    /// Given before.
+    /// Something that is given twice.
     #[error("{what} is given twice, first in line {first_line}: keep one")]
     Twice {
-        /// What.
+        /// What is given twice.
         what: String,
-        /// Line of the first.
+        /// Line of the first one.
         first_line: usize,
     },
     /// No effect has this id.
@@ -204,7 +204,7 @@ pub enum Problem {
     UnknownEffect {
         /// The id.
         id: String,
-        /// The nearest that there is.
+        /// The nearest known id.
         nearest: Option<String>,
     },
     /// A user's own effect with the id of a catalogue effect.
@@ -228,16 +228,16 @@ pub enum Problem {
     /// A prior without a mean.
     #[error("`std` is the deviation of a prior about `value`: add `value`")]
     PriorWithoutValue,
-    /// Held and uncertain at once.
+    /// A parameter that is fixed and has a prior.
     #[error("`fixed` holds the value, `std` lets it move: keep one")]
     FixedWithPrior,
-    /// A tied parameter with something of its own.
+    /// A tied parameter with a value, bounds or a prior of its own.
     #[error("`tie` makes it another parameter, which has value, bounds and prior: leave `{key}` out here")]
     TiedWithOwn {
         /// The key.
         key: &'static str,
     },
-    /// Bounds the wrong way round.
+    /// Bounds in the wrong order.
     #[error("min = {min} lies above max = {max}")]
     MinAboveMax {
         /// Lower bound.
@@ -263,19 +263,19 @@ pub enum Problem {
         /// Last instant, s.
         to: f64,
     },
-    /// Ties that go round.
+    /// Ties that form a cycle.
     #[error("this tie leads back to its own parameter: leave one of them free")]
     TieCycle,
-    /// Nothing to work on.
+    /// A campaign without runs.
     #[error("no run: add a [[run]] table with at least `file`")]
     NoRuns,
-    /// A campaign of `init`, which could read no log.
+    /// A campaign without runs that `init` has written, because it could read no log.
     #[error(
         "no run: `hydrosysid init` could read none of the logs, and the reasons stand in this file. Mend the logs, or say how they are \
          read (hydrosysid init --help), and call init again: it replaces this file"
     )]
     NoneRead,
-    /// A log that is not there.
+    /// A log that does not exist.
     #[error("no such file: {}", .path.display())]
     MissingFile {
         /// Where it was looked for.
@@ -298,21 +298,21 @@ pub enum Problem {
     /// A log outside the campaign's folder.
     #[error("{} lies outside the campaign's folder {}: move it there, or allow files outside", .path.display(), .folder.display())]
     OutsideFolder {
-        /// Where it leads.
+        /// Where the path leads.
         path: PathBuf,
         /// The campaign's folder.
         folder: PathBuf,
     },
-    /// A figure of the vehicle or the water.
+    /// A wrong property of the vehicle or the water.
     #[error(transparent)]
     Vehicle(VehicleError),
-    /// A thruster.
+    /// A wrong thruster.
     #[error(transparent)]
     Thruster(ThrusterError),
-    /// An efficiency.
+    /// A wrong efficiency.
     #[error(transparent)]
     Efficiency(EfficiencyError),
-    /// A reading option.
+    /// A wrong reading option.
     #[error(transparent)]
     Log(OptionsError),
 }

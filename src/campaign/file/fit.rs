@@ -1,14 +1,14 @@
-//! The `[fit]` table: which estimator, and how it works.
+//! The `[fit]` table: the estimator and its options.
 
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::output_error::{Loss, OutputErrorOptions};
 
-/// How parameters are estimated.
+/// Method of estimation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// Maximum likelihood of a model with a random force.
+    /// Maximum likelihood for a model with a random force.
     FilterError,
     /// Output error on segments: simulation against measurement.
     OutputError,
@@ -19,7 +19,7 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Name as in a campaign and in results.
+    /// Returns the name in a campaign and in results.
     pub const fn name(self) -> &'static str {
         ["filter_error", "output_error", "staged", "integral"][self as usize]
     }
@@ -29,21 +29,24 @@ impl Estimator {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitTable {
-    /// The estimator. When absent: `staged` where bollard or towing runs take part beside runs that show every drag at
-    /// constant speed; `filter_error` otherwise, for its intervals hold where a vehicle is pushed, too, with the losses of
-    /// thrust that bollard runs show.
+    /// The estimator. If absent: `staged` if bollard or towing runs take part together with runs
+    /// that show every drag at constant speed; otherwise `filter_error`, because its intervals also
+    /// hold for a vehicle with a random force, with the losses of thrust that bollard runs show.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<Estimator>,
     /// Length of the segments of output error, s.
     pub segment: f64,
-    /// Longest step of the integrator, s; at most half of the quickest time constant of the motion in any case. When absent:
-    /// 0.1, or a fifth of that time constant where that is longer and every velocity is logged.
+    /// Longest step of the integrator, s; in any case at most half of the shortest time constant
+    /// of the motion. If absent: 0.1, or a fifth of that time constant if that is longer and every
+    /// velocity is logged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub longest_step: Option<f64>,
-    /// What a residual of output error costs: `squares`, or where outliers are feared `huber` or `student`.
+    /// Loss function of the residuals of output error: `squares`, or if outliers are feared `huber`
+    /// or `student`.
     pub loss: Loss,
-    /// Whether output error joins segments to whole runs where the data allow it. True: its errors then come near the
-    /// Cramér-Rao bound; a run that something unknown disturbs keeps its segments by itself.
+    /// Whether output error joins segments to whole runs if the data allow it. True: its errors
+    /// then come near the Cramér-Rao bound; a run with an unknown disturbance keeps its segments in
+    /// any case.
     pub join: bool,
 }
 

@@ -1,8 +1,8 @@
 //! The campaign file: reads TOML into checked plain data, and writes it back.
 //!
-//! Each table is one struct; an unknown key is refused. All errors are reported at once, each with line, column, key,
-//! value and the correction. Nothing is fitted here, and formulas stay text: the modules that parse them find their
-//! place by [`Source::locate`].
+//! Each table is one struct; an unknown key is refused. All errors are reported at once, each with
+//! line, column, key, value and the correction. Nothing is fitted here, and formulas stay text: the
+//! modules that parse them find their place by [`Source::locate`].
 
 mod check;
 mod discover;
@@ -43,34 +43,34 @@ use report::Report;
 /// Format that this version reads and writes.
 pub const FORMAT: i64 = 1;
 
-/// A campaign as its file says it.
+/// Content of a campaign file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CampaignFile {
     /// Format of the file: 1.
     pub format: i64,
-    /// Seed of everything random. 1: any number will do, as long as it is the same tomorrow.
+    /// Seed of all random numbers. 1: any number will do, as long as it stays the same.
     pub seed: u64,
-    /// Dry figures of the vehicle.
+    /// Properties of the dry vehicle.
     pub vehicle: Vehicle,
     /// The water.
     #[serde(skip_serializing_if = "is_default")]
     pub water: Water,
-    /// What is known of the noise of the sensors and of the random force.
+    /// Prior knowledge of the noise of the sensors and of the random force.
     #[serde(skip_serializing_if = "NoiseTable::is_empty")]
     pub noise: NoiseTable,
     /// The baseline.
     pub model: ModelTable,
-    /// What is known of parameters beforehand.
+    /// Prior knowledge of parameters.
     #[serde(rename = "parameter", skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<ParameterTable>,
     /// The user's own effects.
     #[serde(rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
-    /// Logged functions of the states.
+    /// Observed functions of the states.
     #[serde(rename = "observe", skip_serializing_if = "Vec::is_empty")]
     pub observed: Vec<ObserveTable>,
-    /// The thrusters, where they are described.
+    /// The thrusters, if they are described.
     #[serde(rename = "thruster", skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<Thruster>,
     /// Known losses of thrust.
@@ -91,7 +91,7 @@ pub struct CampaignFile {
     /// The runs.
     #[serde(rename = "run", skip_serializing_if = "Vec::is_empty")]
     pub runs: Vec<RunTable>,
-    /// Where every key stands in the text; `None` for a campaign that was not read.
+    /// Place of every key in the text; `None` for a campaign that was not read from a file.
     #[serde(skip)]
     pub source: Option<Source>,
 }
@@ -120,14 +120,16 @@ impl Default for CampaignFile {
     }
 }
 
-/// How a campaign file is read.
+/// Options of reading a campaign file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Let run files lie outside the campaign's folder. False: a campaign from elsewhere must not read what it likes.
+    /// Whether run files may lie outside the campaign's folder. False: a campaign from elsewhere
+    /// must not read arbitrary files.
     pub allow_outside: bool,
-    /// Look whether the run files are there. True: a missing one is better known before the others are read.
+    /// Whether to check that the run files exist. True: a missing one is better known before the
+    /// others are read.
     pub look_for_files: bool,
-    /// Ids of the effects that there are besides the file's own; by default those of the catalogue.
+    /// Ids of the known effects besides the file's own; by default those of the catalogue.
     pub known_effects: Vec<String>,
 }
 
@@ -142,19 +144,19 @@ impl CampaignFile {
     /// Reads and checks a campaign file; a folder stands for the `campaign.toml` in it.
     ///
     /// # Errors
-    /// All that is wrong with it, up to [`CampaignErrors::MOST`] things.
+    /// All errors, up to [`CampaignErrors::MOST`].
     pub fn read(path: &Path, options: &ReadOptions) -> Result<CampaignFile, CampaignErrors> {
         let path = CampaignFile::at(path);
         let bytes = text_file::read_bytes(&path).map_err(|error| unreadable(&path, error.kind()))?;
         CampaignFile::from_bytes(&bytes, &path, options)
     }
 
-    /// The campaign file that a path stands for: of a folder the `campaign.toml` in it.
+    /// Returns the campaign file that a path stands for: for a folder, the `campaign.toml` in it.
     pub fn at(path: &Path) -> PathBuf {
         if path.is_dir() { path.join("campaign.toml") } else { path.to_path_buf() }
     }
 
-    /// Checks the bytes of a campaign file as though they were read from `path`.
+    /// Checks the bytes of a campaign file as if they were read from `path`.
     ///
     /// # Errors
     /// As [`CampaignFile::read`].
@@ -168,7 +170,8 @@ impl CampaignFile {
             Ok(text) => CampaignFile::from_text(text, path, options),
             Err(error) => {
                 let at = error.valid_up_to();
-                // what is well-formed before it is the same in the lossy text, so the place is the same
+                // the well-formed part before it is the same in the lossy text, so the place is the
+                // same
                 let mut report = Report::new(path, &String::from_utf8_lossy(bytes));
                 report.at_span(at..at, Problem::NotUtf8 { byte: bytes[at] });
                 Err(report.into_errors())
@@ -193,10 +196,10 @@ impl CampaignFile {
             report.one_a_line();
             return Err(report.into_errors());
         }
-        // before runs take over options, so that a wrong one is told where it stands
+        // before runs inherit options, so that a wrong option is reported where it stands
         report.source.spots = tree::spots(root.get_ref());
         tree::inherit_log(root.get_mut());
-        // the keys of another format mean nothing here: it is the only thing to be told
+        // the keys of another format mean nothing here: only the format is reported
         if let Some(found) = format_of(root.get_ref()).filter(|found| *found != FORMAT) {
             report.at("format", Problem::Format { found });
             return Err(report.into_errors());
@@ -215,20 +218,21 @@ impl CampaignFile {
         }
     }
 
-    /// The campaign as TOML, without what is at its default. Reads back as it is.
+    /// Returns the campaign as TOML without default values. It reads back unchanged.
     ///
     /// # Errors
-    /// What the writer of TOML refuses; no value of these tables is known to be.
+    /// Refusals of the TOML writer; no value of these tables is known to cause one.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
 
-    /// Folder that run files are relative to: that of the file it was read from, else the current one.
+    /// Returns the folder that run files are relative to: that of the file it was read from,
+    /// otherwise the current one.
     pub fn folder(&self) -> PathBuf {
         folder_of(self.source.as_ref().map_or(Path::new(""), |source| &source.file))
     }
 
-    /// How every log is read; `None` where they are read in several ways.
+    /// Returns the reading options of all logs; `None` if they are read with different ones.
     pub fn common_log<'a>(&'a self) -> Option<&'a LogOptions> {
         let of_run = |run: &'a RunTable| {
             let way = run.log.as_ref().unwrap_or(&self.log);
@@ -239,7 +243,7 @@ impl CampaignFile {
         first.filter(|way| ways.all(|other| other == Some(way)))
     }
 
-    /// Where a log lies.
+    /// Returns the path of a log.
     pub fn path_of(&self, log: &RunFile) -> PathBuf {
         self.folder().join(&log.file)
     }
@@ -265,9 +269,9 @@ fn unreadable(path: &Path, kind: std::io::ErrorKind) -> CampaignErrors {
     CampaignErrors { file, text: "".into(), errors: vec![error], more: false }
 }
 
-/// What a file is that is no campaign file at all, so that none of its lines need be gone through.
+/// Returns what a file is that is no campaign file at all, so that its lines need not be checked.
 fn other_file(root: &DeTable<'_>, text: &str, broken: bool) -> Option<&'static str> {
-    // a model says which version wrote it, a campaign never does
+    // a model file states which version wrote it, a campaign file never does
     if root.keys().any(|key| key.get_ref() == "hydrosysid") {
         return Some(
             "this is a model file, and a campaign file is wanted: one with [vehicle], [model] and [[run]] tables",
@@ -280,7 +284,7 @@ fn other_file(root: &DeTable<'_>, text: &str, broken: bool) -> Option<&'static s
     )
 }
 
-/// The format asked for, when it is a whole number at all.
+/// Returns the format of the file, if it is a whole number.
 fn format_of(root: &DeTable<'_>) -> Option<i64> {
     match root.get("format")?.get_ref() {
         DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok(),

@@ -21,11 +21,11 @@ pub struct NoiseTable {
     pub sensors: BTreeMap<String, f64>,
 }
 
-/// What is known of the random force.
+/// Prior knowledge of the random force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum ForceNoise {
-    /// By a word.
+    /// Given by a word.
     Word(ForceWord),
     /// Held: rms by degree of freedom, N or N·m, and `correlation_time`, s.
     Held(BTreeMap<String, f64>),
@@ -41,7 +41,7 @@ pub enum ForceWord {
     None,
 }
 
-/// The key of the correlation time in a force that is held.
+/// Key of the correlation time in a force that is held.
 const CORRELATION_TIME: &str = "correlation_time";
 
 impl NoiseTable {
@@ -50,10 +50,11 @@ impl NoiseTable {
         *self == NoiseTable::default()
     }
 
-    /// The random force as the estimator takes it.
+    /// Returns the random force in the form that the estimator takes.
     ///
     /// # Errors
-    /// The key of a held force that is no degree of freedom, or whose number cannot be, and what would be right.
+    /// The key of a held force that is no degree of freedom or has an impossible number, and what
+    /// would be right.
     pub fn forces(&self) -> Result<Forces, (String, &'static str)> {
         let table = match &self.force {
             None | Some(ForceNoise::Word(ForceWord::Estimate)) => {

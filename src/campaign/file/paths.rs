@@ -1,15 +1,15 @@
-//! Run files: resolved against the campaign's folder, there, and not outside it.
+//! Checks of run files: each must exist and lie in the campaign's folder.
 
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 use super::error::Problem;
 
-/// Refuses a run file that is not there, is no file, or lies outside the campaign's folder.
+/// Refuses a run file that does not exist, is no file, or lies outside the campaign's folder.
 pub(super) fn check(folder: &Path, file: &str, allow_outside: bool) -> Result<(), Problem> {
     let path = folder.join(file);
     let outside = |path: PathBuf| Problem::OutsideFolder { path, folder: folder.to_path_buf() };
-    // first by the letters alone, so that nothing outside is even looked at
+    // first by the text of the path alone, so that nothing outside is even accessed
     if !allow_outside && leaves(Path::new(file)) {
         return Err(outside(path));
     }
@@ -19,7 +19,7 @@ pub(super) fn check(folder: &Path, file: &str, allow_outside: bool) -> Result<()
             kind => Problem::UnreadableFile { path: path.to_path_buf(), kind },
         })
     };
-    // then by where the links lead; `a/../..` through a link ends up elsewhere than its letters say
+    // then by the targets of links: `a/../..` through a link leads elsewhere than its text says
     let real = open(&path)?;
     if !allow_outside && !real.starts_with(open(folder)?) {
         return Err(outside(real));
@@ -27,7 +27,7 @@ pub(super) fn check(folder: &Path, file: &str, allow_outside: bool) -> Result<()
     if real.is_file() { Ok(()) } else { Err(Problem::NotAFile { path }) }
 }
 
-/// Whether the letters of a relative path lead out of where it starts; an absolute path does.
+/// Whether the text of a relative path leads out of its start folder; an absolute path does.
 fn leaves(path: &Path) -> bool {
     let mut depth = 0_usize;
     for component in path.components() {

@@ -1,4 +1,4 @@
-//! Gathers what is wrong with a campaign file, each with its place in the text.
+//! Collection of the errors of a campaign file, each with its place in the text.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use super::error::{CampaignError, CampaignErrors, Location, Problem};
 use super::tree::{Spot, quoted, spots};
 use crate::nearest::nearest;
 
-/// A campaign's text and where every key stands in it.
+/// Text of a campaign, with the place of every key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Source {
     /// The campaign file.
@@ -22,7 +22,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// The keys of a text of TOML.
+    /// Returns the source of a TOML text, with the places of its keys.
     pub fn of(file: &Path, text: &str) -> Source {
         let (root, _) = DeTable::parse_recoverable(text);
         Source { file: file.to_path_buf(), text: text.into(), spots: spots(root.get_ref()) }
@@ -34,14 +34,14 @@ impl Source {
         self.locate(path).or_else(|| self.locate_near(above?))
     }
 
-    /// Where a key's value stands, by its path: `effect[0].formula`, `run[3].where`. `None` for a key that is not in
-    /// the file.
+    /// Returns the place of a key's value by its path: `effect[0].formula`, `run[3].where`. `None`
+    /// for a key that is not in the file.
     pub fn locate(&self, path: &str) -> Option<Location> {
         self.spots.get(path).map(|spot| self.location(spot.value.clone(), spot.key.clone()))
     }
 
-    /// A problem with the value of the key at this path, for rooms that find it later: a formula that cannot be read,
-    /// an effect that cannot stand where it is put.
+    /// Returns the error for the value of the key at this path, for modules that find it later: a
+    /// formula that cannot be read, an effect that cannot be where it is put.
     pub fn error_at(&self, path: &str, problem: Problem) -> CampaignError {
         let location = self.locate(path);
         let value = location.as_ref().and_then(|l| self.excerpt(&l.span));
@@ -59,7 +59,7 @@ impl Source {
         Location { line, column, span, key }
     }
 
-    /// The first line of what stands there, at most 60 characters of it.
+    /// Returns the first line of the text there, at most 60 characters of it.
     fn excerpt(&self, span: &Range<usize>) -> Option<String> {
         let line = self.text.get(span.clone())?.lines().next()?;
         let short: String = line.chars().take(60).collect();
@@ -67,7 +67,7 @@ impl Source {
     }
 }
 
-/// The errors so far.
+/// The errors found so far.
 pub(super) struct Report {
     pub source: Source,
     errors: Vec<CampaignError>,
@@ -79,14 +79,14 @@ impl Report {
         Report { source, errors: Vec::new() }
     }
 
-    /// Notes a problem with the value at a path, or with the nearest table above it that is in the file.
+    /// Adds a problem of the value at a path, or of the nearest table above it that is in the file.
     pub fn at(&mut self, path: &str, problem: Problem) {
         let error = self.source.error_at(path, problem);
         let location = self.source.locate_near(path);
         self.errors.push(CampaignError { location, ..error });
     }
 
-    /// Notes a problem of the file as a whole, told at its first byte.
+    /// Adds a problem of the file as a whole, at its first byte.
     pub fn at_start(&mut self, key: &str, problem: Problem) {
         let location = Some(self.source.location(0..0, 0..0));
         self.errors.push(CampaignError {
@@ -98,7 +98,7 @@ impl Report {
         });
     }
 
-    /// Notes a problem with these bytes of the text.
+    /// Adds a problem of these bytes of the text.
     pub fn at_span(&mut self, span: Range<usize>, problem: Problem) {
         // the innermost entry whose key or value these bytes are in; a header stands for its table
         let within = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
@@ -110,7 +110,7 @@ impl Report {
         self.errors.push(CampaignError { file: self.source.file.clone(), location, key, value, problem });
     }
 
-    /// Notes what serde or the reader of TOML found.
+    /// Adds an error of serde or of the TOML parser.
     pub fn toml(&mut self, error: &toml::de::Error, problem: impl Fn(&str) -> Problem) {
         match error.span() {
             Some(span) => self.at_span(span, problem(error.message())),
@@ -118,7 +118,7 @@ impl Report {
         }
     }
 
-    /// Line of the value at a path.
+    /// Returns the line of the value at a path.
     pub fn line(&self, path: &str) -> usize {
         self.source.locate(path).map_or(0, |l| l.line)
     }
@@ -128,7 +128,8 @@ impl Report {
         self.errors.iter().any(|e| e.key.starts_with(path))
     }
 
-    /// Keeps the first error of every line: of what TOML finds wrong in one, the rest mostly follows from the first.
+    /// Keeps the first error of every line: further errors of the TOML parser in a line mostly
+    /// follow from the first.
     pub fn one_a_line(&mut self) {
         let mut last = 0;
         self.errors.sort_by_key(|e| e.location.as_ref().map_or(0, |l| l.span.start));
@@ -142,7 +143,7 @@ impl Report {
         self.errors.is_empty()
     }
 
-    /// All of it, in the order of the file.
+    /// Returns all errors, in the order of the file.
     pub fn into_errors(self) -> CampaignErrors {
         let Report { source, mut errors } = self;
         errors.sort_by_key(|e| e.location.as_ref().map_or(0, |l| l.span.start));
@@ -153,7 +154,7 @@ impl Report {
     }
 }
 
-/// Says once that several thrusters lack a place or an axis, at the first of them.
+/// Reports only once, at the first of them, that several thrusters lack a position or an axis.
 fn thrusters_as_one(errors: &mut Vec<CampaignError>) {
     let lacks = |e: &CampaignError| {
         let place = matches!(&e.problem, Problem::MissingKey { key, .. } if key == "position" || key == "axis");
@@ -174,7 +175,8 @@ fn thrusters_as_one(errors: &mut Vec<CampaignError>) {
     });
 }
 
-/// What serde says, taken apart. Its wording is stable enough to be its interface: the tests of this room hold it.
+/// Converts a message of serde to a problem. Its wording is stable enough to rely on, and the tests
+/// of this module check it.
 pub(super) fn problem_of(message: &str) -> Problem {
     // every second piece between backticks is a word
     let listed = |message: &str| -> Vec<String> {
@@ -215,7 +217,7 @@ pub(super) fn problem_of(message: &str) -> Problem {
     }
 }
 
-/// What a key that has to be there says.
+/// Returns the purpose of a required key.
 fn purpose(key: &str) -> &'static str {
     match key {
         "dofs" => "the degrees of freedom to model, as in dofs = [\"surge\", \"sway\", \"yaw\"]",
@@ -229,7 +231,7 @@ fn purpose(key: &str) -> &'static str {
     }
 }
 
-/// serde's names of types, in words.
+/// Returns serde's names of types in words.
 fn in_words(expected: &str) -> String {
     let word = match expected {
         "f64" => "a number",

@@ -1,4 +1,4 @@
-//! The `[[run]]` tables: which file holds which experiment, and what part of it is used.
+//! The `[[run]]` tables: the logs of each experiment, and the part of it that is used.
 
 use std::fmt;
 
@@ -34,15 +34,15 @@ pub struct RunTable {
     /// Condition on the channels under which samples are used, such as `abs(theta) > 0.2`.
     #[serde(default, rename = "where", skip_serializing_if = "Option::is_none")]
     pub condition: Option<String>,
-    /// Rate to which the log is resampled, Hz; left as logged when absent.
+    /// Rate to which the log is resampled, Hz; as logged if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resample: Option<f64>,
-    /// Hold of the inputs between samples; that of `[model]` when absent.
+    /// Hold of the inputs between samples; that of `[model]` if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input: Option<Interpolation>,
-    /// Reading options of this run, those of the campaign's `[log]` already taken over where it says nothing; `None`
-    /// when it says nothing at all. On writing, an option without a value (`comment`, an empty `missing_values`) is left
-    /// out, and so comes back as the campaign's `[log]` has it.
+    /// Reading options of this run, including those of the campaign's `[log]` that it does not set
+    /// itself; `None` if it sets none. On writing, an option without a value (`comment`, an empty
+    /// `missing_values`) is left out, and so comes back as the campaign's `[log]` has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log: Option<LogOptions>,
 }
@@ -56,8 +56,8 @@ pub struct RunFile {
     /// Seconds added to its time stamps, to bring them to the clock of the run's first log.
     #[serde(default, skip_serializing_if = "is_default")]
     pub clock_offset: f64,
-    /// Reading options of this log, those of the run already taken over where it says nothing; `None` when it says
-    /// nothing at all.
+    /// Reading options of this log, including those of the run that it does not set itself; `None`
+    /// if it sets none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log: Option<LogOptions>,
 }

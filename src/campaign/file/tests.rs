@@ -9,7 +9,7 @@ use crate::procedure::Align;
 use crate::run::{Role, RunKind};
 use crate::thrust::efficiency::AdvanceSpeed;
 
-/// The least that can be read, on nine lines.
+/// The smallest campaign that can be read, on nine lines.
 const LEAST: &str = "format = 1\n[vehicle]\nname = 'LAURS'\nmass = 189\n[model]\ndofs = ['surge', 'yaw']\n\
     effects = ['inertia', 'linear_drag@surge']\n[[run]]\nfile = 'a.csv'\n";
 
@@ -21,7 +21,7 @@ fn read(text: &str) -> Result<CampaignFile, CampaignErrors> {
     CampaignFile::from_bytes(text.as_bytes(), Path::new("c.toml"), &without_files())
 }
 
-/// `line:column: key: what` of everything that is wrong.
+/// Returns `line:column: key: what` of every error.
 fn wrong(text: &str) -> Vec<String> {
     let errors = read(text).unwrap_err();
     assert!(!errors.errors.is_empty());
@@ -153,7 +153,8 @@ fn formulas_keep_their_place() {
     assert_eq!(error.value.as_deref(), Some("\"abs(theta) > 0.2\""));
 }
 
-/// In [`LEAST`], `old` replaced by `new` is wrong, and this is all that is told.
+/// Checks that [`LEAST`] with `old` replaced by `new` is wrong, and that this is all that is
+/// reported.
 #[track_caller]
 fn refused(old: &str, new: &str, told: &[&str]) {
     assert!(LEAST.contains(old), "{old}");

@@ -1,8 +1,9 @@
-//! From text to tables, without stopping at the first thing that is wrong.
+//! Conversion of the text to tables, without stopping at the first error.
 //!
-//! The text becomes a tree that knows the bytes of every key and value. The tree is read into tables by serde; where
-//! that fails, the entry at fault is noted and cut off, and the rest is read again. What is left in the tree at the
-//! end is what the tables hold, so an index into either is one into both.
+//! The text becomes a tree that knows the bytes of every key and value. Serde reads the tree into
+//! tables; if that fails, the faulty entry is noted and cut off, and the rest is read again. What
+//! is left in the tree at the end is what the tables hold, so that an index into either is one into
+//! both.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -24,12 +25,12 @@ fn contains(outer: &Range<usize>, inner: &Range<usize>) -> bool {
     outer.start <= inner.start && inner.end <= outer.end
 }
 
-/// Reads the tree into tables; what cannot be read is cut off the tree and told in the errors. `None` when cutting
-/// did not help.
+/// Reads the tree into tables. What cannot be read is cut off the tree and reported in the errors.
+/// `None` if cutting does not help.
 pub(super) fn read<T: DeserializeOwned>(root: &mut Spanned<DeTable<'_>>) -> (Option<T>, Vec<Error>) {
     let (whole, mut errors) = (root.get_ref().clone(), Vec::<Error>::new());
     let mut told = BTreeSet::new();
-    // an option of [log] is found wrong again in each run that takes it over: told once, cut everywhere
+    // an option of [log] is wrong again in each run that inherits it: reported once, cut everywhere
     while errors.len() <= CampaignErrors::MOST {
         let error = match T::deserialize(toml::Deserializer::from(root.clone())) {
             Ok(tables) => return (Some(tables), errors),
@@ -51,13 +52,14 @@ pub(super) fn read<T: DeserializeOwned>(root: &mut Spanned<DeTable<'_>>) -> (Opt
     (None, errors)
 }
 
-/// The word in backticks after `start`, where the message starts so.
+/// Returns the word in backticks after `start`, if the message begins with it.
 pub(super) fn quoted<'m>(message: &'m str, start: &str) -> Option<&'m str> {
     let rest = message.strip_prefix(start)?.trim_start().strip_prefix('`')?;
     rest.split_once('`').map(|(word, _)| word)
 }
 
-/// Cuts off the innermost entry whose key or value holds these bytes; whether there was one.
+/// Cuts off the innermost entry whose key or value holds these bytes; returns whether there was
+/// one.
 fn cut(table: &mut DeTable<'_>, span: &Range<usize>) -> bool {
     if table.iter_mut().any(|(_, value)| cut_below(value.get_mut(), span)) {
         return true;
@@ -89,7 +91,7 @@ fn cut_below(value: &mut DeValue<'_>, span: &Range<usize>) -> bool {
     }
 }
 
-/// The innermost table whose value has exactly these bytes.
+/// Returns the innermost table whose value has exactly these bytes.
 fn table_at<'t, 'i>(table: &'t DeTable<'i>, span: &Range<usize>) -> Option<&'t DeTable<'i>> {
     fn below<'t, 'i>(value: &'t Spanned<DeValue<'i>>, span: &Range<usize>) -> Option<&'t DeTable<'i>> {
         match value.get_ref() {
@@ -101,7 +103,7 @@ fn table_at<'t, 'i>(table: &'t DeTable<'i>, span: &Range<usize>) -> Option<&'t D
     table.values().find_map(|value| below(value, span))
 }
 
-/// The bytes of every entry by its path, `run[2].kind`.
+/// Returns the bytes of every entry by its path, `run[2].kind`.
 pub(super) fn spots(root: &DeTable<'_>) -> BTreeMap<String, Spot> {
     let mut spots = BTreeMap::new();
     walk(root, "", &mut |path, spot, _| {
@@ -137,8 +139,8 @@ fn walk_value<'i>(
     }
 }
 
-/// Gives every run with a `log` of its own the options of the campaign's `[log]` that it does not set itself, and every
-/// file of a run with one those of the run.
+/// Gives every run with a `log` of its own the options of the campaign's `[log]` that it does not
+/// set itself, and every file with a `log` of its own those of its run.
 pub(super) fn inherit_log(root: &mut DeTable<'_>) {
     let common = match root.get("log").map(Spanned::get_ref) {
         Some(DeValue::Table(common)) => Some(common.clone()),
@@ -164,7 +166,8 @@ pub(super) fn inherit_log(root: &mut DeTable<'_>) {
     }
 }
 
-/// Overlays the `log` of a table on that of what it belongs to; what then holds there.
+/// Merges the `log` of a table with that of the level above; returns the options that then hold
+/// there.
 fn inherited<'i>(table: &mut DeTable<'i>, common: Option<&DeTable<'i>>) -> Option<DeTable<'i>> {
     match (table.get_mut("log").map(Spanned::get_mut), common) {
         (Some(DeValue::Table(own)), Some(common)) => {
@@ -176,7 +179,7 @@ fn inherited<'i>(table: &mut DeTable<'i>, common: Option<&DeTable<'i>>) -> Optio
     }
 }
 
-/// Adds what `own` lacks; `columns` is joined column by column.
+/// Adds what `own` lacks; `columns` is merged column by column.
 fn overlay<'i>(own: &mut DeTable<'i>, common: &DeTable<'i>) {
     for (key, value) in common {
         match (own.get_mut(key).map(Spanned::get_mut), value.get_ref()) {

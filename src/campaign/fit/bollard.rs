@@ -13,8 +13,8 @@ use crate::procedure::interaction_losses;
 use crate::run::{Role, RunKind};
 use crate::thrust::interaction::Interaction;
 
-/// The campaign under the losses that its bollard runs show beside those that it states, and what there is to say of them;
-/// `None` where they show none, or where the model finds a loss of its own.
+/// Returns the campaign with the losses that its bollard runs show in addition to those it states,
+/// and the finding; `None` if they show none, or if the model estimates a loss itself.
 pub(super) fn losses(campaign: &Campaign) -> Option<(Campaign, Finding)> {
     let bollard = campaign.runs.iter().any(|run| run.role == Role::Train && run.kind == RunKind::Bollard);
     let free = |p: &usize| campaign.model.parameters[*p].effect == id::THRUST_INTERACTION_LOSS;
@@ -22,7 +22,7 @@ pub(super) fn losses(campaign: &Campaign) -> Option<(Campaign, Finding)> {
         return None;
     }
     let options = &campaign.file.stage;
-    // what the bollard runs lack is told where they are left out
+    // what the bollard runs lack is reported where they are left out
     let losses = interaction_losses(&campaign.nominal_runs(), &campaign.model, campaign.bench(), options).ok()?;
     let stated = &campaign.file.efficiency.eta_inter.0;
     let found: Vec<String> = losses.eta_inter.0.iter().filter(|entry| !stated.contains(entry)).map(told).collect();
@@ -33,7 +33,7 @@ pub(super) fn losses(campaign: &Campaign) -> Option<(Campaign, Finding)> {
     Some((campaign.under(&losses), Finding::new(&codes::LOSSES_OF_BOLLARD, text)))
 }
 
-/// One loss with its deviation.
+/// Describes one loss with its deviation.
 fn told(entry: &Interaction) -> String {
     let std = entry.std.map(|std| format!(" ± {}", short(std, 2))).unwrap_or_default();
     format!("η_inter = {:.3}{std} in {}", entry.value, entry.dof)

@@ -1,4 +1,4 @@
-//! The fit by filter error, in the form of all fits.
+//! The fit by filter error, in the common form of fits.
 
 use std::collections::BTreeMap;
 
@@ -27,11 +27,11 @@ use crate::progress::tell;
 use crate::run::{Role, Run};
 use crate::wording::p_value;
 
-/// What is said of a model whose predictions have no value any more.
+/// Verdict on a model whose predictions have lost all value.
 const RUNS_AWAY: &str = "Do not use these numbers: 8 s ahead the model runs away from where the vehicle was; \
                          `hydrosysid check` may say why.";
 
-/// How the campaign asks for it.
+/// Returns the options that the campaign asks for.
 pub(in crate::campaign) fn options(campaign: &Campaign) -> FilterErrorOptions {
     FilterErrorOptions {
         base: campaign.options.output_error.clone(),
@@ -71,7 +71,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         erring = errs(&with_all_open(&fitted, &model, &forecasts, at, campaign.options.seed)?);
     }
     let lacking = match fitted.converged && !lost {
-        // a log in which the catalogue cannot be asked is told of by `discover`, and is fitted all the same
+        // if the catalogue cannot be tried on a log, `discover` reports it, and the fit stands
         true => lacking(&fitted, runs, &campaign.candidates, &options, &discover::options(campaign)).unwrap_or(None),
         false => None,
     };
@@ -88,7 +88,8 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
         )
     })?;
     widen(&mut covariance, &mut fitted.model, carried.iter().flatten());
-    // where the curves of the thrusters are open, what does something to the commands is that, and is among the deviations already
+    // if thruster curves are uncertain, a missing effect of the actuators is taken for their error,
+    // which the deviations include already
     let unknown = lacking.as_ref().filter(|lacking| carried.is_none() || lacking.family != Family::Actuator);
     let included = |what: &str| match unknown {
         Some(_) => format!(", and their deviations include how far {what} would move them"),
@@ -117,9 +118,9 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     if std_paper.iter().all(Option::is_none) {
         warnings.push(Finding::new(&codes::NOT_AT_START, codes::NOT_AT_START.meaning));
     }
-    // what the data tells apart, whatever else moves the parameters
+    // what the data separates, whatever else moves the parameters
     let identifiability = of_covariance(&fitted.model, &covariance, runs, &mut warnings);
-    // an inertia that the data tells by itself, and does not with the effect
+    // inertias that the data determines by itself, but not if the missing effect moves them
     let told_by_data = untold_inertias(&fitted.model).is_empty();
     if let Some(unknown) = unknown {
         widen(&mut covariance, &mut fitted.model, unknown.covariance().iter());
@@ -147,7 +148,7 @@ pub(super) fn by_filter_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     })
 }
 
-/// Adds to a covariance what else is uncertain, and to the deviations of the model.
+/// Adds further uncertainty to a covariance and to the deviations of the model.
 fn widen<'a>(covariance: &mut [Vec<f64>], model: &mut Model, more: impl Iterator<Item = &'a Vec<f64>>) {
     for (i, row) in more.enumerate() {
         covariance[i].iter_mut().zip(row).for_each(|(entry, more)| *entry += more);
@@ -156,12 +157,13 @@ fn widen<'a>(covariance: &mut [Vec<f64>], model: &mut Model, more: impl Iterator
     }
 }
 
-/// Runs of free motion that take no part.
+/// Returns the held-out runs of free motion.
 fn others(campaign: &Campaign) -> Vec<Run> {
     campaign.motion(Some(Role::Validate))
 }
 
-/// The runs that took no part, made ready with all parameters held; the training runs where there are none.
+/// Returns the held-out runs, prepared for the filter with all parameters held; the training runs
+/// if there are none.
 pub(in crate::campaign) fn held_out(
     campaign: &Campaign,
     fitted: &FilterErrorFit,
@@ -172,7 +174,8 @@ pub(in crate::campaign) fn held_out(
         return Ok((fitted.filtered.clone(), fitted.model.clone()));
     }
     let model = match fitted.on_others(&others, options) {
-        // no values of its own are to be had where the model runs away, and how far is to be told
+        // where the model runs away there are no values of the runs' own, and how far it runs must
+        // be reported
         Err(OutputErrorError::Diverges { .. }) => {
             let mut mean = noise::with_parameters_fixed(&fitted.model);
             mean.parameters.iter_mut().for_each(|p| p.per_run.clear());
@@ -184,7 +187,8 @@ pub(in crate::campaign) fn held_out(
     Ok((Filtered::begun(&model, &others, (&noise, fitted.limit), &options.base)?, model))
 }
 
-/// Says of which parameters a run that took no part has values of its own, and where they come from.
+/// Returns the finding about parameters that have their own values in held-out runs, and where
+/// these come from.
 fn own_values(campaign: &Campaign, model: &Model) -> Option<Finding> {
     let own: Vec<&str> = model.parameters.iter().filter(|p| !p.per_run.is_empty()).map(|p| &*p.spec.name).collect();
     if own.is_empty() || !campaign.validates() {
@@ -197,7 +201,7 @@ fn own_values(campaign: &Campaign, model: &Model) -> Option<Finding> {
     Some(Finding::new(&codes::OWN_VALUES, text))
 }
 
-/// Covariance in the order of the model's parameters.
+/// Returns the covariance in the order of the model's parameters.
 fn in_model_order(fitted: &FilterErrorFit) -> Vec<Vec<f64>> {
     let unknowns = &fitted.filtered.problem.unknowns;
     let (count, p) = (fitted.model.parameters.len(), unknowns.len());
@@ -214,7 +218,7 @@ fn in_model_order(fitted: &FilterErrorFit) -> Vec<Vec<f64>> {
     covariance
 }
 
-/// One entry a degree of freedom, with the root mean square of its innovations.
+/// Returns one entry per degree of freedom, with the root mean square of its innovations.
 fn stages(
     fitted: &FilterErrorFit,
     forecasts: &[Forecast],
@@ -241,7 +245,8 @@ fn stages(
         .collect()
 }
 
-/// The verdict in words: whether the model lacks an effect, and `bent` are the inertias that are not known because of it.
+/// Returns the verdict: `lacks` says whether the model lacks an effect, and `bent` are the inertias
+/// that are uncertain because of it.
 fn sentence(
     fitted: &FilterErrorFit,
     found: &noise::Noise,

@@ -1,4 +1,4 @@
-//! What there is to say about estimates.
+//! Findings about estimates.
 
 use super::super::codes;
 use crate::effects::id;
@@ -7,20 +7,23 @@ use crate::model::{Model, Parameter};
 use crate::vehicle::Vehicle;
 use crate::wording::measured;
 
-/// Virtual mass over dry mass that no vehicle has: a flat plate that moves broadside drags some four times its own along.
+/// Ratio of virtual to dry mass that no vehicle exceeds: a flat plate that moves broadside has an
+/// added mass of about four times its own mass.
 const MOST_TIMES_DRY: f64 = 6.0;
 
-/// The dry mass, kg, where `p` is an inertia of a translation, which cannot be below it: added mass is not negative.
+/// Returns the dry mass, kg, if `p` is an inertia of a translation, which cannot be below it: added
+/// mass is not negative.
 pub(in crate::campaign) fn dry_mass(p: &Parameter, vehicle: &Vehicle) -> Option<f64> {
     vehicle.mass.filter(|_| p.effect == id::INERTIA && p.place.dof.is_some_and(|dof| !dof.is_rotation()))
 }
 
-/// Whether an estimate lies below `least` by more than two deviations.
+/// Whether an estimate lies below `least` by more than two standard deviations.
 pub(in crate::campaign) fn is_below(p: &Parameter, least: f64) -> bool {
     p.value < least - 2.0 * p.std.unwrap_or(0.0)
 }
 
-/// Says what cannot be, stands at a bound, or is hardly seen. A deviation of a fit that did not converge is marked as one.
+/// Adds findings about estimates that are impossible, at a bound, or hardly determined. If the fit
+/// did not converge, the text says so.
 pub(super) fn judge(model: &Model, vehicle: &Vehicle, converged: bool, warnings: &mut Vec<Finding>) {
     let mark = if converged { "" } else { " (not converged)" };
     for p in model.parameters.iter().filter(|p| !p.fixed) {

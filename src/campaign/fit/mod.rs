@@ -1,4 +1,4 @@
-//! The verb `fit`: parameters from the training runs, with what is needed to believe them or not.
+//! The verb `fit`: parameters from the training runs, with what is needed to judge them.
 
 mod bollard;
 pub(in crate::campaign) mod filter_error;
@@ -39,24 +39,24 @@ use crate::run::{Role, Run, RunKind};
 use crate::thrust::efficiency::Efficiency;
 use crate::wording::listed;
 
-/// Options of the verb.
+/// Options of the fit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FitOptions {
-    /// The estimator; that of the campaign, else the one that suits its runs, when absent.
+    /// The estimator; if absent, that of the campaign, otherwise the one that suits its runs.
     pub estimator: Option<Estimator>,
 }
 
 impl FitOptions {
-    /// The estimator by which `campaign` is fitted and refitted.
+    /// Returns the estimator by which `campaign` is fitted and refitted.
     pub fn estimator_for(self, campaign: &Campaign) -> Estimator {
         self.estimator.or(campaign.options.estimator).unwrap_or_else(|| suitable(campaign))
     }
 }
 
-/// What an estimator hands over before it is put into one form.
+/// Result of an estimator, before it is brought into the common form.
 pub(super) struct Raw {
     pub model: Model,
-    /// The model on the runs of free motion that took no part, with the values that it has in each of them.
+    /// The model with its values in the held-out runs of free motion.
     pub elsewhere: Option<Model>,
     pub std_method: String,
     pub covariance: Vec<Vec<f64>>,
@@ -69,14 +69,14 @@ pub(super) struct Raw {
     pub converged: bool,
     pub sentence: Option<String>,
     pub warnings: Vec<Finding>,
-    /// Codes of what was found in the campaign and is refuted by the fit.
+    /// Codes of findings of the campaign that the fit refutes.
     pub refuted: Vec<&'static str>,
 }
 
 /// Fits the free parameters of the campaign's model to its training runs.
 ///
 /// # Errors
-/// [`Error`] when there is no run to fit or the data does not determine the parameters.
+/// [`Error`] if there is no run to fit or the data does not determine the parameters.
 pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     let estimator = options.estimator_for(campaign);
     if estimator == Estimator::Staged {
@@ -88,7 +88,7 @@ pub fn fit(campaign: &Campaign, options: FitOptions) -> Result<Fit, Error> {
     }
 }
 
-/// The fit by `estimator`; `losses` says which losses of thrust bollard runs have told it.
+/// Fits by `estimator`; `losses` states the losses of thrust that bollard runs have shown.
 fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) -> Result<Fit, Error> {
     campaign.refuse_bench_alone()?;
     let runs: Vec<Run> = match estimator {
@@ -105,7 +105,7 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
         return Err(Error::Refused { findings: vec![Finding::new(&codes::NO_TRAINING, text)] });
     }
     if estimator != Estimator::Staged {
-        // the staged procedure asks of each of its stages what that is about
+        // a stage of the staged procedure estimates only what its own runs are about
         unexcited::refuse(campaign, &runs)?;
     }
     tell(format!("fitting by {}", estimator.name().replace('_', " ")), 0, 0);
@@ -146,21 +146,22 @@ fn fitted(campaign: &Campaign, estimator: Estimator, losses: Option<Finding>) ->
     Ok(assembled(raw, campaign, estimator, envelope, instruments(campaign, &runs)))
 }
 
-/// Of what the sensors of the log contradict each other, or the thrusters as they are placed.
+/// Describes how the sensors of the log contradict each other, or how the thrusters are misplaced.
 fn contradiction(campaign: &Campaign) -> Option<String> {
     let faults = log_faults::faults(&campaign.motion(None), &campaign.model);
     let told: Vec<String> = faults.iter().map(ToString::to_string).chain(log_faults::misplaced(campaign)).collect();
     (!told.is_empty()).then(|| format!("the log contradicts itself: {}", told.join("; ")))
 }
 
-/// Says of what the log contradicts itself.
+/// Adds the finding that the log contradicts itself, if it does.
 fn contradicted(campaign: &Campaign, raw: &mut Raw) {
     let Some(text) = contradiction(campaign) else { return };
     raw.sentence = Some(format!("Do not use these numbers: {text}."));
     raw.warnings.push(Finding::new(&codes::CONTRADICTED, text));
 }
 
-/// A fit that finds no vehicle, of a log that contradicts itself: that is why.
+/// Replaces the error of a fit, unless it is a usage error, by the contradiction in the log, if
+/// there is one: that is the cause.
 fn because_contradicted(campaign: &Campaign, error: Error) -> Error {
     if error.is_wrong_use() {
         return error;
@@ -174,7 +175,8 @@ fn because_contradicted(campaign: &Campaign, error: Error) -> Error {
     }
 }
 
-/// A fit that finds nothing determined, where no force is known absolutely: that is why, whatever the estimator says.
+/// Replaces the error of a fit, unless it is a usage error or a refusal, by the finding that no
+/// force is known absolutely, if there is one: that is the cause, whatever the estimator says.
 fn because_scale(campaign: &Campaign, error: Error) -> Error {
     let scale = campaign.findings.iter().find(|finding| finding.code == codes::NO_SCALE.code);
     match scale {
@@ -185,7 +187,7 @@ fn because_scale(campaign: &Campaign, error: Error) -> Error {
     }
 }
 
-/// The result in its one form, with what there is to say about it.
+/// Brings the result into the common form, with all findings about it.
 pub(super) fn assembled(
     mut raw: Raw,
     campaign: &Campaign,
@@ -226,15 +228,16 @@ pub(super) fn assembled(
     }
 }
 
-/// Whether to believe the fit: what its estimator says, after what bends its numbers whatever that says.
+/// Returns the verdict on the fit: what its estimator says, after what distorts its numbers in any
+/// case.
 fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: Option<String>) -> String {
     let rest = of_estimator.unwrap_or_else(|| told(estimator, converged));
-    // at its neutral value an effect is absent, and bends nothing
+    // an effect at its neutral value is absent and distorts nothing
     let absent = |p: &Parameter| (p.value - p.spec.neutral).abs() <= 0.0;
     let cut_off =
         |p: &&Parameter| !p.fixed && !p.spec.is_linear() && !absent(p) && (p.value <= p.min || p.value >= p.max);
     let untold = untold_inertias(model);
-    // what is worse has been said by who knows more of it
+    // a worse verdict has been given already, with more knowledge of the cause
     if converged && !untold.is_empty() && !rest.starts_with("Do not use") {
         let dofs: Vec<&str> = untold.iter().map(|p| p.place.dof.map_or("", Dof::name)).collect();
         return format!(
@@ -257,7 +260,7 @@ fn sentence(estimator: Estimator, model: &Model, converged: bool, of_estimator: 
     }
 }
 
-/// `m_u (144 ± 49 kg) and I_r (13.8 ± 3.6 kg*m2)`.
+/// Lists parameters with their deviations: `m_u (144 ± 49 kg) and I_r (13.8 ± 3.6 kg*m2)`.
 fn with_deviations(parameters: &[&Parameter]) -> String {
     let one = |p: &&Parameter| {
         let (value, std) = (short(p.value, 3), short(p.std.unwrap_or(0.0), 2));
@@ -266,7 +269,8 @@ fn with_deviations(parameters: &[&Parameter]) -> String {
     listed(&parameters.iter().map(one).collect::<Vec<_>>())
 }
 
-/// Free inertias of which the data tells less than half of their size, at 95 %: a simulation or a controller divides by them.
+/// Returns the free inertias whose 95 % interval is wider than ± half of their value: a simulation
+/// or a controller divides by them.
 fn untold_inertias(model: &Model) -> Vec<&Parameter> {
     let own = model.dofs.iter().filter_map(|dof| model.inertia(*dof)).map(|p| &model.parameters[p]);
     let wide = |p: &&Parameter| p.std.is_some_and(|std| 1.96 * std > 0.5 * p.value.abs());
@@ -279,7 +283,7 @@ fn is_untouched(model: &Model) -> bool {
     free.peek().is_some() && free.all(|p| p.std.is_none())
 }
 
-/// The kinds of the runs that are there, and those that the estimator would use.
+/// Describes the kinds of the given runs, and those that the estimator would use.
 fn of_other_kinds(estimator: Estimator, runs: &[Run]) -> String {
     let mut kinds: Vec<&str> = runs.iter().map(|run| run.kind.name()).collect();
     kinds.sort_unstable();
@@ -294,7 +298,7 @@ fn of_other_kinds(estimator: Estimator, runs: &[Run]) -> String {
     )
 }
 
-/// What there is to say of a fit whose estimator says nothing of its noise.
+/// Returns the verdict on a fit whose estimator says nothing about its noise.
 fn told(estimator: Estimator, converged: bool) -> String {
     let name = estimator.name().replace('_', " ");
     match converged {
@@ -306,7 +310,7 @@ fn told(estimator: Estimator, converged: bool) -> String {
     }
 }
 
-/// Noise and rate of what the runs of free motion log and the model predicts.
+/// Returns noise and rate of the channels that the runs of free motion log and the model predicts.
 fn instruments(campaign: &Campaign, runs: &[Run]) -> Instruments {
     let moving: Vec<Run> = runs.iter().filter(|run| moves(run.kind)).cloned().collect();
     let Ok(problem) = Problem::new(&campaign.model, &moving, &campaign.options.output_error) else {
@@ -326,7 +330,8 @@ fn instruments(campaign: &Campaign, runs: &[Run]) -> Instruments {
         .collect()
 }
 
-/// The staged and the all-at-once fit with filters of several windows and degrees, and without.
+/// Fits by the staged and the all-at-once procedure with filters of several windows and degrees,
+/// and without a filter.
 ///
 /// # Errors
 /// As the staged procedure.
@@ -335,8 +340,8 @@ pub fn filters(campaign: &Campaign) -> Result<Vec<Setting>, Error> {
     Ok(filter_table(&nominal, &campaign.model, campaign.bench(), &campaign.file.stage, &usual_filters())?)
 }
 
-/// Load cells can be read by the staged procedure alone, which needs the drag from runs at constant speed; everything else
-/// is best fitted by filter error.
+/// Returns the estimator that suits the runs. Only the staged procedure can read load cells, and it
+/// needs the drag from runs at constant speed; everything else is best fitted by filter error.
 fn suitable(campaign: &Campaign) -> Estimator {
     let training = || campaign.runs.iter().filter(|run| run.role == Role::Train);
     let cells = training().any(|run| matches!(run.kind, RunKind::Bollard | RunKind::Towing));
@@ -347,8 +352,8 @@ fn suitable(campaign: &Campaign) -> Estimator {
     }
 }
 
-/// Values per run by the index of the run in the campaign: a run that took no part has those of `elsewhere`, or else the mean of
-/// those that did.
+/// Orders values per run by the index of the run in the campaign: a run that took no part has those
+/// of `elsewhere`, otherwise the mean of those that did.
 fn place_runs(model: &mut Model, campaign: &Campaign, used: &[Run], elsewhere: Option<&Model>) {
     let others = campaign.motion(Some(Role::Validate));
     for (k, p) in model.parameters.iter_mut().enumerate().filter(|(_, p)| !p.per_run.is_empty()) {

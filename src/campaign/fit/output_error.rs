@@ -1,4 +1,4 @@
-//! The fit by output error, in the form of all fits.
+//! The fit by output error, in the common form of fits.
 
 use super::super::codes;
 use super::super::discover;
@@ -20,8 +20,9 @@ use crate::model::Model;
 use crate::progress::tell;
 use crate::run::Run;
 
-/// A start near enough where a time constant or another shape is sought, which no regression tells: where filter error
-/// arrives, which expects to be wrong and so finds its way from further off.
+/// Returns a start that is near enough if a time constant or another shape is sought, which no
+/// regression gives: the result of filter error, which allows for model errors and so converges
+/// from further away.
 fn near(start: Model, runs: &[Run], base: &OutputErrorOptions) -> Model {
     if start.parameters.iter().all(|p| p.fixed || p.spec.is_linear()) {
         return start;
@@ -93,10 +94,11 @@ pub(super) fn by_output_error(campaign: &Campaign, runs: &[Run]) -> Result<Raw, 
     })
 }
 
-/// Disagreement over noise of the sensor from which on a model lacks something, whatever else is said of it.
+/// Ratio of the residual to the noise of the sensor above which a model lacks something, whatever
+/// else is said of it.
 const FAR: f64 = 3.0;
 
-/// Says that the model is far from the data it was fitted to.
+/// Returns the finding that the model is far from the data to which it was fitted, if it is.
 fn far_above_noise(fitted: &OutputErrorFit) -> Option<Finding> {
     let times = fitted.times_noise();
     let outputs = fitted.problem.dynamics.outputs.iter().zip(times);
@@ -109,7 +111,7 @@ fn far_above_noise(fitted: &OutputErrorFit) -> Option<Finding> {
     (!far.is_empty()).then(|| Finding::new(&codes::MORE_MISSING, text))
 }
 
-/// Adds to the covariance of the unknowns, and to the deviations shown with the model.
+/// Adds to the covariance of the unknowns, and to the deviations of the model's parameters.
 fn widen(fitted: &mut OutputErrorFit, carried: &[Vec<f64>]) {
     let p = fitted.problem.unknowns.len();
     for (k, more) in carried.iter().flatten().enumerate() {
@@ -117,7 +119,7 @@ fn widen(fitted: &mut OutputErrorFit, carried: &[Vec<f64>]) {
     }
     for (k, unknown) in fitted.problem.unknowns.iter().enumerate() {
         let std = &mut fitted.model.parameters[unknown.parameter].std;
-        // of a parameter per run the largest is shown
+        // for a parameter per run the largest deviation is shown
         let other = if unknown.run.is_some_and(|r| r > 0) { std.unwrap_or(0.0) } else { 0.0 };
         *std = Some(fitted.covariance[k * p + k].max(0.0).sqrt().max(other));
     }

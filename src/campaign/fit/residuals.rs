@@ -1,4 +1,4 @@
-//! What a fit leaves of its runs, as its estimator sees it.
+//! Residuals of a fit, as its estimator defines them.
 //!
 //! ```text
 //! filter error    measured − predicted one sample ahead          unit of the channel
@@ -13,22 +13,22 @@ use crate::model::Model;
 use crate::navigation::upright;
 use crate::run::Run;
 
-/// Residuals of one run in one channel, or of fits by rows in one degree of freedom.
+/// Residuals of one run in one channel, or for fits by rows in one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     /// Name of the run.
     pub run: String,
-    /// The channel, `u`; of fits by rows the degree of freedom, `surge`.
+    /// The channel, `u`; for fits by rows the degree of freedom, `surge`.
     pub channel: String,
     /// Time stamps, s; of a row, its end.
     pub time: Vec<f64>,
     /// Residuals, SI.
     pub values: Vec<f64>,
-    /// Deviation that the filter expects of each; empty where the estimator expects none.
+    /// Standard deviation that the filter expects of each; empty if the estimator expects none.
     pub std: Vec<f64>,
 }
 
-/// The innovations of a fit by filter error, as its forecast of its own runs has them.
+/// Returns the innovations of a fit by filter error, from its forecast of its own runs.
 pub(super) fn innovations(fitted: &FilterErrorFit, forecasts: &[Forecast]) -> Vec<Residuals> {
     let mut all = Vec::new();
     for forecast in forecasts {
@@ -45,7 +45,7 @@ pub(super) fn innovations(fitted: &FilterErrorFit, forecasts: &[Forecast]) -> Ve
     all
 }
 
-/// Measured less simulated of a fit by output error.
+/// Returns measured minus simulated values of a fit by output error.
 pub(super) fn output_errors(fitted: &OutputErrorFit) -> Vec<Residuals> {
     let problem = &fitted.problem;
     let predicted = problem.predicted(&fitted.model, &fitted.initial_states);
@@ -66,7 +66,7 @@ pub(super) fn output_errors(fitted: &OutputErrorFit) -> Vec<Residuals> {
     all
 }
 
-/// What is left of the rows of integral least squares.
+/// Returns the residuals of the rows of integral least squares.
 pub(super) fn of_rows(model: &Model, runs: &[&Run], options: IntegralOptions) -> Vec<Residuals> {
     let mut all = Vec::new();
     for dof in &model.dofs {
@@ -92,7 +92,8 @@ pub(super) fn of_rows(model: &Model, runs: &[&Run], options: IntegralOptions) ->
     all
 }
 
-/// The residuals of this run and channel, begun where there are none yet: a run with gaps has several stretches.
+/// Returns the residuals of this run and channel, new if there are none yet: a run with gaps has
+/// several stretches.
 fn of<'a>(all: &'a mut Vec<Residuals>, run: &str, channel: &str) -> &'a mut Residuals {
     let channel = upright::instrument_of(channel).unwrap_or(channel);
     let at = all.iter().position(|r| r.run == run && r.channel == channel).unwrap_or_else(|| {

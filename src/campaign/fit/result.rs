@@ -1,4 +1,4 @@
-//! What the verb `fit` hands back: plain data, as in `fit --json`.
+//! The result of the verb `fit`: plain data, as in `fit --json`.
 
 use std::collections::BTreeMap;
 
@@ -31,42 +31,44 @@ use crate::wording::by_run;
 pub struct Fit {
     /// Format of the result: 1.
     pub format: u32,
-    /// The verdict in words.
+    /// The verdict.
     pub sentence: String,
     /// Whether the estimator reached its maximum.
     pub converged: bool,
     /// Parameters, in the order of the model.
     pub parameters: Vec<FitParameter>,
-    /// What estimated them.
+    /// The estimator.
     pub estimator: Estimator,
-    /// How `std` was found.
+    /// Method of `std`.
     pub std_method: String,
     /// Covariance in the order of `parameters`, SI; 0 for those that were held.
     pub covariance: Vec<Vec<f64>>,
-    /// Fits of which it is made.
+    /// Fits that it consists of.
     pub stages: Vec<FitStage>,
-    /// Curves of thrusters that were found from bollard tables.
+    /// Thruster curves that were fitted to bollard tables.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<FittedCurve>,
-    /// Random force, noise of the sensors, and how predictions err; of filter error alone.
+    /// Random force, sensor noise and prediction errors; of filter error only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
-    /// What the data can tell and what it cannot; not of a streamed fit.
+    /// What the data can determine and what it cannot; absent for a streamed fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,
-    /// How the estimates move with window and degree of a polynomial filter, where [`filters`](super::filters) was asked.
+    /// Dependence of the estimates on window and degree of a polynomial filter, if
+    /// [`filters`](super::filters) was called.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<Setting>,
-    /// What there is to say.
+    /// Findings for the user.
     pub warnings: Vec<Finding>,
-    /// What it leaves of the training runs; none of the staged procedure, each of whose stages has rows of its own, and of
-    /// a streamed fit.
+    /// Residuals of the training runs; none for the staged procedure, whose stages have rows of
+    /// their own, and for a streamed fit.
     #[serde(skip)]
     pub residuals: Vec<Residuals>,
     /// The model with the estimates in place.
     #[serde(skip)]
     pub model: Model,
-    /// Losses of thrust that the values go with: those of the campaign, and what bollard runs have shown.
+    /// Losses of thrust for which the values hold: those of the campaign, and those that bollard
+    /// runs have shown.
     #[serde(skip)]
     pub efficiency: Efficiency,
     /// Speeds, angles, forces and amplitudes of the runs that took part.
@@ -78,23 +80,24 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The noise as a model file carries it.
+    /// Returns the noise for a model file.
     pub fn model_noise(&self) -> Option<ModelNoise> {
         self.noise.as_ref().map(ModelNoise::from)
     }
 
-    /// Whether nothing moves in the runs of the fit, so that its numbers are made of noise.
+    /// Whether nothing moves in the runs of the fit, so that its numbers come from noise.
     pub fn is_at_rest(&self) -> bool {
         self.warnings.iter().any(|w| w.code == AT_REST.code)
     }
 
-    /// Whether the thrusters, as they are placed, push the wrong way (M142): the campaign is wrong, and no effect is missing.
+    /// Whether the thrusters, as they are placed, push the wrong way (M142): the campaign is wrong,
+    /// and no effect is missing.
     pub fn is_misplaced(&self) -> bool {
         self.warnings.iter().any(|w| w.code == codes::CONTRADICTED.code && w.message.contains(MISPLACED))
     }
 
-    /// Whether something seems to be missing: predictions err by more than they should, innovations follow an effect, or the
-    /// random force is more than water makes.
+    /// Whether an effect may be missing: predictions err more than they should, innovations follow
+    /// an effect, the log contradicts itself, or the random force is more than turbulence.
     pub fn may_lack(&self) -> bool {
         let pushed = self.noise.as_ref().is_some_and(Noise::is_more_than_turbulence);
         let asks = [codes::MORE_MISSING.code, codes::LACKING.code, codes::CONTRADICTED.code];
@@ -107,7 +110,7 @@ impl Fit {
 pub struct FitParameter {
     /// Id of the effect.
     pub effect: String,
-    /// Degree of freedom in whose balance it stands; `null` for the whole vehicle.
+    /// Degree of freedom of its balance; `null` for the whole vehicle.
     pub dof: Option<Dof>,
     /// The other degree of freedom of a coupling.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,25 +119,27 @@ pub struct FitParameter {
     pub name: String,
     /// Value, SI.
     pub value: f64,
-    /// Standard deviation, SI; 0 for one that was held.
+    /// Standard deviation, SI; 0 if it was held.
     pub std: Option<f64>,
-    /// Standard deviation by the paper's (14), SI; `null` where no linear regressor has it.
+    /// Standard deviation by the paper's (14), SI; `null` if no linear regressor contains it.
     pub std_paper: Option<f64>,
     /// Unit.
     pub unit: String,
     /// SNAME's name of the same quantity.
     pub sname: Option<String>,
-    /// SNAME's value: the opposite sign; of an inertia and a coupling the added part alone, m and m r_g taken off.
+    /// SNAME's value: the opposite sign; for an inertia and a coupling only the added part, without
+    /// m and m r_g.
     pub sname_value: Option<f64>,
-    /// Whether it was held.
+    /// Whether it was held fixed.
     pub fixed: bool,
-    /// Values of a parameter with one in each run, by the name of the run.
+    /// Values of a parameter that has its own in each run, by the name of the run.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub per_run: BTreeMap<String, f64>,
 }
 
 impl FitParameter {
-    /// `least to greatest by run`, where each run has its own value; `told`: a value in words.
+    /// Returns `least to greatest by run` if each run has its own value; `told` writes a value in
+    /// words.
     pub(crate) fn by_run(&self, told: impl Fn(f64) -> String) -> Option<String> {
         by_run(self.per_run.values().copied(), told)
     }
@@ -143,7 +148,7 @@ impl FitParameter {
 /// One fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitStage {
-    /// What was done.
+    /// Name of the fit or stage.
     pub name: String,
     /// Degree of freedom.
     pub dof: Dof,
@@ -157,8 +162,8 @@ pub struct FitStage {
     pub condition_number: f64,
     /// cond(H) with columns of unit length.
     pub condition_number_scaled: f64,
-    /// What this stage of the staged procedure has estimated; empty for other estimators, whose one fit the
-    /// `parameters` show.
+    /// Estimates of this stage of the staged procedure; empty for other estimators, whose only fit
+    /// is in `parameters`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub estimates: Vec<Estimate>,
     /// Covariance of `estimates`, in their order, SI.
@@ -186,20 +191,21 @@ impl From<Stage> for FitStage {
     }
 }
 
-/// Degree of freedom of an effect of the whole vehicle that stands in one balance: `coriolis_yaw` is of yaw.
+/// Returns the degree of freedom of an effect of the whole vehicle that is in one balance:
+/// `coriolis_yaw` is of yaw.
 pub(in crate::campaign) fn row_of(effect: &str, place: Place) -> Option<Dof> {
     place.dof.or_else(|| Dof::ALL.into_iter().find(|dof| effect.ends_with(&format!("_{dof}"))))
 }
 
-/// One parameter as it is told: its place, SNAME's name and value; `paper` is its standard deviation by (14), `runs` are
-/// those of its values per run.
+/// Returns one parameter for the result: its place, SNAME's name and value; `paper` is its standard
+/// deviation by (14), `runs` are those of its values per run.
 pub fn described(p: &Parameter, paper: Option<f64>, vehicle: &Vehicle, runs: &[Run]) -> FitParameter {
     let dry = match (p.effect.as_str(), p.place.dof, p.place.other) {
         (id::INERTIA, Some(dof), _) => vehicle.mass.filter(|_| !dof.is_rotation()),
         (id::ADDED_MASS_COUPLING, Some(dof), Some(other)) => vehicle.dry_coupling(dof, other),
         _ => Some(0.0),
     };
-    // SNAME's N_ṙ and X_q̇ are the added part alone, which nobody knows without the dry one
+    // SNAME's N_ṙ and X_q̇ are the added part alone, which is unknown without the dry one
     let sname = p.spec.sname.clone().filter(|_| dry.is_some());
     FitParameter {
         effect: p.effect.clone(),

@@ -15,7 +15,8 @@ use crate::procedure::{Estimate, staged, without_steady_runs};
 use crate::run::{Role, Run};
 use crate::wording::listed;
 
-/// Standard deviations by (14), of the one-sample trapezoid; `None` where there is no such regressor.
+/// Returns standard deviations by (14), of the one-sample trapezoid; `None` if there is no such
+/// regressor.
 pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
     let mut std = vec![None; model.parameters.len()];
     let all: Vec<&Run> = runs.iter().collect();
@@ -31,14 +32,15 @@ pub(super) fn paper(model: &Model, runs: &[Run]) -> Vec<Option<f64>> {
     std
 }
 
-/// How the estimators of rows make them, with windows `times` as long as the campaign asks for.
+/// Returns the options of the rows, with windows `times` as long as the campaign asks for.
 fn integral_options(campaign: &Campaign, times: usize) -> IntegralOptions {
     let window = campaign.file.stage.oscillatory.window * times;
     let regressor = RegressorOptions { span: Span::Samples(window), ..RegressorOptions::default() };
     IntegralOptions { regressor, ..IntegralOptions::default() }
 }
 
-/// The campaign's model as an estimator of rows finds it from these runs alone, with windows `times` as long.
+/// Returns the campaign's model as an estimator of rows finds it from these runs alone, with
+/// windows `times` as long.
 ///
 /// # Errors
 /// As [`super::fit()`].
@@ -59,7 +61,7 @@ pub(in crate::campaign) fn again(
     Ok(integral_least_squares(&all, &campaign.model, integral_options(campaign, times))?.0)
 }
 
-/// The campaign's model by integral least squares on other runs.
+/// Returns the campaign's model by integral least squares on other runs.
 ///
 /// # Errors
 /// As [`super::fit()`].
@@ -93,7 +95,8 @@ pub(super) fn by_integral(campaign: &Campaign, runs: &[Run]) -> Result<Raw, Erro
     Ok(raw)
 }
 
-/// Says that rows contradict a bound, where they do so by more than two deviations.
+/// Returns the finding that rows contradict a bound, if they do so by more than two standard
+/// deviations.
 fn without_bound(model: &Model, held: &AtBound) -> Option<Finding> {
     let p = &model.parameters[held.parameter];
     let AtBound { unbounded, std, .. } = *held;
@@ -106,7 +109,7 @@ fn without_bound(model: &Model, held: &AtBound) -> Option<Finding> {
     far.then(|| Finding::new(&codes::UNPHYSICAL, text))
 }
 
-/// Fits of rows put together.
+/// Puts fits of rows together.
 pub(in crate::campaign) fn of_rows(model: Model, fits: &[RowFit], runs: &[String], campaign: &Campaign) -> Raw {
     let count = model.parameters.len();
     let mut covariance = vec![vec![0.0; count]; count];
@@ -196,7 +199,8 @@ pub(super) fn by_stages(campaign: &Campaign) -> Result<Raw, Error> {
     })
 }
 
-/// Says so where inertias were found beside a drag that no run shows and that stays absent.
+/// Returns the verdict on inertias that were found together with a drag that no run shows and that
+/// stays absent, if any.
 fn beside_no_drag(campaign: &Campaign, fitted: &Model) -> Option<String> {
     let found = |dof: &Dof| fitted.inertia(*dof).is_some_and(|p| fitted.parameters[p].std.is_some());
     let blind: Vec<Dof> = without_steady_runs(&campaign.runs, fitted).into_iter().filter(found).collect();

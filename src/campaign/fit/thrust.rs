@@ -1,7 +1,8 @@
-//! What the deviations of measured thruster curves and losses leave uncertain in a fit: the delta method.
+//! Uncertainty of a fit that comes from measured thruster curves and losses: the delta method.
 //!
 //! ```text
-//! cov θ  ←  cov θ + J Σ Jᵀ          J = ∂θ̂/∂(a, b, …, η_inter), by one deviation of each
+//! cov θ  ←  cov θ + J Σ Jᵀ
+//! J = ∂θ̂/∂(a, b, …, η_inter), by a step of one standard deviation of each
 //! ```
 
 use super::super::load::{Campaign, moves, with_nominal_forces};
@@ -10,14 +11,15 @@ use crate::procedure::{acting_forces, with_curve_moved};
 use crate::run::Run;
 use crate::thrust::measured::{MeasuredCurve, Moves};
 
-/// How estimates move with the coefficients of one curve: number of the coefficient, and ∂θ̂/∂c.
+/// Derivatives of the estimates with respect to the coefficients of one curve: number of the
+/// coefficient, and ∂θ̂/∂c.
 pub(in crate::campaign) struct Slopes<'a> {
     curve: &'a MeasuredCurve,
     columns: Vec<(usize, Vec<f64>)>,
 }
 
 impl Slopes<'_> {
-    /// How far the estimates move where the curve is another by what its table leaves uncertain.
+    /// Returns the change of the estimates for a curve drawn from the uncertainty of its table.
     pub fn drawn(&self, noise: &mut Noise) -> Vec<f64> {
         let by = self.curve.drawn(noise);
         let count = self.columns.first().map_or(0, |(_, column)| column.len());
@@ -25,8 +27,8 @@ impl Slopes<'_> {
     }
 }
 
-/// ∂θ̂/∂c of every measured curve that a run is commanded through; `moved` gives of runs with a curve moved how far each
-/// estimate is from where it was.
+/// Returns ∂θ̂/∂c of every measured curve through which a run is commanded; `moved` returns the
+/// change of each estimate for runs with a changed curve.
 pub(in crate::campaign) fn slopes<'a, E>(
     campaign: &'a Campaign,
     runs: &[Run],
@@ -53,7 +55,8 @@ pub(in crate::campaign) fn slopes<'a, E>(
     Ok(all)
 }
 
-/// J Σ Jᵀ of curves and losses, row-major by the values that `moved` gives; `None` where none was measured.
+/// Returns J Σ Jᵀ of curves and losses, row-major by the values that `moved` returns; `None` if
+/// none was measured.
 pub(super) fn carried<E>(
     campaign: &Campaign,
     runs: &[Run],
@@ -77,7 +80,7 @@ pub(super) fn carried<E>(
     Ok(sum)
 }
 
-/// sum + factor · left rightᵀ.
+/// Adds factor · left rightᵀ to `sum`.
 fn add_product(sum: &mut [Vec<f64>], factor: f64, left: &[f64], right: &[f64]) {
     for (row, left) in sum.iter_mut().zip(left) {
         for (entry, right) in row.iter_mut().zip(right) {
@@ -86,7 +89,7 @@ fn add_product(sum: &mut [Vec<f64>], factor: f64, left: &[f64], right: &[f64]) {
     }
 }
 
-/// How the estimates move with one deviation of each loss by interaction.
+/// Returns the change of the estimates by one standard deviation of each loss by interaction.
 fn by_interaction<E>(
     campaign: &Campaign,
     runs: &[Run],
@@ -105,19 +108,19 @@ fn by_interaction<E>(
     Ok(columns)
 }
 
-/// Every measured curve with coefficients drawn from what its table leaves uncertain.
+/// Returns every measured curve with coefficients drawn from the uncertainty of its table.
 pub(in crate::campaign) fn drawn<'a>(campaign: &'a Campaign, noise: &mut Noise) -> Vec<(&'a MeasuredCurve, Moves)> {
     campaign.curves.iter().map(|curve| (curve, curve.drawn(noise))).collect()
 }
 
-/// The run with the nominal forces of other curves.
+/// Returns the run with the nominal forces of other curves.
 pub(in crate::campaign) fn nominal_under(campaign: &Campaign, run: &Run, curves: &[(&MeasuredCurve, Moves)]) -> Run {
     let other =
         |run: Run, (curve, by): &(&MeasuredCurve, Moves)| with_curve_moved(&run, &campaign.file.thrusters, curve, by);
     curves.iter().fold(run.clone(), other)
 }
 
-/// The run with the forces that act, of other curves.
+/// Returns the run with the acting forces of other curves.
 pub(in crate::campaign) fn under(campaign: &Campaign, run: &Run, curves: &[(&MeasuredCurve, Moves)]) -> Run {
     if curves.is_empty() {
         return run.clone();
@@ -127,7 +130,7 @@ pub(in crate::campaign) fn under(campaign: &Campaign, run: &Run, curves: &[(&Mea
     if moves(run.kind) { acting_forces(&nominal, efficiency, thrusters).0 } else { nominal }
 }
 
-/// How the standard deviations came about, with the curves' part in it.
+/// Describes the method of the standard deviations, with the part of the curves.
 pub(super) fn told(method: &str, carried: bool) -> String {
     let more = if carried { ", with those of the thrusters' curves and losses by the delta method" } else { "" };
     format!("{method}{more}")

@@ -1,4 +1,4 @@
-//! What a covariance says of its parameters: for fits of rows, which have no one Jacobian.
+//! Identifiability from a covariance: for fits of rows, which do not have a single Jacobian.
 //!
 //! ```text
 //! ρ = D⁻¹ Σ D⁻¹ = L Lᵀ        J = L⁻¹: JᵀJ = ρ⁻¹, the information in units of the deviations
@@ -15,17 +15,19 @@ use crate::log::number::short;
 use crate::model::Model;
 use crate::run::{Run, is_commanded};
 
-/// Part of the prior's deviation that one from the data as well keeps at least where the data says nothing.
+/// Ratio of a standard deviation to that of the prior above which the data says nothing about the
+/// parameter.
 const UNTOLD: f64 = 0.9;
 
-/// Part of a parameter that its deviation beside the scale is more than where the data leaves it uncertain.
+/// Relative standard deviation, beside the scale, above which the data leaves a parameter
+/// uncertain.
 const UNCERTAIN: f64 = 0.05;
 
-/// Least share of a variance that a scale leaves: below, roundings decide.
+/// Least share of a variance that remains beside a scale: below it, rounding decides.
 const ROUNDING: f64 = 1e-12;
 
-/// What `covariance`, in the order of the model's parameters, says of those that were estimated; `runs` are those of
-/// motion. `None` where there is none, or it is no covariance.
+/// Returns what `covariance`, in the order of the model's parameters, shows about those that were
+/// estimated; `runs` are those of motion. `None` if none was estimated, or if it is no covariance.
 pub(in crate::campaign) fn of_covariance(
     model: &Model,
     covariance: &[Vec<f64>],
@@ -47,7 +49,7 @@ pub(in crate::campaign) fn of_covariance(
         );
         findings.push(Finding::new(&codes::SCALE_BY_PRIOR, text));
     }
-    // beside what tells the scale, the rest is what the data has to separate
+    // apart from the scale, the data has to separate the rest
     let beside = |i: usize, j: usize| match scale {
         Some(k) if i == k && j == k => at(k, k),
         Some(k) if i == k || j == k => 0.0,
@@ -60,7 +62,7 @@ pub(in crate::campaign) fn of_covariance(
     let inverse = factor.solve_lower_triangular(&DMatrix::identity(n, n))?;
     let columns: Vec<Vec<f64>> = (0..n).map(|j| inverse.column(j).iter().copied().collect()).collect();
     let mut known = collinearity(&columns)?;
-    // ratios that are known are told apart, however they go together
+    // ratios that are known are separated, however correlated they are
     let is_uncertain = |k: &usize| beside(*k, *k).sqrt() > UNCERTAIN * model.parameters[unknowns[*k]].value.abs();
     known.groups.retain(|(members, _)| scale.is_none() || members.iter().any(is_uncertain));
     let share = shares(model, runs);
@@ -99,8 +101,8 @@ pub(in crate::campaign) fn of_covariance(
     })
 }
 
-/// The unknown that gives all others their scale: where no run commands a force, one of which the data says nothing beyond its
-/// prior.
+/// Returns the unknown that gives all others their scale: if no run commands a force, one about
+/// which the data says nothing beyond its prior.
 fn scale(model: &Model, covariance: &[Vec<f64>], unknowns: &[usize], runs: &[Run]) -> Option<usize> {
     let untold = |p: &usize| {
         let prior = model.parameters[*p].prior;
@@ -117,7 +119,7 @@ mod tests {
     use crate::frame::Dof;
     use crate::run::Signal;
 
-    /// Drag that is known to 1 % of the mass, and a mass that is known to 5 % by its prior alone.
+    /// Drag that is known to 1 % of the mass, and a mass that is known to 5 % from its prior alone.
     #[test]
     fn what_hangs_on_one_scale_is_told_as_that() {
         let effects = ["inertia", "linear_drag"];
@@ -134,7 +136,7 @@ mod tests {
         };
         let (condition, codes) = told(&[Run::default()]);
         assert!((condition - 1.0).abs() < 1e-9 && codes.contains(&"M227"), "{condition} {codes:?}");
-        // a thrust that is commanded is a scale of its own
+        // a commanded thrust gives the scale
         let mut driven = Run::default();
         driven.signals.insert("tau_u".into(), Signal::new(vec![0.0, 1.0].into(), vec![0.0, 10.0]));
         let (condition, codes) = told(&[driven]);

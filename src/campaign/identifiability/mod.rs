@@ -1,4 +1,4 @@
-//! Whether to believe the estimates of a fit, in numbers and in words.
+//! Identifiability of the parameters of a fit, in numbers and in words.
 
 use std::collections::BTreeMap;
 
@@ -20,69 +20,71 @@ use crate::model::Model;
 use crate::run::Run;
 use crate::wording::listed;
 
-/// What the data of a fit can tell and what it cannot; the key `identifiability` of `hydrosysid fit --json`.
+/// What the data of a fit can determine and what it cannot; the key `identifiability` of
+/// `hydrosysid fit --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identifiability {
-    /// cond(J) with columns of unit length, by the common unknowns and those of each run.
+    /// cond(J) with columns of unit length, over the common unknowns and those of each run.
     pub condition_number_scaled: f64,
-    /// Each parameter that was fitted and that all runs share.
+    /// Each estimated parameter that all runs share.
     pub parameters: Vec<Believable>,
     /// Parameters that this data does not separate.
     pub groups: Vec<Group>,
-    /// Pairs of parameters whose estimates go together, |ρ| ≥ 0.9.
+    /// Pairs of parameters with correlated estimates, |ρ| ≥ 0.9.
     pub correlations: Vec<Correlation>,
     /// Belsley's condition indices, the greatest first, with the share of each parameter's variance.
     pub condition_indices: Vec<Direction>,
     /// Virtual masses and moments of inertia of each run against its Keulegan-Carpenter number.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub inertia_against_amplitude: Vec<InertiaAgainstAmplitude>,
-    /// Estimates with segments of other lengths; only of a thorough fit.
+    /// Estimates with segments of other lengths; only in a thorough fit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub segment_lengths: Vec<OtherLength>,
-    /// Estimates with longer windows of the rows; only of a thorough fit by rows.
+    /// Estimates with longer windows of the rows; only in a thorough fit by rows.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub windows: Vec<OtherWindow>,
-    /// Profile likelihoods of the doubtful parameters; only of a thorough fit.
+    /// Profile likelihoods of the doubtful parameters; only in a thorough fit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub profiles: Vec<ProfileOf>,
 }
 
-/// What speaks for one estimate.
+/// Evidence for one estimate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Believable {
     /// Term: `quadratic_drag@surge`.
     pub term: String,
     /// Symbol.
     pub name: String,
-    /// Deviation over that with all other parameters known; 1: nothing else resembles it.
+    /// Standard deviation over that with all other parameters known; 1 if no other parameter acts
+    /// alike.
     pub inflation: f64,
-    /// Share of the force in its balance that the term carries; `null` where that cannot be said.
+    /// Share of the force in its balance that the term carries; `null` if it cannot be determined.
     pub force_share: Option<f64>,
     /// Estimate from the first half of each run, SI.
     pub first_half: Option<f64>,
     /// Estimate from the second half of each run, SI.
     pub second_half: Option<f64>,
-    /// Their difference over its deviation.
+    /// Difference of the two halves over its standard deviation.
     pub halves_z: Option<f64>,
 }
 
 /// Parameters that the data does not separate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
-    /// Their terms.
+    /// Names of the parameters, with their terms.
     pub terms: Vec<String>,
     /// Condition index of the direction in which they are known worst.
     pub index: f64,
-    /// The run that would tell them apart.
+    /// The run that would separate them.
     pub run: String,
 }
 
-/// Two parameters whose estimates go together.
+/// Two parameters with correlated estimates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Correlation {
-    /// Term of the one.
+    /// The first parameter, with its term.
     pub a: String,
-    /// Term of the other.
+    /// The second parameter, with its term.
     pub b: String,
     /// ρ.
     pub correlation: f64,
@@ -93,7 +95,7 @@ pub struct Correlation {
 pub struct Direction {
     /// Condition index.
     pub index: f64,
-    /// Share of the variance, by term.
+    /// Share of the variance, by parameter and term.
     pub proportions: BTreeMap<String, f64>,
 }
 
@@ -102,16 +104,16 @@ pub struct Direction {
 pub struct OtherLength {
     /// Length of the segments, s.
     pub segment: f64,
-    /// Change of each estimate over its deviation, by term and symbol.
+    /// Change of each estimate over its standard deviation, by parameter and term.
     pub change: BTreeMap<String, f64>,
 }
 
 /// Estimates from rows over other windows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OtherWindow {
-    /// How many times as long as those of the fit.
+    /// Length of the windows, in units of those of the fit.
     pub times: usize,
-    /// Change of each estimate over its deviation, by term and symbol.
+    /// Change of each estimate over its standard deviation, by parameter and term.
     pub change: BTreeMap<String, f64>,
 }
 
@@ -124,20 +126,21 @@ pub struct ProfileOf {
     pub name: String,
     /// Values at which it was held, SI.
     pub values: Vec<f64>,
-    /// Rise of the cost there, χ² of one degree of freedom.
+    /// Increase of the cost there, χ² with one degree of freedom.
     pub rise: Vec<f64>,
-    /// 95 % interval, SI; `null` on a side on which the data does not bound it within five deviations.
+    /// 95 % confidence interval, SI; `null` on a side on which the data gives no bound within five
+    /// standard deviations.
     pub interval: [Option<f64>; 2],
 }
 
-/// Correlation from which on a pair is told.
+/// Magnitude of a correlation from which a pair is reported.
 const TOGETHER: f64 = 0.9;
 /// Share of the force below which an uncertain term does no harm.
 const HARMLESS: f64 = 0.02;
-/// Relative deviation from which on an estimate is uncertain.
+/// Relative standard deviation above which an estimate is uncertain.
 pub(super) const UNCERTAIN: f64 = 0.5;
 
-/// What costs nothing beside the fit.
+/// Returns the part of the identifiability that needs no further fit.
 pub(super) fn of_fit(
     campaign: &Campaign,
     fit: &OutputErrorFit,
@@ -192,7 +195,8 @@ pub(super) fn of_fit(
     })
 }
 
-/// Says that a parameter is not resolved where its term carries hardly any force.
+/// Returns the finding that a parameter is not resolved but harmless, if its term carries hardly
+/// any force.
 fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option<Finding> {
     let p = &model.parameters[parameter];
     let std = p.std.unwrap_or(0.0);
@@ -207,7 +211,7 @@ fn harmless(model: &Model, parameter: usize, force_share: Option<f64>) -> Option
     Some(Finding::new(&codes::HARMLESS, text))
 }
 
-/// Says that the halves of the runs differ.
+/// Returns the finding that the halves of the runs differ.
 pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z: f64) -> Finding {
     let text = format!(
         "{}: the first halves of the runs say {:.4e}, the second {:.4e} {}, {:.1} deviations apart: something changes in the course of a run, or an effect is missing",
@@ -220,7 +224,8 @@ pub(super) fn halves_differ(model: &Model, parameter: usize, halves: [f64; 2], z
     Finding::new(&codes::HALVES, text)
 }
 
-/// Groups of parameters that the data does not separate, by the indices of the unknowns in the model.
+/// Returns groups of parameters that the data does not separate; `unknowns` are the indices of the
+/// unknowns in the model.
 fn groups(model: &Model, known: &Collinearity, unknowns: &[usize], findings: &mut Vec<Finding>) -> Vec<Group> {
     let group = |(members, index): &(Vec<usize>, f64)| {
         let members: Vec<usize> = members.iter().map(|k| unknowns[*k]).collect();
@@ -233,7 +238,7 @@ fn groups(model: &Model, known: &Collinearity, unknowns: &[usize], findings: &mu
     known.groups.iter().map(group).collect()
 }
 
-/// Pairs of unknowns whose estimates go together; `at` is their covariance.
+/// Returns pairs of unknowns with correlated estimates; `at` is their covariance.
 fn correlations(model: &Model, unknowns: &[usize], at: impl Fn(usize, usize) -> f64) -> Vec<Correlation> {
     let p = unknowns.len();
     let mut found = Vec::new();
@@ -249,7 +254,7 @@ fn correlations(model: &Model, unknowns: &[usize], at: impl Fn(usize, usize) -> 
     found
 }
 
-/// What the catalogue says shows the effects of these parameters.
+/// Describes the runs that show the effects of these parameters, according to the catalogue.
 fn told_apart_by(model: &Model, parameters: &[usize]) -> String {
     let mut told: Vec<String> = Vec::new();
     for p in parameters {
@@ -264,7 +269,8 @@ fn told_apart_by(model: &Model, parameters: &[usize]) -> String {
     told.join("; ")
 }
 
-/// Free Coriolis coefficients: k_uv beside m_v − m_u, and the power that together they may not have.
+/// Adds findings about free Coriolis coefficients: k_uv beside m_v − m_u, and the work that they do
+/// together, which should be zero.
 fn coriolis(fit: &OutputErrorFit, findings: &mut Vec<Finding>) {
     let model = &fit.model;
     let p = fit.problem.unknowns.len();
@@ -273,7 +279,7 @@ fn coriolis(fit: &OutputErrorFit, findings: &mut Vec<Finding>) {
         let unknown = fit.problem.unknowns.iter().position(|u| u.parameter == index && u.run.is_none());
         Some((model.parameters[index].value, unknown))
     };
-    // value and deviation of a sum of estimates with these signs
+    // value and standard deviation of a sum of estimates with these signs
     let sum = |parts: &[(String, f64)]| -> Option<(f64, f64)> {
         let found: Vec<((f64, Option<usize>), f64)> =
             parts.iter().map(|(name, sign)| Some((of(name)?, *sign))).collect::<Option<_>>()?;

@@ -1,5 +1,5 @@
-//! What types cannot say of a model file: numbers that are none, noise or a covariance that is none, parameters told
-//! twice.
+//! Checks of a model file that types cannot express: numbers that are not finite, an impossible
+//! noise or covariance, parameters given twice.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use super::{ModelFile, ModelFileError};
 /// Refuses what no fit writes, with its place in `text`.
 ///
 /// # Errors
-/// [`ModelFileError::Value`] for the first such thing.
+/// [`ModelFileError::Value`] for the first fault.
 pub(super) fn check(file: &ModelFile, text: &str, path: &Path) -> Result<(), ModelFileError> {
     let Err((key, message)) =
         numbers(file).and_then(|()| noise(file)).and_then(|()| covariance(file)).and_then(|()| parameters(file))
     else {
         return Ok(());
     };
-    // JSON has no places: the key says where
+    // JSON has no places: only the key is given
     let location = (!super::is_json(path)).then(|| Source::of(path, text).locate_near(&key)).flatten();
     let place = location.map(|at| (at.line, at.column));
     Err(ModelFileError::Value { file: path.to_path_buf(), place, key, message })
@@ -32,7 +32,8 @@ fn finite(key: impl FnOnce() -> String, value: f64) -> Result<(), Wrong> {
     }
 }
 
-/// All numbers are finite, standard deviations not negative, figures of vehicle and water positive.
+/// Checks that all numbers are finite, standard deviations not negative, and properties of vehicle
+/// and water positive.
 fn numbers(file: &ModelFile) -> Result<(), Wrong> {
     for (i, p) in file.parameters.iter().enumerate() {
         finite(|| format!("parameter[{i}].value"), p.value)?;
@@ -78,7 +79,7 @@ fn deviation(key: String, value: f64) -> Result<(), Wrong> {
     }
 }
 
-/// What simulations and plans draw from: deviations of forces and sensors, times and rates.
+/// Checks what simulations and plans draw from: deviations of forces and sensors, times and rates.
 fn noise(file: &ModelFile) -> Result<(), Wrong> {
     for (channel, instrument) in &file.sensors {
         deviation(format!("sensors.{channel}.noise"), instrument.noise)?;
@@ -101,15 +102,16 @@ fn noise(file: &ModelFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// What the digits of a file may leave of a covariance.
+/// Relative error of a covariance that the digits of a file may cause.
 const ROUNDING: f64 = 1e-6;
 
-/// A row and a column for each parameter, or none at all; symmetric, no variance below 0, no correlation beyond 1.
+/// Checks the covariance: a row and a column for each parameter, or none at all; symmetric, no
+/// variance below 0, no correlation beyond 1.
 fn covariance(file: &ModelFile) -> Result<(), Wrong> {
     let count = file.parameters.len();
     let size =
         |rows: usize| format!("{rows}, and there are {count} parameters: a covariance has a row and a column for each");
-    // none at all says nothing, as in a file written by hand
+    // an empty one says nothing, as in a file written by hand
     if file.covariance.is_empty() {
         return Ok(());
     }
@@ -135,7 +137,8 @@ fn covariance(file: &ModelFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// The same on both sides of the diagonal, and no correlation beyond 1, to what rounding leaves.
+/// Checks that an entry is equal on both sides of the diagonal and no correlation exceeds 1, except
+/// for rounding.
 fn correlated(covariance: &[Vec<f64>], (i, j): (usize, usize), value: f64) -> Result<(), Wrong> {
     let most = (covariance[i][i] * covariance[j][j]).sqrt();
     let other = covariance[j][i];
@@ -149,7 +152,7 @@ fn correlated(covariance: &[Vec<f64>], (i, j): (usize, usize), value: f64) -> Re
     Ok(())
 }
 
-/// Each parameter once, and no tie that leads back to itself.
+/// Checks that each parameter is given once, and that no tie leads back to itself.
 fn parameters(file: &ModelFile) -> Result<(), Wrong> {
     let list = &file.parameters;
     for (i, p) in list.iter().enumerate() {

@@ -1,12 +1,15 @@
-//! The training runs as a fitted model would have logged them.
+//! The training runs as the fitted model would have logged them.
 //!
 //! ```text
-//! free motion   y = simulated + e         bollard   load = η_inter τ_nom + e         towing   load = D(U) − τ + e
+//! free motion   y = simulated + e
+//! bollard       load = η_inter τ_nom + e
+//! towing        load = D(U) − τ + e
 //! ```
 //!
-//! e: white, with the noise of the channel as given or as its samples have it. A steady or towed run has one more thing of
-//! its own, which its rows show and the samples do not: a force that is constant over the run, as large as what is left of
-//! the rows of its stage. Commands, channels that the model does not predict, and time stamps are those of the log.
+//! e: white, with the noise of the channel as stated or as its samples show it. A steady or towed
+//! run has a further error, which its rows show and its samples do not: a force that is constant
+//! over the run, with the size of the residuals of the rows of its stage. Commands, channels that
+//! the model does not predict, and time stamps are those of the log.
 
 use std::collections::BTreeMap;
 
@@ -27,27 +30,28 @@ use crate::procedure::{acting_forces, is_powered, shown, towed_drag};
 use crate::run::{Run, RunKind, Signal};
 use crate::thrust::efficiency::Efficiency;
 
-/// A simulated value beyond this, SI, is no motion of a vehicle.
+/// Magnitude of a simulated value, SI, beyond which it is no motion of a vehicle.
 const FURTHEST: f64 = 1e3;
 
-/// Logs without noise, each with what its channels get.
+/// Logs without noise, each with the errors of its channels.
 pub(super) struct Made {
     runs: Vec<(Run, BTreeMap<String, Errors>)>,
 }
 
-/// What a channel of one run gets.
+/// Errors of a channel of one run.
 struct Errors {
-    /// Deviation of its white noise.
+    /// Standard deviation of its white noise.
     white: f64,
-    /// What one deviation of the run's own force makes of each sample; empty where it has none.
+    /// Change of each sample by one standard deviation of the run's own force; empty if the run has
+    /// none.
     own: Vec<f64>,
 }
 
 impl Made {
-    /// The logs of `runs`, each with its number in the campaign, by the fitted model.
+    /// Makes the logs of `runs`, each with its number in the campaign, by the fitted model.
     ///
     /// # Errors
-    /// [`Error::Asked`] where the fitted model runs away; [`Error`] where it cannot be simulated.
+    /// [`Error::Asked`] if the fitted model runs away; [`Error`] if it cannot be simulated.
     pub fn of(campaign: &Campaign, fitted: &Fit, runs: Vec<(usize, Run)>) -> Result<Made, Error> {
         let acting = campaign.under(&fitted.efficiency);
         let make = |(index, mut run): (usize, Run)| -> Result<(Run, BTreeMap<String, Errors>), Error> {
@@ -70,7 +74,7 @@ impl Made {
         Ok(Made { runs: runs.into_par_iter().map(make).collect::<Result<_, _>>()? })
     }
 
-    /// The logs with fresh noise.
+    /// Returns the logs with new noise.
     pub fn logged(&self, noise: &mut Noise) -> Vec<Run> {
         let with = |(clean, errors): &(Run, BTreeMap<String, Errors>)| {
             let mut run = clean.clone();
@@ -88,11 +92,11 @@ impl Made {
     }
 }
 
-/// A channel without noise, and the deviation of its noise.
+/// Channels without noise, each with the standard deviation of its noise.
 type Clean = BTreeMap<String, (Signal, f64)>;
 
-/// The degree of freedom that a steady or towed run shows, and what the rows of its stage are off by, N or N·m; 0 for any
-/// other run.
+/// Returns the degree of freedom that a steady or towed run shows, and the standard deviation of
+/// the residuals of its stage, N or N·m; 0 for any other run.
 fn own_force(run: &Run, fitted: &Fit) -> (Option<Dof>, f64) {
     let dof = shown(run, &fitted.model.dofs);
     let stage = match run.kind {
@@ -104,7 +108,7 @@ fn own_force(run: &Run, fitted: &Fit) -> (Option<Dof>, f64) {
     (dof, found.map_or(0.0, |stage| stage.residual_std))
 }
 
-/// The run with a force beside that which it logs.
+/// Returns the run with a further force added to the logged one.
 fn pushed(run: &Run, dof: Option<Dof>, by: f64) -> Run {
     let mut run = run.clone();
     if let Some(force) = dof.and_then(|dof| run.signals.get_mut(dof.force())) {
@@ -114,8 +118,9 @@ fn pushed(run: &Run, dof: Option<Dof>, by: f64) -> Run {
     run
 }
 
-/// What the model says of a run of free motion, at the stamps of its sensors. Where it runs away, as one whose other degrees
-/// of freedom no stage has shown may, the degree of freedom that the run shows moves alone among the logged others.
+/// Returns what the model predicts for a run of free motion, at the time stamps of its sensors. If
+/// the model runs away, as one may whose other degrees of freedom no stage has shown, only the
+/// degree of freedom that the run shows is simulated, with the others as logged.
 fn sailed(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Result<Clean, Error> {
     let alone = shown(run, &model.dofs).map(|dof| Model { dofs: vec![dof], ..model.clone() });
     for model in [Some(model), alone.as_ref()].into_iter().flatten() {
@@ -148,7 +153,7 @@ fn simulated(campaign: &Campaign, model: &Model, run: &Run, index: usize) -> Res
     Ok(clean)
 }
 
-/// What the load cells of a bollard or towing run would read, `by` more.
+/// Returns the readings of the load cells of a bollard or towing run, increased by `by`.
 fn on_load_cells(
     run: &Run,
     model: &Model,
@@ -157,7 +162,7 @@ fn on_load_cells(
     by: f64,
 ) -> Result<Clean, Error> {
     let towing = run.kind == RunKind::Towing;
-    // held still there is no advance
+    // a vehicle that is held still has no advance
     let losses = Efficiency { eta_adv: efficiency.eta_adv.filter(|_| towing), ..efficiency.clone() };
     let acting = acting_forces(run, &losses, &campaign.file.thrusters).0;
     let mut clean = Clean::new();

@@ -1,8 +1,10 @@
-//! Refits by rows: integral least squares and the staged procedure, on blocks of the runs or on runs made anew.
+//! Refits by rows: integral least squares and the staged procedure, on blocks of the runs or on
+//! generated runs.
 //!
-//! Blocks are whole runs of one kind that show one degree of freedom, drawn with replacement among themselves, so that no
-//! stage loses its data; where there are fewer than three of them, stretches of the length of a cluster. A steady or towed
-//! run is one row, which cannot be cut. Integral least squares has no kinds: it always draws stretches.
+//! Blocks are whole runs of one kind that show one degree of freedom, drawn with replacement among
+//! themselves, so that no stage loses its data. If there are fewer than three of them, the blocks
+//! are stretches with the length of a cluster. A steady or towed run is one row, which cannot be
+//! cut. Integral least squares does not distinguish kinds: it always draws stretches.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -24,17 +26,18 @@ use crate::procedure::{is_powered, shown, staged};
 use crate::progress::{look, tell};
 use crate::run::{Role, Run, RunKind};
 
-/// Runs of which a bootstrap draws whole ones; fewer are cut, or refused.
+/// Least number of runs or blocks to draw from: fewer whole runs are cut, fewer blocks are refused.
 const FEWEST: usize = 3;
 
-/// What runs of one group have in common: their kind, the degree of freedom that they show, and thrust under tow.
+/// What the runs of one group have in common: their kind, the degree of freedom that they show, and
+/// thrust under tow.
 type Key = (RunKind, Option<Dof>, bool);
 
-/// Where the data of a refit comes from.
+/// Source of the data of a refit.
 enum Source {
     /// Blocks of each kind, drawn among themselves.
     Blocks(Vec<Vec<Run>>),
-    /// Logs as the fitted model would have written them.
+    /// Logs that the fitted model has generated.
     Made(Made),
 }
 
@@ -52,7 +55,7 @@ impl Source {
     }
 }
 
-/// Scatter of the estimates of a fit by rows over these refits.
+/// Returns the scatter of the estimates of a fit by rows over these refits.
 pub(super) fn by_rows(
     campaign: &Campaign,
     estimator: Estimator,
@@ -96,7 +99,8 @@ pub(super) fn by_rows(
     })
 }
 
-/// The model from drawn runs, whose thrusters have curves drawn from what their tables leave uncertain.
+/// Returns the model from drawn runs, with thruster curves drawn from the uncertainty of their
+/// tables.
 fn again(campaign: &Campaign, estimator: Estimator, runs: &[Run], noise: &mut Noise) -> Result<Model, Error> {
     let curves = thrust::drawn(campaign, noise);
     match estimator {
@@ -170,7 +174,8 @@ fn source(campaign: &Campaign, estimator: Estimator, method: Resampler, fitted: 
     Ok(Source::Blocks(groups.into_iter().map(blocks).collect::<Result<_, _>>()?))
 }
 
-/// A run in stretches of about `length` seconds, so long that they are independent of each other.
+/// Cuts a run into stretches of about `length` seconds, long enough to be independent of each
+/// other.
 fn cut(run: &Run, length: f64) -> Vec<Run> {
     let Some((from, to)) = run.span() else { return Vec::new() };
     let parts = ((to - from) / length).round().max(1.0);
